@@ -1,0 +1,1 @@
+"""A ray tracer on NumPy arrays that runs only what a scene calls for."""

@@ -1,0 +1,1 @@
+"""The language of scenes, jobs, tiles, plans and problems."""

@@ -1,0 +1,1 @@
+"""HTTP API, queue, worker slots, storage, client and command line of Penumbra."""
