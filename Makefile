@@ -1,0 +1,49 @@
+# Everything that people and the build run, by the same names. `make` alone prints them.
+
+PYTHON ?= python3
+BIN := .venv/bin
+
+.DEFAULT_GOAL := help
+.PHONY: help install demo serve test check bench bench-references clean
+
+help:  ## print this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-17s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+install: .venv/installed  ## prepare .venv with everything needed to run
+
+demo: .venv/installed  ## start a service, render a scene over HTTP, leave the picture in out/demo.png
+	$(BIN)/penumbra demo
+
+serve: .venv/installed  ## run the service on http://127.0.0.1:8000
+	$(BIN)/penumbra serve
+
+test: .venv/installed-test  ## run all tests, the fast ones first
+	$(BIN)/pytest
+
+check: .venv/installed-check  ## lint, format, types, and which package may import which
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench: .venv/installed  ## measure times and errors on this machine, into out/bench.json
+	$(BIN)/python -m benchmarks
+
+bench-references: .venv/installed-bench  ## make the reference pictures again with another renderer
+	$(BIN)/python -m benchmarks.peer_pictures
+
+clean:  ## remove .venv and everything made
+	rm -rf .venv out build dist .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
+
+# A stamp is as old as what it installed: pip runs again only when the dependencies change.
+.venv/created:
+	$(PYTHON) -m venv .venv
+	touch $@
+
+.venv/installed: pyproject.toml | .venv/created
+	$(BIN)/python -m pip install --quiet --editable .
+	touch $@
+
+.venv/installed-%: pyproject.toml .venv/installed
+	$(BIN)/python -m pip install --quiet --editable '.[$*]'
+	touch $@
