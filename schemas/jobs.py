@@ -1,0 +1,158 @@
+"""What travels between a client and the service: job requests, jobs, tile events, batches.
+
+Requests are closed and strict like the scene language. Answers are open: a client that knows this
+version reads the answers of a later one and passes over what it does not know.
+"""
+
+from __future__ import annotations
+
+from datetime import datetime
+from enum import StrEnum
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from schemas.problems import Problem
+from schemas.quality import Quality
+from schemas.scene import Scene
+
+
+class Message(BaseModel):
+    """Base of every answer of the service: frozen, open to fields of later versions."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+
+class JobRequest(BaseModel):
+    """The body of ``POST /v1/jobs`` and ``POST /v1/plans``."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    scene: Scene = Field(description="The scene to render.")
+    quality: Quality | None = Field(default=None, description="Overrides the scene's `sampling`.")
+
+
+class JobState(StrEnum):
+    """The states of a job. The last three are final."""
+
+    QUEUED = "queued"
+    RUNNING = "running"
+    SUCCEEDED = "succeeded"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+
+    @property
+    def final(self) -> bool:
+        """Whether a job in this state will never change again."""
+        return self not in (JobState.QUEUED, JobState.RUNNING)
+
+
+class Failure(Message):
+    """Why a job failed."""
+
+    code: str = Field(description="A word for programs: `render_failed`, `worker_died`, `storage_failed`.")
+    message: str = Field(description="A sentence for people.")
+    retryable: bool = Field(description="Whether the same request may succeed when it is sent again.")
+
+
+class Progress(Message):
+    """How much of a job is rendered. A step is one tile in one pass."""
+
+    done: int = Field(ge=0, description="Steps finished.")
+    total: int = Field(ge=1, description="Steps in all.")
+    share: float = Field(ge=0, le=1, description="Samples taken over samples asked for, 0 to 1.")
+
+
+class JobCost(Message):
+    """What a job was expected to cost and what it has cost so far."""
+
+    predicted_cpu_seconds: float
+    cpu_seconds: float = Field(description="CPU seconds spent on finished tiles.")
+    rays: dict[str, int] = Field(description="Rays cast by finished tiles, by kind.")
+
+
+class JobLinks(Message):
+    """Where everything about a job is found, as paths on the same server."""
+
+    self: str
+    cancel: str
+    tiles: str
+    events: str
+    plan: str
+    image_png: str
+    image_npy: str
+
+
+class Job(Message):
+    """A job as ``GET /v1/jobs/{id}`` shows it."""
+
+    id: str
+    name: str | None = Field(default=None, description="The scene's name.")
+    state: JobState
+    width: int = Field(description="Pixels.")
+    height: int = Field(description="Pixels.")
+    progress: Progress
+    queue_position: int | None = Field(
+        default=None, description="How many queued jobs start before this one; null once it has started."
+    )
+    last_seq: int = Field(ge=0, description="Number of the newest tile event; 0 before the first.")
+    created_at: datetime
+    started_at: datetime | None = None
+    finished_at: datetime | None = None
+    failure: Failure | None = None
+    cost: JobCost
+    warnings: tuple[Problem, ...] = Field(default=(), description="Valid, but probably not meant.")
+    links: JobLinks
+
+
+class JobList(Message):
+    """One page of ``GET /v1/jobs``, newest first."""
+
+    jobs: tuple[Job, ...]
+    next: str | None = Field(default=None, description="Give it as `cursor` for the next page.")
+
+
+class TileEvent(Message):
+    """One tile was finished in one pass. Events of a job are numbered 1, 2, 3 without gaps.
+
+    The rectangle is half open, in pixels of the whole picture, rows from the top. With ``stride`` s > 1
+    the pixels are a preview: one value stands for a block of s x s.
+    """
+
+    seq: int = Field(ge=1)
+    tile: int = Field(ge=0, description="Index of the tile in its pass.")
+    pass_index: int = Field(ge=0, description="Index of the pass; 0 is the coarse picture.")
+    stride: int = Field(ge=1)
+    x0: int
+    y0: int
+    x1: int
+    y1: int
+
+
+class TileBatch(Message):
+    """The answer of ``GET /v1/jobs/{id}/tiles`` as JSON."""
+
+    state: JobState
+    progress: Progress
+    events: tuple[TileEvent, ...]
+    next: int = Field(ge=0, description="Give it as `after` for what follows.")
+    complete: bool = Field(description="The state is final and no event follows `next`.")
+    failure: Failure | None = None
+
+
+class Asset(Message):
+    """A stored texture, as ``PUT /v1/assets/{sha256}`` answers."""
+
+    name: str = Field(description="How a scene names it: `sha256:` and 64 hexadecimal digits.")
+    bytes: int = Field(ge=0)
+    media_type: str
+    width: int = Field(description="Pixels.")
+    height: int = Field(description="Pixels.")
+
+
+class Version(Message):
+    """The answer of ``GET /version``."""
+
+    name: Literal["penumbra"] = "penumbra"
+    version: str
+    api: Literal["v1"] = "v1"

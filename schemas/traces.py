@@ -1,0 +1,36 @@
+"""Rays sent to ``POST /v1/traces`` and what they hit."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from schemas.jobs import Message
+from schemas.scene import Scene
+
+Row = tuple[float, float, float]
+
+
+class TraceRequest(BaseModel):
+    """The body of ``POST /v1/traces``: ray i starts at origins[i] and runs along directions[i]."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    scene: Scene
+    origins: tuple[Row, ...]
+    directions: tuple[Row, ...]
+
+
+class TraceAnswer(Message):
+    """One entry for each ray. A ray that hits nothing has null in t, position, normal and uv and shape -1.
+
+    ``t`` counts in units of the direction given, whatever its length. ``normal`` is the geometric unit
+    normal on the side of the ray's origin. ``visibility`` has one number for each light.
+    """
+
+    t: tuple[float | None, ...]
+    position: tuple[Row | None, ...]
+    normal: tuple[Row | None, ...]
+    uv: tuple[tuple[float, float] | None, ...]
+    shape: tuple[int, ...] = Field(description="Index into the scene's shapes, or -1.")
+    primitive: tuple[int, ...] = Field(description="Triangle of a mesh, or 0.")
+    visibility: tuple[tuple[float, ...], ...] = Field(description="Share of each light seen from the hit.")
