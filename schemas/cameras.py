@@ -1,0 +1,48 @@
+"""The camera: where it stands, where it looks, how wide it sees, how many pixels it has."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, ValidationInfo, field_validator
+from pydantic_core import PydanticCustomError
+
+from schemas.base import Closed
+from schemas.quantities import Count, Direction, Point, Size
+
+FieldOfView = Annotated[float, Field(strict=True, gt=0, lt=180, allow_inf_nan=False)]
+
+
+class Camera(Closed):
+    """A pinhole camera.
+
+    With f = unit(look_at - position), r = unit(f x up), u = r x f and h = tan(vertical_fov / 2), the ray
+    through column i, row j from the top and sub-pixel (a, b) in [0, 1) has the direction
+    f + r h (width / height) (2 (i + a) / width - 1) + u h (1 - 2 (j + b) / height).
+    """
+
+    position: Point = Field(description="Where the camera stands, scene units.")
+    look_at: Point = Field(description="A point in the middle of the picture, scene units.")
+    up: Direction = Field(
+        default=(0.0, 1.0, 0.0),
+        description="A direction that points upwards in the picture, of any length. Where it is parallel to the "
+        "view, the world axis with the smallest share of the view direction takes its place, with a warning.",
+    )
+    vertical_fov: FieldOfView = Field(
+        default=40.0, description="Angle of view from bottom to top, degrees, more than 0 and less than 180."
+    )
+    focal_length: Size = Field(
+        default=1.0,
+        description="Distance of the virtual screen, scene units. It does not change the image of a pinhole.",
+    )
+    width: Count = Field(default=512, description="Columns, pixels, 1 to 65536.")
+    height: Count = Field(default=512, description="Rows, pixels, 1 to 65536.")
+
+    @field_validator("look_at")
+    @classmethod
+    def _elsewhere(cls, look_at: Point, info: ValidationInfo) -> Point:
+        if look_at == info.data.get("position"):
+            raise PydanticCustomError(
+                "no_view", "'look_at' equals 'position', so the camera looks nowhere. Move one of the two."
+            )
+        return look_at

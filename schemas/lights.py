@@ -1,0 +1,70 @@
+"""Lights: rectangles in two forms, points, directions."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from schemas.base import Closed
+from schemas.planar import CenterForm, CornerForm
+from schemas.quantities import Color, Direction, Point
+from schemas.unions import chosen_by, tag
+
+
+class _Light(Closed):
+    color: Color = Field(
+        description="Linear RGB, each 0 or more. Brightness does not fall with the distance."
+    )
+
+
+class _AreaLight(_Light):
+    visible: bool = Field(
+        default=True, strict=True, description="Whether the camera sees the light, as its flat colour."
+    )
+    two_sided: bool = Field(
+        default=True,
+        strict=True,
+        description="Whether it shines to both sides, or only where its normal points.",
+    )
+
+
+class RectangleLight(_AreaLight, CenterForm):
+    """A rectangle that shines, by its centre. It casts soft shadows and no shadow of its own."""
+
+    type: Literal["rectangle"]
+
+
+class ParallelogramLight(_AreaLight, CornerForm):
+    """A rectangle that shines, by a corner and two edges."""
+
+    type: Literal["rectangle"]
+
+
+class PointLight(_Light):
+    """A light in one point. It casts hard shadows."""
+
+    type: Literal["point"]
+    position: Point = Field(description="Scene units.")
+
+
+class DirectionalLight(_Light):
+    """A light infinitely far away, like the sun. It casts hard shadows."""
+
+    type: Literal["directional"]
+    direction: Direction = Field(description="The direction in which the light travels, of any length.")
+
+
+Light = Annotated[
+    Annotated[RectangleLight, tag(RectangleLight)]
+    | Annotated[ParallelogramLight, tag(ParallelogramLight)]
+    | Annotated[PointLight, tag(PointLight)]
+    | Annotated[DirectionalLight, tag(DirectionalLight)],
+    chosen_by(
+        {
+            "rectangle": (RectangleLight, ParallelogramLight),
+            "point": (PointLight,),
+            "directional": (DirectionalLight,),
+        }
+    ),
+]

@@ -1,0 +1,57 @@
+"""Numbers of the scene language: strict, finite, bounded, each with its unit.
+
+Coordinates stay below 1e15, so that squares and cubes of them are finite in float64. Sizes stay above
+1e-100, so that squares of them do not vanish.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import AfterValidator, Field
+from pydantic_core import PydanticCustomError
+
+from schemas.vectors import Vector, length
+
+LARGEST = 1e15
+"""Bound of every coordinate and size, scene units."""
+
+SMALLEST = 1e-100
+"""Smallest size, radius and edge, scene units."""
+
+BRIGHTEST = 1e30
+"""Bound of every colour and coefficient."""
+
+
+def _not_zero(vector: Vector) -> Vector:
+    if not any(vector):
+        raise PydanticCustomError(
+            "zero_vector",
+            "This vector is zero and has no direction. Make one of its components other than 0.",
+        )
+    return vector
+
+
+def _long_enough(vector: Vector) -> Vector:
+    if length(vector) < SMALLEST:
+        raise PydanticCustomError(
+            "too_short",
+            "This vector is zero or shorter than 1e-100. Make it longer, or scale the whole scene up.",
+        )
+    return vector
+
+
+Coordinate = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
+Size = Annotated[float, Field(strict=True, ge=SMALLEST, le=LARGEST, allow_inf_nan=False)]
+Intensity = Annotated[float, Field(strict=True, ge=0, le=BRIGHTEST, allow_inf_nan=False)]
+
+Point = tuple[Coordinate, Coordinate, Coordinate]
+Direction = Annotated[Point, AfterValidator(_not_zero)]
+Edge = Annotated[Point, AfterValidator(_long_enough)]
+TextureCoordinate = tuple[Coordinate, Coordinate]
+Color = tuple[Intensity, Intensity, Intensity]
+
+Count = Annotated[int, Field(strict=True, ge=1, le=1 << 16)]
+"""Pixels of one side, or samples of one kind: 1 to 65536."""
+
+Name = Annotated[str, Field(strict=True, min_length=1, max_length=200)]

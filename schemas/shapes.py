@@ -1,0 +1,98 @@
+"""Shapes: triangles, rectangles in two forms, ellipsoids in two forms."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Annotated, Literal
+
+from pydantic import Field, field_validator
+from pydantic_core import PydanticCustomError
+
+from schemas.base import Closed
+from schemas.planar import CenterForm, CornerForm
+from schemas.quantities import Direction, Edge, Name, Point, Size, TextureCoordinate
+from schemas.unions import chosen_by, tag
+from schemas.vectors import cosine_between
+
+PERPENDICULAR = 1e-6
+"""Largest |cosine| between two semi-axes of an ellipsoid, dimensionless."""
+
+
+class _Shape(Closed):
+    material: Name = Field(description="The name of one of the scene's materials.")
+    name: Name | None = Field(default=None, description="A name for people; nothing depends on it.")
+
+
+class Triangle(_Shape):
+    """A flat triangle, seen from both sides. One without area is left out, with a warning."""
+
+    type: Literal["triangle"]
+    vertices: tuple[Point, Point, Point] = Field(description="The three corners, scene units.")
+    normals: tuple[Direction, Direction, Direction] | None = Field(
+        default=None, description="A direction at each corner, of any length, for smooth shading."
+    )
+    uvs: tuple[TextureCoordinate, TextureCoordinate, TextureCoordinate] | None = Field(
+        default=None, description="Texture coordinates (u, v) at each corner, dimensionless."
+    )
+
+
+class Rectangle(_Shape, CenterForm):
+    """A rectangle by its centre.
+
+    uv is (0, 0) at the corner -tangent, -cotangent and (1, 1) at the opposite one.
+    """
+
+    type: Literal["rectangle"]
+
+
+class Parallelogram(_Shape, CornerForm):
+    """A rectangle by a corner and two edges, which need not be perpendicular. uv is (u, v)."""
+
+    type: Literal["rectangle"]
+
+
+class Ellipsoid(_Shape):
+    """An ellipsoid by its semi-axes a, b, c.
+
+    uv is the longitude about c from a and the latitude from -c, both from 0 to 1.
+    """
+
+    type: Literal["ellipsoid"]
+    center: Point = Field(description="The middle, scene units.")
+    axes: tuple[Edge, Edge, Edge] = Field(
+        description="Three semi-axes from the centre to the surface, scene units, perpendicular to each other: "
+        "the cosine of each angle is at most 1e-6."
+    )
+
+    @field_validator("axes")
+    @classmethod
+    def _perpendicular(cls, axes: tuple[Edge, Edge, Edge]) -> tuple[Edge, Edge, Edge]:
+        worst = max(abs(cosine_between(a, b)) for a, b in itertools.combinations(axes, 2))
+        if worst > PERPENDICULAR:
+            raise PydanticCustomError(
+                "not_perpendicular",
+                "The three axes are not perpendicular: the cosine of an angle between two of them is {cosine}, "
+                "at most 1e-6 is allowed. Write them with more digits, or turn them.",
+                {"cosine": f"{worst:.3g}"},
+            )
+        return axes
+
+
+class Sphere(_Shape):
+    """An ellipsoid with one radius. Its axes a, b, c are x, y, z."""
+
+    type: Literal["ellipsoid"]
+    center: Point = Field(description="The middle, scene units.")
+    radius: Size = Field(description="Scene units.")
+
+
+Shape = Annotated[
+    Annotated[Triangle, tag(Triangle)]
+    | Annotated[Rectangle, tag(Rectangle)]
+    | Annotated[Parallelogram, tag(Parallelogram)]
+    | Annotated[Ellipsoid, tag(Ellipsoid)]
+    | Annotated[Sphere, tag(Sphere)],
+    chosen_by(
+        {"triangle": (Triangle,), "rectangle": (Rectangle, Parallelogram), "ellipsoid": (Ellipsoid, Sphere)}
+    ),
+]

@@ -1,0 +1,54 @@
+"""Textures: an image file, or a checker board."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from schemas.base import Closed
+from schemas.quantities import LARGEST, Color
+from schemas.unions import chosen_by, tag
+
+Repeat = Annotated[float, Field(strict=True, gt=0, le=LARGEST, allow_inf_nan=False)]
+Asset = Annotated[str, Field(strict=True, min_length=1, max_length=1024)]
+
+
+class ImageTexture(Closed):
+    """A texture from an image file. Row 0 of the file is v = 1; texel centres are at (i + 0.5) / width."""
+
+    type: Literal["image"]
+    asset: Asset = Field(
+        description="On the command line a path relative to the scene file, never outside its folder; over HTTP "
+        "`sha256:` and the 64 hexadecimal digits of an uploaded asset."
+    )
+    encoding: Literal["srgb", "linear"] = Field(
+        default="srgb", description="How the file stores colours: `srgb` for pictures, `linear` for data."
+    )
+    filter: Literal["nearest", "bilinear"] = Field(
+        default="bilinear", description="`nearest` texel, or `bilinear` between four texels."
+    )
+    wrap: Literal["clamp", "repeat", "mirror"] = Field(
+        default="repeat",
+        description="What lies outside 0 to 1: the border texel, the image again, or its mirror.",
+    )
+
+
+class CheckerTexture(Closed):
+    """A checker board of repeat[0] x repeat[1] fields over uv from 0 to 1.
+
+    A point has the colour `even` where floor(u * repeat[0]) + floor(v * repeat[1]) is even, else `odd`.
+    """
+
+    type: Literal["checker"]
+    even: Color = Field(default=(0.9, 0.9, 0.9), description="Linear RGB of the field at uv = (0, 0).")
+    odd: Color = Field(default=(0.1, 0.1, 0.1), description="Linear RGB of its neighbours.")
+    repeat: tuple[Repeat, Repeat] = Field(
+        default=(8.0, 8.0), description="Fields along u and v from 0 to 1, dimensionless, more than 0."
+    )
+
+
+Texture = Annotated[
+    Annotated[ImageTexture, tag(ImageTexture)] | Annotated[CheckerTexture, tag(CheckerTexture)],
+    chosen_by({"image": (ImageTexture,), "checker": (CheckerTexture,)}),
+]
