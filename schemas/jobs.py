@@ -12,6 +12,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from schemas.base import Closed
 from schemas.problems import Problem
 from schemas.quality import Quality
 from schemas.scene import Scene
@@ -23,10 +24,8 @@ class Message(BaseModel):
     model_config = ConfigDict(frozen=True, extra="ignore")
 
 
-class JobRequest(BaseModel):
+class JobRequest(Closed):
     """The body of ``POST /v1/jobs`` and ``POST /v1/plans``."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
     scene: Scene = Field(description="The scene to render.")
     quality: Quality | None = Field(default=None, description="Overrides the scene's `sampling`.")

@@ -41,6 +41,9 @@ def _long_enough(vector: Vector) -> Vector:
     return vector
 
 
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+"""Any finite number."""
+
 Coordinate = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
 Size = Annotated[float, Field(strict=True, ge=SMALLEST, le=LARGEST, allow_inf_nan=False)]
 Intensity = Annotated[float, Field(strict=True, ge=0, le=BRIGHTEST, allow_inf_nan=False)]

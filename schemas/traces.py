@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
+from schemas.base import Closed
 from schemas.jobs import Message
+from schemas.quantities import Number
 from schemas.scene import Scene
 
-Row = tuple[float, float, float]
+Row = tuple[Number, Number, Number]
 
 
-class TraceRequest(BaseModel):
+class TraceRequest(Closed):
     """The body of ``POST /v1/traces``: ray i starts at origins[i] and runs along directions[i]."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
     scene: Scene
     origins: tuple[Row, ...]
