@@ -1,0 +1,1 @@
+"""Times and errors of Penumbra, measured on the machine at hand."""

@@ -1,0 +1,186 @@
+"""Hand a scene to Mitsuba 3: its shapes as Mitsuba's own, its materials as tables by shape.
+
+Mitsuba intersects; materials and lights stay numbers, because the radiance formula is ours. Lights are
+left out of the geometry, as they cast no shadow.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from schemas.lights import Light, ParallelogramLight, RectangleLight
+from schemas.shapes import Ellipsoid, Parallelogram, Rectangle, Shape, Sphere, Triangle
+from schemas.textures import CheckerTexture
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from schemas.materials import PhongMaterial
+    from schemas.scene import Scene
+
+_Color: TypeAlias = tuple[float, float, float]
+
+mi.set_variant("llvm_ad_rgb")
+
+
+@dataclass(frozen=True)
+class AreaLight:
+    """Points corner + u e1 + v e2 with u, v in [0, 1], as seen by the peer."""
+
+    corner: Any
+    edges: tuple[Any, Any]
+    color: Any
+    visible: bool
+    two_sided: bool
+
+
+@dataclass(frozen=True)
+class PeerScene:
+    """What the peer's integrator reads.
+
+    Attributes
+    ----------
+    geometry : mitsuba.Scene
+        Every shape, and nothing else.
+    index_of : mitsuba.UInt32
+        Row of `material` for each of Mitsuba's shape numbers.
+    material : dict of str to Dr.Jit array
+        One row a shape: `even` and `odd` colour (equal without a checker), `repeat`, `ambient`, `diffuse`,
+        `specular`, `shininess`.
+    lights : list of AreaLight
+    background, ambient : mitsuba.Color3f
+    """
+
+    geometry: Any
+    index_of: Any
+    material: dict[str, Any]
+    lights: list[AreaLight]
+    background: Any
+    ambient: Any
+
+
+def convert(scene: Scene) -> PeerScene:
+    """Build the peer's scene.
+
+    Raises
+    ------
+    ValueError
+        If the scene uses something that the study scenes do not: normals on vertices, image textures,
+        normal maps, point or directional lights.
+    """
+    shapes = [_shape(shape) for shape in scene.shapes]
+    geometry = mi.load_dict({"type": "scene"} | {f"shape{i}": shape for i, shape in enumerate(shapes)})
+    numbers = [dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0] for shape in shapes]
+    index_of = np.zeros(max(numbers) + 1, dtype=np.uint32)
+    index_of[numbers] = np.arange(len(shapes))
+    return PeerScene(
+        geometry=geometry,
+        index_of=mi.UInt32(index_of),
+        material=_material_table(scene),
+        lights=[_light(light) for light in scene.lights],
+        background=mi.Color3f(*scene.background),
+        ambient=mi.Color3f(*scene.ambient),
+    )
+
+
+def _shape(shape: Shape) -> Any:
+    match shape:
+        case Triangle(normals=None):
+            return _triangle(shape)
+        case Rectangle() | Parallelogram():
+            return mi.load_dict({"type": "rectangle", "to_world": _rectangle_transform(shape)})
+        case Ellipsoid():
+            return _ellipsoid(shape.center, np.array(shape.axes))
+        case Sphere():
+            return _ellipsoid(shape.center, shape.radius * np.eye(3))
+    raise ValueError(f"the peer's scene has no {shape.type} with these fields")
+
+
+def _triangle(shape: Triangle) -> Any:
+    mesh = mi.Mesh("triangle", vertex_count=3, face_count=1)
+    parameters = mi.traverse(mesh)
+    parameters["vertex_positions"] = mi.Float(np.ravel(shape.vertices))
+    parameters["faces"] = mi.UInt32([0, 1, 2])
+    parameters.update()
+    return mesh
+
+
+def _rectangle_transform(shape: Rectangle | Parallelogram) -> Any:
+    corner, first, second = corner_and_edges(shape)
+    world_from_square = np.eye(4)
+    world_from_square[:3, 0] = first / 2
+    world_from_square[:3, 1] = second / 2
+    world_from_square[:3, 2] = np.cross(first, second)
+    world_from_square[:3, 3] = corner + first / 2 + second / 2
+    return mi.ScalarTransform4f(world_from_square)
+
+
+def corner_and_edges(
+    rectangle: Rectangle | Parallelogram | RectangleLight | ParallelogramLight,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Write both forms of a rectangle as corner, first edge and second edge, each of shape (3,)."""
+    if isinstance(rectangle, Parallelogram | ParallelogramLight):
+        first, second = np.array(rectangle.edges)
+        return np.array(rectangle.corner), first, second
+    normal = np.array(rectangle.normal) / np.linalg.norm(rectangle.normal)
+    tangent = np.array(rectangle.tangent) - np.dot(rectangle.tangent, normal) * normal
+    tangent /= np.linalg.norm(tangent)
+    first, second = rectangle.size[0] * tangent, rectangle.size[1] * np.cross(normal, tangent)
+    return np.array(rectangle.center) - first / 2 - second / 2, first, second
+
+
+def _ellipsoid(center: tuple[float, float, float], axes: NDArray[np.float64]) -> Any:
+    lengths = np.linalg.norm(axes, axis=1)
+    rotation = axes / lengths[:, None]
+    if np.linalg.det(rotation) < 0:
+        rotation[2] *= -1
+    quaternion = dr.matrix_to_quat(mi.ScalarMatrix3f(rotation.T))
+    return mi.load_dict(
+        {
+            "type": "ellipsoids",
+            "centers": mi.TensorXf(np.array([center], dtype=np.float32)),
+            "scales": mi.TensorXf(lengths[None].astype(np.float32)),
+            "quaternions": mi.TensorXf(np.array(quaternion, dtype=np.float32)[None]),
+            "extent": 1.0,
+        }
+    )
+
+
+def _material_table(scene: Scene) -> dict[str, Any]:
+    materials = [scene.materials[shape.material] for shape in scene.shapes]
+    squares = [_squares(scene, material) for material in materials]
+    return {
+        "even": mi.Color3f(np.array([even for even, _, _ in squares]).T),
+        "odd": mi.Color3f(np.array([odd for _, odd, _ in squares]).T),
+        "repeat": mi.Vector2f(np.array([repeat for _, _, repeat in squares]).T),
+    } | {
+        field: mi.Float([getattr(material, field) for material in materials])
+        for field in ("ambient", "diffuse", "specular", "shininess")
+    }
+
+
+def _squares(scene: Scene, material: PhongMaterial) -> tuple[_Color, _Color, tuple[float, float]]:
+    if material.color is not None and material.normal_map is None:
+        return material.color, material.color, (1.0, 1.0)
+    texture = scene.textures.get(material.color_texture or "")
+    if isinstance(texture, CheckerTexture) and material.normal_map is None:
+        return texture.even, texture.odd, texture.repeat
+    raise ValueError("the peer's materials have a colour or a checker, and no normal map")
+
+
+def _light(light: Light) -> AreaLight:
+    if not isinstance(light, RectangleLight | ParallelogramLight):
+        raise ValueError(f"the peer's scene has no {light.type} light")
+    corner, first, second = corner_and_edges(light)
+    return AreaLight(
+        corner=mi.Point3f(*corner),
+        edges=(mi.Vector3f(*first), mi.Vector3f(*second)),
+        color=mi.Color3f(*light.color),
+        visible=light.visible,
+        two_sided=light.two_sided,
+    )

@@ -1,0 +1,182 @@
+"""Converged pictures by Mitsuba 3, shaded with exactly the radiance formula of the scene language.
+
+Run `python -m benchmarks.peer_pictures` (or `make bench-references`) to make the reference pictures again. It
+needs the extra `bench` and LLVM 15 or newer; on Debian 12: `apt-get install libllvm15`, and
+`DRJIT_LIBLLVM_PATH=/usr/lib/x86_64-linux-gnu/libLLVM-15.so.1`.
+
+The peer shares nothing with the renderer but the scene file: its intersections are Mitsuba's, in single
+precision; its light points are random over the whole light, not a grid; its samples are Mitsuba's
+multi-jittered ones.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from rich.console import Console
+
+from benchmarks import references
+from benchmarks.mitsuba_scene import AreaLight, PeerScene, convert
+from schemas.reading import read_scene
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from schemas.cameras import Camera
+    from schemas.scene import Scene
+
+_LANES = 2**25
+
+
+def picture(scene: Scene, samples: int, seed: int) -> NDArray[np.float64]:
+    """Render `scene`, one random point of each light for each camera sample.
+
+    Parameters
+    ----------
+    samples : int
+        Camera samples of a pixel, a square number.
+    seed : int
+        Pictures with different seeds are independent.
+
+    Returns
+    -------
+    (H, W, 3) array
+        Mean linear radiance of each pixel, not clipped.
+    """
+    peer = convert(scene)
+    camera = scene.camera
+    rows = max(1, _LANES // (camera.width * samples))
+    starts = range(0, camera.height, rows)
+    bands = [
+        _band(peer, camera, (start, min(start + rows, camera.height)), samples, seed) for start in starts
+    ]
+    return np.concatenate(bands)
+
+
+def _band(
+    peer: PeerScene, camera: Camera, rows: tuple[int, int], samples: int, seed: int
+) -> NDArray[np.float64]:
+    pixels = (rows[1] - rows[0]) * camera.width
+    sampler = mi.load_dict({"type": "multijitter", "sample_count": samples})
+    sampler.set_samples_per_wavefront(samples)
+    sampler.seed(seed * camera.height + rows[0], pixels * samples)
+    pixel = dr.arange(mi.UInt32, pixels * samples) // samples
+    column, row = pixel % camera.width, pixel // camera.width + dr.opaque(mi.UInt32, rows[0])
+    value = _radiance(peer, _camera_ray(camera, column, row, sampler.next_2d()), sampler)
+    sums = [dr.zeros(mi.Float64, pixels) for _ in range(3)]
+    for total, component in zip(sums, value, strict=True):
+        dr.scatter_reduce(dr.ReduceOp.Add, total, mi.Float64(component), pixel)
+    dr.eval(sums)
+    return np.stack([np.array(total) for total in sums], axis=1).reshape(-1, camera.width, 3) / samples
+
+
+def _camera_ray(camera: Camera, column: Any, row: Any, inside: Any) -> Any:
+    position, look_at, up = (np.array(v) for v in (camera.position, camera.look_at, camera.up))
+    forward = (look_at - position) / np.linalg.norm(look_at - position)
+    right = np.cross(forward, up) / np.linalg.norm(np.cross(forward, up))
+    above = np.cross(right, forward)
+    half = math.tan(math.radians(camera.vertical_fov) / 2)
+    across = half * camera.width / camera.height * (2 * (column + inside.x) / camera.width - 1)
+    upward = half * (1 - 2 * (row + inside.y) / camera.height)
+    direction = mi.Vector3f(*forward) + mi.Vector3f(*right) * across + mi.Vector3f(*above) * upward
+    return mi.Ray3f(mi.Point3f(*position), dr.normalize(direction))
+
+
+def _radiance(peer: PeerScene, ray: Any, sampler: Any) -> Any:
+    hit = peer.geometry.ray_intersect(ray)
+    index = dr.gather(mi.UInt32, peer.index_of, dr.reinterpret_array(mi.UInt32, hit.shape), hit.is_valid())
+    material = {name: dr.gather(type(row), row, index, hit.is_valid()) for name, row in peer.material.items()}
+    square = dr.floor(hit.uv * material["repeat"])
+    odd = dr.abs(square.x + square.y - 2 * dr.floor((square.x + square.y) / 2)) > 0
+    color = dr.select(odd, material["odd"], material["even"])
+    value = peer.ambient * material["ambient"] * color
+    for light in peer.lights:
+        value += _from_light(peer, light, ray, hit, material, color, sampler.next_2d())
+    value = dr.select(hit.is_valid(), value, peer.background)
+    return _with_visible_lights(peer, ray, hit.t, value)
+
+
+def _from_light(
+    peer: PeerScene, light: AreaLight, ray: Any, hit: Any, material: dict[str, Any], color: Any, point: Any
+) -> Any:
+    n = dr.select(dr.dot(hit.n, ray.d) > 0, -hit.n, hit.n)
+    target = light.corner + light.edges[0] * point.x + light.edges[1] * point.y
+    l = dr.normalize(target - hit.p)
+    cosine = dr.dot(n, l)
+    r = 2 * cosine * n - l
+    highlight = dr.power(dr.maximum(0, dr.dot(r, -ray.d)), material["shininess"])
+    reflected = material["diffuse"] * color * cosine + material["specular"] * highlight
+    faces = hit.is_valid() & (cosine > 0)
+    if not light.two_sided:
+        faces &= dr.dot(dr.cross(*light.edges), l) < 0
+    seen = faces & ~peer.geometry.ray_test(hit.spawn_ray_to(target), faces)
+    return dr.select(seen, light.color * reflected, 0)
+
+
+def _with_visible_lights(peer: PeerScene, ray: Any, nearest: Any, value: Any) -> Any:
+    for light in peer.lights:
+        if light.visible:
+            distance = _distance(light, ray)
+            value = dr.select(distance < nearest, light.color, value)
+            nearest = dr.minimum(nearest, distance)
+    return value
+
+
+def _distance(light: AreaLight, ray: Any) -> Any:
+    """Triple products, as a parallelogram's edges need not be perpendicular."""
+    normal = dr.cross(*light.edges)
+    facing = dr.dot(ray.d, normal)
+    offset = ray.o - light.corner
+    turned = dr.cross(offset, ray.d)
+    u, v = -dr.dot(turned, light.edges[1]) / facing, dr.dot(turned, light.edges[0]) / facing
+    t = -dr.dot(offset, normal) / facing
+    inside = (u >= 0) & (u <= 1) & (v >= 0) & (v <= 1) & (t > 0)
+    if not light.two_sided:
+        inside &= facing < 0
+    return dr.select(inside, t, dr.inf)
+
+
+def make_reference(name: str, samples: int, pictures: int, folder: Path) -> references.Provenance:
+    """Average `pictures` independent pictures; the difference of two halves is the reference's own error."""
+    scene, _ = read_scene((references.SCENES / f"{name}.json").read_bytes())
+    halves = [_mean_picture(scene, samples, range(first, pictures, 2)) for first in (0, 1)]
+    provenance = references.Provenance(
+        renderer=f"Mitsuba {mi.__version__} {mi.variant()}",
+        command=f"python -m benchmarks.peer_pictures --samples {samples} --pictures {pictures} {name}",
+        date=datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
+        samples_per_pixel=samples * pictures,
+        own_error_255=round(references.rmse_255(*halves) / 2, 4),
+        scene_sha256=references.scene_digest(scene),
+    )
+    references.save(name, (halves[0] + halves[1]) / 2, provenance, folder)
+    return provenance
+
+
+def _mean_picture(scene: Scene, samples: int, seeds: range) -> NDArray[np.float64]:
+    return np.mean([picture(scene, samples, seed) for seed in seeds], axis=0, dtype=np.float64)
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Make the references named on the command line, or all of them."""
+    parser = argparse.ArgumentParser(description="Make the reference pictures again.")
+    parser.add_argument("names", nargs="*", default=list(references.NAMES), metavar="NAME")
+    parser.add_argument("--samples", type=int, default=1024, help="samples a pixel of each picture")
+    parser.add_argument("--pictures", type=int, default=16, help="independent pictures, an even number")
+    parser.add_argument("--folder", type=Path, default=references.FOLDER, help="where to write")
+    options = parser.parse_args(arguments)
+    for name in options.names:
+        made = make_reference(name, options.samples, options.pictures, options.folder)
+        Console().print(
+            f"{name}: own error {made.own_error_255}/255 at {made.samples_per_pixel} samples a pixel"
+        )
+
+
+if __name__ == "__main__":
+    main()

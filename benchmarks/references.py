@@ -1,0 +1,113 @@
+"""Converged pictures of the study scenes, made by another renderer and kept in the repository."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PIL import Image
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from schemas.scene import Scene
+
+FOLDER = Path(__file__).parent.parent / "tests" / "images" / "references"
+SCENES = Path(__file__).parent.parent / "scenes" / "study"
+NAMES = ("soft", "chess")
+
+_LARGEST = 65535
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """How a reference was made.
+
+    Attributes
+    ----------
+    renderer : str
+        Name, version and variant of the renderer.
+    command : str
+        What makes the picture again.
+    date : str
+        Day on which it was made, ISO 8601.
+    samples_per_pixel : int
+        Camera samples of each pixel, each with one light sample.
+    own_error_255 : float
+        Estimated RMSE of the reference itself, in units of 1/255, from two halves with different seeds.
+    scene_sha256 : str
+        `scene_digest` of the scene that it shows.
+    """
+
+    renderer: str
+    command: str
+    date: str
+    samples_per_pixel: int
+    own_error_255: float
+    scene_sha256: str
+
+
+def scene_digest(scene: Scene) -> str:
+    """Name what a converged picture depends on: the whole scene but its name and its sampling."""
+    content = scene.model_dump_json(exclude={"name", "sampling"})
+    return hashlib.sha256(content.encode()).hexdigest()
+
+
+def rmse_255(image: ArrayLike, reference: ArrayLike) -> float:
+    """Root mean square difference of linear values clipped to 0..1, in units of 1/255.
+
+    Examples
+    --------
+    >>> round(rmse_255([0.0, 2.0], [1 / 255, 1.0]), 3)
+    0.707
+    """
+    difference = _clipped(image) - _clipped(reference)
+    return float(255 * np.sqrt(np.mean(difference**2)))
+
+
+def mean_difference_255(image: ArrayLike, reference: ArrayLike) -> float:
+    """Mean of image - reference on linear values clipped to 0..1, in units of 1/255.
+
+    Examples
+    --------
+    >>> round(mean_difference_255([0.5, 2.0], [0.5, 1 - 1 / 255]), 3)
+    0.5
+    """
+    return float(255 * np.mean(_clipped(image) - _clipped(reference)))
+
+
+def _clipped(image: ArrayLike) -> NDArray[np.float64]:
+    return np.clip(np.asarray(image, dtype=np.float64), 0.0, 1.0)
+
+
+def save(name: str, image: NDArray[np.float64], provenance: Provenance, folder: Path = FOLDER) -> None:
+    """Write `name`.png and `name`.json.
+
+    Parameters
+    ----------
+    image : (H, W, 3) array
+        Linear values; what lies outside 0..1 is clipped.
+
+    Notes
+    -----
+    The file is a 16-bit greyscale PNG, red above green above blue, because it compresses five times better
+    than an array file and keeps 1/65535. Values are linear: it looks dark in a viewer.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    levels = np.floor(_clipped(image) * _LARGEST + 0.5).astype(np.uint16)
+    Image.fromarray(np.concatenate(list(np.moveaxis(levels, 2, 0)))).save(
+        folder / f"{name}.png", optimize=True
+    )
+    (folder / f"{name}.json").write_text(json.dumps(asdict(provenance), indent=2) + "\n")
+
+
+def load(name: str, folder: Path = FOLDER) -> tuple[NDArray[np.float64], Provenance]:
+    """Read a reference: linear values in 0..1 of shape (H, W, 3), and how they were made."""
+    with Image.open(folder / f"{name}.png") as file:
+        levels = np.asarray(file, dtype=np.float64)
+    image = np.stack(np.split(levels, 3), axis=2) / _LARGEST
+    return image, Provenance(**json.loads((folder / f"{name}.json").read_text()))
