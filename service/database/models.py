@@ -1,0 +1,153 @@
+"""Tables. Portable between SQLite and PostgreSQL; the migrations build exactly these."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import (
+    JSON,
+    BigInteger,
+    CheckConstraint,
+    DateTime,
+    Dialect,
+    Enum,
+    Float,
+    ForeignKey,
+    Index,
+    Integer,
+    MetaData,
+    String,
+    Text,
+    text,
+)
+from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
+from sqlalchemy.types import TypeDecorator
+
+from schemas.jobs import JobState
+
+WAITING, RUNNING, DONE = "waiting", "running", "done"
+
+STATE = Enum(JobState, native_enum=False, length=16, values_callable=lambda states: [s.value for s in states])
+
+
+class UtcDateTime(TypeDecorator[datetime]):
+    """A moment in UTC. SQLite forgets the zone, PostgreSQL keeps it; both give it back."""
+
+    impl = DateTime(timezone=True)
+    cache_ok = True
+
+    def process_result_value(self, value: datetime | None, dialect: Dialect) -> datetime | None:  # noqa: ARG002  (an SQLAlchemy interface)
+        """Put the zone back where the database has none."""
+        return value if value is None else value.replace(tzinfo=value.tzinfo or UTC)
+
+
+class Base(DeclarativeBase):
+    """Names every constraint, so that a later migration can name it too."""
+
+    metadata = MetaData(
+        naming_convention={
+            "ix": "ix_%(table_name)s_%(column_0_N_name)s",
+            "uq": "uq_%(table_name)s_%(column_0_N_name)s",
+            "ck": "ck_%(table_name)s_%(constraint_name)s",
+            "fk": "fk_%(table_name)s_%(column_0_name)s_%(referred_table_name)s",
+            "pk": "pk_%(table_name)s",
+        }
+    )
+
+
+def _one_of(column: str, values: list[str]) -> str:
+    return f"{column} IN ({', '.join(repr(value) for value in values)})"
+
+
+class JobRow(Base):
+    """A job. ``number`` orders jobs by arrival; ``id`` is the name that the outside knows."""
+
+    __tablename__ = "jobs"
+    __table_args__ = (
+        CheckConstraint(_one_of("state", [state.value for state in JobState]), name="state"),
+        Index("ix_jobs_state_number", "state", "number"),
+        {"sqlite_autoincrement": True},  # the number of a deleted job is never given again
+    )
+
+    number: Mapped[int] = mapped_column(Integer, primary_key=True, autoincrement=True)
+    id: Mapped[str] = mapped_column(String(32), unique=True)
+    name: Mapped[str | None] = mapped_column(Text)
+    state: Mapped[JobState] = mapped_column(STATE, default=JobState.QUEUED)
+    cancel_requested: Mapped[bool] = mapped_column(default=False)
+
+    width: Mapped[int] = mapped_column(Integer)
+    height: Mapped[int] = mapped_column(Integer)
+    spec_sha256: Mapped[str] = mapped_column(String(64))
+    passes: Mapped[list[dict[str, int]]] = mapped_column(JSON)
+    display: Mapped[dict[str, Any]] = mapped_column(JSON)
+    plan: Mapped[dict[str, Any]] = mapped_column(JSON, deferred=True)
+    warnings: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
+
+    total_steps: Mapped[int] = mapped_column(Integer)
+    done_steps: Mapped[int] = mapped_column(Integer, default=0)
+    total_work: Mapped[int] = mapped_column(Integer)
+    done_work: Mapped[int] = mapped_column(Integer, default=0)
+    last_seq: Mapped[int] = mapped_column(Integer, default=0)
+    compose_attempt: Mapped[int] = mapped_column(Integer, default=0)
+
+    predicted_cpu_seconds: Mapped[float] = mapped_column(Float)
+    cpu_seconds: Mapped[float] = mapped_column(Float, default=0.0)
+    rays: Mapped[dict[str, int]] = mapped_column(JSON, default=dict)
+
+    image_sha256: Mapped[str | None] = mapped_column(String(64))
+    failure: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
+    created_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    started_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    finished_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+
+
+class TileRow(Base):
+    """One step of a job: a tile in a pass.
+
+    A finished step has a number of its own in its job (``seq``): the finished rows in this order are
+    the job's events, so that an event and what it tells of can never disagree.
+    """
+
+    __tablename__ = "tiles"
+    __table_args__ = (
+        CheckConstraint(_one_of("state", [WAITING, RUNNING, DONE]), name="state"),
+        CheckConstraint("(state = 'done') = (seq IS NOT NULL)", name="seq_when_done"),
+        Index("uq_tiles_job_seq", "job", "seq", unique=True),
+        Index(
+            "ix_tiles_unfinished",
+            "job",
+            "state",
+            "pass_index",
+            "tile",
+            sqlite_where=text("state <> 'done'"),
+            postgresql_where=text("state <> 'done'"),
+        ),
+    )
+
+    job: Mapped[int] = mapped_column(ForeignKey("jobs.number", ondelete="CASCADE"), primary_key=True)
+    pass_index: Mapped[int] = mapped_column(Integer, primary_key=True)
+    tile: Mapped[int] = mapped_column(Integer, primary_key=True)
+    x0: Mapped[int] = mapped_column(Integer)
+    y0: Mapped[int] = mapped_column(Integer)
+    x1: Mapped[int] = mapped_column(Integer)
+    y1: Mapped[int] = mapped_column(Integer)
+    state: Mapped[str] = mapped_column(String(8), default=WAITING)
+    attempt: Mapped[int] = mapped_column(Integer, default=0)
+    deaths: Mapped[int] = mapped_column(Integer, default=0)
+    seq: Mapped[int | None] = mapped_column(Integer)
+    crc32: Mapped[int | None] = mapped_column(BigInteger)
+    cpu_seconds: Mapped[float | None] = mapped_column(Float)
+
+
+class AssetRow(Base):
+    """An uploaded texture. Its bytes lie in the store under the same name."""
+
+    __tablename__ = "assets"
+
+    sha256: Mapped[str] = mapped_column(String(64), primary_key=True)
+    bytes: Mapped[int] = mapped_column(Integer)
+    media_type: Mapped[str] = mapped_column(String(64))
+    width: Mapped[int] = mapped_column(Integer)
+    height: Mapped[int] = mapped_column(Integer)
+    created_at: Mapped[datetime] = mapped_column(UtcDateTime)

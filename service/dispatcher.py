@@ -1,0 +1,226 @@
+"""The one thread that hands out work and takes note of what became of it.
+
+It sleeps until something happens: a job arrives, a task ends, a job is cancelled. Then one round writes all
+results and claims in one transaction, gives the claimed tasks to the engine, and tells the watchers.
+"""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections import deque
+from collections.abc import Iterable
+from concurrent.futures import Future
+
+import structlog
+from sqlalchemy import select
+from sqlalchemy.exc import SQLAlchemyError
+
+from service import ledger
+from service.database.connection import Database
+from service.database.models import JobRow
+from service.engines.protocol import Engine
+from service.engines.tasks import Interrupted, JobTask, Outcome, Task, TraceTask
+from service.errors import UnavailableError
+from service.feed import Feed
+from service.rounds import Round
+from service.settings import Settings
+from service.store.tiles import TileStore
+
+# How long to leave the database or a full disk alone before the next try, seconds.
+RETRY_SECONDS = 1.0
+# How often to look again whether the running task of a job that has ended is gone, seconds.
+LEAVING_SECONDS = 0.05
+# Traces that wait for a worker; more are sent away.
+MAX_CALLS = 64
+
+log = structlog.get_logger()
+
+
+class Dispatcher:
+    """Keeps the engine busy with the jobs in the database.
+
+    Parameters
+    ----------
+    database, store, engine, feed
+        The database is the only truth; the engine may lose anything at any time.
+    settings : Settings
+        Attempts and grace.
+    """
+
+    def __init__(
+        self, database: Database, store: TileStore, engine: Engine, feed: Feed, settings: Settings
+    ) -> None:
+        self._database, self._store, self._engine, self._feed = database, store, engine, feed
+        self._settings = settings
+        self._thread = threading.Thread(target=self._run, name="dispatcher", daemon=True)
+        self._stopping = threading.Event()
+        # From other threads: outcomes, and None where only attention is asked for.
+        self._inbox: queue.SimpleQueue[tuple[Task, Outcome] | None] = queue.SimpleQueue()
+        self._calls: deque[tuple[TraceTask, Future[Outcome]]] = deque()
+        self._cancelled: deque[str] = deque()
+        # The dispatcher's own.
+        self._reports: list[tuple[JobTask, Outcome]] = []
+        self._flying: set[JobTask] = set()
+        self._answers: dict[TraceTask, Future[Outcome]] = {}
+        self._leaving: dict[str, float] = {}
+        self._pause_until = 0.0
+
+    def start(self) -> None:
+        """Take back what an earlier service left unfinished, and begin."""
+        with self._database.writing() as session:
+            ledger.recover(session)
+        with self._database.reading() as session:
+            states = dict(session.execute(select(JobRow.id, JobRow.state)).tuples().all())
+        self._store.sweep(set(states))
+        for job, state in states.items():
+            if state.final:
+                self._store.drop_tiles(job)
+        self._thread.start()
+        self.wake()
+
+    def wake(self) -> None:
+        """Say that there may be something to do."""
+        self._inbox.put(None)
+
+    def cancel(self, job: str) -> None:
+        """Stop the running tasks of a job whose row asks for it."""
+        self._cancelled.append(job)
+        self.wake()
+
+    def call(self, task: TraceTask) -> Future[Outcome]:
+        """Have a trace executed before any tile that waits; cancel the future to stop it.
+
+        Raises
+        ------
+        UnavailableError
+            If too many others wait.
+        """
+        if len(self._calls) >= MAX_CALLS:
+            raise UnavailableError("Too many traces are waiting. Try again in a moment.")
+        answer: Future[Outcome] = Future()
+        answer.add_done_callback(lambda _: self.wake())
+        self._calls.append((task, answer))
+        self.wake()
+        return answer
+
+    def alive(self) -> bool:
+        """Whether jobs are being worked on."""
+        return self._thread.is_alive() and self._engine.alive()
+
+    def stop(self) -> None:
+        """Stop at once. What was running will be rendered again after the next start."""
+        self._stopping.set()
+        self.wake()
+        self._thread.join()
+
+    def _run(self) -> None:
+        self._engine.start(self._report)
+        try:
+            while self._listen():
+                self._round()
+        finally:
+            self._engine.close()
+            for answer in (*self._answers.values(), *(answer for _, answer in self._calls)):
+                answer.cancel()
+
+    def _report(self, task: Task, outcome: Outcome, /) -> None:
+        self._inbox.put((task, outcome))
+
+    def _listen(self) -> bool:
+        """Wait until something happened and collect all of it; False at the end."""
+        try:
+            message = self._inbox.get(timeout=self._patience())
+            while True:
+                if message is not None:
+                    self._take_note(*message)
+                message = self._inbox.get_nowait()
+        except queue.Empty:
+            pass
+        while self._cancelled:
+            self._leave(self._cancelled.popleft(), self._settings.cancel_grace_seconds)
+        return not self._stopping.is_set()
+
+    def _patience(self) -> float | None:
+        if self._leaving:
+            return LEAVING_SECONDS
+        paused = self._pause_until - time.monotonic()
+        return max(0.0, paused) if self._pause_until else None
+
+    def _take_note(self, task: Task, outcome: Outcome) -> None:
+        if not isinstance(task, TraceTask):
+            self._flying.discard(task)
+            self._reports.append((task, outcome))
+            return
+        answer = self._answers.pop(task)
+        if isinstance(outcome, Interrupted):
+            self._calls.appendleft((task, answer))
+        elif answer.set_running_or_notify_cancel():
+            answer.set_result(outcome)
+
+    def _leave(self, job: str, grace: float) -> None:
+        self._leaving.setdefault(job, time.monotonic() + grace)
+
+    def _round(self) -> None:
+        self._interrupt()
+        self._answer_calls()
+        if time.monotonic() < self._pause_until:
+            return
+        self._pause_until = 0.0
+        result = Round(
+            reports=self._reports,
+            flying=self._flying,
+            leaving=self._leaving,
+            room=self._engine.room(),
+            max_attempts=self._settings.max_attempts,
+        )
+        try:
+            with self._database.writing() as session:
+                result.decide(session)
+        except SQLAlchemyError as error:
+            log.warning("database not usable, trying again", error=type(error).__name__)
+            self._pause()
+        else:
+            self._reports = []
+            self._act(result)
+
+    def _interrupt(self) -> None:
+        """Stop the tasks of jobs that have ended, and traces that nobody waits for."""
+        now = time.monotonic()
+        late = {job for job, deadline in self._leaving.items() if deadline <= now}
+        unwanted = {task for task, answer in self._answers.items() if answer.cancelled()}
+        if late or unwanted:
+            self._engine.interrupt(
+                lambda task: task in unwanted if isinstance(task, TraceTask) else task.job in late
+            )
+
+    def _answer_calls(self) -> None:
+        for _ in range(min(self._engine.room(), len(self._calls))):
+            task, answer = self._calls.popleft()
+            if not answer.cancelled():
+                self._answers[task] = answer
+                self._engine.submit(task)
+
+    def _act(self, result: Round) -> None:
+        if result.storage_full:
+            self._pause()
+        for task in result.tasks:
+            self._flying.add(task)
+            self._engine.submit(task)
+        self._feed.publish(result.touched)
+        self._clear(result.ended)
+
+    def _pause(self) -> None:
+        self._pause_until = time.monotonic() + RETRY_SECONDS
+
+    def _clear(self, ended: Iterable[str]) -> None:
+        """Drop the tiles of jobs that have ended, once nothing writes to them any more."""
+        busy = {task.job for task in self._flying}
+        for job in ended:
+            if job in busy:
+                self._leave(job, 0.0)
+            else:
+                self._leaving.pop(job, None)
+                self._store.drop_tiles(job)
+                log.info("job ended", job=job)

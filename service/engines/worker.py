@@ -1,0 +1,137 @@
+"""The inside of a worker process: how it starts, and how it executes a task."""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import os
+import resource
+import signal
+import sys
+from collections import OrderedDict
+from dataclasses import dataclass
+from functools import singledispatchmethod
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import structlog
+
+import renderer
+from renderer import film, image_files
+from service.engines.tasks import (
+    ComposeDone,
+    ComposeTask,
+    Outcome,
+    Task,
+    TaskFailed,
+    TileDone,
+    TileTask,
+    TraceDone,
+    TraceTask,
+)
+from service.errors import StoreFullError
+from service.specs import compile_spec
+from service.store.assets import AssetStore
+from service.store.tiles import FileTileStore
+
+PR_SET_PDEATHSIG = 1
+PLANS_KEPT = 4
+
+log = structlog.get_logger()
+
+
+@dataclass(frozen=True)
+class WorkerSetup:
+    """What a worker process is told when it starts."""
+
+    parent: int
+    jobs: Path
+    assets: Path
+    max_asset_pixels: int
+    memory_bytes: int
+
+
+class Worker:
+    """Executes tasks one after another; keeps the plans of the last few jobs."""
+
+    def __init__(self, setup: WorkerSetup) -> None:
+        self._store = FileTileStore(setup.jobs)
+        self._assets = AssetStore(setup.assets, setup.max_asset_pixels)
+        self._plans: OrderedDict[str, renderer.RenderPlan] = OrderedDict()
+
+    @singledispatchmethod
+    def execute(self, task: Any) -> Outcome:
+        """Execute a task and return its outcome."""
+        raise TypeError(type(task).__name__)
+
+    @execute.register
+    def _(self, task: TileTask) -> TileDone:
+        result = renderer.render_tile(self._plan(task), task.tile, task.pass_)
+        crc32 = self._store.put_tile(task.job, task.tile, task.pass_, task.attempt, result.pixels)
+        return TileDone(crc32, result.counts, result.cpu_seconds)
+
+    @execute.register
+    def _(self, task: ComposeTask) -> ComposeDone:
+        image = np.empty((task.height, task.width, 3), np.float32)
+        for _, group in groupby(task.parts, key=lambda part: part.tile.index):
+            parts = list(group)
+            tile = parts[0].tile
+            pixels = film.compose([(part.pass_, self._store.get_tile(task.job, part)) for part in parts])
+            image[tile.y0 : tile.y1, tile.x0 : tile.x1] = pixels
+        data = image_files.encode_npy(image)
+        self._store.put_file(task.job, "image.npy", data)
+        return ComposeDone(hashlib.sha256(data).hexdigest())
+
+    @execute.register
+    def _(self, task: TraceTask) -> TraceDone:
+        plan = renderer.compile_scene(renderer.load_scene(task.scene, assets=self._assets))
+        hits = renderer.trace(plan, task.origins, task.directions)
+        names = ("t", "position", "normal", "uv", "shape", "primitive", "visibility")
+        return TraceDone({name: getattr(hits, name) for name in names})
+
+    def _plan(self, task: TileTask) -> renderer.RenderPlan:
+        plan = self._plans.pop(task.spec_sha256, None)
+        if plan is None:
+            plan = compile_spec(self._store.get_spec(task.job), self._assets)
+        self._plans[task.spec_sha256] = plan
+        while len(self._plans) > PLANS_KEPT:
+            self._plans.popitem(last=False)
+        return plan
+
+
+_worker: Worker | None = None
+
+
+def start_worker(setup: WorkerSetup) -> None:
+    """Prepare this process: it dies with its parent, leaves no core file and keeps to its memory."""
+    global _worker  # noqa: PLW0603  (a pool hands its functions nothing but their arguments)
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != setup.parent:
+        os._exit(1)  # the parent died before the line above could notice
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's affair
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_AS, (setup.memory_bytes, setup.memory_bytes))
+    _worker = Worker(setup)
+
+
+def execute(task: Task) -> Outcome:
+    """Execute a task in this process. Errors come back as outcomes: not every exception can travel."""
+    assert _worker is not None
+    try:
+        return _worker.execute(task)
+    except MemoryError:
+        return TaskFailed("out_of_memory", "Rendering needs more memory than a worker may use.")
+    except Exception as error:  # noqa: BLE001  (whatever a task raises is its outcome)
+        return _failure(task, error)
+
+
+def _failure(task: Task, error: Exception) -> TaskFailed:
+    if isinstance(error, StoreFullError):
+        return TaskFailed("storage_full", str(error))
+    log.error("task failed", task=type(task).__name__, job=getattr(task, "job", None), exc_info=error)
+    if isinstance(error, renderer.RendererError):
+        return TaskFailed("render_failed", str(error))
+    return TaskFailed("render_failed", f"The renderer stopped with {type(error).__name__}.")

@@ -1,0 +1,70 @@
+"""News of jobs for those who watch. The database is the truth: news only say that it is worth a look."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+
+
+class Watcher:
+    """One waiting request. News that arrive before it waits are not lost."""
+
+    def __init__(self, feed: Feed) -> None:
+        self._feed = feed
+        self._news = asyncio.Event()
+
+    def wake(self) -> None:
+        """Say that there is news."""
+        self._news.set()
+
+    async def wait(self, seconds: float) -> bool:
+        """Wait for news; False if none came in time, and at once when the service stops."""
+        if self._feed.closed:
+            return False
+        with suppress(TimeoutError):
+            async with asyncio.timeout(seconds):
+                await self._news.wait()
+        arrived = self._news.is_set() and not self._feed.closed
+        self._news.clear()
+        return arrived
+
+
+class Feed:
+    """Connects the dispatcher's thread with the requests that wait on the event loop.
+
+    Made on the event loop that the requests run on.
+    """
+
+    def __init__(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._watchers: defaultdict[str, set[Watcher]] = defaultdict(set)
+        self.closed = False
+
+    @contextmanager
+    def watch(self, job: str) -> Iterator[Watcher]:
+        """Receive news of a job from now on: begin before looking into the database."""
+        watcher = Watcher(self)
+        self._watchers[job].add(watcher)
+        try:
+            yield watcher
+        finally:
+            self._watchers[job].discard(watcher)
+            if not self._watchers[job]:
+                del self._watchers[job]
+
+    def publish(self, jobs: Iterable[str]) -> None:
+        """Say that these jobs have changed. May be called by any thread."""
+        with suppress(RuntimeError):  # the loop is closed: nobody waits any more
+            self._loop.call_soon_threadsafe(self._wake, tuple(jobs))
+
+    def close(self) -> None:
+        """Send everybody away who waits, now and from now on."""
+        self.closed = True
+        self._wake(tuple(self._watchers))
+
+    def _wake(self, jobs: tuple[str, ...]) -> None:
+        for job in jobs:
+            for watcher in self._watchers.get(job, ()):
+                watcher.wake()

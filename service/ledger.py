@@ -1,0 +1,148 @@
+"""The dispatcher's transactions: which step is next, and what became of those handed out.
+
+Every function works in a transaction of its caller, so that the results and the claims of one round
+are one write.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Iterator
+from datetime import UTC, datetime
+
+from sqlalchemy import exists, or_, select, update
+from sqlalchemy.orm import Session
+
+from schemas.jobs import Failure, JobState
+from schemas.tiles import Pass, Tile
+from service.database.models import DONE, RUNNING, WAITING, JobRow, TileRow
+from service.engines.tasks import ComposeDone, ComposeTask, TileDone, TileTask
+from service.store.tiles import StoredTile
+
+
+def recover(session: Session) -> None:
+    """Take back what a service that is gone had handed out: finished steps stay finished."""
+    session.execute(update(TileRow).where(TileRow.state == RUNNING).values(state=WAITING))
+    for job in session.scalars(select(JobRow).where(JobRow.state == JobState.RUNNING)):
+        job.compose_attempt = 0
+        if job.cancel_requested:
+            end(job, JobState.CANCELLED)
+
+
+def job_of(session: Session, job_id: str) -> JobRow | None:
+    """Find a job and keep others from changing it until the transaction ends."""
+    return session.scalar(select(JobRow).where(JobRow.id == job_id).with_for_update())
+
+
+def end(job: JobRow, state: JobState, failure: Failure | None = None) -> None:
+    """Give a job its final state."""
+    job.state = state
+    job.failure = failure.model_dump() if failure else None
+    job.finished_at = datetime.now(UTC)
+
+
+def tile_claims(session: Session, room: int) -> Iterator[TileTask]:
+    """Hand out the next steps, at most ``room``.
+
+    A queued job shows its coarse picture before any other job goes on; then the oldest job runs, all tiles
+    in one pass before any tile in the next.
+    """
+    started = JobRow.state == JobState.RUNNING
+    waiting = exists().where(TileRow.job == JobRow.number, TileRow.state == WAITING)
+    active = select(JobRow).where(
+        or_(started, JobRow.state == JobState.QUEUED), ~JobRow.cancel_requested, waiting
+    )
+    for job in session.scalars(active.order_by(started, JobRow.number).limit(room)).all():
+        for step in _waiting(session, job, room, coarse_only=job.state == JobState.QUEUED):
+            room -= 1
+            yield _hand_out(job, step)
+        if not room:
+            return
+
+
+def _waiting(session: Session, job: JobRow, limit: int, *, coarse_only: bool) -> list[TileRow]:
+    query = select(TileRow).where(TileRow.job == job.number, TileRow.state == WAITING)
+    if coarse_only:
+        query = query.where(TileRow.pass_index == 0)
+    return list(session.scalars(query.order_by(TileRow.pass_index, TileRow.tile).limit(limit)))
+
+
+def _hand_out(job: JobRow, step: TileRow) -> TileTask:
+    if job.state == JobState.QUEUED:
+        job.state = JobState.RUNNING
+        job.started_at = datetime.now(UTC)
+    step.state = RUNNING
+    step.attempt += 1
+    return TileTask(job.id, job.spec_sha256, _tile(step), _passes(job)[step.pass_index], step.attempt)
+
+
+def land(session: Session, job: JobRow, task: TileTask, done: TileDone) -> bool:
+    """Take note of a finished step. False if it is not the attempt that was waited for."""
+    step = _handed_out(session, job, task)
+    if step is None:
+        return False
+    job.last_seq += 1
+    job.done_steps += 1
+    job.done_work += work(task.pass_, task.tile)
+    job.cpu_seconds += done.cpu_seconds
+    job.rays = dict(Counter(job.rays) + Counter(done.counts))
+    step.state, step.seq, step.crc32, step.cpu_seconds = DONE, job.last_seq, done.crc32, done.cpu_seconds
+    return True
+
+
+def take_back(session: Session, job: JobRow, task: TileTask, *, death: bool) -> int:
+    """Let a step wait again, and return how many workers it has cost so far."""
+    step = _handed_out(session, job, task)
+    if step is None:
+        return 0
+    step.state = WAITING
+    step.deaths += death
+    return step.deaths
+
+
+def compose_claims(session: Session, composing: Collection[str]) -> Iterator[ComposeTask]:
+    """Hand out the last step of the jobs whose tiles are all finished, except those in ``composing``."""
+    finished = JobRow.done_steps == JobRow.total_steps
+    query = select(JobRow).where(JobRow.state == JobState.RUNNING, finished, ~JobRow.cancel_requested)
+    for job in session.scalars(query.order_by(JobRow.number)).all():
+        if job.id not in composing:
+            job.compose_attempt += 1
+            parts = tuple(sampled(session, job))
+            yield ComposeTask(job.id, job.width, job.height, parts, job.compose_attempt)
+
+
+def complete(job: JobRow, done: ComposeDone) -> None:
+    """Take note of a final picture."""
+    job.image_sha256 = done.sha256
+    end(job, JobState.SUCCEEDED)
+
+
+def sampled(session: Session, job: JobRow) -> Iterator[StoredTile]:
+    """Iterate over the finished steps that have samples, tile by tile, each in the order of its passes."""
+    passes = _passes(job)
+    query = select(TileRow).where(TileRow.job == job.number, TileRow.state == DONE, TileRow.pass_index > 0)
+    for step in session.scalars(query.order_by(TileRow.tile, TileRow.pass_index)):
+        assert step.crc32 is not None
+        yield StoredTile(_tile(step), passes[step.pass_index], step.attempt, step.crc32)
+
+
+def _handed_out(session: Session, job: JobRow, task: TileTask) -> TileRow | None:
+    if job.state != JobState.RUNNING or job.cancel_requested:
+        return None
+    step = session.get(TileRow, (job.number, task.pass_.index, task.tile.index))
+    return step if step and step.state == RUNNING and step.attempt == task.attempt else None
+
+
+def work(pass_: Pass, tile: Tile) -> int:
+    """Camera samples of a step: the unit in which progress is measured."""
+    if pass_.stride > 1:
+        return -(-tile.width // pass_.stride) * -(-tile.height // pass_.stride)
+    return (pass_.last - pass_.first) * tile.width * tile.height
+
+
+def _tile(step: TileRow) -> Tile:
+    return Tile(step.tile, step.x0, step.y0, step.x1, step.y1)
+
+
+def _passes(job: JobRow) -> list[Pass]:
+    return [Pass(**fields) for fields in job.passes]

@@ -1,0 +1,75 @@
+"""Everything that can be set about a service, from arguments or the environment."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from pydantic import Field
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+from schemas.limits import Limits
+
+MIB = 1024 * 1024
+
+
+def _processors() -> int:
+    return len(os.sched_getaffinity(0))
+
+
+class Settings(BaseSettings):
+    """Settings of one service. Each is read from ``PENUMBRA_<NAME>`` unless it is given.
+
+    Nested names take two underscores: ``PENUMBRA_LIMITS__MAX_PIXELS=1000000``.
+    """
+
+    model_config = SettingsConfigDict(env_prefix="PENUMBRA_", env_nested_delimiter="__", frozen=True)
+
+    data: Path = Field(
+        default=Path("penumbra-data"), description="Folder for everything kept: database, pictures, textures."
+    )
+    host: str = Field(default="127.0.0.1", description="Address to listen on.")
+    port: int = Field(default=8000, ge=0, le=65535, description="Port to listen on; 0 takes a free one.")
+    workers: int = Field(default_factory=_processors, ge=1, le=1024, description="Processes that render.")
+    database: str | None = Field(
+        default=None, description="SQLAlchemy URL; by default an SQLite file in the data folder."
+    )
+    tile_size: int | None = Field(
+        default=None,
+        ge=1,
+        le=4096,
+        description="Pixels along a tile's side; by default the renderer's choice.",
+    )
+
+    limits: Limits = Field(default_factory=Limits, description="What a scene may ask for at most.")
+    max_cpu_seconds: float = Field(default=3600.0, gt=0, description="Largest predicted cost of a job.")
+    max_asset_bytes: int = Field(default=64 * MIB, ge=1, description="Largest texture file.")
+    max_asset_pixels: int = Field(default=64 * MIB, ge=1, description="Largest texture, in pixels.")
+    max_trace_rays: int = Field(default=100_000, ge=1, description="Most rays in one trace request.")
+    max_wait_seconds: float = Field(
+        default=60.0, ge=0, description="Longest that a request may wait for news."
+    )
+    max_events: int = Field(default=1000, ge=1, description="Most tile events in one answer.")
+    heartbeat_seconds: float = Field(
+        default=10.0, gt=0, description="Silence before a comment is sent to watchers."
+    )
+
+    worker_memory_bytes: int = Field(
+        default=4096 * MIB, ge=256 * MIB, description="Address space of one worker."
+    )
+    max_attempts: int = Field(
+        default=3, ge=1, description="Workers that a tile may lose before its job fails."
+    )
+    cancel_grace_seconds: float = Field(
+        default=0.2,
+        ge=0,
+        description="How long the running tile of a cancelled job may take to finish by itself.",
+    )
+    min_free_bytes: int = Field(
+        default=64 * MIB, ge=0, description="Free disk below which the service is not ready."
+    )
+
+    @property
+    def database_url(self) -> str:
+        """URL of the database in use."""
+        return self.database or f"sqlite:///{self.data.absolute() / 'penumbra.sqlite'}"

@@ -1,0 +1,1 @@
+"""Where pixels and textures lie: finished tiles, final pictures, uploaded assets."""

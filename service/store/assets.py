@@ -1,0 +1,112 @@
+"""Uploaded textures, kept by the SHA-256 of their bytes."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import AsyncIterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+from anyio import to_thread
+from PIL import Image
+
+from service.errors import AssetMismatchError, AssetUnusableError
+from service.store.tiles import replacing, sweep_temporary
+
+PREFIX = "sha256:"
+FORMATS = {"PNG": "image/png", "JPEG": "image/jpeg"}
+
+
+@dataclass(frozen=True)
+class ImageHeader:
+    """What the first bytes of a picture say about it."""
+
+    media_type: str
+    width: int
+    height: int
+
+
+class AssetStore:
+    """One file for each asset. Satisfies ``renderer.AssetSource``.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if it is not there.
+    max_pixels : int
+        Larger pictures are refused before they are decoded: a few kilobytes can unpack to gigabytes.
+    """
+
+    def __init__(self, folder: Path, max_pixels: int) -> None:
+        self.folder = folder
+        self._max_pixels = max_pixels
+        folder.mkdir(parents=True, exist_ok=True)
+
+    def path(self, sha256: str) -> Path:
+        """Return where an asset lies, or would lie."""
+        return self.folder / sha256
+
+    def read(self, name: str) -> bytes:
+        """Return the bytes of the asset that a scene names ``sha256:<hex>``; KeyError if there is none."""
+        sha256 = name.removeprefix(PREFIX)
+        if name == sha256 or not is_sha256(sha256):
+            raise KeyError(name)
+        try:
+            return self.path(sha256).read_bytes()
+        except FileNotFoundError:
+            raise KeyError(name) from None
+
+    async def receive(self, sha256: str, chunks: AsyncIterator[bytes]) -> tuple[int, ImageHeader]:
+        """Keep a body as it arrives, and return its size and what kind of picture it is.
+
+        Raises
+        ------
+        AssetMismatchError
+            If the bytes have another hash; nothing is kept.
+        AssetUnusableError
+            If they are no picture, or a picture with too many pixels; nothing is kept.
+        """
+        digest, size = hashlib.sha256(), 0
+        with replacing(self.path(sha256)) as file:
+            async for chunk in chunks:
+                digest.update(chunk)
+                size += len(chunk)
+                await to_thread.run_sync(file.write, chunk)
+            if digest.hexdigest() != sha256:
+                raise AssetMismatchError("The body does not have the SHA-256 that is in the address.")
+            file.flush()
+            header = await to_thread.run_sync(self._inspect, file)
+        return size, header
+
+    def sweep(self) -> None:
+        """Remove what a killed process left behind."""
+        sweep_temporary(self.folder)
+
+    def _inspect(self, file: IO[bytes]) -> ImageHeader:
+        header = read_header(Path(file.name))
+        if header.width * header.height > self._max_pixels:
+            raise AssetUnusableError(
+                f"The picture is {header.width} x {header.height}: more than {self._max_pixels} pixels."
+            )
+        return header
+
+
+def read_header(path: Path) -> ImageHeader:
+    """Read the size and type of a picture without decoding it; raise AssetUnusableError if it is none."""
+    try:
+        with Image.open(path, formats=tuple(FORMATS)) as image:
+            return ImageHeader(FORMATS[image.format or ""], image.width, image.height)
+    except Image.DecompressionBombError as error:
+        raise AssetUnusableError("The picture has too many pixels.") from error
+    except (OSError, ValueError, SyntaxError) as error:
+        raise AssetUnusableError(f"The body is not a picture in {' or '.join(FORMATS)} format.") from error
+
+
+def is_sha256(text: str) -> bool:
+    """Whether a text is 64 lower-case hexadecimal digits.
+
+    >>> is_sha256("ab" * 32), is_sha256("../passwd")
+    (True, False)
+    """
+    return len(text) == 64 and set(text) <= set("0123456789abcdef")

@@ -1,0 +1,164 @@
+"""The store of pixels: what it must do, and how files do it."""
+
+from __future__ import annotations
+
+import errno
+import shutil
+import tempfile
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas.tiles import Pass, Tile
+from service.errors import StoreDamagedError, StoreFullError
+
+Pixels = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class StoredTile:
+    """A finished step: which pixels, which attempt wrote them, and the checksum of its bytes."""
+
+    tile: Tile
+    pass_: Pass
+    attempt: int
+    crc32: int
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Shape of its pixels: rows, columns, channels."""
+        return _shape(self.tile, self.pass_)
+
+
+class TileStore(Protocol):
+    """Keeps the pixels of jobs. Every write is atomic: a reader sees all of it or nothing."""
+
+    def put_spec(self, job: str, spec: bytes) -> None:
+        """Keep what a job was asked to render."""
+
+    def get_spec(self, job: str) -> bytes:
+        """Return what ``put_spec`` was given."""
+
+    def put_tile(self, job: str, tile: Tile, pass_: Pass, attempt: int, pixels: Pixels) -> int:
+        """Keep the pixels of one step and return their CRC-32."""
+
+    def get_tile(self, job: str, stored: StoredTile) -> Pixels:
+        """Return the pixels of one step; raise StoreDamagedError if they are not what was written."""
+
+    def put_file(self, job: str, name: str, data: bytes) -> Path:
+        """Keep a result of a job under a name and return where it lies."""
+
+    def file(self, job: str, name: str) -> Path:
+        """Return where a result of a job lies, or would lie."""
+
+    def drop_tiles(self, job: str) -> None:
+        """Forget the tiles of a job; nothing happens if there are none."""
+
+    def drop_job(self, job: str) -> None:
+        """Forget everything about a job; nothing happens if there is nothing."""
+
+    def sweep(self, jobs: set[str]) -> None:
+        """Remove what a killed process left behind, and whatever belongs to no job in ``jobs``."""
+
+
+class FileTileStore:
+    """One folder a job; in it one file for each tile and pass.
+
+    Parameters
+    ----------
+    folder : Path
+        Made when the first job arrives.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def put_spec(self, job: str, spec: bytes) -> None:
+        """Keep what a job was asked to render."""
+        (self.folder / job / "tiles").mkdir(parents=True, exist_ok=True)
+        self.put_file(job, "spec.json", spec)
+
+    def get_spec(self, job: str) -> bytes:
+        """Return what ``put_spec`` was given."""
+        return self.file(job, "spec.json").read_bytes()
+
+    def put_tile(self, job: str, tile: Tile, pass_: Pass, attempt: int, pixels: Pixels) -> int:
+        """Keep the pixels of one step and return their CRC-32."""
+        data = pixels.astype("<f4", copy=False).tobytes()
+        with replacing(self._tile(job, tile, pass_, attempt)) as file:
+            file.write(data)
+        return zlib.crc32(data)
+
+    def get_tile(self, job: str, stored: StoredTile) -> Pixels:
+        """Return the pixels of one step; raise StoreDamagedError if they are not what was written."""
+        data = self._tile(job, stored.tile, stored.pass_, stored.attempt).read_bytes()
+        if zlib.crc32(data) != stored.crc32:
+            raise StoreDamagedError(f"Tile {stored.tile.index} of pass {stored.pass_.index} is damaged.")
+        return np.frombuffer(data, dtype="<f4").reshape(stored.shape)
+
+    def put_file(self, job: str, name: str, data: bytes) -> Path:
+        """Keep a result of a job under a name and return where it lies."""
+        path = self.file(job, name)
+        with replacing(path) as file:
+            file.write(data)
+        return path
+
+    def file(self, job: str, name: str) -> Path:
+        """Return where a result of a job lies, or would lie."""
+        return self.folder / job / name
+
+    def drop_tiles(self, job: str) -> None:
+        """Forget the tiles of a job; nothing happens if there are none."""
+        shutil.rmtree(self.folder / job / "tiles", ignore_errors=True)
+
+    def drop_job(self, job: str) -> None:
+        """Forget everything about a job; nothing happens if there is nothing."""
+        shutil.rmtree(self.folder / job, ignore_errors=True)
+
+    def sweep(self, jobs: set[str]) -> None:
+        """Remove what a killed process left behind, and whatever belongs to no job in ``jobs``."""
+        for folder in self.folder.glob("*"):
+            if folder.name not in jobs:
+                self.drop_job(folder.name)
+        sweep_temporary(self.folder)
+
+    def _tile(self, job: str, tile: Tile, pass_: Pass, attempt: int) -> Path:
+        return self.folder / job / "tiles" / f"{pass_.index}-{tile.index}.{attempt}"
+
+
+def _shape(tile: Tile, pass_: Pass) -> tuple[int, int, int]:
+    height, width = tile.y1 - tile.y0, tile.x1 - tile.x0
+    return -(-height // pass_.stride), -(-width // pass_.stride), 3
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[IO[bytes]]:
+    """Open a temporary file that takes the place of ``path`` when the block ends well.
+
+    Raises
+    ------
+    StoreFullError
+        If the disk is full.
+    """
+    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".", suffix=".tmp", delete=False) as file:
+        try:
+            yield file
+            file.flush()
+            Path(file.name).replace(path)
+        except BaseException as error:
+            Path(file.name).unlink(missing_ok=True)
+            if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+                raise StoreFullError("The disk is full. Try again when there is room.") from error
+            raise
+
+
+def sweep_temporary(folder: Path) -> None:
+    """Remove the temporary files that a killed process left in a folder."""
+    for path in folder.rglob(".*.tmp"):
+        path.unlink(missing_ok=True)
