@@ -1,6 +1,6 @@
 """The binary form of tile events: ``GET /v1/jobs/{id}/tiles`` with ``Accept: application/octet-stream``.
 
-All numbers are little-endian and unsigned. A batch is a head of 20 bytes and ``count`` tiles, nothing else:
+All numbers are little-endian and unsigned. A batch is a head of 20 bytes and its tiles, nothing else:
 
 ====== ===== ==========================================================================
 offset bytes meaning
@@ -8,24 +8,24 @@ offset bytes meaning
 0      4     the letters ``PNMB``
 4      2     version of this form: 1
 6      2     encoding of the pixels: 0 linear RGB in float32, 1 displayed RGB in 8 bits
-8      4     count of tiles
+8      4     number of tiles
 12     4     give it as ``after`` for what follows
 16     4     bit 0: the job is final and nothing follows; bit 1: it succeeded
 ====== ===== ==========================================================================
 
-Each tile is a head of 32 bytes, eight numbers of 4 bytes each: ``seq``, ``pass_index``, ``x0``, ``y0``, ``x1``,
-``y1``, ``stride`` and the ``length`` of the pixels in bytes; then its pixels, rows from the top, RGB by pixel:
-ceil((y1 - y0) / stride) rows of ceil((x1 - x0) / stride) pixels.
+Each tile is a head of 32 bytes, eight numbers of 4 bytes each: ``seq``, ``pass_index``, ``x0``, ``y0``,
+``x1``, ``y1``, ``stride`` and the ``length`` of the pixels in bytes; then its pixels, rows from the top, RGB by
+pixel: ceil((y1 - y0) / stride) rows of ceil((x1 - x0) / stride) pixels.
 
 The pixels are the mean of all samples that the tile has so far, so a tile comes once in a batch, under the
-number of its newest event. Painting the tiles in the order of the batch over what was painted before gives the
-newest picture.
+number of its newest event. Painting the tiles in the order of the batch over what was painted before gives
+the newest picture.
 
->>> head = BatchHead(encoding=FLOAT32, count=1, next=7, complete=False, succeeded=False)
+>>> head = BatchHead(encoding=FLOAT32, tiles=1, next=7, complete=False, succeeded=False)
 >>> tile = TileHead(seq=7, pass_index=1, x0=0, y0=0, x1=1, y1=1, stride=1, length=12)
 >>> data = head.pack() + tile.pack() + bytes(12)
->>> got, tiles = unpack(data)
->>> got == head, tiles[0][0] == tile, bytes(tiles[0][1]) == bytes(12)
+>>> got, [(its_head, pixels)] = unpack(data)
+>>> got == head, its_head == tile, bytes(pixels) == bytes(12)
 (True, True, True)
 """
 
@@ -46,7 +46,7 @@ class BatchHead(NamedTuple):
     """What stands before the tiles."""
 
     encoding: int
-    count: int
+    tiles: int
     next: int
     complete: bool
     succeeded: bool
@@ -54,7 +54,7 @@ class BatchHead(NamedTuple):
     def pack(self) -> bytes:
         """Give the 20 bytes."""
         flags = self.complete | self.succeeded << 1
-        return _HEAD.pack(MAGIC, VERSION, self.encoding, self.count, self.next, flags)
+        return _HEAD.pack(MAGIC, VERSION, self.encoding, self.tiles, self.next, flags)
 
 
 class TileHead(NamedTuple):
