@@ -14,8 +14,8 @@ offset bytes meaning
 ====== ===== ==========================================================================
 
 Each tile is a head of 32 bytes, eight numbers of 4 bytes each: ``seq``, ``pass_index``, ``x0``, ``y0``,
-``x1``, ``y1``, ``stride`` and the ``length`` of the pixels in bytes; then its pixels, rows from the top, RGB by
-pixel: ceil((y1 - y0) / stride) rows of ceil((x1 - x0) / stride) pixels.
+``x1``, ``y1``, ``stride`` and the ``length`` of the pixels in bytes; then its pixels, rows from the top, RGB
+by pixel: ceil((y1 - y0) / stride) rows of ceil((x1 - x0) / stride) pixels.
 
 The pixels are the mean of all samples that the tile has so far, so a tile comes once in a batch, under the
 number of its newest event. Painting the tiles in the order of the batch over what was painted before gives
