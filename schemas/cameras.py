@@ -8,6 +8,7 @@ from pydantic import Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
 from schemas.base import Closed
+from schemas.limits import refuse_above
 from schemas.quantities import Count, Direction, Point, Size
 
 FieldOfView = Annotated[float, Field(strict=True, gt=0, lt=180, allow_inf_nan=False)]
@@ -25,7 +26,8 @@ class Camera(Closed):
     look_at: Point = Field(description="A point in the middle of the picture, scene units.")
     up: Direction = Field(
         default=(0.0, 1.0, 0.0),
-        description="A direction that points upwards in the picture, of any length. Where it is parallel to the "
+        description="A direction that points upwards in the picture, of any length. Where it is parallel "
+        "to the "
         "view, the world axis with the smallest share of the view direction takes its place, with a warning.",
     )
     vertical_fov: FieldOfView = Field(
@@ -46,3 +48,9 @@ class Camera(Closed):
                 "no_view", "'look_at' equals 'position', so the camera looks nowhere. Move one of the two."
             )
         return look_at
+
+    @field_validator("height")
+    @classmethod
+    def _not_too_many_pixels(cls, height: int, info: ValidationInfo) -> int:
+        refuse_above(height * info.data.get("width", 1), info, "max_pixels", "pixels, width x height")
+        return height

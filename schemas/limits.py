@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from pydantic import ValidationInfo
+from pydantic_core import PydanticCustomError
+
 
 @dataclass(frozen=True, slots=True)
 class Limits:
@@ -13,15 +16,33 @@ class Limits:
     """Length of a document, bytes."""
     max_depth: int = 64
     """Objects and arrays inside each other."""
+    max_values: int = 1_000_000
+    """Values in the document, of any kind."""
     max_shapes: int = 20_000
     """Shapes of a scene."""
     max_lights: int = 1_000
     """Lights of a scene."""
-    max_names: int = 10_000
-    """Members of one object, so also materials or textures of a scene."""
+    max_materials: int = 10_000
+    """Materials of a scene."""
+    max_textures: int = 1_000
+    """Textures of a scene."""
     max_pixels: int = 4096 * 4096
     """Width times height."""
     max_samples: int = 4096
     """Camera samples a pixel."""
     max_light_samples: int = 4096
     """Light points a camera sample."""
+
+
+def refuse_above(count: int, info: ValidationInfo, limit: str, things: str) -> None:
+    """Refuse a count beyond a limit, where the validation has limits for its context.
+
+    Raises
+    ------
+    PydanticCustomError
+        Names both numbers.
+    """
+    if isinstance(info.context, Limits) and count > getattr(info.context, limit):
+        message = "These are {count} {things}; at most {most} are allowed here."
+        context = {"count": count, "things": things, "most": getattr(info.context, limit)}
+        raise PydanticCustomError("over_limit", message, context)

@@ -17,8 +17,9 @@ Shininess = Annotated[float, Field(strict=True, ge=0, le=LARGEST, allow_inf_nan=
 class PhongMaterial(Closed):
     """The Phong model. It has exactly one of `color` and `color_texture`.
 
-    Radiance towards the viewer: ambient_light * ambient * color, plus for every light the mean over its points
-    of visibility * light.color * (diffuse * color * max(0, n.l) + specular * max(0, r.v) ** shininess).
+    Radiance towards the viewer: ambient_light * ambient * color, plus for every light the mean over its
+    points of visibility * light.color * (diffuse * color * max(0, n.l)
+    + specular * max(0, r.v) ** shininess).
     """
 
     type: Literal["phong"]

@@ -40,7 +40,8 @@ class CornerForm(Closed):
 
     corner: Point = Field(description="The corner where uv = (0, 0), scene units.")
     edges: tuple[Edge, Edge] = Field(
-        description="e1 and e2, from the corner to its two neighbours, scene units. The normal is e1 x e2. They "
+        description="e1 and e2, from the corner to its two neighbours, scene units. The normal is e1 x e2. "
+        "They "
         "need not be perpendicular, only not parallel."
     )
 

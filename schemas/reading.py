@@ -1,43 +1,77 @@
-"""Reading a document: bytes in, a checked model and its warnings out."""
+"""Reading a document: bytes in, a checked model and its warnings out, or all its problems at once.
+
+Three steps: `schemas.documents` parses strictly, pydantic validates, and what is wrong is told in the user's
+words (`schemas.translation`) and places (`schemas.findings`).
+"""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
 from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from schemas.errors import SceneError
+from schemas.advice import advise
+from schemas.documents import Document, Source, read_text
+from schemas.findings import Finding, refusal, show
 from schemas.limits import Limits
 from schemas.problems import Problem
 from schemas.scene import Scene
+from schemas.translation import translate
 
 Model = TypeVar("Model", bound=BaseModel)
 
+DEFAULT_LIMITS = Limits()
 
-def read_scene(
-    data: bytes | str | Mapping[str, object], *, limits: Limits | None = None
-) -> tuple[Scene, tuple[Problem, ...]]:
-    """Read a scene."""
+
+def read_scene(data: Source, *, limits: Limits = DEFAULT_LIMITS) -> tuple[Scene, tuple[Problem, ...]]:
+    """Read a scene.
+
+    Parameters
+    ----------
+    data
+        JSON as bytes or text, or a document that is parsed already (then problems have no lines).
+    limits
+        How large the scene may be.
+
+    Returns
+    -------
+    tuple
+        The scene, and warnings: what is valid, but probably not meant.
+
+    Raises
+    ------
+    SceneError
+        With every problem.
+    """
     return read_document(data, Scene, limits=limits)
 
 
 def read_document(
-    data: bytes | str | Mapping[str, object], model: type[Model], *, limits: Limits | None = None
+    data: Source, model: type[Model], *, limits: Limits = DEFAULT_LIMITS
 ) -> tuple[Model, tuple[Problem, ...]]:
-    """Read a document of any model."""
-    raw = data if isinstance(data, Mapping) else json.loads(data)
+    """Read a document of any model, such as a request with a scene in one of its fields.
+
+    Parameters and errors are those of `read_scene`; pointers lead into the whole document.
+    """
+    document = read_text(data, limits)
     try:
-        return model.model_validate(raw), ()
+        read = model.model_validate(document.content, context=limits)
     except ValidationError as error:
-        raise SceneError(
-            [
-                Problem(
-                    pointer="".join(f"/{part}" for part in item["loc"] if not str(part).startswith("\x00")),
-                    detail=item["msg"],
-                    code=item["type"],
-                )
-                for item in error.errors(include_url=False, include_input=False)
-            ]
-        ) from None
+        told, more = translate(error, model, document.content)
+        raise refusal([*document.repeated, *told], document.content, document.text, more) from None
+    if document.repeated:
+        raise refusal(document.repeated, document.content, document.text)
+    return read, _warnings(read, document)
+
+
+def _warnings(read: BaseModel, document: Document) -> tuple[Problem, ...]:
+    if isinstance(read, Scene):
+        findings = advise(read)
+    else:
+        findings = [
+            Finding((name, *finding.location), finding.code, finding.detail)
+            for name, value in read
+            if isinstance(value, Scene)
+            for finding in advise(value)
+        ]
+    return show(findings, document.content, document.text) if findings else ()

@@ -9,6 +9,7 @@ from pydantic import Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
 from schemas.base import Closed
+from schemas.limits import refuse_above
 from schemas.quantities import Count
 
 Seed = Annotated[int, Field(strict=True, ge=0, le=(1 << 53) - 1)]
@@ -36,13 +37,16 @@ class Antialiasing(Closed):
 
     pattern: Literal["center", "uniform", "rotated", "random", "stratified", "sobol"] = Field(
         default="uniform",
-        description="`center` is one sample in the middle; `uniform` the centres of n x n cells; `rotated` that grid "
-        "turned by atan(1/2) = 26.565 degrees and wrapped back into the pixel; `random` is independent; `stratified` "
+        description="`center` is one sample in the middle; `uniform` the centres of n x n cells; `rotated` "
+        "that grid "
+        "turned by atan(1/2) = 26.565 degrees and wrapped back into the pixel; `random` is independent; "
+        "`stratified` "
         "is jittered in cells; `sobol` is a scrambled Sobol sequence.",
     )
     samples: Count = Field(
         default_factory=_default_samples,
-        description="Samples a pixel, 1 to 65536. By default 4, or 1 for `center`, which allows nothing else. "
+        description="Samples a pixel, 1 to 65536. By default 4, or 1 for `center`, which allows nothing "
+        "else. "
         "For `uniform` and `rotated` a square number.",
     )
 
@@ -56,6 +60,7 @@ class Antialiasing(Closed):
                 "The pattern 'center' has one sample. Set 'samples' to 1, or choose another pattern.",
             )
         _check_square(samples, pattern)
+        refuse_above(samples, info, "max_samples", "camera samples a pixel")
         return samples
 
 
@@ -64,7 +69,8 @@ class LightSampling(Closed):
 
     pattern: Literal["uniform", "random", "stratified", "sobol"] = Field(
         default="uniform",
-        description="`uniform` is the centres of n x n cells; `random` is independent; `stratified` is jittered in "
+        description="`uniform` is the centres of n x n cells; `random` is independent; `stratified` is "
+        "jittered in "
         "cells; `sobol` is a scrambled Sobol sequence.",
     )
     samples: Count = Field(
@@ -76,6 +82,7 @@ class LightSampling(Closed):
     @classmethod
     def _fit_pattern(cls, samples: int, info: ValidationInfo) -> int:
         _check_square(samples, info.data.get("pattern"))
+        refuse_above(samples, info, "max_light_samples", "light points a camera sample")
         return samples
 
 
@@ -90,5 +97,6 @@ class Sampling(Closed):
     )
     seed: Seed = Field(
         default=0,
-        description="Chooses the random numbers, 0 to 2^53 - 1. They depend on seed, pixel, sample and dimension alone.",
+        description="Chooses the random numbers, 0 to 2^53 - 1. They depend on seed, pixel, sample and "
+        "dimension alone.",
     )

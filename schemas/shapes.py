@@ -60,7 +60,8 @@ class Ellipsoid(_Shape):
     type: Literal["ellipsoid"]
     center: Point = Field(description="The middle, scene units.")
     axes: tuple[Edge, Edge, Edge] = Field(
-        description="Three semi-axes from the centre to the surface, scene units, perpendicular to each other: "
+        description="Three semi-axes from the centre to the surface, scene units, perpendicular to each "
+        "other: "
         "the cosine of each angle is at most 1e-6."
     )
 
@@ -71,7 +72,8 @@ class Ellipsoid(_Shape):
         if worst > PERPENDICULAR:
             raise PydanticCustomError(
                 "not_perpendicular",
-                "The three axes are not perpendicular: the cosine of an angle between two of them is {cosine}, "
+                "The three axes are not perpendicular: the cosine of an angle between two of them is "
+                "{cosine}, "
                 "at most 1e-6 is allowed. Write them with more digits, or turn them.",
                 {"cosine": f"{worst:.3g}"},
             )

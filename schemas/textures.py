@@ -19,7 +19,8 @@ class ImageTexture(Closed):
 
     type: Literal["image"]
     asset: Asset = Field(
-        description="On the command line a path relative to the scene file, never outside its folder; over HTTP "
+        description="On the command line a path relative to the scene file, never outside its folder; over "
+        "HTTP "
         "`sha256:` and the 64 hexadecimal digits of an uploaded asset."
     )
     encoding: Literal["srgb", "linear"] = Field(

@@ -6,13 +6,12 @@ level, so tags begin with a character that cannot be meant and are taken out aga
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from pydantic import Discriminator, Tag
-from pydantic.fields import FieldInfo
 
-from schemas.base import Closed, member
+from schemas.base import Closed
 
 MARK = "\x00"
 MODELS: dict[str, type[Closed]] = {}
@@ -34,27 +33,30 @@ def chosen_by(forms: Mapping[str, tuple[type[Closed], ...]]) -> Discriminator:
     forms
         For each value of `type` its classes; the first is taken where no field decides.
     """
+    required = {model: _required(model) for models in forms.values() for model in models}
 
     def choose(value: Any) -> str | None:
         if isinstance(value, Closed):
             return MARK + type(value).__name__
-        kind = member(value, "type")
+        kind = value.get("type") if isinstance(value, Mapping) else None
         candidates = forms.get(kind) if isinstance(kind, str) else None
-        return MARK + _best(candidates, value).__name__ if candidates else None
+        if not candidates:
+            return None
+        best = max(candidates, key=lambda model: sum(name in value for name in required[model]))
+        return MARK + best.__name__
 
-    return Discriminator(choose, custom_error_type="unknown_type", custom_error_message=_offer(forms))
+    return Discriminator(
+        choose,
+        custom_error_type="unknown_type",
+        custom_error_message=_offer(tuple(forms)),
+        custom_error_context={"names": " ".join(forms)},
+    )
 
 
-def _best(candidates: tuple[type[Closed], ...], value: Mapping[str, object]) -> type[Closed]:
-    return max(candidates, key=lambda model: sum(name in value for name in _own(model)))
+def _required(model: type[Closed]) -> tuple[str, ...]:
+    return tuple(name for name, field in model.model_fields.items() if field.is_required())
 
 
-def _own(model: type[Closed]) -> list[str]:
-    fields: dict[str, FieldInfo] = model.model_fields
-    return [name for name, field in fields.items() if field.is_required()]
-
-
-def _offer(forms: Mapping[str, tuple[type[Closed], ...]]) -> str:
-    names = list(forms)
-    listed = f"one of {', '.join(repr(name) for name in names)}" if len(names) > 1 else repr(names[0])
-    return f"'type' must be {listed}."
+def _offer(names: tuple[str, ...]) -> str:
+    quoted = [f"'{name}'" for name in names]
+    return f"The field 'type' must be {'one of ' if len(names) > 1 else ''}{', '.join(quoted)}."

@@ -31,6 +31,16 @@ def difference(a: Vector, b: Vector) -> Vector:
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
+def add(a: Vector, b: Vector) -> Vector:
+    """Give a + b."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+def times(factor: float, a: Vector) -> Vector:
+    """Give factor * a."""
+    return factor * a[0], factor * a[1], factor * a[2]
+
+
 def cross(a: Vector, b: Vector) -> Vector:
     """Give the vector product a x b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

@@ -1,0 +1,195 @@
+"""Strict reading of JSON text: what the standard parser would let through or stumble over is refused.
+
+Not-a-number, infinities and numbers beyond float64 are not refused here: they become the floats nan and inf,
+which no field of the scene language takes, so that they are reported together with everything else.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import accumulate
+
+from schemas.errors import SceneError
+from schemas.findings import Finding, refusal
+from schemas.limits import Limits
+from schemas.pointers import Parts
+from schemas.positions import line_and_column
+from schemas.problems import Problem
+
+Source = bytes | str | Mapping[str, object]
+
+# Possessive quantifiers: a string of a million escapes must not fill the matcher's stack.
+_STRING_OR_BRACKET = re.compile(r'"[^"\\]*+(?:\\.[^"\\]*+)*+"?|[\[\]{}]', re.DOTALL)
+_STEP = {"[": 1, "{": 1, "]": -1, "}": -1}
+_ESCAPED_UNFIT = re.compile(r"\\u(?:0000|[dD][89a-fA-F])")
+_UNFIT = re.compile("[\x00\ud800-\udfff]")
+
+# An integer with more digits than the largest float64 is infinite for every field.
+_MOST_DIGITS = 309
+
+_TWICE = "This field stands in its object more than once. Keep one of them."
+_NO_TEXT = "Text here has half of a surrogate pair or the character U+0000. Remove it."
+_SYNTAX = {
+    "Expecting property name": "A field name in double quotes belongs here. Is there a comma too many?",
+    "Expecting ':'": "A colon belongs here, between a field name and its value.",
+    "Expecting ','": "A comma or the closing bracket belongs here.",
+    "Expecting value": "A value belongs here. Is there a comma too many, or a word without double quotes?",
+    "Illegal trailing comma": "There is a comma too many before the closing bracket. Remove it.",
+    "Extra data": "The document ended before this. Remove what follows.",
+    "Unterminated string": "This string has no closing double quote.",
+    "Invalid control character": "A line break or control character stands inside a string. Write it as "
+    "\\n or \\u00XX.",
+    "Invalid \\escape": "This escape is not known. Write a backslash as \\\\.",
+    "Invalid \\uXXXX": "After \\u four hexadecimal digits belong.",
+}
+
+
+@dataclass(slots=True)
+class Document:
+    """A document that was read, with its text where it had one."""
+
+    content: object
+    text: str | None
+    repeated: list[Finding] = field(default_factory=list)
+    """Keys that stand in their object more than once."""
+
+
+def read_text(source: Source, limits: Limits) -> Document:
+    """Parse a document.
+
+    Raises
+    ------
+    SceneError
+        It is too large, not UTF-8, not JSON, or too deeply nested; or it has text that cannot be shown.
+    """
+    if isinstance(source, Mapping):
+        document = Document(source, None)
+        _check_texts(document, limits)
+        return document
+    text = _decoded(source, limits)
+    _check_nesting(text, limits)
+    document = _parsed(text, limits)
+    if _ESCAPED_UNFIT.search(text):
+        _check_texts(document, limits)
+    return document
+
+
+def _refused(code: str, detail: str, text: str | None = None, offset: int | None = None) -> SceneError:
+    if text is None or offset is None:
+        return SceneError([Problem(pointer="", detail=detail, code=code)])
+    line, column = line_and_column(text, offset)
+    return SceneError([Problem(pointer="", detail=detail, code=code, line=line, column=column)])
+
+
+def _decoded(source: bytes | str, limits: Limits) -> str:
+    if len(source) > limits.max_body_bytes:
+        raise _refused(
+            "too_large",
+            f"The document has {len(source)} bytes; at most {limits.max_body_bytes} are allowed.",
+        )
+    try:
+        # A string is encoded too, so that both are held to the same rules.
+        data = source.encode() if isinstance(source, str) else source
+    except UnicodeEncodeError as error:
+        raise _refused(
+            "not_utf8", "Half of a surrogate pair stands here, which is not a character."
+        ) from error
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        before = data[: error.start].decode("utf-8-sig")
+        raise _refused(
+            "not_utf8", "The document is not UTF-8 from here on. Save it as UTF-8.", before, len(before)
+        ) from error
+
+
+def _check_nesting(text: str, limits: Limits) -> None:
+    steps = (_STEP.get(match[0], 0) for match in _STRING_OR_BRACKET.finditer(text))
+    deepest = max(accumulate(steps, initial=0))
+    if deepest > limits.max_depth:
+        raise _refused(
+            "too_deep",
+            f"Objects and arrays stand {deepest} deep inside each other; at most {limits.max_depth} are "
+            f"allowed.",
+        )
+    # Every value but the first follows a comma, a colon or a bracket, so this bounds all later work.
+    if text.count(",") > limits.max_values:
+        raise _refused("too_large", f"The document has more than {limits.max_values} values.")
+
+
+def _parsed(text: str, limits: Limits) -> Document:
+    pairs = _Pairs()
+    try:
+        content = json.loads(text, object_pairs_hook=pairs.to_dict, parse_int=_integer)
+    except json.JSONDecodeError as error:
+        raise _not_json(text, error) from None
+    document = Document(content, text)
+    if pairs.repeated:
+        document.repeated = list(pairs.find(content, limits.max_depth))
+    return document
+
+
+def _integer(digits: str) -> int | float:
+    return int(digits) if len(digits) <= _MOST_DIGITS else float(digits)
+
+
+def _not_json(text: str, error: json.JSONDecodeError) -> SceneError:
+    if not text.strip():
+        return _refused("empty", "The document is empty. It must be a JSON object.")
+    sentence = next((said for start, said in _SYNTAX.items() if error.msg.startswith(start)), "")
+    return _refused("not_json", f"This is not JSON. {sentence}".strip(), text, error.pos)
+
+
+@dataclass(slots=True)
+class _Pairs:
+    """Builds objects, and remembers those that have a key twice."""
+
+    # The objects are kept, so that no other object can get the identity of one that was thrown away.
+    repeated: dict[int, tuple[dict[str, object], list[str]]] = field(default_factory=dict)
+
+    def to_dict(self, pairs: list[tuple[str, object]]) -> dict[str, object]:
+        built = dict(pairs)
+        if len(built) < len(pairs):
+            times = Counter(key for key, _ in pairs)
+            self.repeated[id(built)] = built, [key for key, count in times.items() if count > 1]
+        return built
+
+    def find(self, content: object, depth: int) -> Iterator[Finding]:
+        """Find the objects again where they stand in the finished document."""
+        for parts, node in _nodes(content, depth):
+            _, keys = self.repeated.get(id(node), (None, ()))
+            for key in keys:
+                yield Finding((*parts, key), "duplicate_field", _TWICE, about_key=True)
+
+
+def _nodes(content: object, depth: int) -> Iterator[tuple[Parts, object]]:
+    """Walk through a document, outer before inner; what lies deeper than `depth` is left out."""
+    waiting: list[tuple[Parts, object]] = [((), content)]
+    while waiting:
+        parts, node = waiting.pop()
+        yield parts, node
+        if len(parts) > depth:
+            continue
+        if isinstance(node, Mapping):
+            waiting.extend(((*parts, key), value) for key, value in node.items())
+        elif isinstance(node, list | tuple):
+            waiting.extend(((*parts, index), value) for index, value in enumerate(node))
+
+
+def _check_texts(document: Document, limits: Limits) -> None:
+    """Refuse text that no answer could repeat and no file could hold: half surrogate pairs and U+0000."""
+    nodes = _nodes(document.content, limits.max_depth)
+    found = [Finding(parts, "not_text", _NO_TEXT) for parts, node in nodes if _unfit(node)]
+    # What lies below a key that cannot be shown is told at the object that has the key.
+    found = [finding for finding in found if not any(_unfit(part) for part in finding.location)]
+    if found:
+        raise refusal(found, document.content, document.text)
+
+
+def _unfit(node: object) -> bool:
+    texts = [node] if isinstance(node, str) else node if isinstance(node, Mapping) else ()
+    return any(isinstance(text, str) and _UNFIT.search(text) for text in texts)

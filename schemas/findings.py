@@ -1,0 +1,74 @@
+"""What reading finds, before it is put into the user's places: turns findings into problems."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from schemas.errors import SHOWN, SceneError
+from schemas.pointers import Parts, existing, pointer
+from schemas.positions import Place, line_and_column, locate
+from schemas.problems import Problem
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Something to tell about one location of a document.
+
+    The location may go further than the document does: the problem then names the last part that is there.
+    """
+
+    location: Parts
+    code: str
+    detail: str
+    suggestion: str | None = None
+    about_key: bool = False
+    """Whether the key is meant, not the value after it."""
+
+
+def show(findings: Sequence[Finding], content: object, text: str | None) -> tuple[Problem, ...]:
+    """Give the first 50 findings their pointers, lines and columns, in the order of the document.
+
+    Parameters
+    ----------
+    findings
+        What was found, the most important first.
+    content
+        The parsed document.
+    text
+        The document as it was written; None where it never was text, then there are no lines.
+    """
+    first = findings[:SHOWN]
+    locations = [existing(content, finding.location) for finding in first]
+    problems = [_problem(finding, parts) for finding, parts in zip(first, locations, strict=True)]
+    if text is None:
+        return tuple(problems)
+    places = locate(text, locations)
+    offsets = [
+        _offset(places[parts], finding, parts) for finding, parts in zip(first, locations, strict=True)
+    ]
+    order = sorted(range(len(first)), key=offsets.__getitem__)
+    return tuple(_placed(problems[index], text, offsets[index]) for index in order)
+
+
+def refusal(findings: Sequence[Finding], content: object, text: str | None, more: int = 0) -> SceneError:
+    """Make the error that tells all findings; `more` counts those that are not among them."""
+    return SceneError(show(findings, content, text), more=more + max(0, len(findings) - SHOWN))
+
+
+def _problem(finding: Finding, parts: Parts) -> Problem:
+    return Problem(
+        pointer=pointer(parts), detail=finding.detail, code=finding.code, suggestion=finding.suggestion
+    )
+
+
+def _offset(place: Place, finding: Finding, parts: Parts) -> int:
+    if not (finding.about_key and place.keys and parts == finding.location):
+        return place.value
+    # Of a repeated key the second one is told; a key that stands once has no second.
+    return place.keys[min(1, len(place.keys) - 1)]
+
+
+def _placed(problem: Problem, text: str, offset: int) -> Problem:
+    line, column = line_and_column(text, offset)
+    return problem.model_copy(update={"line": line, "column": column})

@@ -1,0 +1,48 @@
+"""JSON Pointers (RFC 6901), kept as tuples of keys and indices until they are shown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+Parts = tuple[str | int, ...]
+
+LONGEST_KEY = 200
+"""A longer key is not repeated in a pointer: the pointer ends at the object that has it."""
+
+
+def pointer(parts: Iterable[str | int]) -> str:
+    """Write a pointer.
+
+    >>> pointer(["materials", "a/b", "color", 0])
+    '/materials/a~1b/color/0'
+    """
+    return "".join("/" + str(part).replace("~", "~0").replace("/", "~1") for part in parts)
+
+
+def existing(document: object, parts: Iterable[str | int]) -> Parts:
+    """Shorten a location to its longest beginning that the document really has.
+
+    A missing field so becomes the object that lacks it, and a default the object that could set it.
+    """
+    found: list[str | int] = []
+    for part in parts:
+        if not _has(document, part):
+            break
+        if isinstance(part, str) and len(part) > LONGEST_KEY:
+            break
+        document = value_at(document, (part,))
+        found.append(part)
+    return tuple(found)
+
+
+def value_at(document: object, parts: Iterable[str | int]) -> object:
+    """Give what an existing location of a document holds."""
+    for part in parts:
+        document = document[part]  # type: ignore[index]  # `existing` has walked it
+    return document
+
+
+def _has(document: object, part: str | int) -> bool:
+    if isinstance(document, Mapping):
+        return isinstance(part, str) and part in document
+    return isinstance(document, list | tuple) and isinstance(part, int) and part < len(document)
