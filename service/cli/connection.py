@@ -1,0 +1,42 @@
+"""The service that a command talks to."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from service.client import Client
+
+ServerOption = Annotated[
+    str, typer.Option("--server", envvar="PENUMBRA_SERVER", help="Address of the service.")
+]
+TimeoutOption = Annotated[
+    float | None,
+    typer.Option("--timeout", min=0, help="Seconds to wait at most; the job goes on after them."),
+]
+JobArgument = Annotated[str, typer.Argument(metavar="ID", help="The job's id.", show_default=False)]
+
+# Written down twice so that `penumbra --help` need not load the client; a test compares the two.
+DEFAULT_SERVER = "http://127.0.0.1:8000"
+
+LONG_PATIENCE = 30.0
+
+
+def connect(server: str, *, patience: float | None = None) -> Client:
+    """A client for the service at this address.
+
+    Parameters
+    ----------
+    patience
+        Seconds over which requests are repeated while the server is away; waiting for a job outlasts its
+        restart.
+    """
+    import stamina.instrumentation
+
+    from service.client import Client
+
+    # By default each repetition is logged, on stdout.
+    stamina.instrumentation.set_on_retry_hooks([])
+    return Client(server) if patience is None else Client(server, patience=patience)

@@ -1,0 +1,188 @@
+"""``penumbra doctor``: what is installed, found and configured, and from where."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import typer
+
+from service.cli import output
+from service.cli.exits import ExitCode
+
+if TYPE_CHECKING:
+    from service.settings import Settings
+
+Level = Literal["ok", "warn", "fail"]
+COLORS: dict[Level, str] = {"ok": "green", "warn": "yellow", "fail": "red"}
+LIBRARIES = ("numpy", "pillow", "pydantic", "fastapi", "uvicorn", "sqlalchemy", "alembic", "httpx2")
+LITTLE_MEMORY = 1 << 30
+GIB = 1 << 30
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One thing looked at: what was found, whether that is good, and what to do where it is not."""
+
+    name: str
+    level: Level
+    found: str
+    advice: str = ""
+
+
+def doctor(as_json: output.JsonOption = False) -> None:
+    """Show what is installed, found and configured here, and from where."""
+    checks = list(_all_checks())
+    if as_json:
+        output.document({"checks": [asdict(check) for check in checks]})
+    else:
+        for check in checks:
+            _show(check)
+    if any(check.level == "fail" for check in checks):
+        raise typer.Exit(ExitCode.SERVER)
+
+
+def _all_checks() -> Iterator[Check]:
+    yield from _software()
+    yield _simd()
+    yield _processors()
+    yield _memory()
+    yield from _service()
+    yield from _extras()
+
+
+def _show(check: Check) -> None:
+    mark = output.emphasis(f"{check.level:<5}", COLORS[check.level])
+    output.result(f"{mark} {check.name:<12} {check.found}")
+    if check.advice:
+        output.result(f"{'':<18} {check.advice}")
+
+
+def _software() -> Iterator[Check]:
+    import platform
+    from importlib.metadata import version
+
+    yield Check("penumbra", "ok", f"{version('penumbra-render')} in {Path(__file__).parents[2]}")
+    yield Check("python", "ok", f"{platform.python_version()} on {platform.platform()}")
+    yield Check("libraries", "ok", ", ".join(f"{name} {version(name)}" for name in LIBRARIES))
+
+
+def _simd() -> Check:
+    import numpy as np
+
+    extensions = np.show_config(mode="dicts")["SIMD Extensions"]
+    found = extensions.get("found", [])
+    shown = ", ".join([*extensions.get("baseline", []), *found])
+    if found:
+        return Check("numpy simd", "ok", shown)
+    return Check("numpy simd", "warn", shown, "NumPy uses no more than its baseline; rendering may be slow.")
+
+
+def _processors() -> Check:
+    usable = len(os.sched_getaffinity(0))
+    there = os.cpu_count() or usable
+    return Check("processors", "ok", f"{usable} usable of {there}")
+
+
+def _memory() -> Check:
+    available = _available_memory()
+    if available is None:
+        return Check("memory", "warn", "not known", "This system does not tell how much memory is free.")
+    advice = "A large picture needs more; close something." if available < LITTLE_MEMORY else ""
+    return Check("memory", "warn" if advice else "ok", f"{available / GIB:.1f} GiB free", advice)
+
+
+def _available_memory() -> int | None:
+    try:
+        lines = Path("/proc/meminfo").read_text().splitlines()
+    except OSError:
+        return None
+    fields = dict(line.split(":", 1) for line in lines)
+    return int(fields["MemAvailable"].split()[0]) * 1024
+
+
+def _service() -> Iterator[Check]:
+    from service.settings import Settings
+
+    try:
+        settings = Settings()
+    except ValueError as error:
+        yield Check("settings", "fail", str(error), "Correct the variables PENUMBRA_...")
+        return
+    yield _data_folder(settings)
+    yield _database(settings)
+
+
+def _data_folder(settings: Settings) -> Check:
+    import shutil
+
+    folder = settings.data.absolute()
+    shown = f"{folder} (from {_source('data')})"
+    existing = next(parent for parent in (folder, *folder.parents) if parent.exists())
+    if not existing.is_dir() or not os.access(existing, os.W_OK | os.X_OK):
+        advice = f"{existing} is not writable; set PENUMBRA_DATA to another folder."
+        return Check("data folder", "fail", shown, advice)
+    free = shutil.disk_usage(existing).free
+    state = f"{free / GIB:.1f} GiB free" + ("" if folder.exists() else ", made when the service starts")
+    if free < settings.min_free_bytes:
+        return Check("data folder", "fail", f"{shown}, {state}", "The disk is too full for the service.")
+    return Check("data folder", "ok", f"{shown}, {state}")
+
+
+def _database(settings: Settings) -> Check:
+    from sqlalchemy import create_engine, text
+    from sqlalchemy.engine import make_url
+    from sqlalchemy.exc import SQLAlchemyError
+
+    try:
+        url = make_url(settings.database_url)
+        shown = f"{url.render_as_string(hide_password=True)} (from {_source('database')})"
+    except SQLAlchemyError:
+        return Check(
+            "database", "fail", "PENUMBRA_DATABASE is not a database URL", "Write it like sqlite:///file."
+        )
+    if url.get_backend_name() == "sqlite" and url.database and not Path(url.database).exists():
+        return Check("database", "ok", f"{shown}, made when the service starts")
+    try:
+        with create_engine(url).connect() as connection:
+            connection.execute(text("SELECT 1"))
+    except (SQLAlchemyError, ImportError) as error:
+        return Check("database", "fail", shown, f"It cannot be reached: {str(error).splitlines()[0]}")
+    return Check("database", "ok", f"{shown}, reachable")
+
+
+def _source(setting: str) -> str:
+    variable = f"PENUMBRA_{setting.upper()}"
+    return variable if variable in os.environ else "the default"
+
+
+def _extras() -> Iterator[Check]:
+    """Each optional group of packages, as the project's own metadata lists them."""
+    import re
+    from importlib.metadata import requires
+
+    groups: dict[str, list[str]] = {}
+    for requirement in requires("penumbra-render") or ():
+        match = re.match(r"([\w.-]+).*\bextra == ['\"]([\w-]+)['\"]", requirement)
+        if match:
+            groups.setdefault(match[2], []).append(match[1])
+    for extra, packages in groups.items():
+        missing = list(_missing(packages))
+        if missing:
+            cure = f"If you need it: pip install 'penumbra-render[{extra}]'"
+            yield Check(f"[{extra}]", "warn", f"missing: {', '.join(missing)}", cure)
+        else:
+            yield Check(f"[{extra}]", "ok", ", ".join(packages))
+
+
+def _missing(packages: Iterable[str]) -> Iterator[str]:
+    from importlib.metadata import PackageNotFoundError, version
+
+    for name in packages:
+        try:
+            version(name)
+        except PackageNotFoundError:
+            yield name

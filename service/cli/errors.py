@@ -1,0 +1,51 @@
+"""What commands raise themselves; ``failures.py`` says which exit code each of them has.
+
+CommandError                    wrong use: an option, or a place to write to, that makes no sense
+├── InputError                  a file that the command was given cannot be used
+│   └── UnusableSceneError      a scene file, with its text and all that is wrong in it
+└── ServiceStartError           a service did not start, or stopped by itself
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from schemas.problems import Problem
+
+
+class CommandError(Exception):
+    """A command cannot do what it was asked; the message says why and what to do."""
+
+
+class InputError(CommandError):
+    """A file that a command was given cannot be used."""
+
+
+class UnusableSceneError(InputError):
+    """A scene file is not a usable scene.
+
+    Parameters
+    ----------
+    name
+        The file as the user named it.
+    text
+        Its content, of which lines are shown.
+    problems
+        What is wrong; pointers, lines and columns are those of `text`.
+    more
+        How many further problems there are.
+    """
+
+    def __init__(self, name: str, text: bytes, problems: Sequence[Problem], more: int = 0) -> None:
+        count = len(problems) + more
+        super().__init__(f"{name} cannot be used: {count} error{'s' if count != 1 else ''}")
+        self.name = name
+        self.text = text
+        self.problems = problems
+        self.more = more
+
+
+class ServiceStartError(CommandError):
+    """A service did not start, or it stopped by itself."""

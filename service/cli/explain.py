@@ -1,0 +1,87 @@
+"""``penumbra explain``: what a scene makes the renderer do, who asked, and what is left out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from service.cli import output, qualities, scene_files
+
+if TYPE_CHECKING:
+    from schemas.plans import PlanDocument
+
+MOST_POINTERS = 4
+
+
+def explain(
+    *,
+    scene: scene_files.SceneArgument,
+    samples: qualities.SamplesOption = None,
+    pattern: qualities.PatternOption = None,
+    light_samples: qualities.LightSamplesOption = None,
+    light_pattern: qualities.LightPatternOption = None,
+    precision: qualities.PrecisionOption = None,
+    as_json: output.JsonOption = False,
+) -> None:
+    """Show the plan of a scene: its stages, who asked for each, what is left out, the predicted cost."""
+    file = scene_files.load(scene)
+    quality = qualities.quality(
+        file.scene.document.model_dump(),
+        samples=samples,
+        pattern=pattern,
+        light_samples=light_samples,
+        light_pattern=light_pattern,
+        precision=precision,
+    )
+    plan = file.plan(quality).describe()
+    if as_json:
+        output.document(plan.model_dump(mode="json"))
+    elif output.on_terminal():
+        _show_tables(plan)
+    else:
+        for line in _plain(plan):
+            output.result(line)
+
+
+def _plain(plan: PlanDocument) -> Iterable[str]:
+    for stage in plan.stages:
+        yield f"runs\t{stage.name}\t{_share(stage.share)}\t{_pointers(stage.pointers)}\t{stage.detail}"
+    for out in plan.left_out:
+        yield f"left out\t{out.effect}\t\t{_pointers(out.pointers)}\t{out.reason}"
+    yield f"cost\t{_cost(plan)}"
+
+
+def _show_tables(plan: PlanDocument) -> None:
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    runs = Table("Stage", "Time", "Asked for by", "What it does", title="Runs", box=box.SIMPLE_HEAD)
+    for stage in plan.stages:
+        runs.add_row(stage.name, _share(stage.share), _pointers(stage.pointers, "\n"), stage.detail)
+    left_out = Table("Effect", "Named by", "Why it does not run", title="Left out", box=box.SIMPLE_HEAD)
+    for out in plan.left_out:
+        left_out.add_row(out.effect, _pointers(out.pointers, "\n"), out.reason)
+    console = Console()
+    console.print(runs)
+    if plan.left_out:
+        console.print(left_out)
+    console.print(_cost(plan))
+
+
+def _cost(plan: PlanDocument) -> str:
+    cost = plan.cost
+    return (
+        f"{cost.camera_rays:,} camera rays, at most {cost.shadow_rays:,} shadow rays, "
+        f"about {cost.cpu_seconds:.2g} CPU seconds"
+    )
+
+
+def _share(share: float | None) -> str:
+    return "" if share is None else f"{share:.0%}"
+
+
+def _pointers(pointers: Sequence[str], separator: str = " ") -> str:
+    shown = [pointer or "(whole scene)" for pointer in pointers[:MOST_POINTERS]]
+    more = [f"and {len(pointers) - MOST_POINTERS} more"] if len(pointers) > MOST_POINTERS else []
+    return separator.join(shown + more)

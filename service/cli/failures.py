@@ -1,0 +1,111 @@
+"""One table from exceptions to exit codes, and what people and programs are told about each."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Sequence
+from typing import Any
+
+from typer.exceptions import TyperException
+
+from schemas.errors import SceneError
+from schemas.problems import Problem
+from service.cli import output
+from service.cli.errors import CommandError, InputError, ServiceStartError, UnusableSceneError
+from service.cli.excerpts import excerpts
+from service.cli.exits import ExitCode
+from service.client.errors import (
+    ClientError,
+    NoImageError,
+    RefusedError,
+    RequestInvalidError,
+    TimedOutError,
+)
+
+OUTCOMES: tuple[tuple[type[BaseException], ExitCode, str], ...] = (
+    (KeyboardInterrupt, ExitCode.INTERRUPTED, "Interrupted"),
+    (TyperException, ExitCode.USAGE, "Wrong use of the command"),
+    (InputError, ExitCode.UNUSABLE_INPUT, "The input cannot be used"),
+    (ServiceStartError, ExitCode.SERVER, "The service did not run"),
+    (CommandError, ExitCode.USAGE, "Wrong use of the command"),
+    (SceneError, ExitCode.UNUSABLE_INPUT, "The scene cannot be used"),
+    (RequestInvalidError, ExitCode.UNUSABLE_INPUT, "The service refused the request"),
+    (TimedOutError, ExitCode.TIME_OUT, "Time-out"),
+    (NoImageError, ExitCode.SERVER, "There is no image"),
+    (ClientError, ExitCode.SERVER, "Server or network"),
+)
+"""The first row that fits counts."""
+
+
+def report(error: BaseException, *, as_json: bool) -> ExitCode:
+    """Tell what went wrong, as words on stderr or as a problem document on stdout.
+
+    Returns
+    -------
+    ExitCode
+        The code to leave with.
+    """
+    code, title = _outcome(error)
+    if code is ExitCode.INTERNAL:
+        traceback.print_exception(error)
+    if as_json:
+        output.document(_problem_document(error, title, code))
+    else:
+        for line in _lines(error, title):
+            output.say(line)
+    return code
+
+
+def _outcome(error: BaseException) -> tuple[ExitCode, str]:
+    for kind, code, title in OUTCOMES:
+        if isinstance(error, kind):
+            return code, title
+    return ExitCode.INTERNAL, "A fault in Penumbra itself"
+
+
+def _problem_document(error: BaseException, title: str, code: ExitCode) -> dict[str, Any]:
+    if isinstance(error, RefusedError):
+        return error.document.model_dump(mode="json", exclude_none=True) | {"exit_code": code}
+    problems, more = _problems(error)
+    about = {"type": "about:blank", "title": title, "detail": _message(error), "exit_code": int(code)}
+    job_id = getattr(error, "job_id", None)
+    return (
+        about
+        | ({"job_id": job_id} if job_id else {})
+        | {"errors": [problem.model_dump(exclude_none=True) for problem in problems], "more": more}
+    )
+
+
+def _lines(error: BaseException, title: str) -> list[str]:
+    problems, more = _problems(error)
+    text = error.text if isinstance(error, UnusableSceneError) else b""
+    lines = [output.emphasis("error", "red") + ": " + (_message(error) or title)]
+    lines += excerpts(text, problems, more)
+    usage = getattr(getattr(error, "ctx", None), "command_path", None)
+    return [*lines, f"Try '{usage} --help'."] if usage else lines
+
+
+def _problems(error: BaseException) -> tuple[Sequence[Problem], int]:
+    match error:
+        case UnusableSceneError():
+            return error.problems, error.more
+        case SceneError():
+            return error.errors, error.more
+        case RefusedError():
+            return error.errors, error.document.more
+        case _:
+            return (), 0
+
+
+def _message(error: BaseException) -> str:
+    match error:
+        case TyperException():
+            return error.format_message()
+        case SceneError():
+            return "the scene cannot be used"
+        case RefusedError():
+            return error.document.detail or error.document.title
+        case KeyboardInterrupt():
+            return "interrupted"
+        case _:
+            return str(error) or type(error).__name__

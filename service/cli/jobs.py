@@ -1,0 +1,112 @@
+"""``penumbra get``, ``cancel`` and ``ls``: jobs of a service, by their ids."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from service.cli import output
+from service.cli.connection import DEFAULT_SERVER, JobArgument, ServerOption, connect
+from service.cli.targets import PICTURES, check_target, write_whole
+
+if TYPE_CHECKING:
+    from schemas.jobs import Job
+    from service.client import Client
+
+OutOption = Annotated[
+    Path | None, typer.Option("-o", "--out", help="Save the image: .png, or .npy for linear float32.")
+]
+LimitOption = Annotated[int, typer.Option(min=1, max=1000, help="How many jobs, the newest first.")]
+HEADINGS = ("id", "state", "done", "pixels", "submitted", "scene")
+
+
+def get(
+    job_id: JobArgument,
+    out: OutOption = None,
+    server: ServerOption = DEFAULT_SERVER,
+    as_json: output.JsonOption = False,
+) -> None:
+    """Show a job, or save its image; of a running job what there is of it."""
+    if out is not None:
+        check_target(out, PICTURES)
+    with connect(server) as client:
+        if out is not None:
+            save_picture(client, job_id, out)
+        job = client.get(job_id)
+    if as_json:
+        output.document(job.model_dump(mode="json"))
+    elif out is None:
+        _show(job)
+
+
+def cancel(
+    job_id: JobArgument,
+    server: ServerOption = DEFAULT_SERVER,
+    as_json: output.JsonOption = False,
+) -> None:
+    """Stop a job, queued or running."""
+    with connect(server) as client:
+        job = client.cancel(job_id)
+    if as_json:
+        output.document(job.model_dump(mode="json"))
+    else:
+        output.say(f"job {job.id}: {job.state}")
+
+
+def ls(
+    limit: LimitOption = 20,
+    server: ServerOption = DEFAULT_SERVER,
+    as_json: output.JsonOption = False,
+) -> None:
+    """List the jobs of a service, the newest first."""
+    with connect(server) as client:
+        page = client.list(limit=limit)
+    if as_json:
+        output.document(page.model_dump(mode="json"))
+    elif output.on_terminal():
+        _show_table(page.jobs)
+    else:
+        for job in page.jobs:
+            output.result("\t".join(_cells(job)))
+
+
+def save_picture(client: Client, job_id: str, out: Path) -> None:
+    """Write the image of a job, or what there is of it, to a file."""
+    picture = client.picture(job_id, "npy" if out.suffix.lower() == ".npy" else "png")
+    write_whole(out, picture.content)
+    output.say(f"{out}: " + ("complete" if picture.complete else f"{picture.share:.0%} rendered so far"))
+
+
+def _show(job: Job) -> None:
+    for heading, cell in zip(HEADINGS, _cells(job), strict=True):
+        output.result(f"{heading + ':':<11}{cell}")
+    if job.queue_position is not None:
+        output.result(f"{'queue:':<11}{job.queue_position} before it")
+    if job.failure is not None:
+        output.result(f"{'failure:':<11}{job.failure.message} ({job.failure.code})")
+
+
+def _show_table(jobs: Iterable[Job]) -> None:
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(*HEADINGS, box=box.SIMPLE_HEAD)
+    for job in jobs:
+        table.add_row(*(Text(cell) for cell in _cells(job)))
+    Console().print(table)
+
+
+def _cells(job: Job) -> tuple[str, ...]:
+    return (
+        job.id,
+        str(job.state),
+        f"{job.progress.share:.0%}",
+        f"{job.width} x {job.height}",
+        f"{job.created_at.astimezone():%Y-%m-%d %H:%M:%S}",
+        output.harmless(job.name or ""),
+    )

@@ -1,0 +1,44 @@
+"""Where a command's words go: results to stdout, talk to stderr, and one document for ``--json``."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+import typer
+
+JsonOption = Annotated[
+    bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else there.")
+]
+
+
+def say(text: str) -> None:
+    """Tell the person at the terminal something; never part of the result."""
+    typer.echo(text, err=True)
+
+
+def result(text: str) -> None:
+    """Print a part of the result."""
+    typer.echo(text)
+
+
+def document(content: Mapping[str, Any]) -> None:
+    """Print the one document of ``--json``."""
+    typer.echo(json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False))
+
+
+def emphasis(text: str, color: str | None = None) -> str:
+    """Bold text; the emphasis is dropped where the output is not a terminal."""
+    return typer.style(text, fg=color, bold=True)
+
+
+def harmless(text: str) -> str:
+    """What a stranger wrote, with a blank for each character that a terminal would act on."""
+    return "".join(c if c.isprintable() else " " for c in text)
+
+
+def on_terminal() -> bool:
+    """Whether stdout is read by a person and not by a program."""
+    return sys.stdout.isatty()

@@ -1,0 +1,81 @@
+"""``penumbra render``: a scene file becomes a picture in this machine's worker processes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from service.cli import output, qualities, scene_files
+from service.cli.progress import progress_bar
+from service.cli.targets import PICTURES, check_target, write_whole
+
+if TYPE_CHECKING:
+    from renderer import LoadedScene, RenderPlan, RenderResult, TileEvent
+
+OutOption = Annotated[
+    Path, typer.Option("-o", "--out", help="Where the picture goes: .png, or .npy for linear float32.")
+]
+WorkersOption = Annotated[
+    int | None, typer.Option(min=1, help="Worker processes; by default one for each processor.")
+]
+TileOption = Annotated[int | None, typer.Option(min=1, help="Side of a tile, pixels.")]
+
+
+def render(  # noqa: PLR0913 - one argument for each option
+    *,
+    scene: scene_files.SceneArgument,
+    out: OutOption,
+    samples: qualities.SamplesOption = None,
+    pattern: qualities.PatternOption = None,
+    light_samples: qualities.LightSamplesOption = None,
+    light_pattern: qualities.LightPatternOption = None,
+    precision: qualities.PrecisionOption = None,
+    seed: scene_files.SeedOption = None,
+    workers: WorkersOption = None,
+    tile: TileOption = None,
+    as_json: output.JsonOption = False,
+) -> None:
+    """Render a scene here, without a server. The bytes do not depend on workers and tiles."""
+    check_target(out, PICTURES)
+    file = scene_files.load(scene, seed=seed)
+    quality = qualities.quality(
+        file.scene.document.model_dump(),
+        samples=samples,
+        pattern=pattern,
+        light_samples=light_samples,
+        light_pattern=light_pattern,
+        precision=precision,
+    )
+    result = _run(file.plan(quality), workers, tile)
+    write_whole(out, _encoded(file.scene, result, out.suffix.lower()))
+    if as_json:
+        output.document(result.report)
+    else:
+        output.say(f"{out}: {result.report['width']} x {result.report['height']} pixels, {_cost(result)}")
+
+
+def _run(plan: RenderPlan, workers: int | None, tile: int | None) -> RenderResult:
+    from renderer import render as render_plan
+
+    with progress_bar("rendering") as bar:
+
+        def show(event: TileEvent) -> None:
+            bar.show(event.done / event.total, f"tile {event.done} of {event.total}")
+
+        return render_plan(plan, on_tile=show, workers=workers, tile_size=tile)
+
+
+def _encoded(scene: LoadedScene, result: RenderResult, suffix: str) -> bytes:
+    from renderer import image_files
+
+    if suffix == ".npy":
+        return image_files.encode_npy(result.image)
+    return image_files.encode_png(result.image, scene.document.display)
+
+
+def _cost(result: RenderResult) -> str:
+    report = result.report
+    rays = sum(report["rays"].values())
+    return f"{report['seconds']:.2f} s, {report['cpu_seconds']:.2f} CPU s, {rays:,} rays"

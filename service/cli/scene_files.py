@@ -1,0 +1,138 @@
+"""Reading the scene that a command was given: a file, or ``-`` for what is piped in."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from service.cli import output
+from service.cli.errors import InputError, UnusableSceneError
+
+if TYPE_CHECKING:
+    from renderer import LoadedScene, RenderPlan
+    from schemas.problems import Problem
+    from schemas.quality import FixedQuality
+
+STDIN = "-"
+
+SceneArgument = Annotated[
+    str, typer.Argument(metavar="SCENE", help="A scene file; - reads it from stdin.", show_default=False)
+]
+SeedOption = Annotated[
+    int | None, typer.Option(min=0, help="Chooses the random numbers, in place of the scene's seed.")
+]
+
+
+def read_bytes(name: str) -> bytes:
+    """The content of a file, or all of stdin.
+
+    Raises
+    ------
+    InputError
+        It cannot be read.
+    """
+    if name == STDIN:
+        return sys.stdin.buffer.read()
+    try:
+        return Path(name).read_bytes()
+    except OSError as error:
+        raise InputError(f"{name} cannot be read: {error.strerror or error}") from error
+
+
+def folder_of(name: str) -> Path:
+    """Where the textures of a scene are looked up: beside its file, or here where it is piped in."""
+    return Path() if name == STDIN else Path(name).parent
+
+
+@dataclass(frozen=True, slots=True)
+class SceneFile:
+    """A scene with the text that it came from, so that problems can be shown in it."""
+
+    name: str
+    text: bytes
+    scene: LoadedScene
+
+    def plan(self, quality: FixedQuality | None = None) -> RenderPlan:
+        """What runs for this scene.
+
+        Raises
+        ------
+        UnusableSceneError
+            It names a texture that is not there, or one that is no picture.
+        """
+        from renderer import compile_scene
+
+        with _showing(self.name, self.text):
+            return compile_scene(self.scene, quality)
+
+
+def load(name: str, *, seed: int | None = None) -> SceneFile:
+    """The scene of a file, checked; its warnings are told.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read.
+    UnusableSceneError
+        It is not a usable scene.
+    """
+    file = read(name)
+    tell_warnings(file.text, file.scene.warnings)
+    return file if seed is None else replace(file, scene=_with_seed(file.scene, seed))
+
+
+def read(name: str) -> SceneFile:
+    """The same in silence."""
+    from renderer import load_scene
+    from renderer.assets import FolderAssets
+
+    text = read_bytes(name)
+    with _showing(name, text):
+        return SceneFile(name, text, load_scene(text, assets=FolderAssets(folder_of(name))))
+
+
+@contextmanager
+def _showing(name: str, text: bytes) -> Iterator[None]:
+    from schemas.errors import SceneError
+    from service.client.places import located
+
+    try:
+        yield
+    except SceneError as error:
+        missing_line = any(problem.line is None for problem in error.errors)
+        problems = located(text.decode("utf-8-sig"), error.errors) if missing_line else error.errors
+        raise UnusableSceneError(name, text, problems, error.more) from error
+
+
+def _with_seed(scene: LoadedScene, seed: int) -> LoadedScene:
+    sampling = scene.document.sampling.model_copy(update={"seed": seed})
+    return replace(scene, document=scene.document.model_copy(update={"sampling": sampling}))
+
+
+def parsed(text: bytes) -> Mapping[str, Any]:
+    """The members of a scene that is not checked any further.
+
+    Raises
+    ------
+    schemas.errors.SceneError
+        It is not JSON.
+    """
+    from schemas.documents import read_text
+    from schemas.limits import Limits
+
+    content = read_text(text, Limits()).content
+    return content if isinstance(content, Mapping) else {}
+
+
+def tell_warnings(text: bytes, warnings: Sequence[Problem]) -> None:
+    """Say on stderr what is valid but probably not meant."""
+    from service.cli.excerpts import excerpts
+
+    for line in excerpts(text, warnings, kind="warning"):
+        output.say(line)

@@ -1,0 +1,58 @@
+"""``penumbra serve``: the service and its workers, until it is stopped."""
+
+from __future__ import annotations
+
+import ipaddress
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from service.cli import output
+from service.cli.errors import CommandError
+
+HostOption = Annotated[str | None, typer.Option(help="Address to listen on; 127.0.0.1 by default.")]
+PortOption = Annotated[
+    int | None, typer.Option(min=0, max=65535, help="Port; 8000 by default, 0 takes a free one.")
+]
+DataOption = Annotated[Path | None, typer.Option(help="Folder for everything that is kept.")]
+WorkersOption = Annotated[
+    int | None, typer.Option(min=1, help="Worker processes; by default one for each processor.")
+]
+DatabaseOption = Annotated[
+    str | None, typer.Option(help="SQLAlchemy URL; by default an SQLite file in the data folder.")
+]
+
+
+def serve(
+    host: HostOption = None,
+    port: PortOption = None,
+    data: DataOption = None,
+    workers: WorkersOption = None,
+    database: DatabaseOption = None,
+) -> None:
+    """Run the service. What is not given comes from PENUMBRA_HOST, PENUMBRA_PORT and so on."""
+    from pydantic import ValidationError
+
+    from service.server import run
+    from service.settings import Settings
+
+    options = {"host": host, "port": port, "data": data, "workers": workers, "database": database}
+    given = {name: value for name, value in options.items() if value is not None}
+    try:
+        settings = Settings.model_validate(given)
+    except ValidationError as error:
+        raise CommandError(f"the settings make no sense: {error}") from error
+    if not _is_loopback(settings.host):
+        output.say(
+            f"{output.emphasis('warning', 'yellow')}: whoever reaches {settings.host} can use this service: "
+            "it does not ask who they are. Put a proxy that does in front of it."
+        )
+    run(settings)
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return host == "localhost" or ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False

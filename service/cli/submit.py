@@ -1,0 +1,96 @@
+"""``penumbra submit``: hand a scene file and its textures to a service."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from service.cli import output, qualities, scene_files
+from service.cli.connection import DEFAULT_SERVER, LONG_PATIENCE, ServerOption, TimeoutOption, connect
+from service.cli.errors import CommandError, UnusableSceneError
+from service.cli.jobs import save_picture
+from service.cli.targets import PICTURES, check_target
+from service.cli.watch import detachable, show_end, stay
+
+if TYPE_CHECKING:
+    from schemas.jobs import Job
+    from service.client import Client
+
+WaitOption = Annotated[bool, typer.Option("--wait", help="Stay until the image is complete.")]
+OutOption = Annotated[
+    Path | None, typer.Option("-o", "--out", help="Stay, and save the image: .png or .npy (linear float32).")
+]
+
+
+def submit(  # noqa: PLR0913 - one argument for each option
+    *,
+    scene: scene_files.SceneArgument,
+    out: OutOption = None,
+    wait: WaitOption = False,
+    timeout: TimeoutOption = None,
+    samples: qualities.SamplesOption = None,
+    pattern: qualities.PatternOption = None,
+    light_samples: qualities.LightSamplesOption = None,
+    light_pattern: qualities.LightPatternOption = None,
+    precision: qualities.PrecisionOption = None,
+    server: ServerOption = DEFAULT_SERVER,
+    as_json: output.JsonOption = False,
+) -> None:
+    """Send a scene to a service and print the job's id."""
+    if out is not None:
+        check_target(out, PICTURES)
+    stays = wait or out is not None
+    if timeout is not None and not stays:
+        raise CommandError("--timeout says how long to stay; give --wait or -o too")
+    options = {
+        "samples": samples,
+        "pattern": pattern,
+        "light_samples": light_samples,
+        "light_pattern": light_pattern,
+        "precision": precision,
+    }
+    with connect(server, patience=LONG_PATIENCE if stays else None) as client:
+        job = send(client, scene, options)
+        if not as_json:
+            output.result(job.id)
+        if stays:
+            with detachable(job.id):
+                job = stay(client, job.id, timeout=timeout)
+            if out is not None:
+                save_picture(client, job.id, out)
+        if as_json:
+            output.document(job.model_dump(mode="json"))
+        elif stays:
+            show_end(job, as_json=False)
+
+
+def send(client: Client, name: str, options: dict[str, Any]) -> Job:
+    """Submit a scene file; what the service finds wrong is told with the lines of that file.
+
+    Raises
+    ------
+    UnusableSceneError
+        The file is not a usable scene.
+    """
+    from renderer.assets import FolderAssets
+    from schemas.errors import SceneError
+    from service.client import RequestInvalidError
+
+    text = scene_files.read_bytes(name)
+    try:
+        quality = qualities.quality(scene_files.parsed(text), **options)
+        job = client.submit(
+            text,
+            quality=None if quality is None else quality.model_dump(mode="json", exclude_none=True),
+            assets=FolderAssets(scene_files.folder_of(name)),
+        )
+    except SceneError as error:
+        raise UnusableSceneError(name, text, error.errors, error.more) from error
+    except RequestInvalidError as error:
+        if not error.errors:
+            raise
+        raise UnusableSceneError(name, text, error.errors, error.document.more) from error
+    scene_files.tell_warnings(text, job.warnings)
+    return job

@@ -1,0 +1,104 @@
+"""``penumbra trace``: what the rays of a file hit."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from service.cli import output, scene_files
+from service.cli.errors import InputError
+from service.cli.targets import check_target, write_whole
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from renderer import Hits
+
+RaysArgument = Annotated[
+    Path,
+    typer.Argument(metavar="RAYS.npz", help="Arrays `origins` and `directions`, (N, 3).", show_default=False),
+]
+HitsOption = Annotated[Path, typer.Option("-o", "--out", help="Where the hits go, .npz.")]
+
+
+def trace(
+    scene: scene_files.SceneArgument,
+    rays: RaysArgument,
+    out: HitsOption,
+    seed: scene_files.SeedOption = None,
+    as_json: output.JsonOption = False,
+) -> None:
+    """Cast rays into a scene and save what each of them hits first."""
+    check_target(out, (".npz",))
+    from renderer import trace as trace_rays
+
+    origins, directions = read_rays(rays)
+    hits = trace_rays(scene_files.load(scene, seed=seed).plan(), origins, directions)
+    write_whole(out, _encoded(hits))
+    hit = int((hits.shape >= 0).sum())
+    if as_json:
+        output.document({"rays": len(origins), "hits": hit, "misses": len(origins) - hit, "out": str(out)})
+    else:
+        output.say(f"{out}: {hit:,} of {len(origins):,} rays hit something")
+
+
+def read_rays(path: Path) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Origins and directions of a file.
+
+    Returns
+    -------
+    origins, directions
+        Shape (rays, 3), float64, finite; no direction is zero.
+
+    Raises
+    ------
+    InputError
+        The file is not such a file; the message names the array and the row.
+    """
+    import numpy as np
+
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in ("origins", "directions") if name in file}
+    except OSError as error:
+        raise InputError(f"{path} cannot be read: {error.strerror or error}") from error
+    except (ValueError, AttributeError, EOFError, TypeError, zipfile.BadZipFile) as error:
+        raise InputError(f"{path} is not an .npz file of arrays; write it with numpy.savez") from error
+    origins, directions = (_checked(path, arrays, name) for name in ("origins", "directions"))
+    if len(origins) != len(directions):
+        raise InputError(f"{path} has {len(origins)} origins but {len(directions)} directions")
+    zero = np.flatnonzero(~directions.any(axis=1))
+    if zero.size:
+        raise InputError(f"{path}: row {zero[0]} of 'directions' is zero; a ray needs a direction")
+    return origins, directions
+
+
+def _checked(path: Path, arrays: dict[str, Any], name: str) -> npt.NDArray[np.float64]:
+    import numpy as np
+
+    if name not in arrays:
+        raise InputError(f"{path} has no array '{name}'; it needs 'origins' and 'directions', both (N, 3)")
+    array = arrays[name]
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise InputError(f"{path}: '{name}' has shape {array.shape}; it must be (N, 3)")
+    if array.dtype.kind not in "fiu":
+        raise InputError(f"{path}: '{name}' holds {array.dtype}; it must hold real numbers")
+    wrong = np.flatnonzero(~np.isfinite(array).all(axis=1))
+    if wrong.size:
+        raise InputError(f"{path}: row {wrong[0]} of '{name}' is not finite ({wrong.size} such rows)")
+    return np.asarray(array, dtype=np.float64)
+
+
+def _encoded(hits: Hits) -> bytes:
+    from dataclasses import asdict
+
+    import numpy as np
+
+    file = io.BytesIO()
+    np.savez(file, **asdict(hits))
+    return file.getvalue()

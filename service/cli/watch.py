@@ -1,0 +1,119 @@
+"""``penumbra wait`` and ``watch``: stay with a job until it ends."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from service.cli import output
+from service.cli.connection import (
+    DEFAULT_SERVER,
+    LONG_PATIENCE,
+    JobArgument,
+    ServerOption,
+    TimeoutOption,
+    connect,
+)
+from service.cli.progress import Bar, progress_bar
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from schemas.jobs import Job, TileBatch
+    from service.client import Client
+
+SECONDS_BETWEEN_RAY_COUNTS = 1.0
+
+
+def wait(
+    job_id: JobArgument,
+    server: ServerOption = DEFAULT_SERVER,
+    timeout: TimeoutOption = None,
+    as_json: output.JsonOption = False,
+) -> None:
+    """Wait in silence until a job has its image."""
+    with connect(server, patience=LONG_PATIENCE) as client, detachable(job_id):
+        show_end(client.wait(job_id, timeout=timeout), as_json=as_json)
+
+
+def watch(
+    job_id: JobArgument,
+    server: ServerOption = DEFAULT_SERVER,
+    timeout: TimeoutOption = None,
+    as_json: output.JsonOption = False,
+) -> None:
+    """Show a job's tiles as they arrive: a bar on a terminal, a line for each tile on a pipe.
+
+    It may be left with Ctrl-C and started again: the job goes on, and its first tiles are shown again.
+    """
+    with connect(server, patience=LONG_PATIENCE) as client, detachable(job_id):
+        show_end(stay(client, job_id, timeout=timeout, lines=not as_json), as_json=as_json)
+
+
+def stay(client: Client, job_id: str, *, timeout: float | None = None, lines: bool = False) -> Job:
+    """Show a job's progress until it has its image.
+
+    Parameters
+    ----------
+    lines
+        Where nobody sees a bar, print a line for each tile.
+    """
+    with progress_bar("waiting") as bar:
+        visible = bar.progress is not None
+        show = _bar_of(client, job_id, bar) if visible else _print_tiles if lines else None
+        return client.wait(job_id, timeout=timeout, on_progress=show)
+
+
+def show_end(job: Job, *, as_json: bool) -> None:
+    """Tell how a job ended."""
+    if as_json:
+        output.document(job.model_dump(mode="json"))
+    else:
+        output.say(f"job {job.id} is done: {job.width} x {job.height} pixels, {_cost(job)}")
+
+
+@contextmanager
+def detachable(job_id: str) -> Iterator[None]:
+    """Say on Ctrl-C that only the watching ends."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        output.say(f"job {job_id} goes on; see it again with: penumbra watch {job_id}")
+        raise
+
+
+def _bar_of(client: Client, job_id: str, bar: Bar) -> Callable[[TileBatch], None]:
+    counted = 0.0
+    rays = ""
+
+    def show(batch: TileBatch) -> None:
+        nonlocal counted, rays
+        if time.monotonic() - counted > SECONDS_BETWEEN_RAY_COUNTS or batch.complete:
+            counted = time.monotonic()
+            rays = _rays(client.get(job_id))
+        done = batch.progress
+        bar.show(done.share, f"tile {done.done} of {done.total}{rays}", title=batch.state)
+
+    return show
+
+
+def _print_tiles(batch: TileBatch) -> None:
+    for event in batch.events:
+        output.result(
+            f"{event.seq}/{batch.progress.total}\tpass {event.pass_index}\ttile {event.tile}\t"
+            f"x {event.x0}-{event.x1}\ty {event.y0}-{event.y1}"
+        )
+
+
+def _rays(job: Job) -> str:
+    total = sum(job.cost.rays.values())
+    return f", {total / 1e6:.1f} million rays" if total else ""
+
+
+def _cost(job: Job) -> str:
+    seconds = ""
+    if job.started_at is not None and job.finished_at is not None:
+        seconds = f"{(job.finished_at - job.started_at).total_seconds():.2f} s, "
+    return f"{seconds}{job.cost.cpu_seconds:.2f} CPU s{_rays(job)}"

@@ -1,0 +1,172 @@
+"""Every request to the service, built in one place, with the function that reads its answer.
+
+Nothing here sends anything: a client of another kind (asynchronous, recorded, batched) uses the same calls.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Generic, TypeVar
+from urllib.parse import quote
+
+import httpx2
+from pydantic import BaseModel, ValidationError
+
+from schemas.batches import MEDIA_TYPE
+from schemas.jobs import Asset, Job, JobList, TileBatch, TileEvent, Version
+from schemas.plans import PlanDocument
+from schemas.traces import TraceAnswer
+from service.client.batches import PixelBatch, decode_batch
+from service.client.errors import UnexpectedAnswerError
+from service.client.events import read_events
+from service.client.pictures import Picture, PictureKind, read_picture
+
+Answer = TypeVar("Answer")
+Model = TypeVar("Model", bound=BaseModel)
+
+
+@dataclass(frozen=True, slots=True)
+class Call(Generic[Answer]):
+    """One request and how its answer is read.
+
+    Attributes
+    ----------
+    repeatable
+        Sending it twice does the same as sending it once.
+    may_be_missing
+        404 is an answer like any other and not an error.
+    hold
+        Seconds for which the server may hold back its answer.
+    job_id
+        The job it is about; a time-out names it.
+    """
+
+    method: str
+    path: str
+    read: Callable[[httpx2.Response], Answer]
+    params: Mapping[str, str] = field(default_factory=dict)
+    headers: Mapping[str, str] = field(default_factory=dict)
+    content: bytes | None = None
+    repeatable: bool = True
+    may_be_missing: bool = False
+    hold: float = 0.0
+    job_id: str | None = None
+
+
+def has_asset(sha256: str) -> Call[bool]:
+    """Whether the server has this content already."""
+    path = f"/v1/assets/{sha256}"
+    return Call("HEAD", path, lambda answer: answer.status_code != 404, may_be_missing=True)
+
+
+def put_asset(sha256: str, content: bytes) -> Call[Asset]:
+    """Store a content under its SHA-256, in hexadecimal digits."""
+    headers = {"Content-Type": "application/octet-stream"}
+    return Call("PUT", f"/v1/assets/{sha256}", _model(Asset), headers=headers, content=content)
+
+
+def submit_job(body: Mapping[str, Any], *, key: str, wait: float = 0.0) -> Call[Job]:
+    """Ask for a render; `key` makes a second sending find the first one's job."""
+    headers = {"Idempotency-Key": key}
+    if wait > 0:
+        headers["Prefer"] = f"wait={wait:g}"
+    return _post("/v1/jobs", body, Job, headers=headers, hold=wait)
+
+
+def get_job(job_id: str) -> Call[Job]:
+    """The job as it is now."""
+    return Call("GET", _job_path(job_id), _model(Job), job_id=job_id)
+
+
+def list_jobs(*, limit: int, cursor: str | None = None) -> Call[JobList]:
+    """One page of jobs, newest first."""
+    params = {"limit": str(limit)} | ({"cursor": cursor} if cursor else {})
+    return Call("GET", "/v1/jobs", _model(JobList), params=params)
+
+
+def cancel_job(job_id: str) -> Call[Job]:
+    """Stop a job; a job that has ended stays as it is."""
+    return Call("POST", _job_path(job_id) + "/cancel", _model(Job), job_id=job_id)
+
+
+def delete_job(job_id: str) -> Call[None]:
+    """Remove a job and its image."""
+    return Call("DELETE", _job_path(job_id), lambda _: None, repeatable=False, job_id=job_id)
+
+
+def get_tiles(job_id: str, *, after: int, wait: float) -> Call[TileBatch]:
+    """The tile events after a number; with `wait` the server holds the answer until there is one."""
+    return _tiles(job_id, after, wait, "application/json", _model(TileBatch))
+
+
+def get_tile_pixels(job_id: str, *, after: int, wait: float) -> Call[PixelBatch]:
+    """The same with the pixels of all these tiles."""
+    return _tiles(job_id, after, wait, MEDIA_TYPE, lambda answer: decode_batch(answer.content))
+
+
+def get_events(job_id: str, *, after: int) -> Call[Iterator[TileEvent]]:
+    """The tile events after a number as a stream; its answer must be sent as one."""
+    headers = {"Accept": "text/event-stream", "Last-Event-ID": str(after)}
+    return Call("GET", _job_path(job_id) + "/events", read_events, headers=headers, job_id=job_id)
+
+
+def get_picture(job_id: str, kind: PictureKind) -> Call[Picture]:
+    """The image, or what there is of it while the job is running."""
+    return Call("GET", _job_path(job_id) + f"/image.{kind}", read_picture, job_id=job_id)
+
+
+def get_plan(job_id: str) -> Call[PlanDocument]:
+    """What runs for a job, and who asked."""
+    return Call("GET", _job_path(job_id) + "/plan", _model(PlanDocument), job_id=job_id)
+
+
+def make_plan(body: Mapping[str, Any]) -> Call[PlanDocument]:
+    """What would run for a scene."""
+    return _post("/v1/plans", body, PlanDocument)
+
+
+def trace(body: Mapping[str, Any]) -> Call[TraceAnswer]:
+    """Cast rays without a job."""
+    return _post("/v1/traces", body, TraceAnswer)
+
+
+def get_version() -> Call[Version]:
+    """Which service this is."""
+    return Call("GET", "/version", _model(Version))
+
+
+def _job_path(job_id: str) -> str:
+    return f"/v1/jobs/{quote(job_id, safe='')}"
+
+
+def _post(
+    path: str,
+    body: Mapping[str, Any],
+    model: type[Model],
+    *,
+    headers: Mapping[str, str] | None = None,
+    hold: float = 0.0,
+) -> Call[Model]:
+    content = json.dumps(body, allow_nan=False, separators=(",", ":")).encode()
+    headers = {"Content-Type": "application/json"} | dict(headers or {})
+    return Call("POST", path, _model(model), headers=headers, content=content, hold=hold)
+
+
+def _tiles(
+    job_id: str, after: int, wait: float, accept: str, read: Callable[[httpx2.Response], Answer]
+) -> Call[Answer]:
+    params = {"after": str(after), "wait": f"{wait:g}"}
+    path = _job_path(job_id) + "/tiles"
+    return Call("GET", path, read, params=params, headers={"Accept": accept}, hold=wait, job_id=job_id)
+
+
+def _model(model: type[Model]) -> Callable[[httpx2.Response], Model]:
+    def read(answer: httpx2.Response) -> Model:
+        try:
+            return model.model_validate_json(answer.content, extra="ignore")
+        except ValidationError as error:
+            raise UnexpectedAnswerError(f"{answer.url} did not answer with a {model.__name__}") from error
+
+    return read

@@ -1,0 +1,151 @@
+"""What can go wrong when a client talks to a service.
+
+ClientError
+├── UnreachableError           no connection, or it broke before the answer was complete
+├── TimedOutError              nothing is known to be wrong; `job_id` says which job to ask for again
+├── UnexpectedAnswerError      whatever answered does not speak this service's language
+├── RefusedError               the service answered with a problem document
+│   ├── RequestInvalidError    the request, or the scene in it, is not usable
+│   ├── NotFoundError          no such job, asset or image
+│   ├── ConflictError          the state of the job does not allow it
+│   ├── BusyError              too much work at the moment: try again later
+│   └── ServerFaultError       the service itself failed
+└── NoImageError               the job ended without the image that was asked for
+    ├── JobFailedError         `failure` says why, and whether it is worth another try
+    └── JobCancelledError      somebody stopped it
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from schemas.jobs import Failure
+from schemas.problems import Problem, ProblemDocument
+
+
+class ClientError(Exception):
+    """Base of everything that :class:`service.client.Client` raises on purpose."""
+
+
+class UnreachableError(ClientError):
+    """There is no connection to the server, or it broke before the answer was complete.
+
+    `sent` is False where the request cannot have reached the server.
+    """
+
+    def __init__(self, message: str, *, sent: bool = True) -> None:
+        super().__init__(message)
+        self.sent = sent
+
+
+class TimedOutError(ClientError):
+    """Something took longer than it was given; the job, if there is one, goes on without us."""
+
+    def __init__(self, message: str, *, job_id: str | None = None) -> None:
+        super().__init__(message)
+        self.job_id = job_id
+
+
+class UnexpectedAnswerError(ClientError):
+    """The answer is not one that this client knows."""
+
+
+class RefusedError(ClientError):
+    """The service answered with a problem document.
+
+    Attributes
+    ----------
+    status
+        HTTP status code.
+    document
+        The whole problem document.
+    retry_after
+        Seconds after which another try makes sense, where the service said so.
+    """
+
+    def __init__(self, status: int, document: ProblemDocument, *, retry_after: float | None = None) -> None:
+        self.status = status
+        self.document = document
+        self.retry_after = retry_after
+        super().__init__("\n".join([_headline(document), *described(document.errors, document.more)]))
+
+    @property
+    def errors(self) -> Sequence[Problem]:
+        """Each thing that is wrong, with its pointer into the request body."""
+        return self.document.errors
+
+
+class RequestInvalidError(RefusedError):
+    """The request, or the scene in it, is not usable."""
+
+
+class NotFoundError(RefusedError):
+    """There is no such job, asset or image."""
+
+
+class ConflictError(RefusedError):
+    """The state of the job does not allow what was asked."""
+
+
+class BusyError(RefusedError):
+    """The service has too much work at the moment."""
+
+
+class ServerFaultError(RefusedError):
+    """The service itself failed."""
+
+
+class NoImageError(ClientError):
+    """The job ended without the image that was asked for."""
+
+    def __init__(self, message: str, *, job_id: str) -> None:
+        super().__init__(message)
+        self.job_id = job_id
+
+
+class JobFailedError(NoImageError):
+    """The job failed; `failure` says why."""
+
+    def __init__(self, *, job_id: str, failure: Failure) -> None:
+        super().__init__(f"job {job_id} failed: {failure.message} ({failure.code})", job_id=job_id)
+        self.failure = failure
+
+
+class JobCancelledError(NoImageError):
+    """The job was cancelled."""
+
+    def __init__(self, *, job_id: str) -> None:
+        super().__init__(f"job {job_id} was cancelled", job_id=job_id)
+
+
+def refusal(status: int, document: ProblemDocument, *, retry_after: float | None = None) -> RefusedError:
+    """The exception that stands for a problem document sent with this status."""
+    kind = _BY_STATUS.get(status, ServerFaultError if status >= 500 else RequestInvalidError)
+    return kind(status, document, retry_after=retry_after)
+
+
+def described(problems: Sequence[Problem], more: int = 0) -> list[str]:
+    """One line for each problem: pointer, line and column where known, what is wrong, what to do."""
+    lines = [_described(problem) for problem in problems]
+    return [*lines, f"... and {more} more"] if more else lines
+
+
+_BY_STATUS: dict[int, type[RefusedError]] = {
+    404: NotFoundError,
+    409: ConflictError,
+    410: NotFoundError,
+    429: BusyError,
+    503: BusyError,
+}
+
+
+def _headline(document: ProblemDocument) -> str:
+    return f"{document.title}: {document.detail}" if document.detail else document.title
+
+
+def _described(problem: Problem) -> str:
+    place = problem.pointer or "(whole document)"
+    if problem.line is not None:
+        place += f" (line {problem.line}, column {problem.column})"
+    advice = f" {problem.suggestion}" if problem.suggestion else ""
+    return f"{place}: {problem.detail}{advice}"

@@ -1,0 +1,129 @@
+"""Making a scene ready to travel: its textures are named by their content and come along."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from renderer.assets import AssetSource, FolderAssets
+from schemas.documents import read_text
+from schemas.errors import SceneError
+from schemas.limits import Limits
+from schemas.pointers import pointer
+from schemas.problems import Problem
+from service.client.places import located
+
+SceneSource = str | PathLike[str] | bytes | Mapping[str, Any]
+PREFIX = "sha256:"
+SCENE = "/scene"
+
+
+@dataclass(frozen=True, slots=True)
+class Parcel:
+    """A scene document that a server can use, and the contents it names.
+
+    Attributes
+    ----------
+    document
+        The scene, with ``sha256:<hex>`` in place of file names.
+    contents
+        Bytes of the textures by SHA-256, in hexadecimal digits.
+    text
+        The user's own text, None where the scene was never text.
+    """
+
+    document: Mapping[str, Any]
+    contents: Mapping[str, bytes]
+    text: str | None
+
+    def placed(self, problems: Sequence[Problem]) -> list[Problem]:
+        """Problems with the body that was sent, as problems with the user's own document.
+
+        Pointers into the scene lose ``/scene`` and get line and column of the user's text.
+        """
+        return [
+            *located(self.text, (_inside(problem) for problem in problems if _is_inside(problem))),
+            *(problem for problem in problems if not _is_inside(problem)),
+        ]
+
+
+def pack(scene: SceneSource, *, assets: AssetSource | None = None) -> Parcel:
+    """Make a scene ready to travel.
+
+    Parameters
+    ----------
+    scene
+        The path of a scene file, its bytes, or its document as a dict.
+    assets
+        Where textures are looked up; by default the folder of the scene file, and nowhere for other
+        sources.
+
+    Raises
+    ------
+    schemas.errors.SceneError
+        It is not a JSON object, or names a texture that is not there.
+    """
+    if isinstance(scene, str | PathLike):
+        assets = assets or FolderAssets(Path(scene).parent)
+        scene = Path(scene).read_bytes()
+    read = read_text(scene, Limits())
+    problems = [
+        Problem(pointer=pointer(parts), detail=detail, code=code)
+        for parts, code, detail in read.problems_of_form()
+    ]
+    if not isinstance(read.content, Mapping):
+        problems.append(Problem(pointer="", detail="A scene is a JSON object.", code="not_an_object"))
+        raise SceneError(located(read.text, problems))
+    contents, missing = _contents(read.content, assets)
+    if problems or missing:
+        raise SceneError(located(read.text, problems + missing))
+    names = {name: hashlib.sha256(content).hexdigest() for name, content in contents.items()}
+    return Parcel(
+        document=_renamed(read.content, names),
+        contents={names[name]: content for name, content in contents.items()},
+        text=read.text,
+    )
+
+
+def _local_textures(scene: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Key and file name of each texture that is a file; what is no texture at all is left to the server."""
+    textures = scene.get("textures")
+    for key, texture in textures.items() if isinstance(textures, Mapping) else ():
+        name = texture.get("asset") if isinstance(texture, Mapping) else None
+        if isinstance(name, str) and not name.startswith(PREFIX):
+            yield key, name
+
+
+def _contents(scene: Mapping[str, Any], assets: AssetSource | None) -> tuple[dict[str, bytes], list[Problem]]:
+    contents, missing = {}, []
+    for key, name in _local_textures(scene):
+        try:
+            if assets is None:
+                raise KeyError(name)
+            contents[name] = assets.read(name)
+        except (KeyError, OSError):
+            detail = f"The file {name!r} is not there, or not inside the folder of the scene."
+            missing.append(
+                Problem(pointer=pointer(["textures", key, "asset"]), detail=detail, code="no_asset")
+            )
+    return contents, missing
+
+
+def _renamed(scene: Mapping[str, Any], names: Mapping[str, str]) -> Mapping[str, Any]:
+    local = dict(_local_textures(scene))
+    textures = {key: scene["textures"][key] | {"asset": PREFIX + names[name]} for key, name in local.items()}
+    return {**scene, "textures": {**scene["textures"], **textures}} if textures else scene
+
+
+def _is_inside(problem: Problem) -> bool:
+    return problem.pointer == SCENE or problem.pointer.startswith(SCENE + "/")
+
+
+def _inside(problem: Problem) -> Problem:
+    return problem.model_copy(
+        update={"pointer": problem.pointer.removeprefix(SCENE), "line": None, "column": None}
+    )
