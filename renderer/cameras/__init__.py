@@ -1,0 +1,5 @@
+"""Cameras: from a place on the picture to a ray."""
+
+from renderer.cameras.pinhole import Pinhole
+
+__all__ = ["Pinhole"]

@@ -1,0 +1,44 @@
+"""What stages are expected to cost, in CPU seconds of one core of a machine of 2024.
+
+The figures are rounded from `make bench`; they rank scenes and guard a queue, they promise nothing. The share of
+shadow tests is what remains after culling on the gallery's scenes.
+"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Costs:
+    """Nanoseconds an element.
+
+    Attributes
+    ----------
+    camera, shape, point, lookup : float
+        A camera ray, a ray against a shape that its block may meet, a point's geometry, a texture look-up.
+    faced : float
+        A point and a light, apart from pairs.
+    diffuse, highlight, shadow : float
+        A pair of point and light point.
+    """
+
+    camera: float = 120.0
+    shape: float = 12.0
+    point: float = 250.0
+    lookup: float = 150.0
+    faced: float = 400.0
+    diffuse: float = 1.6
+    highlight: float = 2.0
+    shadow: float = 0.5
+
+
+COSTS = Costs()
+
+
+def seconds(count: float, nanoseconds: float) -> float:
+    """CPU seconds of `count` elements."""
+    return count * nanoseconds * 1e-9
+
+
+def met(shapes: int) -> float:
+    """Shapes that a block of rays has to be tested against, of so many: near ones, mostly."""
+    return min(shapes, 2.0 + shapes / 8.0)

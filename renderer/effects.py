@@ -1,0 +1,33 @@
+"""Which module serves which part of the scene language: one line an effect."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import schemas.lights
+import schemas.shapes
+import schemas.textures
+from renderer.assets import AssetSource
+from renderer.lights import emitters
+from renderer.lights.emitters import Emitter
+from renderer.shapes import Family, ellipsoids, rectangles, triangles
+from renderer.textures import Texture, checker, image
+
+SHAPES: dict[type, Callable[[Sequence[int], Sequence[Any]], Family]] = {
+    schemas.shapes.Triangle: triangles.build,
+    schemas.shapes.Rectangle: rectangles.build,
+    schemas.shapes.Parallelogram: rectangles.build,
+    schemas.shapes.Ellipsoid: ellipsoids.build,
+    schemas.shapes.Sphere: ellipsoids.build,
+}
+
+LIGHTS: dict[type, Callable[..., Emitter]] = {
+    schemas.lights.RectangleLight: emitters.build_rectangle,
+    schemas.lights.ParallelogramLight: emitters.build_rectangle,
+    schemas.lights.PointLight: emitters.build_point,
+    schemas.lights.DirectionalLight: emitters.build_directional,
+}
+
+TEXTURES: dict[type, Callable[[Any, AssetSource], Texture]] = {
+    schemas.textures.ImageTexture: image.build,
+    schemas.textures.CheckerTexture: checker.build,
+}

@@ -1,0 +1,129 @@
+"""Running a plan: one loop over its stages, and no question about effects in it."""
+
+import os
+import threading
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.arrays import Floats
+from renderer.film import Film
+from renderer.interaction import Points, Rays, points_of
+from renderer.lights.emitters import PIXEL_DIMENSIONS
+from renderer.plan import RenderPlan
+from renderer.samplers import PATTERNS
+from renderer.streams import keys
+from renderer.tiling import Block, blocks
+from renderer.workspace import Workspace
+from schemas.tiles import Pass, Tile
+
+PAIRS = 65536
+"""Pairs of point and light point worked on at once: their arrays stay in the second-level cache."""
+
+FEWEST_POINTS = 64
+"""Below this, calls cost more than what the cache gives."""
+
+_local = threading.local()
+
+
+@dataclass(frozen=True, slots=True)
+class TileResult:
+    """One tile of one pass.
+
+    Attributes
+    ----------
+    pixels : (h, w, 3) float32
+        Linear mean over the pass's samples; for the preview one value a stride x stride block.
+    counts : dict
+        Rays by kind: camera, shadow.
+    cpu_seconds : float
+        Of this thread's process.
+    """
+
+    pixels: NDArray[np.float32]
+    counts: dict[str, int]
+    cpu_seconds: float
+
+
+def render_tile(plan: RenderPlan, tile: Tile, pass_: Pass) -> TileResult:
+    """Render one tile of one pass.
+
+    A pure function: the result depends on nothing but its arguments, and a pixel not on the tile.
+
+    Parameters
+    ----------
+    plan : RenderPlan
+    tile : Tile
+        Of `tiling.tiles(plan, pass_)`, or any other within the picture.
+    pass_ : Pass
+        One of `plan.passes`.
+    """
+    begun = _cpu_seconds()
+    counts: Counter[str] = Counter(camera=0, shadow=0)
+    film = Film(tile, pass_)
+    for block in blocks(tile, pass_):
+        rays = camera_rays(plan, block, pass_)
+        film.add(block.columns, block.rows, radiance(plan, rays, counts))
+        counts["camera"] += rays.t.size
+    return TileResult(film.image(), dict(counts), _cpu_seconds() - begun)
+
+
+def camera_rays(plan: RenderPlan, block: Block, pass_: Pass) -> Rays:
+    """Rays through a block, those of one pixel together, in the order of their sample numbers."""
+    count = pass_.last - pass_.first
+    columns, rows = block.columns.repeat(count), block.rows.repeat(count)
+    samples = np.tile(np.arange(pass_.first, pass_.last, dtype=np.int64), block.columns.size)
+    pixels = rows * plan.width + columns
+    across, down = PATTERNS[plan.antialiasing.pattern](
+        keys(plan.seed, PIXEL_DIMENSIONS, pixels), samples, plan.antialiasing.samples
+    )
+    x0, y0, x1, y1 = block.bounds
+    left, right = plan.camera.screen(np.array([x0, x1]), np.array([y1, y0]))
+    return Rays(
+        origins=plan.camera.position,
+        directions=plan.camera.directions(columns + across, rows + down),
+        pixels=pixels,
+        samples=samples,
+        screen=np.concatenate((left, right)),
+    )
+
+
+def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str]) -> Floats:
+    """Radiance (3, N) along rays (N,)."""
+    for stage in plan.meetings:
+        stage.run(rays)
+    result = plan.unshaded.radiance(rays.shapes)
+    points = shaded_points(plan, rays)
+    for chunk in chunks(plan, points):
+        for lighting in plan.lightings:
+            counts["shadow"] += lighting.run(chunk, workspace())
+    result[:, points.rays] = points.radiance
+    return result
+
+
+def shaded_points(plan: RenderPlan, rays: Rays) -> Points:
+    """The points where rays met shapes, ready for light."""
+    points = points_of(rays, plan.materials, bent=plan.bent)
+    for stage in plan.surfaces:
+        stage.run(points)
+    return points
+
+
+def chunks(plan: RenderPlan, points: Points) -> list[Points]:
+    """Points in portions that make about `PAIRS` pairs with a light."""
+    step = max(FEWEST_POINTS, PAIRS // plan.light_points)
+    return [points.between(start, min(start + step, points.count)) for start in range(0, points.count, step)]
+
+
+def workspace() -> Workspace:
+    """This thread's buffers."""
+    if not hasattr(_local, "workspace"):
+        _local.workspace = Workspace()
+    return _local.workspace  # type: ignore[no-any-return]
+
+
+def _cpu_seconds() -> float:
+    used = os.times()
+    return used.user + used.system

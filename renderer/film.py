@@ -1,0 +1,74 @@
+"""Where samples become pixels."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.arrays import Floats, Integers
+from schemas.tiles import Pass, Tile
+
+Image = NDArray[np.float32]
+"""(H, W, 3) float32, linear."""
+
+
+class Film:
+    """The pixels of one tile in one pass.
+
+    Parameters
+    ----------
+    tile : Tile
+    pass_ : Pass
+        With a stride, one value stands for stride x stride pixels.
+    """
+
+    def __init__(self, tile: Tile, pass_: Pass) -> None:
+        self._tile, self._stride = tile, pass_.stride
+        self._samples = pass_.last - pass_.first
+        height, width = -(-tile.height // pass_.stride), -(-tile.width // pass_.stride)
+        self._mean = np.zeros((height, width, 3))
+
+    def add(self, columns: Integers, rows: Integers, radiance: Floats) -> None:
+        """Take the samples (3, P * S) of P pixels, those of one pixel together, in the order of their numbers."""
+        samples = radiance.reshape(3, columns.size, self._samples)
+        total = samples[:, :, 0].copy()
+        for sample in range(1, self._samples):
+            total += samples[:, :, sample]
+        x, y = (columns - self._tile.x0) // self._stride, (rows - self._tile.y0) // self._stride
+        self._mean[y, x] = (total / self._samples).T
+
+    def image(self) -> Image:
+        """The mean over the pass's samples."""
+        return self._mean.astype(np.float32)
+
+
+def compose(parts: Sequence[tuple[Pass, Image]]) -> Image:
+    """The mean so far of one tile from its finished passes.
+
+    Parameters
+    ----------
+    parts
+        Passes, in order, with their pixels. The preview counts for nothing.
+
+    Returns
+    -------
+    (h, w, 3) float32
+        Added in float64 in the order of the passes.
+
+    Raises
+    ------
+    ValueError
+        If no pass but the preview is given.
+    """
+    rounds = [(pass_.last - pass_.first, pixels) for pass_, pixels in parts if pass_.stride == 1]
+    if not rounds:
+        raise ValueError("nothing but a preview to compose")
+    total = np.zeros(rounds[0][1].shape)
+    for samples, pixels in rounds:
+        total += samples * pixels.astype(np.float64)
+    return (total / sum(samples for samples, _ in rounds)).astype(np.float32)
+
+
+def enlarge(pixels: Image, stride: int, height: int, width: int) -> Image:
+    """A preview at full size: each value fills its stride x stride pixels."""
+    return pixels.repeat(stride, axis=0).repeat(stride, axis=1)[:height, :width]

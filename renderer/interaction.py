@@ -1,0 +1,199 @@
+"""Rays of one block, what they meet, and the points to be shaded."""
+
+from dataclasses import dataclass, field, fields
+
+import numpy as np
+
+from renderer.arrays import Floats, Integers, Masks, unit
+
+MISS = -1
+"""Shape number of a ray that meets nothing."""
+
+EMITTER = 1 << 40
+"""Shape numbers from here on name lights that the camera sees."""
+
+
+@dataclass(slots=True)
+class Rays:
+    """Rays worked on at once, and their nearest hits so far.
+
+    Attributes
+    ----------
+    origins : (3, 1) or (3, N) float64
+        One origin for all, or one a ray.
+    directions : (3, N) float64
+        Any length; `t` counts in units of it.
+    pixels, samples : (N,) int64
+        Number of the pixel (row * width + column) and of the sample in it.
+    screen : (4,) float64 or None
+        Least and greatest place on the camera's screen, across and along; None for rays that do not
+        come from the camera.
+    t : (N,) float64
+        Distance of the nearest hit, inf for none.
+    shapes, primitives : (N,) int64
+    coordinates : (2, N) float64
+        Surface coordinates of the hit, as the shape defines them.
+    """
+
+    origins: Floats
+    directions: Floats
+    pixels: Integers
+    samples: Integers
+    screen: Floats | None = None
+    t: Floats = field(init=False)
+    shapes: Integers = field(init=False)
+    primitives: Integers = field(init=False)
+    coordinates: Floats = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Begin with no hit."""
+        count = self.directions.shape[1]
+        self.t = np.full(count, np.inf)
+        self.shapes = np.full(count, MISS, dtype=np.int64)
+        self.primitives = np.zeros(count, dtype=np.int64)
+        self.coordinates = np.zeros((2, count))
+
+    def origins_at(self, index: Integers) -> Floats:
+        """Origins of some rays, (3, 1) if all share one."""
+        return self.origins if self.origins.shape[1] == 1 else self.origins[:, index]
+
+    def offer(self, shape: int, candidates: Integers, t: Floats, u: Floats, v: Floats) -> None:
+        """Take hits that are nearer than the ones known; of equal ones the lowest shape number wins.
+
+        Parameters
+        ----------
+        shape : int
+            Number of the shape, in the order of the scene.
+        candidates : (M,) int64
+            Rays that hit it.
+        t, u, v : (M,) float64
+        """
+        known = self.t[candidates]
+        nearer = (t < known) | ((t == known) & (shape < self.shapes[candidates]))
+        rays = candidates[nearer]
+        self.t[rays] = t[nearer]
+        self.shapes[rays] = shape
+        self.coordinates[0, rays] = u[nearer]
+        self.coordinates[1, rays] = v[nearer]
+
+
+@dataclass(slots=True)
+class Points:
+    """Places where rays met shapes: what shading needs of them, M points.
+
+    Attributes
+    ----------
+    rays : (M,) int64
+        Which ray of the block.
+    pixels, samples : (M,) int64
+        Those of the ray.
+    origins : (3, 1) or (3, M) float64
+    directions : (3, M) float64
+    t : (M,) float64
+    hits : (2, M) float64
+        Surface coordinates of the hit, as the shape defines them.
+    shapes, primitives, materials : (M,) int64
+    positions : (3, M) float64
+        On the surface, rebuilt from its coordinates; error at most `numerics.SURFACE` times `sizes`.
+    normals : (3, M) float64
+        Geometric unit normals on the side the ray came from.
+    shading_normals : (3, M) float64
+        Unit; the same array as `normals` unless `bent`.
+    viewers : (3, M) float64
+        Unit vectors back along the rays.
+    coordinates : (2, M) float64
+        Texture coordinates (u, v).
+    flipped : (M,) bool
+        Whether the ray came from behind, so that the outward normal was turned.
+    sizes : (M,) float64
+        Sum of the magnitudes that formed the position, scene units.
+    colors : (3, M) float64
+        Of the surface, linear.
+    radiance : (3, M) float64
+        Towards the viewer, gathered by the stages.
+    tangents, cotangents : (3, M) float64
+        Unit vectors on the outward side where u and v grow; zero where no stage asked for them.
+    bent : bool
+        Whether shading normals may differ from geometric ones.
+    """
+
+    rays: Integers
+    pixels: Integers
+    samples: Integers
+    origins: Floats
+    directions: Floats
+    t: Floats
+    hits: Floats
+    shapes: Integers
+    primitives: Integers
+    materials: Integers
+    positions: Floats
+    normals: Floats
+    shading_normals: Floats
+    viewers: Floats
+    coordinates: Floats
+    flipped: Masks
+    sizes: Floats
+    colors: Floats
+    radiance: Floats
+    tangents: Floats
+    cotangents: Floats
+    bent: bool
+
+    @property
+    def count(self) -> int:
+        """Number of points M."""
+        return self.rays.shape[0]
+
+    def between(self, start: int, stop: int) -> "Points":
+        """The points start..stop as views: what is added to their radiance is added to ours."""
+
+        def cut(name: str) -> object:
+            value = getattr(self, name)
+            if isinstance(value, bool) or value.shape[-1] == 1:
+                return value
+            return value[..., start:stop]
+
+        return Points(**{item.name: cut(item.name) for item in fields(self)})
+
+
+def points_of(rays: Rays, materials: Integers, *, bent: bool) -> Points:
+    """The points where rays met shapes, with room for what the stages fill in.
+
+    Parameters
+    ----------
+    rays : Rays
+    materials : (shapes of the scene,) int64
+        Number of each shape's material.
+    bent : bool
+        Whether some stage bends shading normals.
+    """
+    hit = np.flatnonzero((rays.shapes >= 0) & (rays.shapes < EMITTER))
+    count = hit.size
+    directions = rays.directions[:, hit]
+    shapes = rays.shapes[hit]
+    normals = np.zeros((3, count))
+    return Points(
+        rays=hit,
+        pixels=rays.pixels[hit],
+        samples=rays.samples[hit],
+        origins=rays.origins_at(hit),
+        directions=directions,
+        t=rays.t[hit],
+        hits=rays.coordinates[:, hit],
+        shapes=shapes,
+        primitives=rays.primitives[hit],
+        materials=materials[shapes],
+        positions=np.zeros((3, count)),
+        normals=normals,
+        shading_normals=np.zeros((3, count)) if bent else normals,
+        viewers=-unit(directions),
+        coordinates=np.zeros((2, count)),
+        flipped=np.zeros(count, dtype=bool),
+        sizes=np.zeros(count),
+        colors=np.zeros((3, count)),
+        radiance=np.zeros((3, count)),
+        tangents=np.zeros((3, count)),
+        cotangents=np.zeros((3, count)),
+        bent=bent,
+    )

@@ -1,0 +1,1 @@
+"""Lights, their points, and views of them."""

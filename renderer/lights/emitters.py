@@ -1,0 +1,180 @@
+"""Lights as the integrator sees them: one form for rectangles, points and directions.
+
+The light points are q = centre + u first + v second with weight w. A rectangle has w = 1; a point light
+has edges of length 0; a directional light is a point at infinity, w = 0, whose centre is the unit vector
+towards it. A function affine in space, f(x) = m . (x - x0), is m . (q - w x0) on all of them.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+import schemas.lights as language
+from renderer.arrays import Floats, column, cross, dot, lengths, magnitude, unit
+from renderer.lights.samples import Grid, LightPoints, Scatter
+from renderer.numerics import SURFACE
+from renderer.samplers import FIXED, PATTERNS
+from renderer.samplers.patterns import strata
+from renderer.shapes.frames import frame_of_normals
+from renderer.shapes.rectangles import edges_of
+from renderer.streams import keys
+from schemas.sampling import LightSampling
+
+PIXEL_DIMENSIONS = 0
+"""Stream of the places in a pixel; light number i has stream 1 + i."""
+
+
+@dataclass(frozen=True, slots=True)
+class Emitter:
+    """A light and its sampling.
+
+    Attributes
+    ----------
+    number : int
+        Place in the scene's list of lights.
+    centre, first, second : (3, 1) float64
+    weight : float
+        1, or 0 for a light at infinity.
+    across, along, normal : (3, 1) float64
+        Orthonormal axes; `normal` is the front of a rectangle.
+    color : (3, 1) float64
+        Linear.
+    orthogonal : bool
+        Whether the edges are perpendicular.
+    one_sided : bool
+        Whether only points in front are lit.
+    count : int
+        Light points L a shading point.
+    pattern : str
+    seed : int
+    size : float
+        Sum of the magnitudes that form a light point, scene units.
+    """
+
+    number: int
+    centre: Floats
+    first: Floats
+    second: Floats
+    weight: float
+    across: Floats
+    along: Floats
+    normal: Floats
+    color: Floats
+    orthogonal: bool
+    one_sided: bool
+    count: int
+    pattern: str
+    seed: int
+    size: float
+
+    @property
+    def shared(self) -> bool:
+        """Whether all points of the scene see the same light points."""
+        return self.pattern in FIXED
+
+    def grid(self) -> tuple[Floats, Floats]:
+        """u of the columns and v of the rows of the shared grid, in (-1/2, 1/2)."""
+        columns, rows = strata(self.count)
+        return (np.arange(columns) + 0.5) / columns - 0.5, (np.arange(rows) + 0.5) / rows - 0.5
+
+    def shared_points(self) -> Floats:
+        """The light points that all share, (3, L), in the order of `points`."""
+        u, v = self.grid()
+        return self.centre + self.first * u.repeat(v.size) + self.second * np.tile(v, u.size)
+
+    def points(self, pixels: np.ndarray, samples: np.ndarray, dtype: np.dtype[np.floating]) -> LightPoints:  # type: ignore[type-arg]
+        """Light points for each camera sample, (n,) pixel and sample numbers."""
+        if self.shared:
+            u, v = self.grid()
+            if self.orthogonal:
+                return Grid(u, v)
+            return Scatter(u.repeat(v.size)[:, None].astype(dtype), np.tile(v, u.size)[:, None].astype(dtype))
+        key = keys(self.seed, 1 + self.number, pixels, samples)
+        index = np.arange(self.count, dtype=np.int64)[:, None]
+        a, b = PATTERNS[self.pattern](key[None, :], index, self.count)
+        return Scatter((a - 0.5).astype(dtype), (b - 0.5).astype(dtype))
+
+    def towards(self, points: Floats) -> Floats:
+        """Light centre minus points, (3, n); for a light at infinity the unit vector towards it."""
+        if self.weight == 0:
+            return np.broadcast_to(self.centre, points.shape)
+        return self.centre - points
+
+    def ends(self) -> Floats:
+        """Corners of the light, (3, 4)."""
+        u, v = np.array([-0.5, 0.5, -0.5, 0.5]), np.array([-0.5, -0.5, 0.5, 0.5])
+        return self.centre + self.first * u + self.second * v
+
+
+_NOTHING = np.zeros((3, 1))
+
+
+def build_rectangle(
+    number: int,
+    light: language.RectangleLight | language.ParallelogramLight,
+    sampling: LightSampling,
+    seed: int,
+) -> Emitter:
+    """A rectangle light."""
+    if isinstance(light, language.ParallelogramLight):
+        corner, first, second = column(light.corner), column(light.edges[0]), column(light.edges[1])
+        centre = corner + first / 2 + second / 2
+    else:
+        centre = column(light.center)
+        _, first, second = edges_of(centre, column(light.normal), column(light.tangent), light.size)
+    across, normal = unit(first), unit(cross(unit(first), unit(second)))
+    along = cross(normal, across)
+    orthogonal = abs(dot(second, across).item()) <= SURFACE * lengths(second).item()
+    return Emitter(
+        number=number,
+        centre=centre,
+        first=first,
+        second=second,
+        weight=1.0,
+        across=across,
+        along=along,
+        normal=normal,
+        color=column(light.color),
+        orthogonal=orthogonal,
+        one_sided=not light.two_sided,
+        count=sampling.samples,
+        pattern=sampling.pattern,
+        seed=seed,
+        size=float((magnitude(centre) + magnitude(first) + magnitude(second)).item()),
+    )
+
+
+def _single(number: int, centre: Floats, weight: float, color: Floats, seed: int) -> Emitter:
+    normal = unit(centre) if weight == 0 else column((0.0, 0.0, 1.0))
+    across = frame_of_normals(normal)
+    return Emitter(
+        number=number,
+        centre=centre,
+        first=_NOTHING,
+        second=_NOTHING,
+        weight=weight,
+        across=across,
+        along=cross(normal, across),
+        normal=normal,
+        color=color,
+        orthogonal=True,
+        one_sided=False,
+        count=1,
+        pattern="uniform",
+        seed=seed,
+        size=float(magnitude(centre).item()) if weight else 0.0,
+    )
+
+
+def build_point(number: int, light: language.PointLight, sampling: LightSampling, seed: int) -> Emitter:
+    """A point light."""
+    del sampling
+    return _single(number, column(light.position), 1.0, column(light.color), seed)
+
+
+def build_directional(
+    number: int, light: language.DirectionalLight, sampling: LightSampling, seed: int
+) -> Emitter:
+    """A light at infinity."""
+    del sampling
+    return _single(number, -unit(column(light.direction)), 0.0, column(light.color), seed)

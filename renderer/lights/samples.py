@@ -1,0 +1,115 @@
+"""Points of a light, L a point of the scene, and the functions of them that shading needs.
+
+A light point is q = centre + u first + v second with u, v in (-1/2, 1/2), so every dot product with
+q - p is affine in u and v. Pair arrays have shape (L, n): one row a light point, so that the innermost
+loop of every operation is as long as the block.
+"""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.arrays import Floats, Pairs
+from renderer.workspace import Workspace
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """Where a light lies as seen from n points, in the light's own axes, scaled a point each.
+
+    Attributes
+    ----------
+    across, along, away : (n,) float64
+        The point minus the light's centre, in light axes: first edge, in-plane perpendicular, normal.
+    first, second_across, second_along : (n,) float64
+        Edge lengths in the same scale: first edge, and both components of the second.
+    """
+
+    across: Floats
+    along: Floats
+    away: Floats
+    first: Floats
+    second_across: Floats
+    second_along: Floats
+
+
+class LightPoints(ABC):
+    """L light points for each of n points."""
+
+    count: int
+
+    @abstractmethod
+    def affine(self, constant: Floats, by_u: Floats, by_v: Floats, out: Pairs, workspace: Workspace) -> Pairs:
+        """constant + u by_u + v by_v for all pairs, into `out` (L, n); the arguments are (n,)."""
+
+    @abstractmethod
+    def squared_distances(self, frame: Frame, out: Pairs, workspace: Workspace) -> Pairs:
+        """Squares of the distances in the scale of `frame`, into `out` (L, n); sums of squares, so nothing cancels."""
+
+    @abstractmethod
+    def chosen(self, index: np.ndarray) -> "LightPoints":  # type: ignore[type-arg]
+        """The same for some of the n points."""
+
+
+class Grid(LightPoints):
+    """The same grid for all points. A function of row plus a function of column: one addition a pair."""
+
+    def __init__(self, u: Floats, v: Floats) -> None:
+        self.u, self.v = u[:, None], v[:, None]
+        self.count = u.size * v.size
+
+    def _sum(self, by_row: Floats, by_column: Floats, out: Pairs) -> Pairs:
+        rows, columns, n = by_row.shape[0], by_column.shape[0], by_row.shape[1]
+        a, b = by_row.astype(out.dtype), by_column.astype(out.dtype)
+        np.add(a[:, None], b[None], out=out.reshape(rows, columns, n))
+        return out
+
+    def affine(self, constant: Floats, by_u: Floats, by_v: Floats, out: Pairs, workspace: Workspace) -> Pairs:
+        del workspace
+        return self._sum(constant + self.u * by_u, self.v * by_v, out)
+
+    def squared_distances(self, frame: Frame, out: Pairs, workspace: Workspace) -> Pairs:
+        del workspace
+        across = self.u * frame.first - frame.across
+        along = self.v * frame.second_along - frame.along
+        return self._sum(across * across, along * along + frame.away * frame.away, out)
+
+    def chosen(self, index: np.ndarray) -> "Grid":  # type: ignore[type-arg]
+        del index
+        return self
+
+
+class Scatter(LightPoints):
+    """Points that differ from place to place, u and v of shape (L, n), or one set for all, (L, 1)."""
+
+    def __init__(self, u: Pairs, v: Pairs) -> None:
+        self.u, self.v = u, v
+        self.count = u.shape[0]
+
+    def _affine(self, constant: Floats, by_u: Floats, by_v: Floats, out: Pairs, spare: Pairs) -> Pairs:
+        dtype = out.dtype
+        np.multiply(self.u, by_u.astype(dtype), out=out)
+        np.multiply(self.v, by_v.astype(dtype), out=spare)
+        np.add(out, spare, out=out)
+        np.add(out, constant.astype(dtype), out=out)
+        return out
+
+    def affine(self, constant: Floats, by_u: Floats, by_v: Floats, out: Pairs, workspace: Workspace) -> Pairs:
+        return self._affine(constant, by_u, by_v, out, workspace.pairs("affine", *out.shape, out.dtype))
+
+    def squared_distances(self, frame: Frame, out: Pairs, workspace: Workspace) -> Pairs:
+        spare = workspace.pairs("affine", *out.shape, out.dtype)
+        other = workspace.pairs("distance", *out.shape, out.dtype)
+        self._affine(-frame.across, frame.first, frame.second_across, out, spare)
+        np.multiply(out, out, out=out)
+        self._affine(-frame.along, np.zeros_like(frame.along), frame.second_along, other, spare)
+        np.multiply(other, other, out=other)
+        np.add(out, other, out=out)
+        np.add(out, (frame.away * frame.away).astype(out.dtype), out=out)
+        return out
+
+    def chosen(self, index: np.ndarray) -> "Scatter":  # type: ignore[type-arg]
+        if self.u.shape[1] == 1:
+            return self
+        return Scatter(np.take(self.u, index, axis=1), np.take(self.v, index, axis=1))

@@ -1,0 +1,69 @@
+"""Lights that the camera sees."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.arrays import Floats, columns
+from renderer.interaction import EMITTER, Rays
+from renderer.lights.emitters import Emitter
+from renderer.shapes.rectangles import Rectangles, from_edges
+
+TIE = 2.0**-40
+"""A light this close behind a shape, relative to the distance, lies in it and is seen: thousands of roundings."""
+
+
+@dataclass(frozen=True, slots=True)
+class LightSurfaces:
+    """Stage: rays that meet visible lights.
+
+    Attributes
+    ----------
+    rectangles : Rectangles
+        The lights as shapes, with numbers from `EMITTER` on.
+    """
+
+    rectangles: Rectangles
+
+    def run(self, rays: Rays) -> None:
+        """Let lights take the rays that nothing nearer has met."""
+        behind = Rays(rays.origins, rays.directions, rays.pixels, rays.samples)
+        for light in range(self.rectangles.numbers.size):
+            self.rectangles.meet(light, behind)
+        seen = np.flatnonzero(np.isfinite(behind.t) & (behind.t <= rays.t * (1 + TIE)))
+        rays.t[seen] = behind.t[seen]
+        rays.shapes[seen] = behind.shapes[seen]
+
+
+def build(emitters: list[Emitter]) -> LightSurfaces:
+    """The surfaces of some rectangle lights."""
+    first, second, centre = (
+        np.hstack([getattr(emitter, name) for emitter in emitters]) for name in ("first", "second", "centre")
+    )
+    numbers = np.array([EMITTER + emitter.number for emitter in emitters], dtype=np.int64)
+    return LightSurfaces(from_edges(numbers, centre - first / 2 - second / 2, first, second))
+
+
+@dataclass(frozen=True, slots=True)
+class Unshaded:
+    """Radiance of rays that met no shape.
+
+    Attributes
+    ----------
+    background : (3, 1) float64
+    lights : (3, lights of the scene) float64
+        Flat colours.
+    """
+
+    background: Floats
+    lights: Floats
+
+    def radiance(self, shapes: np.ndarray) -> Floats:  # type: ignore[type-arg]
+        """Colours (3, N) by shape numbers (N,), the background for misses; shapes' own rays are set later."""
+        table = np.hstack((self.background, self.lights))
+        return table[:, np.where(shapes >= EMITTER, shapes - EMITTER + 1, 0)]
+
+
+def colors(lights: list[tuple[float, float, float]]) -> Floats:
+    """Flat colours (3, K) of all lights of a scene."""
+    return columns(lights) if lights else np.zeros((3, 0))

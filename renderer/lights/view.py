@@ -1,0 +1,174 @@
+"""One light seen from a chunk of points: who faces it, which pairs are blocked, how far it is."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from renderer.arrays import Floats, Integers, Masks, Pairs, dot, magnitude
+from renderer.interaction import Points
+from renderer.lights.emitters import Emitter
+from renderer.lights.samples import Frame, LightPoints
+from renderer.numerics import gamma
+from renderer.workspace import Workspace
+
+
+@dataclass(slots=True)
+class LightView:
+    """n points that face a light, and the pair arrays of shape (L, n) about them.
+
+    Attributes
+    ----------
+    emitter : Emitter
+    points : Points
+        The chunk that the n points belong to.
+    chosen : (n,) int64
+        Which points of the chunk.
+    light_points : LightPoints
+    towards : (3, n) float64
+        Light centre minus point.
+    origins : (3, 1) or (3, n) float64
+        Where the rays came from.
+    dtype : float32 or float64
+        Of pair work.
+    blocked : (L, n) bool or None
+        Pairs with a shape between; None as long as nothing was found.
+    """
+
+    emitter: Emitter
+    points: Points
+    chosen: Integers
+    light_points: LightPoints
+    towards: Floats
+    origins: Floats
+    dtype: np.dtype[np.floating]
+    workspace: Workspace
+    blocked: Masks | None = None
+    _inverse: Pairs | None = None
+    _open: Masks | None = None
+
+    @property
+    def count(self) -> int:
+        """Number of points n."""
+        return self.chosen.shape[0]
+
+    def of_points(self, values: Floats) -> Floats:
+        """Values of the chunk, (..., M), at the n points."""
+        return values if self.count == values.shape[-1] else values[..., self.chosen]
+
+    def block(self, mask: Masks, index: Integers | None = None) -> None:
+        """Add blocked pairs: `mask` (L, n), or (L, m) for the points `index` (m,)."""
+        if self.blocked is None:
+            self.blocked = self.workspace.masks("blocked", self.light_points.count, self.count)
+            self.blocked[...] = False
+        if index is None:
+            np.logical_or(self.blocked, mask, out=self.blocked)
+        else:
+            self.blocked[:, index] |= mask
+
+    def drop_dark(self) -> None:
+        """Leave out the points that see no light point."""
+        if self.blocked is None:
+            return
+        lit = np.flatnonzero(~np.logical_and.reduce(self.blocked, axis=0))
+        if lit.size < self.count:
+            self.blocked = np.take(self.blocked, lit, axis=1)
+            self.chosen, self.towards = self.chosen[lit], self.towards[:, lit]
+            self.light_points = self.light_points.chosen(lit)
+            if self.origins.shape[1] > 1:
+                self.origins = self.origins[:, lit]
+
+    def pairs(self, name: str) -> Pairs:
+        """An (L, n) buffer."""
+        return self.workspace.pairs(name, self.light_points.count, self.count, self.dtype)
+
+    def scale(self) -> Floats:
+        """One over the distance to the light or its size, whichever is larger: pair work has no units."""
+        size = np.maximum(
+            magnitude(self.towards), magnitude(self.emitter.first) + magnitude(self.emitter.second)
+        )
+        return 1 / np.where(size > 0, size, 1.0)
+
+    def cosines(self, vectors: Floats, out: Pairs) -> Pairs:
+        """max(0, m . l) for vectors m (3, n) and the unit directions l to the light points, (L, n)."""
+        scale = self.scale()
+        self.light_points.affine(
+            dot(vectors, self.towards) * scale,
+            dot(vectors, self.emitter.first) * scale,
+            dot(vectors, self.emitter.second) * scale,
+            out,
+            self.workspace,
+        )
+        np.maximum(out, 0, out=out)
+        np.multiply(out, self.inverse_distances(), out=out)
+        return out
+
+    def inverse_distances(self) -> Pairs:
+        """One over the distances, in the points' own scale, (L, n)."""
+        if self._inverse is None:
+            emitter, scale = self.emitter, self.scale()
+            frame = Frame(
+                across=-dot(self.towards, emitter.across) * scale,
+                along=-dot(self.towards, emitter.along) * scale,
+                away=-dot(self.towards, emitter.normal) * scale,
+                first=dot(emitter.first, emitter.across) * scale,
+                second_across=dot(emitter.second, emitter.across) * scale,
+                second_along=dot(emitter.second, emitter.along) * scale,
+            )
+            squares = self.light_points.squared_distances(frame, self.pairs("inverse"), self.workspace)
+            np.maximum(squares, np.finfo(self.dtype).tiny, out=squares)
+            np.sqrt(squares, out=squares)
+            self._inverse = np.reciprocal(squares, out=squares)
+        return self._inverse
+
+    def positive_cosines(self, vectors: Floats) -> Masks | None:
+        """Pairs with m . l > 0 for vectors m (3, n); None where all are, with room for rounding."""
+        scale = self.scale()
+        terms = [
+            dot(vectors, part) * scale for part in (self.towards, self.emitter.first, self.emitter.second)
+        ]
+        if np.all(terms[0] - np.abs(terms[1]) / 2 - np.abs(terms[2]) / 2 > 2.0**-18):
+            return None
+        return self.light_points.affine(*terms, self.pairs("positive"), self.workspace) > 0
+
+    def keep_open(self, values: Pairs) -> None:
+        """Set the values (L, n) of blocked pairs to 0."""
+        if self.blocked is None:
+            return
+        if self._open is None:
+            self._open = np.logical_not(self.blocked)
+        np.multiply(values, self._open, out=values)
+
+    def part(self, index: Integers, dtype: np.dtype[np.floating]) -> "LightView":
+        """The view of some of the points (m,), with pair work in `dtype`."""
+        if index.size == self.count and dtype == self.dtype:
+            return self
+        return replace(
+            self,
+            chosen=self.chosen[index],
+            towards=self.towards[:, index],
+            light_points=self.light_points.chosen(index),
+            origins=self.origins if self.origins.shape[1] == 1 else self.origins[:, index],
+            dtype=dtype,
+            blocked=None if self.blocked is None else np.take(self.blocked, index, axis=1),
+            _inverse=np.take(self.inverse_distances(), index, axis=1) if dtype == self.dtype else None,
+            _open=None,
+        )
+
+
+def facing(emitter: Emitter, points: Points, towards: Floats) -> Masks:
+    """Points with some light point above the horizon of both normals and, if need be, in front of the light.
+
+    A light in the plane of the receiver is at the horizon: within rounding of 0 counts as 0.
+    """
+    lit = _reaches(emitter, points.normals, towards)
+    if points.bent:
+        lit &= _reaches(emitter, points.shading_normals, towards)
+    if emitter.one_sided:
+        lit &= dot(towards, emitter.normal) < -gamma(16) * magnitude(towards)
+    return lit
+
+
+def _reaches(emitter: Emitter, normals: Floats, towards: Floats) -> Masks:
+    spread = np.abs(dot(normals, emitter.first)) + np.abs(dot(normals, emitter.second))
+    rounding = gamma(32) * (magnitude(towards) + emitter.size)
+    return dot(normals, towards) + spread / 2 > rounding

@@ -1,0 +1,76 @@
+"""Textures at work on materials: colour from a texture, normals from a normal map."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.arrays import Floats, cross, dot, unit
+from renderer.interaction import Points
+from renderer.textures import Texture
+
+FLAT = 1e-3
+"""Squared length of a decoded normal below which it says nothing; mid grey (128, 128, 128) decodes to 4.6e-5."""
+
+
+@dataclass(frozen=True, slots=True)
+class ColorTexture:
+    """Stage: colours of the materials that use one texture.
+
+    Attributes
+    ----------
+    texture : Texture
+    used : (materials,) bool
+    """
+
+    texture: Texture
+    used: np.ndarray  # type: ignore[type-arg]
+
+    def run(self, points: Points) -> None:
+        """Look up the colours of the points of these materials."""
+        chosen = np.flatnonzero(self.used[points.materials])
+        if chosen.size:
+            points.colors[:, chosen] = self.texture.at(points.coordinates[:, chosen])
+
+
+@dataclass(frozen=True, slots=True)
+class NormalMap:
+    """Stage: shading normals of the materials that use one normal map.
+
+    Attributes
+    ----------
+    texture : Texture
+    used : (materials,) bool
+    """
+
+    texture: Texture
+    used: np.ndarray  # type: ignore[type-arg]
+
+    def run(self, points: Points) -> None:
+        """Turn texels c into normals 2 c - 1 in the frame (tangent, cotangent, outward normal)."""
+        chosen = np.flatnonzero(self.used[points.materials])
+        if not chosen.size:
+            return
+        decoded = 2 * self.texture.at(points.coordinates[:, chosen]) - 1
+        silent = dot(decoded, decoded) < FLAT
+        decoded = np.where(silent, np.array([[0.0], [0.0], [1.0]]), decoded)
+        tangents, cotangents, outward = _frame(points, chosen)
+        mapped = unit(decoded[0] * tangents + decoded[1] * cotangents + decoded[2] * outward)
+        mapped *= np.where(points.flipped[chosen], -1.0, 1.0)
+        points.shading_normals[:, chosen] = bent_to_viewer(mapped, points.viewers[:, chosen])
+
+
+def _frame(points: Points, chosen: np.ndarray) -> tuple[Floats, Floats, Floats]:  # type: ignore[type-arg]
+    """Tangents, cotangents and outward normals, perpendicular to the smooth normal where there is one."""
+    outward = points.shading_normals[:, chosen] * np.where(points.flipped[chosen], -1.0, 1.0)
+    tangents = points.tangents[:, chosen]
+    tangents = unit(tangents - outward * dot(tangents, outward))
+    return tangents, cross(outward, tangents), outward
+
+
+def bent_to_viewer(normals: Floats, viewers: Floats) -> Floats:
+    """Normals that point away from the viewer, bent to the horizon; (3, N) unit vectors.
+
+    Turning them over instead would put light where the surface faces away from it.
+    """
+    cosine = dot(normals, viewers)
+    return unit(np.where(cosine < 0, normals - viewers * cosine, normals))

@@ -1,0 +1,147 @@
+"""Phong's model: ambient, diffuse and highlight terms, each a stage that only runs where it is asked for.
+
+Radiance towards the viewer: ambient_light * ambient * color + sum over lights of the mean over light points
+of V * light * (diffuse * color * max(0, n . l) + specular * max(0, r . v)^shininess), r = 2 (n . l) n - l, where a
+light point with n . l <= 0 gives nothing. r . v = l . w with w = 2 (n . v) n - v: one vector a point, not a pair.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+import schemas.materials as language
+from renderer.arrays import Floats, Pairs, columns, dot
+from renderer.interaction import Points
+from renderer.lights.view import LightView
+from renderer.numerics import halving_sum
+
+SHARP = 128.0
+"""Above this exponent a rounding of float32 in the cosine shows; highlights are then formed in float64."""
+
+
+@dataclass(frozen=True, slots=True)
+class Phong:
+    """Parameters of the scene's materials as arrays over K materials.
+
+    Attributes
+    ----------
+    colors : (3, K) float64
+        White where a texture gives the colour.
+    ambient, diffuse, specular, shininess : (K,) float64
+    """
+
+    colors: Floats
+    ambient: Floats
+    diffuse: Floats
+    specular: Floats
+    shininess: Floats
+
+
+def build(materials: Sequence[language.PhongMaterial]) -> Phong:
+    """Tables of the materials in the order given."""
+
+    def numbers(name: str) -> Floats:
+        return np.array([getattr(material, name) for material in materials], dtype=np.float64)
+
+    return Phong(
+        colors=columns(
+            [material.color if material.color is not None else (1.0, 1.0, 1.0) for material in materials]
+        ),
+        ambient=numbers("ambient"),
+        diffuse=numbers("diffuse"),
+        specular=numbers("specular"),
+        shininess=numbers("shininess"),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Colors:
+    """Stage: each point takes its material's colour."""
+
+    phong: Phong
+
+    def run(self, points: Points) -> None:
+        """Fill in the colours."""
+        points.colors[...] = self.phong.colors[:, points.materials]
+
+
+@dataclass(frozen=True, slots=True)
+class Ambient:
+    """Stage: the light that comes from everywhere."""
+
+    phong: Phong
+    light: Floats
+
+    def run(self, points: Points) -> None:
+        """Add ambient_light * ambient * color."""
+        points.radiance += self.light * self.phong.ambient[points.materials] * points.colors
+
+
+@dataclass(frozen=True, slots=True)
+class Diffuse:
+    """Stage of a light: Lambert's cosine."""
+
+    phong: Phong
+
+    def run(self, view: LightView) -> None:
+        """Add the mean over light points of V * light * diffuse * color * max(0, n . l)."""
+        points, chosen = view.points, view.chosen
+        cosines = view.cosines(view.of_points(points.shading_normals), view.pairs("cosines"))
+        view.keep_open(cosines)
+        mean = halving_sum(cosines).astype(np.float64) / view.light_points.count
+        share = mean * self.phong.diffuse[view.of_points(points.materials)]
+        points.radiance[:, chosen] += view.emitter.color * view.of_points(points.colors) * share
+
+
+@dataclass(frozen=True, slots=True)
+class Highlight:
+    """Stage of a light: the highlight of the materials whose exponent lies in (`above`, `upto`]."""
+
+    phong: Phong
+    above: float
+    upto: float
+    dtype: np.dtype[np.floating]
+
+    def run(self, view: LightView) -> None:
+        """Add the mean over light points of V * light * specular * max(0, r . v)^shininess."""
+        materials = view.of_points(view.points.materials)
+        exponents = self.phong.shininess[materials]
+        shiny = (self.phong.specular[materials] > 0) & (exponents > self.above) & (exponents <= self.upto)
+        index = np.flatnonzero(shiny & self._mirrored(view))
+        if not index.size:
+            return
+        part = view.part(index, self.dtype)
+        normals = part.of_points(part.points.shading_normals)
+        values = part.cosines(_mirror(part), part.pairs("highlights"))
+        _powers(values, exponents[index])
+        lit = part.positive_cosines(normals)
+        if lit is not None:
+            np.multiply(values, lit, out=values)
+        part.keep_open(values)
+        mean = halving_sum(values).astype(np.float64) / part.light_points.count
+        part.points.radiance[:, part.chosen] += view.emitter.color * (
+            mean * self.phong.specular[materials[index]]
+        )
+
+    def _mirrored(self, view: LightView) -> np.ndarray:  # type: ignore[type-arg]
+        """Points whose mirrored viewer sees some place of the light, or nearly so."""
+        mirror, emitter = _mirror(view), view.emitter
+        spread = np.abs(dot(mirror, emitter.first)) + np.abs(dot(mirror, emitter.second))
+        return dot(mirror, view.towards) + spread / 2 > -spread * 2.0**-18
+
+
+def _mirror(view: LightView) -> Floats:
+    """The viewer's direction mirrored at the shading normal, (3, n)."""
+    normals, viewers = view.of_points(view.points.shading_normals), view.of_points(view.points.viewers)
+    return 2 * dot(normals, viewers) * normals - viewers
+
+
+def _powers(cosines: Pairs, exponents: Floats) -> None:
+    """cosines ** exponents in place, (L, n) and (n,), with 0 ** 0 = 0: no highlight where r . v <= 0.
+
+    The exponent 0 becomes the smallest normal number, which gives 1 for every cosine but 0.
+    """
+    tiny = np.finfo(cosines.dtype).tiny
+    np.minimum(cosines, 1, out=cosines)
+    np.power(cosines, np.maximum(exponents, tiny).astype(cosines.dtype)[None, :], out=cosines)

@@ -1,0 +1,103 @@
+"""The plan of a picture: what runs, in which order, and who asked for it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.arrays import Integers
+from renderer.cameras import Pinhole
+from renderer.lights.surfaces import Unshaded
+from renderer.scenes import LoadedScene
+from renderer.stages import Entry, Lighting, PointStage, RayStage
+from schemas.plans import LeftOut, PlanCost, PlanDocument, PlanStage
+from schemas.quality import Quality
+from schemas.sampling import Antialiasing
+from schemas.scene import Scene
+from schemas.tiles import Pass
+
+
+@dataclass(frozen=True, slots=True)
+class RenderPlan:
+    """All that rendering a scene needs; made by `compile_scene`, changed by nobody.
+
+    Attributes
+    ----------
+    scene : LoadedScene
+    quality : Quality or None
+        What took the place of the scene's own sampling.
+    camera : Pinhole
+    antialiasing : Antialiasing
+    seed : int
+    passes : tuple of Pass
+        The first is a coarse preview; the others share out the camera samples.
+    meetings, surfaces, lightings : tuples of stages
+        For rays, for points, and for points and one light.
+    unshaded : Unshaded
+    materials : (shapes,) int64
+        Material of each shape.
+    bent : bool
+        Whether some stage bends shading normals.
+    dtype : float32 or float64
+        Of pair work.
+    culling : bool
+        Whether conservative tests leave out work; images are the same without them.
+    entries, left_out
+        The plan as told to people.
+    """
+
+    scene: LoadedScene
+    quality: Quality | None
+    camera: Pinhole
+    antialiasing: Antialiasing
+    seed: int
+    passes: tuple[Pass, ...]
+    meetings: tuple[RayStage, ...]
+    surfaces: tuple[PointStage, ...]
+    lightings: tuple[Lighting, ...]
+    unshaded: Unshaded
+    materials: Integers
+    bent: bool
+    dtype: np.dtype[np.floating]
+    culling: bool
+    entries: tuple[Entry, ...]
+    left_out: tuple[LeftOut, ...]
+
+    @property
+    def document(self) -> Scene:
+        """The scene as written."""
+        return self.scene.document
+
+    @property
+    def width(self) -> int:
+        """Pixels."""
+        return self.camera.width
+
+    @property
+    def height(self) -> int:
+        """Pixels."""
+        return self.camera.height
+
+    @property
+    def light_points(self) -> int:
+        """Largest number of light points of any light, at least 1."""
+        return max((lighting.emitter.count for lighting in self.lightings), default=1)
+
+    def describe(self) -> PlanDocument:
+        """The plan for people and programs: stages with who asked, what was left out, predicted cost."""
+        total = sum(entry.seconds for entry in self.entries)
+        rays = self.width * self.height * self.antialiasing.samples
+        shadow = sum(lighting.emitter.count for lighting in self.lightings if lighting.shadows)
+        return PlanDocument(
+            stages=tuple(
+                PlanStage(
+                    name=entry.name,
+                    effect=entry.effect,
+                    pointers=entry.pointers,
+                    detail=entry.detail,
+                    share=entry.seconds / total if total else None,
+                )
+                for entry in self.entries
+            ),
+            left_out=self.left_out,
+            cost=PlanCost(camera_rays=rays, shadow_rays=rays * shadow, cpu_seconds=total),
+        )

@@ -1,0 +1,5 @@
+"""Shapes in families: all shapes of one kind as arrays, met by blocks of rays."""
+
+from renderer.shapes.family import Family
+
+__all__ = ["Family"]

@@ -1,0 +1,156 @@
+"""Ellipsoids: the unit sphere under a centre and three perpendicular semi-axes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+import schemas.shapes as language
+from renderer.arrays import Floats, Integers, columns, cross, dot, magnitude, unit
+from renderer.interaction import Points, Rays
+from renderer.numerics import gamma
+from renderer.shapes.family import Family
+
+
+@dataclass(slots=True)
+class Ellipsoids(Family):
+    """A family of ellipsoids.
+
+    Attributes
+    ----------
+    centers : (3, K) float64
+    axes : (3, 3, K) float64
+        Semi-axis, coordinate, ellipsoid.
+    inverse : (3, 3, K) float64
+        Rows of the inverse: semi-axis over its squared length. A point minus the centre, first subtracted,
+        goes through it into the frame where the ellipsoid is the unit sphere.
+    """
+
+    kind: ClassVar[str] = "ellipsoid"
+
+    centers: Floats
+    axes: Floats
+    inverse: Floats
+
+    def corners(self) -> Floats:
+        """Corners of the box along the axes, (8, 3, K)."""
+        signs = [(i, j, k) for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]
+        return np.stack(
+            [self.centers + i * self.axes[0] + j * self.axes[1] + k * self.axes[2] for i, j, k in signs]
+        )
+
+    def to_sphere(self, vectors: Floats, shape: int) -> Floats:
+        """Vectors (3, N) in the frame of one ellipsoid's unit sphere."""
+        rows = self.inverse[:, :, shape, None]
+        return np.stack([dot(vectors, row) for row in rows])
+
+    def meet(self, shape: int, rays: Rays) -> None:
+        """Hits from the closest approach to the centre (Haines et al., Ray Tracing Gems, ch. 7).
+
+        The part of the origin across the ray is projected twice: once leaves the rounding of a long
+        projection in it. Then 1 - h^2 = (1 - h)(1 + h) loses nothing, and of the roots the larger comes
+        from a sum of one sign and the smaller from their product.
+        """
+        origin = self.to_sphere(rays.origins - self.centers[:, shape, None], shape)
+        direction = self.to_sphere(rays.directions, shape)
+        length = np.sqrt(dot(direction, direction))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            direction /= length
+        along = dot(origin, direction)
+        across = origin - along * direction
+        across = across - dot(across, direction) * direction
+        closest = np.sqrt(dot(across, across))
+        found = np.flatnonzero(closest <= 1)
+        if found.size:
+            self._offer_roots(shape, rays, found, origin, direction, along, closest, length)
+
+    def _offer_roots(
+        self,
+        shape: int,
+        rays: Rays,
+        found: Integers,
+        origin: Floats,
+        direction: Floats,
+        along: Floats,
+        closest: Floats,
+        length: Floats,
+    ) -> None:
+        origin = np.broadcast_to(origin, direction.shape)[:, found]
+        direction, along, closest, length = direction[:, found], along[found], closest[found], length[found]
+        half_chord = np.sqrt((1 - closest) * (1 + closest))
+        distance = np.sqrt(dot(origin, origin))
+        power = (distance - 1) * (distance + 1)
+        on_surface = np.abs(power) <= gamma(16) * (1 + distance * distance)
+        power = np.where(on_surface, 0.0, power)
+        far = -(along + np.copysign(half_chord, along))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            near = np.where(far == 0, 0.0, power / far)
+        t = np.where(np.minimum(near, far) > 0, np.minimum(near, far), np.maximum(near, far))
+        ahead = t > 0
+        t = t[ahead]
+        where = origin[:, ahead] + t * direction[:, ahead]
+        rays.offer(int(self.numbers[shape]), found[ahead], t / length[ahead], *_angles(where))
+
+    def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
+        """Positions put back on the sphere, normals by the inverse transposed (never by the axes themselves)."""
+        direction = points.directions[:, chosen]
+        where = self._on_sphere(points, chosen, shapes)
+        axes, inverse = self.axes[:, :, shapes], self.inverse[:, :, shapes]
+        points.positions[:, chosen] = (
+            self.centers[:, shapes] + where[0] * axes[0] + where[1] * axes[1] + where[2] * axes[2]
+        )
+        normals = unit(where[0] * inverse[0] + where[1] * inverse[1] + where[2] * inverse[2])
+        flipped = dot(direction, normals) > 0
+        points.flipped[chosen] = flipped
+        facing = normals * np.where(flipped, -1.0, 1.0)
+        points.normals[:, chosen] = points.shading_normals[:, chosen] = facing
+        points.coordinates[:, chosen] = points.hits[:, chosen]
+
+    def _on_sphere(self, points: Points, chosen: Integers, shapes: Integers) -> Floats:
+        origins = points.origins if points.origins.shape[1] == 1 else points.origins[:, chosen]
+        relative = origins - self.centers[:, shapes]
+        inverse = self.inverse[:, :, shapes]
+        origin = np.stack([dot(relative, row) for row in inverse])
+        along = np.stack([dot(points.directions[:, chosen], row) for row in inverse])
+        return unit(origin + points.t[chosen] * along)
+
+    def frame(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
+        """Along the parallels, and along the meridians towards the third axis."""
+        angle = 2 * np.pi * points.coordinates[0, chosen]
+        axes = self.axes[:, :, shapes]
+        tangents = unit(np.cos(angle) * axes[1] - np.sin(angle) * axes[0])
+        normals = points.normals[:, chosen] * np.where(points.flipped[chosen], -1.0, 1.0)
+        return tangents, cross(normals, tangents)
+
+
+def _angles(where: Floats) -> tuple[Floats, Floats]:
+    """Longitude about the third axis from the first, latitude from its lower end, both in [0, 1].
+
+    By atan2: an arc cosine loses half the digits at the poles. Longitude 1 is longitude 0.
+    """
+    x, y, z = where
+    longitude = np.arctan2(y, x) / (2 * np.pi)
+    longitude = np.where(longitude < 0, longitude + 1, longitude)
+    longitude = np.where((longitude >= 1) | ((x == 0) & (y == 0)), 0.0, longitude)
+    return longitude, np.arctan2(np.hypot(x, y), -z) / np.pi
+
+
+def build(numbers: Sequence[int], shapes: Sequence[language.Ellipsoid | language.Sphere]) -> Ellipsoids:
+    """The family of some ellipsoids and spheres of a scene, given with their numbers."""
+    centers = columns([shape.center for shape in shapes])
+    axes = np.array([_axes(shape) for shape in shapes], dtype=np.float64).transpose(1, 2, 0).copy()
+    squared = np.stack([dot(axis, axis) for axis in axes])
+    return Ellipsoids(
+        numbers=np.array(numbers, dtype=np.int64),
+        sizes=magnitude(centers) + magnitude(axes[0]) + magnitude(axes[1]) + magnitude(axes[2]),
+        centers=centers,
+        axes=axes,
+        inverse=axes / squared[:, None],
+    )
+
+
+def _axes(shape: language.Ellipsoid | language.Sphere) -> Sequence[Sequence[float]]:
+    if isinstance(shape, language.Sphere):
+        return ((shape.radius, 0.0, 0.0), (0.0, shape.radius, 0.0), (0.0, 0.0, shape.radius))
+    return shape.axes

@@ -1,0 +1,134 @@
+"""What every family of shapes can do, and which of its shapes a block of rays may meet."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from renderer.arrays import Floats, Integers, Masks
+from renderer.cameras import Pinhole
+from renderer.interaction import Points, Rays
+
+MARGIN = 2.0**-40
+"""Relative margin of conservative tests: thousands of roundings wide, a hair to look at."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """Corners of the convex hulls of K shapes in the camera's coordinates, each (V, K)."""
+
+    right: Floats
+    up: Floats
+    forward: Floats
+
+    @classmethod
+    def of(cls, corners: Floats, camera: Pinhole) -> "Outline":
+        """From world corners (V, 3, K)."""
+        relative = corners - camera.position
+
+        def along(axis: Floats) -> Floats:
+            return relative[:, 0] * axis[0] + relative[:, 1] * axis[1] + relative[:, 2] * axis[2]
+
+        return cls(along(camera.right), along(camera.up), along(camera.forward))
+
+    def inside(self, screen: Floats) -> Masks:
+        """Shapes that rays through a part of the screen may meet, (K,); never leaves one out that they do.
+
+        A ray through (x, y) keeps right = x * forward and up = y * forward. If all corners of a hull lie
+        on one side of a plane that bounds all rays, so does every point of the hull.
+        """
+        slack = MARGIN * (
+            np.abs(self.right) + np.abs(self.up) + np.abs(self.forward) * (1 + np.abs(screen).max())
+        )
+        left, right, bottom, top = screen
+        return ~(
+            np.all(self.right - left * self.forward < -slack, axis=0)
+            | np.all(self.right - right * self.forward > slack, axis=0)
+            | np.all(self.up - bottom * self.forward < -slack, axis=0)
+            | np.all(self.up - top * self.forward > slack, axis=0)
+            | np.all(self.forward < -slack, axis=0)
+        )
+
+
+@dataclass(slots=True)
+class Family(ABC):
+    """Shapes of one kind as arrays over K shapes.
+
+    Attributes
+    ----------
+    numbers : (K,) int64
+        Number of each shape in the order of the scene.
+    sizes : (K,) float64
+        Sum of the magnitudes that form a point on the shape, scene units.
+    """
+
+    kind: ClassVar[str]
+
+    numbers: Integers
+    sizes: Floats
+
+    @abstractmethod
+    def corners(self) -> Floats:
+        """Corners of a convex hull of each shape, (V, 3, K)."""
+
+    @abstractmethod
+    def meet(self, shape: int, rays: Rays) -> None:
+        """Offer the rays their hits with one shape of the family."""
+
+    @abstractmethod
+    def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
+        """Fill in position, normals and texture coordinates of the points `chosen`, on `shapes` of the family."""
+
+    @abstractmethod
+    def frame(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
+        """Unit tangents and cotangents (3, M) on the outward side, where the texture coordinates grow."""
+
+
+@dataclass(frozen=True, slots=True)
+class Meeting:
+    """Stage: the nearest hits of a block of rays with one family."""
+
+    family: Family
+    outline: Outline | None
+
+    def run(self, rays: Rays) -> None:
+        """Offer hits with every shape of the family that the block may meet."""
+        if self.outline is None or rays.screen is None:
+            candidates = np.arange(self.family.numbers.shape[0])
+        else:
+            candidates = np.flatnonzero(self.outline.inside(rays.screen))
+        for shape in candidates.tolist():
+            self.family.meet(shape, rays)
+
+
+@dataclass(frozen=True, slots=True)
+class Location:
+    """Stage: positions, normals and texture coordinates of the points on one family.
+
+    Attributes
+    ----------
+    family : Family
+    local : (shapes of the scene,) int64
+        Number within the family of each shape of the scene, -1 for shapes of other families.
+    framed : bool
+        Whether a normal map asked for tangents.
+    """
+
+    family: Family
+    local: Integers
+    framed: bool
+
+    def run(self, points: Points) -> None:
+        """Fill in the points that lie on this family."""
+        local = self.local[points.shapes]
+        chosen = np.flatnonzero(local >= 0)
+        shapes = local[chosen]
+        if not chosen.size:
+            return
+        self.family.locate(points, chosen, shapes)
+        points.sizes[chosen] = self.family.sizes[shapes]
+        if self.framed:
+            points.tangents[:, chosen], points.cotangents[:, chosen] = self.family.frame(
+                points, chosen, shapes
+            )

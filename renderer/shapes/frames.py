@@ -1,0 +1,44 @@
+"""Tangents: from texture coordinates, or any that fit a normal."""
+
+import numpy as np
+
+from renderer.arrays import Floats, Masks, dot, lengths, unit
+
+SHORT = 1e-6
+"""Relative length below which what is left of a tangent is mostly rounding."""
+
+
+def frame_of_normals(normals: Floats) -> Floats:
+    """A unit tangent for each unit normal, (3, N) -> (3, N), without a singular direction.
+
+    Duff et al. 2017, "Building an orthonormal basis, revisited": the sign keeps 1 / (sign + z) bounded.
+    Orthonormal to 4 eps.
+    """
+    x, y, z = normals
+    sign = np.copysign(1.0, z)
+    a = -1.0 / (sign + z)
+    return np.stack((1.0 + sign * x * x * a, sign * (x * y * a), -sign * x))
+
+
+def frame_of_texture(vertices: Floats, texture: Floats, normals: Floats) -> tuple[Floats, Masks]:
+    """Unit tangents in which the first texture coordinate grows, and where there is one.
+
+    Parameters
+    ----------
+    vertices : (3, 3, N) float64
+        Vertex, coordinate, point.
+    texture : (3, 2, N) float64
+    normals : (3, N) float64
+
+    Returns
+    -------
+    (3, N) float64, (N,) bool
+        A triangle without area in the texture, or whose tangent is all but parallel to the normal, has none.
+    """
+    first, second = vertices[1] - vertices[0], vertices[2] - vertices[0]
+    du, dv = texture[1] - texture[0], texture[2] - texture[0]
+    turn = du[0] * dv[1] - du[1] * dv[0]
+    gradient = (first * dv[1] - second * du[1]) * np.where(turn < 0, -1.0, 1.0)
+    along = unit(gradient)
+    rest = along - normals * dot(along, normals)
+    return unit(rest), (turn != 0) & (lengths(rest) > SHORT)

@@ -1,0 +1,149 @@
+"""Rectangles and parallelograms: corner + u e1 + v e2 with u and v in [0, 1]."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+import schemas.shapes as language
+from renderer.arrays import Floats, Integers, column, cross, dot, magnitude, unit
+from renderer.interaction import Points, Rays
+from renderer.numerics import gamma
+from renderer.shapes.family import Family
+from renderer.shapes.polygons import Polygons
+
+
+def edges_of(
+    center: Floats, normal: Floats, tangent: Floats, size: Sequence[float]
+) -> tuple[Floats, Floats, Floats]:
+    """Corner and edges, each (3, 1), of the form with centre, normal, tangent and size.
+
+    The tangent is made perpendicular to the normal twice; once leaves an error of eps / sin(angle).
+    """
+    normal = unit(normal)
+    tangent = unit(unit(tangent) - normal * dot(unit(tangent), normal))
+    tangent = unit(tangent - normal * dot(tangent, normal))
+    first, second = tangent * size[0], cross(normal, tangent) * size[1]
+    return center - first / 2 - second / 2, first, second
+
+
+def edges(shape: language.Rectangle | language.Parallelogram) -> tuple[Floats, Floats, Floats]:
+    """Corner and edges, each (3, 1), of either form of a rectangle."""
+    if isinstance(shape, language.Parallelogram):
+        return column(shape.corner), column(shape.edges[0]), column(shape.edges[1])
+    return edges_of(column(shape.center), column(shape.normal), column(shape.tangent), shape.size)
+
+
+@dataclass(slots=True)
+class Rectangles(Family):
+    """A family of rectangles; arrays are (3, K) float64.
+
+    Attributes
+    ----------
+    anchors, first, second : (3, K)
+        Corner and edge vectors.
+    products : (3, K)
+        first x second, not normalised.
+    normals : (3, K)
+        Outward unit normals.
+    """
+
+    kind: ClassVar[str] = "rectangle"
+
+    anchors: Floats
+    first: Floats
+    second: Floats
+    products: Floats
+    normals: Floats
+
+    def corners(self) -> Floats:
+        """The four corners, (4, 3, K)."""
+        far = self.anchors + self.first
+        return np.stack((self.anchors, far, self.anchors + self.second, far + self.second))
+
+    def meet(self, shape: int, rays: Rays) -> None:
+        """Hits by triple products.
+
+        Projection on the edges would be wrong where they are not perpendicular, even by a rounding.
+        Rectangles that share a corner and an edge bit for bit decide by the same number and leave no gap.
+        A start closer to the plane than rounding can tell is on it, and on it is no hit.
+        """
+        columns_ = (
+            array[:, shape : shape + 1] for array in (self.anchors, self.first, self.second, self.products)
+        )
+        anchor, first, second, product = columns_
+        from_anchor = rays.origins - anchor
+        moment = cross(from_anchor, rays.directions)
+        slope = dot(rays.directions, product)
+        side = np.copysign(1.0, slope)
+        span = np.abs(slope)
+        u, v = -side * dot(moment, second), side * dot(moment, first)
+        depth = -side * dot(from_anchor, product)
+        rounding = gamma(8) * dot(np.abs(from_anchor), _absolute_cross(first, second))
+        hit = (u >= 0) & (u <= span) & (v >= 0) & (v <= span) & (depth > rounding) & (span > 0)
+        found = np.flatnonzero(hit)
+        if found.size:
+            span = span[found]
+            depths = np.broadcast_to(depth, hit.shape)[found]
+            rays.offer(int(self.numbers[shape]), found, depths / span, u[found] / span, v[found] / span)
+
+    def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
+        """Positions from the surface coordinates: they stay on the plane however long the ray was."""
+        u, v = points.hits[:, chosen]
+        points.positions[:, chosen] = (
+            self.anchors[:, shapes] + u * self.first[:, shapes] + v * self.second[:, shapes]
+        )
+        points.coordinates[:, chosen] = u, v
+        flipped = dot(points.directions[:, chosen], self.products[:, shapes]) > 0
+        points.flipped[chosen] = flipped
+        facing = self.normals[:, shapes] * np.where(flipped, -1.0, 1.0)
+        points.normals[:, chosen] = points.shading_normals[:, chosen] = facing
+
+    def frame(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
+        """Directions of the edges."""
+        del points, chosen
+        tangents = unit(self.first[:, shapes])
+        return tangents, cross(self.normals[:, shapes], tangents)
+
+    def occluders(self) -> Polygons:
+        """The same rectangles as things that stand in the light."""
+        across, along = cross(self.second, self.normals), cross(self.normals, self.first)
+        opposite = self.anchors + self.first + self.second
+        return Polygons(
+            numbers=self.numbers,
+            sizes=self.sizes,
+            normals=self.normals,
+            anchors=self.anchors,
+            edge_normals=np.stack((across, along, -across, -along)),
+            edge_anchors=np.stack((self.anchors, self.anchors, opposite, opposite)),
+            corners=self.corners(),
+        )
+
+
+def _absolute_cross(a: Floats, b: Floats) -> Floats:
+    a, b = np.abs(a), np.abs(b)
+    return np.stack((a[1] * b[2] + a[2] * b[1], a[2] * b[0] + a[0] * b[2], a[0] * b[1] + a[1] * b[0]))
+
+
+def build(
+    numbers: Sequence[int], shapes: Sequence[language.Rectangle | language.Parallelogram]
+) -> Rectangles:
+    """The family of some rectangles of a scene, given with their numbers."""
+    parts = [edges(shape) for shape in shapes]
+    anchors, first, second = (np.hstack([part[i] for part in parts]) for i in range(3))
+    return from_edges(np.array(numbers, dtype=np.int64), anchors, first, second)
+
+
+def from_edges(numbers: Integers, anchors: Floats, first: Floats, second: Floats) -> Rectangles:
+    """The family with the given corners and edges, each (3, K)."""
+    products = cross(first, second)
+    return Rectangles(
+        numbers=numbers,
+        sizes=magnitude(anchors) + magnitude(first) + magnitude(second),
+        anchors=anchors,
+        first=first,
+        second=second,
+        products=products,
+        normals=unit(cross(unit(first), unit(second))),
+    )

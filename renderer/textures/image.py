@@ -1,0 +1,97 @@
+"""Image textures: texel centres at (i + 1/2) / width, row 0 of the file on the side v = 1."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+import schemas.textures as language
+from renderer.arrays import Floats, Integers
+from renderer.assets import AssetError, AssetSource, decode_image
+from renderer.colors import linear_from_srgb
+
+
+def _clamp(index: Integers, size: int) -> Integers:
+    return np.clip(index, 0, size - 1)
+
+
+def _repeat(index: Integers, size: int) -> Integers:
+    return np.mod(index, size)
+
+
+def _mirror(index: Integers, size: int) -> Integers:
+    index = np.mod(index, 2 * size)
+    return np.minimum(index, 2 * size - 1 - index)
+
+
+WRAPS = {"clamp": _clamp, "repeat": _repeat, "mirror": _mirror}
+"""What stands outside of the image: whole texel numbers into texel numbers."""
+
+
+@dataclass(frozen=True, slots=True)
+class ImageTexture:
+    """Texels and how to look them up.
+
+    Attributes
+    ----------
+    texels : (H, W, 3) float32
+        Row 0 at v = 0.
+    filter : {"nearest", "bilinear"}
+    wrap : {"clamp", "repeat", "mirror"}
+    """
+
+    texels: NDArray[np.float32]
+    filter: str
+    wrap: str
+
+    def at(self, coordinates: Floats) -> Floats:
+        """Values (3, N) at texture coordinates (2, N) of any size."""
+        height, width = self.texels.shape[:2]
+        x, y = self._texel(coordinates[0], width), self._texel(coordinates[1], height)
+        if self.filter == "nearest":
+            return self._fetch(np.floor(y).astype(np.int64), np.floor(x).astype(np.int64))
+        return self._bilinear(x - 0.5, y - 0.5)
+
+    def _texel(self, coordinate: Floats, size: int) -> Floats:
+        """Place in texels, reduced to two periods first so that a large coordinate keeps its digits."""
+        if self.wrap == "clamp":
+            return np.clip(coordinate, -1.0, 2.0) * size
+        return (coordinate - 2 * np.floor(coordinate / 2)) * size
+
+    def _fetch(self, rows: Integers, columns: Integers) -> Floats:
+        """Texels by whole numbers; wrapping whole numbers never leaves the image."""
+        height, width = self.texels.shape[:2]
+        wrap = WRAPS[self.wrap]
+        return self.texels[wrap(rows, height), wrap(columns, width)].T.astype(np.float64)
+
+    def _bilinear(self, x: Floats, y: Floats) -> Floats:
+        """Between four texels as a + f (b - a), which gives a constant image its constant exactly."""
+        column, row = np.floor(x), np.floor(y)
+        along_x, along_y = x - column, y - row
+        i, j = column.astype(np.int64), row.astype(np.int64)
+        low, high = (_between(self._fetch(line, i), self._fetch(line, i + 1), along_x) for line in (j, j + 1))
+        return _between(low, high, along_y)
+
+
+def _between(a: Floats, b: Floats, share: Floats) -> Floats:
+    return a + share * (b - a)
+
+
+def build(texture: language.ImageTexture, assets: AssetSource) -> ImageTexture:
+    """Read and decode the texture's file.
+
+    Raises
+    ------
+    AssetError
+        If there is no such file, or it is no picture.
+    """
+    try:
+        content = assets.read(texture.asset)
+    except KeyError:
+        raise AssetError(
+            "There is no such file. Name one in the scene's folder, or upload it first and name it by its sha256."
+        ) from None
+    texels = decode_image(content)
+    if texture.encoding == "srgb":
+        texels = linear_from_srgb(texels)
+    return ImageTexture(np.ascontiguousarray(texels[::-1]), texture.filter, texture.wrap)

@@ -1,0 +1,27 @@
+"""Buffers that are used again for every block, so that pair work stays in cache and asks for no memory."""
+
+import numpy as np
+
+from renderer.arrays import Masks, Pairs
+
+
+class Workspace:
+    """Named scratch arrays; asking again for a name hands out the same memory."""
+
+    def __init__(self) -> None:
+        self._buffers: dict[tuple[str, str], np.ndarray] = {}
+
+    def pairs(self, name: str, rows: int, count: int, dtype: np.dtype[np.floating]) -> Pairs:
+        """A (rows, count) array of floats with undefined content."""
+        return self._buffer(name, rows, count, dtype)
+
+    def masks(self, name: str, rows: int, count: int) -> Masks:
+        """A (rows, count) boolean array with undefined content."""
+        return self._buffer(name, rows, count, np.dtype(np.bool_))
+
+    def _buffer(self, name: str, rows: int, count: int, dtype: np.dtype) -> np.ndarray:  # type: ignore[type-arg]
+        key = (name, dtype.char)
+        buffer = self._buffers.get(key)
+        if buffer is None or buffer.size < rows * count:
+            buffer = self._buffers[key] = np.empty(rows * count, dtype=dtype)
+        return buffer[: rows * count].reshape(rows, count)
