@@ -178,8 +178,8 @@ def _light(light: Light) -> AreaLight:
         raise ValueError(f"the peer's scene has no {light.type} light")
     corner, first, second = corner_and_edges(light)
     return AreaLight(
-        corner=mi.Point3f(*corner),
-        edges=(mi.Vector3f(*first), mi.Vector3f(*second)),
+        corner=mi.Point3f(*corner.tolist()),
+        edges=(mi.Vector3f(*first.tolist()), mi.Vector3f(*second.tolist())),
         color=mi.Color3f(*light.color),
         visible=light.visible,
         two_sided=light.two_sided,

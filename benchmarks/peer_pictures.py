@@ -1,8 +1,8 @@
 """Converged pictures by Mitsuba 3, shaded with exactly the radiance formula of the scene language.
 
 Run `python -m benchmarks.peer_pictures` (or `make bench-references`) to make the reference pictures again. It
-needs the extra `bench` and LLVM 15 or newer; on Debian 12: `apt-get install libllvm15`, and
-`DRJIT_LIBLLVM_PATH=/usr/lib/x86_64-linux-gnu/libLLVM-15.so.1`.
+needs the extra `bench` and LLVM 17 or newer; on Debian 12: `apt-get install libllvm19`, and
+`DRJIT_LIBLLVM_PATH=/usr/lib/x86_64-linux-gnu/libLLVM.so.19.1`.
 
 The peer shares nothing with the renderer but the scene file: its intersections are Mitsuba's, in single
 precision; its light points are random over the whole light, not a grid; its samples are Mitsuba's
@@ -85,8 +85,8 @@ def _camera_ray(camera: Camera, column: Any, row: Any, inside: Any) -> Any:
     half = math.tan(math.radians(camera.vertical_fov) / 2)
     across = half * camera.width / camera.height * (2 * (column + inside.x) / camera.width - 1)
     upward = half * (1 - 2 * (row + inside.y) / camera.height)
-    direction = mi.Vector3f(*forward) + mi.Vector3f(*right) * across + mi.Vector3f(*above) * upward
-    return mi.Ray3f(mi.Point3f(*position), dr.normalize(direction))
+    f, r, u = (mi.Vector3f(*axis.tolist()) for axis in (forward, right, above))
+    return mi.Ray3f(mi.Point3f(*camera.position), dr.normalize(f + r * across + u * upward))
 
 
 def _radiance(peer: PeerScene, ray: Any, sampler: Any) -> Any:
@@ -160,7 +160,8 @@ def make_reference(name: str, samples: int, pictures: int, folder: Path) -> refe
 
 
 def _mean_picture(scene: Scene, samples: int, seeds: range) -> NDArray[np.float64]:
-    return np.mean([picture(scene, samples, seed) for seed in seeds], axis=0, dtype=np.float64)
+    pictures = np.stack([picture(scene, samples, seed) for seed in seeds])
+    return np.asarray(pictures.mean(axis=0), dtype=np.float64)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -168,7 +169,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description="Make the reference pictures again.")
     parser.add_argument("names", nargs="*", default=list(references.NAMES), metavar="NAME")
     parser.add_argument("--samples", type=int, default=1024, help="samples a pixel of each picture")
-    parser.add_argument("--pictures", type=int, default=16, help="independent pictures, an even number")
+    parser.add_argument("--pictures", type=int, default=8, help="independent pictures, an even number")
     parser.add_argument("--folder", type=Path, default=references.FOLDER, help="where to write")
     options = parser.parse_args(arguments)
     for name in options.names:
