@@ -5,17 +5,24 @@ from renderer.compile import compile_scene
 from renderer.errors import ImageFileError, RenderError, SceneError
 from renderer.execute import TileResult, render_tile
 from renderer.plan import RenderPlan
+from renderer.rendering import RenderResult, TileEvent, render
 from renderer.scenes import LoadedScene, load_scene
+from renderer.tracing import Hits, trace
 
 __all__ = [
     "AssetSource",
+    "Hits",
     "ImageFileError",
     "LoadedScene",
     "RenderError",
     "RenderPlan",
+    "RenderResult",
     "SceneError",
+    "TileEvent",
     "TileResult",
     "compile_scene",
     "load_scene",
+    "render",
     "render_tile",
+    "trace",
 ]

@@ -13,7 +13,7 @@ def linear_from_srgb(encoded: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def srgb_from_linear(linear: NDArray[np.floating]) -> NDArray[np.float64]:
-    """sRGB codes in 0..1 of linear values in 0..1 (IEC 61966-2-1).
+    """SRGB codes in 0..1 of linear values in 0..1 (IEC 61966-2-1).
 
     The power sees no value below the toe, so that no negative number reaches it.
     """

@@ -66,6 +66,11 @@ def compile_scene(
     return _Compiler(load_scene(scene), quality, culling).plan()
 
 
+def compile_visibility(plan: RenderPlan) -> tuple[Lighting, ...]:
+    """One stage a light of the scene, black ones too, that marks what blocks it and adds nothing."""
+    return _Compiler(plan.scene, plan.quality, plan.culling).visibility()
+
+
 @dataclass(slots=True)
 class _Compiler:
     scene: LoadedScene
@@ -98,7 +103,7 @@ class _Compiler:
             Meeting(family, Outline.of(family.corners(), camera) if self.culling else None)
             for family in families
         ]
-        visible = self._visible_lights(emitters)
+        visible = self._visible_lights()
         table = phong.build([self.document.materials[name] for name in self.names])
         points, bent = self._surfaces(families, table)
         antialiasing = self.sampling.antialiasing
@@ -109,7 +114,8 @@ class _Compiler:
             antialiasing=antialiasing,
             seed=self.sampling.seed,
             passes=tiling.passes(camera.width, camera.height, antialiasing.samples),
-            meetings=(*meetings, *visible),
+            meetings=tuple(meetings),
+            visible_lights=tuple(visible),
             surfaces=tuple(points),
             lightings=tuple(self._lighting(emitter, families, table) for emitter in emitters),
             unshaded=light_surfaces.Unshaded(
@@ -120,9 +126,22 @@ class _Compiler:
             bent=bent,
             dtype=self.dtype,
             culling=self.culling,
+            degenerate=len(self.document.shapes) - sum(family.numbers.size for family in families),
             entries=tuple(self.listing.entries),
             left_out=(*self.listing.left_out, *self._unused()),
         )
+
+    def visibility(self) -> tuple[Lighting, ...]:
+        """Every light with what casts its shadows."""
+        families = self._families()
+        emitters = [self._emitter(number) for number in range(len(self.document.lights))]
+        return tuple(
+            Lighting(emitter, tuple(self._shadows(emitter, families)), (), self.dtype) for emitter in emitters
+        )
+
+    def _emitter(self, number: int) -> Emitter:
+        light = self.document.lights[number]
+        return LIGHTS[type(light)](number, light, self.sampling.light, self.sampling.seed)
 
     def _camera(self) -> Pinhole:
         samples = self.sampling.antialiasing
@@ -170,21 +189,15 @@ class _Compiler:
             elif not answering:
                 self.listing.leave_out(effect, "no material that is shown answers light", pointer)
             else:
-                emitters.append(LIGHTS[type(light)](number, light, self.sampling.light, self.sampling.seed))
+                emitters.append(self._emitter(number))
         return emitters
 
-    def _visible_lights(self, emitters: list[Emitter]) -> list[light_surfaces.LightSurfaces]:
+    def _visible_lights(self) -> list[light_surfaces.LightSurfaces]:
         """Rectangles that the camera sees, black ones too: they hide what is behind them."""
-        del emitters
         numbers = [i for i, light in enumerate(self.document.lights) if getattr(light, "visible", False)]
         if not numbers:
             return []
-        seen = [
-            LIGHTS[type(self.document.lights[i])](
-                i, self.document.lights[i], self.sampling.light, self.sampling.seed
-            )
-            for i in numbers
-        ]
+        seen = [self._emitter(i) for i in numbers]
         pointers = tuple(f"/lights/{i}" for i in numbers)
         price = cost.seconds(self.rays, COSTS.shape * len(numbers))
         self.listing.add(
@@ -238,7 +251,7 @@ class _Compiler:
         texture = self.document.textures[name]
         asking = tuple(f"/materials/{escaped(self.names[i])}/{part}" for i in np.flatnonzero(used))
         detail = "colours by texture coordinates" if part == "color_texture" else "bends shading normals"
-        price = cost.seconds(self.rays / len(self.names), COSTS.lookup * asking.__len__())
+        price = cost.seconds(self.rays / len(self.names), COSTS.lookup * len(asking))
         effect = f"textures.{texture.type}" if part == "color_texture" else "materials.phong.normal_map"
         self.listing.add(
             f"{part.replace('_', ' ')} {name}", effect, detail, (f"/textures/{escaped(name)}", *asking), price
@@ -277,11 +290,12 @@ class _Compiler:
             (pointer,),
             cost.seconds(self.rays, COSTS.faced),
         )
-        shadows = self._shadows(emitter, families, pointer)
+        shadows = self._shadows(emitter, families)
         return Lighting(emitter, tuple(shadows), tuple(self._terms(emitter, table, pointer)), self.dtype)
 
-    def _shadows(self, emitter: Emitter, families: list[Family], pointer: str) -> list[LightStage]:
+    def _shadows(self, emitter: Emitter, families: list[Family]) -> list[LightStage]:
         """A light asks for shadow rays against every family, unless there is but one shape."""
+        pointer = f"/lights/{emitter.number}"
         if sum(family.numbers.size for family in families) < 2:
             self.listing.leave_out(
                 "shadow rays", "a single convex shape has nothing to cast its shadow on", (pointer,)

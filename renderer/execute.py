@@ -92,7 +92,7 @@ def camera_rays(plan: RenderPlan, block: Block, pass_: Pass) -> Rays:
 
 def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str]) -> Floats:
     """Radiance (3, N) along rays (N,)."""
-    for stage in plan.meetings:
+    for stage in (*plan.meetings, *plan.visible_lights):
         stage.run(rays)
     result = plan.unshaded.radiance(rays.shapes)
     points = shaded_points(plan, rays)

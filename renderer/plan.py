@@ -30,8 +30,10 @@ class RenderPlan:
     seed : int
     passes : tuple of Pass
         The first is a coarse preview; the others share out the camera samples.
-    meetings, surfaces, lightings : tuples of stages
-        For rays, for points, and for points and one light.
+    meetings, visible_lights : tuples of stages
+        For rays: hits with shapes, and lights that the camera sees.
+    surfaces, lightings : tuples of stages
+        For points, and for points and one light.
     unshaded : Unshaded
     materials : (shapes,) int64
         Material of each shape.
@@ -41,6 +43,8 @@ class RenderPlan:
         Of pair work.
     culling : bool
         Whether conservative tests leave out work; images are the same without them.
+    degenerate : int
+        Triangles without area, which are left out.
     entries, left_out
         The plan as told to people.
     """
@@ -52,6 +56,7 @@ class RenderPlan:
     seed: int
     passes: tuple[Pass, ...]
     meetings: tuple[RayStage, ...]
+    visible_lights: tuple[RayStage, ...]
     surfaces: tuple[PointStage, ...]
     lightings: tuple[Lighting, ...]
     unshaded: Unshaded
@@ -59,6 +64,7 @@ class RenderPlan:
     bent: bool
     dtype: np.dtype[np.floating]
     culling: bool
+    degenerate: int
     entries: tuple[Entry, ...]
     left_out: tuple[LeftOut, ...]
 

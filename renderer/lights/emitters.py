@@ -73,7 +73,7 @@ class Emitter:
         return self.pattern in FIXED
 
     def grid(self) -> tuple[Floats, Floats]:
-        """u of the columns and v of the rows of the shared grid, in (-1/2, 1/2)."""
+        """U of the columns and v of the rows of the shared grid, in (-1/2, 1/2)."""
         columns, rows = strata(self.count)
         return (np.arange(columns) + 0.5) / columns - 0.5, (np.arange(rows) + 0.5) / rows - 0.5
 

@@ -41,7 +41,7 @@ class LightPoints(ABC):
 
     @abstractmethod
     def affine(self, constant: Floats, by_u: Floats, by_v: Floats, out: Pairs, workspace: Workspace) -> Pairs:
-        """constant + u by_u + v by_v for all pairs, into `out` (L, n); the arguments are (n,)."""
+        """Constant + u by_u + v by_v for all pairs, into `out` (L, n); the arguments are (n,)."""
 
     @abstractmethod
     def squared_distances(self, frame: Frame, out: Pairs, workspace: Workspace) -> Pairs:

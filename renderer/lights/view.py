@@ -1,8 +1,10 @@
 """One light seen from a chunk of points: who faces it, which pairs are blocked, how far it is."""
 
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from renderer.arrays import Floats, Integers, Masks, Pairs, dot, magnitude
 from renderer.interaction import Points
@@ -10,6 +12,8 @@ from renderer.lights.emitters import Emitter
 from renderer.lights.samples import Frame, LightPoints
 from renderer.numerics import gamma
 from renderer.workspace import Workspace
+
+Value = TypeVar("Value", bound=np.generic)
 
 
 @dataclass(slots=True)
@@ -49,9 +53,9 @@ class LightView:
     @property
     def count(self) -> int:
         """Number of points n."""
-        return self.chosen.shape[0]
+        return self.chosen.size
 
-    def of_points(self, values: Floats) -> Floats:
+    def of_points(self, values: NDArray[Value]) -> NDArray[Value]:
         """Values of the chunk, (..., M), at the n points."""
         return values if self.count == values.shape[-1] else values[..., self.chosen]
 
@@ -129,6 +133,11 @@ class LightView:
         if np.all(terms[0] - np.abs(terms[1]) / 2 - np.abs(terms[2]) / 2 > 2.0**-18):
             return None
         return self.light_points.affine(*terms, self.pairs("positive"), self.workspace) > 0
+
+    def above_horizon(self, normals: Floats) -> Masks:
+        """Pairs whose light point is above the horizon of normals (3, n), (L, n)."""
+        positive = self.positive_cosines(normals)
+        return np.ones((self.light_points.count, self.count), dtype=bool) if positive is None else positive
 
     def keep_open(self, values: Pairs) -> None:
         """Set the values (L, n) of blocked pairs to 0."""

@@ -138,7 +138,7 @@ def _mirror(view: LightView) -> Floats:
 
 
 def _powers(cosines: Pairs, exponents: Floats) -> None:
-    """cosines ** exponents in place, (L, n) and (n,), with 0 ** 0 = 0: no highlight where r . v <= 0.
+    """Cosines ** exponents in place, (L, n) and (n,), with 0 ** 0 = 0: no highlight where r . v <= 0.
 
     The exponent 0 becomes the smallest normal number, which gives 1 for every cosine but 0.
     """

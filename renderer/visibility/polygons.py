@@ -20,7 +20,7 @@ from renderer.visibility.culling import Box, shaft
 
 
 def _signed(normals: Floats, anchors: Floats, x: Floats, weight: float) -> Floats:
-    """normals . (x - weight anchors): (3, K) and (3, N) -> (K, N), differences first."""
+    """Normals . (x - weight anchors): (3, K) and (3, N) -> (K, N), differences first."""
     parts = [normals[i][:, None] * (x[i][None, :] - weight * anchors[i][:, None]) for i in range(3)]
     return parts[0] + parts[1] + parts[2]
 

@@ -1,0 +1,214 @@
+"""A whole picture in this process or in worker processes of its own."""
+
+import multiprocessing
+import os
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.compile import compile_scene
+from renderer.errors import RenderError
+from renderer.execute import TileResult, render_tile
+from renderer.film import Image, compose, enlarge
+from renderer.plan import RenderPlan
+from renderer.tiling import tiles
+from schemas.quality import Quality
+from schemas.tiles import Pass, Tile
+
+ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+"""Set to 1 for worker processes: they share the cores already."""
+
+
+@dataclass(frozen=True, slots=True)
+class TileEvent:
+    """A finished tile of a pass.
+
+    Attributes
+    ----------
+    tile : Tile
+    pass_ : Pass
+    pixels : (h, w, 3) float32
+        The mean over all samples so far; the preview is enlarged to full size.
+    done, total : int
+        Tiles of all passes.
+    """
+
+    tile: Tile
+    pass_: Pass
+    pixels: Image
+    done: int
+    total: int
+
+
+@dataclass(frozen=True, slots=True)
+class RenderResult:
+    """A finished picture.
+
+    Attributes
+    ----------
+    image : (H, W, 3) float32
+        Linear radiance.
+    layers : dict of str to array
+    report : dict
+        Seconds, rays, samples, numerics and the plan, as `penumbra render --json` prints them.
+    """
+
+    image: NDArray[np.float32]
+    layers: dict[str, NDArray[Any]]
+    report: dict[str, Any]
+
+
+@dataclass(slots=True)
+class _Picture:
+    """Tiles as they come in."""
+
+    plan: RenderPlan
+    parts: dict[int, list[tuple[Pass, Image]]] = field(default_factory=dict)
+    counts: Counter[str] = field(default_factory=Counter)
+    cpu_seconds: float = 0.0
+
+    def take(self, tile: Tile, pass_: Pass, result: TileResult) -> Image:
+        """Keep a result; gives the tile as it looks now."""
+        self.counts.update(result.counts)
+        self.cpu_seconds += result.cpu_seconds
+        if pass_.stride > 1:
+            return enlarge(result.pixels, pass_.stride, tile.height, tile.width)
+        self.parts.setdefault(tile.index, []).append((pass_, result.pixels))
+        return compose(self.parts[tile.index])
+
+    def image(self, tile_size: int | None) -> Image:
+        """All tiles in their places."""
+        image = np.zeros((self.plan.height, self.plan.width, 3), dtype=np.float32)
+        for tile in tiles(self.plan, self.plan.passes[-1], tile_size):
+            image[tile.y0 : tile.y1, tile.x0 : tile.x1] = compose(self.parts[tile.index])
+        return image
+
+
+def render(
+    plan: RenderPlan,
+    quality: Quality | None = None,
+    on_tile: Callable[[TileEvent], None] | None = None,
+    workers: int | None = None,
+    tile_size: int | None = None,
+) -> RenderResult:
+    """Render a whole picture.
+
+    Parameters
+    ----------
+    plan : RenderPlan
+    quality : Quality, optional
+        Takes the place of the plan's.
+    on_tile : callable, optional
+        Called with a `TileEvent` for every finished tile, the coarse preview first.
+    workers : int, optional
+        Worker processes. By default the picture is rendered in this process. As always with processes,
+        a script that asks for workers does so under `if __name__ == "__main__":`.
+    tile_size : int, optional
+        Pixels. No pixel depends on it, nor on `workers`.
+
+    Returns
+    -------
+    RenderResult
+
+    Raises
+    ------
+    RenderError
+        If a worker process dies, or a tile cannot be rendered.
+    """
+    if quality is not None:
+        plan = compile_scene(plan.scene, quality, culling=plan.culling)
+    begun = time.perf_counter()
+    rounds = plan.passes if on_tile else plan.passes[1:]
+    work = [[(tile, pass_) for tile in tiles(plan, pass_, tile_size)] for pass_ in rounds]
+    picture, done, total = _Picture(plan), 0, sum(map(len, work))
+    with _executor(plan, workers) as results_of:
+        for tasks in work:
+            for tile, pass_, result in results_of(tasks):
+                pixels, done = picture.take(tile, pass_, result), done + 1
+                if on_tile:
+                    on_tile(TileEvent(tile, pass_, pixels, done, total))
+    image = picture.image(tile_size)
+    return RenderResult(image, {}, _report(plan, picture, image, time.perf_counter() - begun))
+
+
+_Task = tuple[Tile, Pass]
+_Results = Callable[[list[_Task]], Iterator[tuple[Tile, Pass, TileResult]]]
+
+
+@contextmanager
+def _executor(plan: RenderPlan, workers: int | None) -> Iterator[_Results]:
+    if not workers or workers == 1:
+        yield lambda tasks: ((tile, pass_, _attempt(plan, tile, pass_)) for tile, pass_ in tasks)
+        return
+    for name in ONE_THREAD:
+        os.environ.setdefault(name, "1")
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin, initargs=(plan,))
+    try:
+        yield lambda tasks: _from_pool(pool, tasks)
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _from_pool(pool: ProcessPoolExecutor, tasks: list[_Task]) -> Iterator[tuple[Tile, Pass, TileResult]]:
+    try:
+        waiting: dict[Future[TileResult], _Task] = {pool.submit(_render, *task): task for task in tasks}
+        while waiting:
+            finished, _ = wait(waiting, return_when=FIRST_COMPLETED)
+            for future in finished:
+                tile, pass_ = waiting.pop(future)
+                yield tile, pass_, future.result()
+    except BrokenProcessPool as error:
+        raise RenderError(
+            "A worker process died, perhaps for lack of memory. Use fewer workers or smaller tiles."
+        ) from error
+
+
+_plan: RenderPlan | None = None
+
+
+def _begin(plan: RenderPlan) -> None:
+    global _plan  # noqa: PLW0603  one plan a worker process, sent once
+    _plan = plan
+
+
+def _render(tile: Tile, pass_: Pass) -> TileResult:
+    assert _plan is not None
+    return _attempt(_plan, tile, pass_)
+
+
+def _attempt(plan: RenderPlan, tile: Tile, pass_: Pass) -> TileResult:
+    try:
+        return render_tile(plan, tile, pass_)
+    except (ArithmeticError, MemoryError, ValueError) as error:
+        place = f"pixels {tile.x0}..{tile.x1} x {tile.y0}..{tile.y1}, samples {pass_.first}..{pass_.last}"
+        raise RenderError(f"{place}, seed {plan.seed}: {type(error).__name__}: {error}") from error
+
+
+def _report(plan: RenderPlan, picture: _Picture, image: Image, seconds: float) -> dict[str, Any]:
+    shaded = [lighting.emitter.count for lighting in plan.lightings]
+    return {
+        "seconds": seconds,
+        "cpu_seconds": picture.cpu_seconds,
+        "width": plan.width,
+        "height": plan.height,
+        "rays": dict(picture.counts),
+        "samples": {
+            "antialiasing_mean": float(plan.antialiasing.samples),
+            "light_mean": float(np.mean(shaded)) if shaded else 0.0,
+        },
+        "error": None,
+        "numerics": {
+            "non_finite": int(np.count_nonzero(~np.isfinite(image).all(axis=2))),
+            "degenerate_dropped": plan.degenerate,
+        },
+        "plan": plan.describe().model_dump(mode="json"),
+    }

@@ -1,0 +1,136 @@
+"""Rays of one's own: what they hit, and how much of each light is seen from there."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from renderer.arrays import Floats, Integers
+from renderer.compile import compile_visibility
+from renderer.execute import chunks, shaded_points, workspace
+from renderer.interaction import Points, Rays
+from renderer.numerics import finite
+from renderer.plan import RenderPlan
+from renderer.stages import Lighting
+from renderer.tiling import BLOCK_RAYS
+
+
+@dataclass(frozen=True, slots=True)
+class Hits:
+    """What N rays hit.
+
+    Attributes
+    ----------
+    t : (N,) float64
+        Distance in units of the direction given, whatever its length; inf for a miss.
+    position, normal : (N, 3) float64
+        The point, and the geometric unit normal on the side the ray came from; NaN for a miss.
+    uv : (N, 2) float64
+        Texture coordinates; NaN for a miss.
+    shape : (N,) int64
+        Index into the scene's shapes, -1 for a miss.
+    primitive : (N,) int64
+        Triangle within a mesh, else 0.
+    visibility : (N, lights) float64
+        Share of each light's points that are seen from the hit, 0 to 1; 0 for a miss.
+    """
+
+    t: Floats
+    position: Floats
+    normal: Floats
+    uv: Floats
+    shape: NDArray[np.int64]
+    primitive: NDArray[np.int64]
+    visibility: Floats
+
+
+def trace(plan: RenderPlan, origins: ArrayLike, directions: ArrayLike) -> Hits:
+    """Nearest hits of rays with the shapes of a scene, and the visibility of its lights from there.
+
+    Parameters
+    ----------
+    plan : RenderPlan
+    origins, directions : (N, 3) array_like of float64
+        Directions may have any length, down to 1e-300. A ray that is not finite, or whose direction is 0,
+        misses.
+
+    Returns
+    -------
+    Hits
+        Light points are those of the scene's light sampling, for pixel number 0 .. N-1 and sample 0. A light
+        point below the horizon of the surface is not seen.
+
+    Raises
+    ------
+    ValueError
+        If an array does not have the shape (N, 3), or the two differ in N.
+    """
+    start, along = _vectors("origins", origins), _vectors("directions", directions)
+    if start.shape != along.shape:
+        raise ValueError(
+            f"origins have {start.shape[1]} rows and directions {along.shape[1]}; they must be as many."
+        )
+    count = start.shape[1]
+    hits = _misses(count, len(plan.document.lights))
+    lights = compile_visibility(plan)
+    usable = np.flatnonzero(finite(start) & finite(along) & (along != 0).any(axis=0))
+    for first in range(0, usable.size, BLOCK_RAYS):
+        _trace_block(plan, lights, start, along, usable[first : first + BLOCK_RAYS], hits)
+    return hits
+
+
+def _vectors(name: str, values: ArrayLike) -> Floats:
+    array = np.asarray(values, dtype=np.float64)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"{name} must have the shape (N, 3), not {array.shape}.")
+    return np.ascontiguousarray(array.T)
+
+
+def _misses(count: int, lights: int) -> Hits:
+    return Hits(
+        t=np.full(count, np.inf),
+        position=np.full((count, 3), np.nan),
+        normal=np.full((count, 3), np.nan),
+        uv=np.full((count, 2), np.nan),
+        shape=np.full(count, -1, dtype=np.int64),
+        primitive=np.zeros(count, dtype=np.int64),
+        visibility=np.zeros((count, lights)),
+    )
+
+
+def _trace_block(
+    plan: RenderPlan,
+    lights: tuple[Lighting, ...],
+    origins: Floats,
+    directions: Floats,
+    block: Integers,
+    hits: Hits,
+) -> None:
+    # Scaling by a power of two is exact, and keeps products of very long or short directions in range.
+    along = directions[:, block]
+    _, exponents = np.frexp(np.abs(along).max(axis=0))
+    rays = Rays(origins[:, block], np.ldexp(along, -exponents), block, np.zeros_like(block))
+    for stage in plan.meetings:
+        stage.run(rays)
+    points = shaded_points(plan, rays)
+    found = block[points.rays]
+    with np.errstate(over="ignore", under="ignore"):
+        hits.t[found] = np.ldexp(points.t, -exponents[points.rays])
+    hits.position[found] = points.positions.T
+    hits.normal[found] = points.normals.T
+    hits.uv[found] = points.coordinates.T
+    hits.shape[found] = points.shapes
+    hits.primitive[found] = points.primitives
+    for chunk in chunks(plan, points):
+        for number, light in enumerate(lights):
+            _see(light, chunk, hits.visibility[:, number], block)
+
+
+def _see(light: Lighting, points: Points, seen: Floats, block: Integers) -> None:
+    view = light.view(points, workspace())
+    if not view.count:
+        return
+    visible = view.above_horizon(view.of_points(points.normals))
+    if view.blocked is not None:
+        visible &= ~view.blocked
+    seen[block[points.rays[view.chosen]]] = visible.mean(axis=0)
