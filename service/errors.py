@@ -7,20 +7,19 @@ ServiceError
 │   ├── MediaTypeError
 │   └── RangeError
 ├── UnknownJobError
-├── JobEndedError               too late for what was asked
 ├── PictureNotReadyError
 ├── PictureGoneError
-├── AssetError
-│   ├── UnknownAssetError
-│   ├── AssetMismatchError
-│   └── AssetUnusableError
+├── UnknownAssetError
+├── UploadError                 a texture is not kept
+│   ├── UploadMismatchError
+│   └── UploadUnusableError
 ├── StoreError
 │   ├── StoreFullError          the disk is full
 │   ├── StoreDamagedError       a stored file is not what was written
 │   └── StoreTakenError         another service uses the data folder
+├── TraceFailedError
 └── UnavailableError            try again later
-    ├── WorkerDiedError
-    └── InterruptedTaskError
+    └── WorkerLostError
 """
 
 from __future__ import annotations
@@ -67,10 +66,6 @@ class UnknownJobError(ServiceError):
         super().__init__("There is no job with this id. It may have been deleted.")
 
 
-class JobEndedError(ServiceError):
-    """A job has ended, and what was asked can no longer be done."""
-
-
 class PictureNotReadyError(ServiceError):
     """A job has not shown anything yet."""
 
@@ -79,22 +74,22 @@ class PictureGoneError(ServiceError):
     """A job ended without a picture."""
 
 
-class AssetError(ServiceError):
-    """Base of what can be wrong with an uploaded texture."""
-
-
-class UnknownAssetError(AssetError):
+class UnknownAssetError(ServiceError):
     """No texture was uploaded under this name."""
 
     def __init__(self) -> None:
         super().__init__("No asset was uploaded under this name.")
 
 
-class AssetMismatchError(AssetError):
+class UploadError(ServiceError):
+    """A texture sent is not kept."""
+
+
+class UploadMismatchError(UploadError):
     """The bytes sent do not have the hash in the address."""
 
 
-class AssetUnusableError(AssetError):
+class UploadUnusableError(UploadError):
     """The bytes sent are not a picture that the renderer can use."""
 
 
@@ -114,13 +109,13 @@ class StoreTakenError(StoreError):
     """Another service uses the same data folder."""
 
 
+class TraceFailedError(ServiceError):
+    """Rays could not be traced."""
+
+
 class UnavailableError(ServiceError):
     """The service cannot do this now and may be able to do it later."""
 
 
-class WorkerDiedError(UnavailableError):
-    """A worker process died while it ran a task."""
-
-
-class InterruptedTaskError(UnavailableError):
-    """A task was taken from its worker before it could end; nothing is wrong with it."""
+class WorkerLostError(UnavailableError):
+    """A worker process died while it answered."""

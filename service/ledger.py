@@ -73,7 +73,7 @@ def _hand_out(job: JobRow, step: TileRow) -> TileTask:
         job.started_at = datetime.now(UTC)
     step.state = RUNNING
     step.attempt += 1
-    return TileTask(job.id, job.spec_sha256, _tile(step), _passes(job)[step.pass_index], step.attempt)
+    return TileTask(job.id, job.spec_sha256, tile_of(step), passes_of(job)[step.pass_index], step.attempt)
 
 
 def land(session: Session, job: JobRow, task: TileTask, done: TileDone) -> bool:
@@ -117,13 +117,20 @@ def complete(job: JobRow, done: ComposeDone) -> None:
     end(job, JobState.SUCCEEDED)
 
 
-def sampled(session: Session, job: JobRow) -> Iterator[StoredTile]:
+def sampled(session: Session, job: JobRow, tiles: Collection[int] | None = None) -> Iterator[StoredTile]:
     """Iterate over the finished steps that have samples, tile by tile, each in the order of its passes."""
-    passes = _passes(job)
+    passes = passes_of(job)
     query = select(TileRow).where(TileRow.job == job.number, TileRow.state == DONE, TileRow.pass_index > 0)
+    if tiles is not None:
+        query = query.where(TileRow.tile.in_(tiles))
     for step in session.scalars(query.order_by(TileRow.tile, TileRow.pass_index)):
-        assert step.crc32 is not None
-        yield StoredTile(_tile(step), passes[step.pass_index], step.attempt, step.crc32)
+        yield stored(step, passes)
+
+
+def coarse(session: Session, job: JobRow) -> StoredTile | None:
+    """Return the coarse picture of a job, if it is finished."""
+    step = session.get(TileRow, (job.number, 0, 0))
+    return stored(step, passes_of(job)) if step and step.state == DONE else None
 
 
 def _handed_out(session: Session, job: JobRow, task: TileTask) -> TileRow | None:
@@ -140,9 +147,30 @@ def work(pass_: Pass, tile: Tile) -> int:
     return (pass_.last - pass_.first) * tile.width * tile.height
 
 
-def _tile(step: TileRow) -> Tile:
+def new_step(job: int, pass_: Pass, tile: Tile) -> dict[str, int | str]:
+    """Make the row of a step that waits."""
+    return {
+        "job": job,
+        "pass_index": pass_.index,
+        "tile": tile.index,
+        "x0": tile.x0,
+        "y0": tile.y0,
+        "x1": tile.x1,
+        "y1": tile.y1,
+    }
+
+
+def stored(step: TileRow, passes: list[Pass]) -> StoredTile:
+    """Say where the pixels of a finished step lie."""
+    assert step.crc32 is not None
+    return StoredTile(tile_of(step), passes[step.pass_index], step.attempt, step.crc32)
+
+
+def tile_of(step: TileRow) -> Tile:
+    """Give the tile of a step."""
     return Tile(step.tile, step.x0, step.y0, step.x1, step.y1)
 
 
-def _passes(job: JobRow) -> list[Pass]:
+def passes_of(job: JobRow) -> list[Pass]:
+    """Give the passes of a job."""
     return [Pass(**fields) for fields in job.passes]

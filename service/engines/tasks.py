@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from schemas.scene import Scene
 from schemas.tiles import Pass, Tile
 from service.store.tiles import StoredTile
 
@@ -37,9 +38,9 @@ class ComposeTask:
 
 @dataclass(frozen=True, eq=False)
 class TraceTask:
-    """Cast rays into a scene, given as a trace request's own scene document."""
+    """Cast rays into a scene."""
 
-    scene: dict[str, Any]
+    scene: Scene
     origins: NDArray[np.float64]
     directions: NDArray[np.float64]
 

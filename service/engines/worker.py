@@ -132,6 +132,6 @@ def _failure(task: Task, error: Exception) -> TaskFailed:
     if isinstance(error, StoreFullError):
         return TaskFailed("storage_full", str(error))
     log.error("task failed", task=type(task).__name__, job=getattr(task, "job", None), exc_info=error)
-    if isinstance(error, renderer.RendererError):
+    if isinstance(error, renderer.RenderError):
         return TaskFailed("render_failed", str(error))
     return TaskFailed("render_failed", f"The renderer stopped with {type(error).__name__}.")

@@ -11,11 +11,11 @@ from typing import IO
 from anyio import to_thread
 from PIL import Image
 
-from service.errors import AssetMismatchError, AssetUnusableError
+from renderer.assets import FORMATS
+from service.errors import UploadMismatchError, UploadUnusableError
 from service.store.tiles import replacing, sweep_temporary
 
 PREFIX = "sha256:"
-FORMATS = {"PNG": "image/png", "JPEG": "image/jpeg"}
 
 
 @dataclass(frozen=True)
@@ -62,9 +62,9 @@ class AssetStore:
 
         Raises
         ------
-        AssetMismatchError
+        UploadMismatchError
             If the bytes have another hash; nothing is kept.
-        AssetUnusableError
+        UploadUnusableError
             If they are no picture, or a picture with too many pixels; nothing is kept.
         """
         digest, size = hashlib.sha256(), 0
@@ -74,7 +74,7 @@ class AssetStore:
                 size += len(chunk)
                 await to_thread.run_sync(file.write, chunk)
             if digest.hexdigest() != sha256:
-                raise AssetMismatchError("The body does not have the SHA-256 that is in the address.")
+                raise UploadMismatchError("The body does not have the SHA-256 that is in the address.")
             file.flush()
             header = await to_thread.run_sync(self._inspect, file)
         return size, header
@@ -86,21 +86,21 @@ class AssetStore:
     def _inspect(self, file: IO[bytes]) -> ImageHeader:
         header = read_header(Path(file.name))
         if header.width * header.height > self._max_pixels:
-            raise AssetUnusableError(
+            raise UploadUnusableError(
                 f"The picture is {header.width} x {header.height}: more than {self._max_pixels} pixels."
             )
         return header
 
 
 def read_header(path: Path) -> ImageHeader:
-    """Read the size and type of a picture without decoding it; raise AssetUnusableError if it is none."""
+    """Read the size and type of a picture without decoding it; raise UploadUnusableError if it is none."""
     try:
-        with Image.open(path, formats=tuple(FORMATS)) as image:
-            return ImageHeader(FORMATS[image.format or ""], image.width, image.height)
+        with Image.open(path, formats=FORMATS) as image:
+            return ImageHeader(Image.MIME[image.format or ""], image.width, image.height)
     except Image.DecompressionBombError as error:
-        raise AssetUnusableError("The picture has too many pixels.") from error
+        raise UploadUnusableError("The picture has too many pixels.") from error
     except (OSError, ValueError, SyntaxError) as error:
-        raise AssetUnusableError(f"The body is not a picture in {' or '.join(FORMATS)} format.") from error
+        raise UploadUnusableError(f"The body is not a picture. Send one of {', '.join(FORMATS)}.") from error
 
 
 def is_sha256(text: str) -> bool:

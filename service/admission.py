@@ -1,0 +1,110 @@
+"""Deciding whether a request is taken, before any work is done for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+from pydantic import BaseModel
+from sqlalchemy import select
+
+import renderer
+from schemas.jobs import JobRequest
+from schemas.plans import PlanDocument
+from schemas.pointers import pointer
+from schemas.problems import Problem
+from schemas.reading import read_document
+from schemas.scene import Scene
+from schemas.textures import ImageTexture
+from service.context import Service
+from service.database.models import AssetRow
+from service.specs import compile_request
+from service.store.assets import PREFIX, is_sha256
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+@dataclass(frozen=True)
+class Admitted:
+    """A request that may be carried out."""
+
+    request: JobRequest
+    warnings: tuple[Problem, ...]
+    plan: renderer.RenderPlan
+    description: PlanDocument
+
+
+def admit(service: Service, body: bytes) -> Admitted:
+    """Read, check, compile and price a request.
+
+    Raises
+    ------
+    renderer.SceneError
+        With every problem; pointers lead into the body.
+    """
+    request, warnings = read_request(service, body, JobRequest)
+    plan = compile_admitted(service, request)
+    description = plan.describe()
+    check_cost(service, description)
+    return Admitted(request, warnings, plan, description)
+
+
+def read_request(service: Service, body: bytes, model: type[Model]) -> tuple[Model, tuple[Problem, ...]]:
+    """Read a body that has a ``scene``, within the service's limits, and look for its textures."""
+    request, warnings = read_document(body, model, limits=service.settings.limits)
+    scene = getattr(request, "scene", None)
+    assert isinstance(scene, Scene)
+    missing = _missing_assets(service, scene)
+    if missing:
+        raise renderer.SceneError(missing)
+    return request, warnings
+
+
+def compile_admitted(service: Service, request: JobRequest) -> renderer.RenderPlan:
+    """Compile a request's scene; pointers of problems lead into the request."""
+    try:
+        return compile_request(request, service.assets)
+    except renderer.SceneError as error:
+        moved = [found.model_copy(update={"pointer": f"/scene{found.pointer}"}) for found in error.errors]
+        raise renderer.SceneError(moved, error.more) from None
+
+
+def check_cost(service: Service, description: PlanDocument) -> None:
+    """Refuse what is predicted to cost more than the service allows."""
+    predicted, limit = description.cost.cpu_seconds, service.settings.max_cpu_seconds
+    if predicted > limit:
+        detail = (
+            f"This is predicted to take {predicted:.0f} CPU seconds, more than the {limit:.0f} allowed. "
+            "Ask for fewer pixels, samples or light samples."
+        )
+        raise renderer.SceneError([Problem(pointer="/scene", detail=detail, code="cost")])
+
+
+def _missing_assets(service: Service, scene: Scene) -> list[Problem]:
+    asked = {
+        pointer(["scene", "textures", name, "asset"]): texture.asset
+        for name, texture in scene.textures.items()
+        if isinstance(texture, ImageTexture)
+    }
+    known = _known(service, {asset.removeprefix(PREFIX) for asset in asked.values()})
+    return [
+        _missing(place, asset)
+        for place, asset in asked.items()
+        if not asset.startswith(PREFIX) or asset.removeprefix(PREFIX) not in known
+    ]
+
+
+def _known(service: Service, hashes: set[str]) -> set[str]:
+    wanted = {sha256 for sha256 in hashes if is_sha256(sha256)}
+    if not wanted:
+        return set()
+    with service.database.reading() as session:
+        return set(session.scalars(select(AssetRow.sha256).where(AssetRow.sha256.in_(wanted))))
+
+
+def _missing(place: str, asset: str) -> Problem:
+    if asset.startswith(PREFIX) and is_sha256(asset.removeprefix(PREFIX)):
+        detail = "No such asset was uploaded. Send it to /v1/assets first."
+        return Problem(pointer=place, detail=detail, code="unknown_asset")
+    detail = "Here an asset is named 'sha256:' and 64 lower-case hexadecimal digits of an uploaded file."
+    return Problem(pointer=place, detail=detail, code="asset_name")

@@ -1,0 +1,111 @@
+"""The application: its parts put together, started and stopped."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+from collections.abc import AsyncIterator, Iterator
+from contextlib import asynccontextmanager, contextmanager
+from typing import Any, Literal
+
+from fastapi import FastAPI
+from fastapi.concurrency import run_in_threadpool
+from pydantic import BaseModel
+from pydantic.json_schema import models_json_schema
+
+from schemas.jobs import JobRequest
+from schemas.problems import ProblemDocument
+from schemas.traces import TraceRequest
+from service import problems
+from service.context import Service
+from service.database.connection import Database
+from service.database.migrations import upgrade
+from service.dispatcher import Dispatcher
+from service.engines.slots import SlotEngine
+from service.engines.worker import WorkerSetup
+from service.errors import StoreTakenError
+from service.feed import Feed
+from service.routes import assets, jobs, operations, pictures, scenes, tiles
+from service.routes.parameters import COMPONENTS
+from service.settings import Settings
+from service.store.assets import AssetStore
+from service.store.tiles import FileTileStore
+
+DESCRIPTION = "Send a scene as JSON, watch its tiles arrive, fetch the picture by the job's id."
+ROUTERS = (jobs, tiles, pictures, scenes, assets, operations)
+
+
+def create_app(settings: Settings) -> FastAPI:
+    """Make the application; its parts start when its server does, and stop with it."""
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        with _alone(settings):
+            service = await run_in_threadpool(_assemble, settings, Feed())
+            app.state.service = service
+            try:
+                yield
+            finally:
+                service.feed.close()
+                await run_in_threadpool(service.dispatcher.stop)
+                service.database.close()
+
+    app = FastAPI(title="Penumbra", description=DESCRIPTION, version="1", lifespan=lifespan)
+    problems.install(app)
+    for module in ROUTERS:
+        app.include_router(module.router)
+    _document_bodies(app)
+    return app
+
+
+@contextmanager
+def _alone(settings: Settings) -> Iterator[None]:
+    """Keep other services off the data folder: two dispatchers would hand out the same tiles."""
+    settings.data.mkdir(parents=True, exist_ok=True)
+    with (settings.data / "lock").open("w") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            folder = settings.data.absolute()
+            message = f"Another service uses {folder}. Stop it, or name another folder."
+            raise StoreTakenError(message) from None
+        yield
+
+
+def _assemble(settings: Settings, feed: Feed) -> Service:
+    database = Database(settings.database_url)
+    upgrade(database)
+    store = FileTileStore(settings.data / "jobs")
+    textures = AssetStore(settings.data / "assets", settings.max_asset_pixels)
+    textures.sweep()
+    setup = WorkerSetup(
+        parent=os.getpid(),
+        jobs=store.folder,
+        assets=textures.folder,
+        max_asset_pixels=settings.max_asset_pixels,
+        memory_bytes=settings.worker_memory_bytes,
+    )
+    dispatcher = Dispatcher(database, store, SlotEngine(settings.workers, setup), feed, settings)
+    dispatcher.start()
+    return Service(settings, database, store, textures, dispatcher, feed)
+
+
+def _document_bodies(app: FastAPI) -> None:
+    """Add what routes read and answer by themselves to the OpenAPI document."""
+    generate = app.openapi
+    read: list[tuple[type[BaseModel], Literal["validation"]]] = [
+        (model, "validation") for model in (JobRequest, TraceRequest, ProblemDocument)
+    ]
+
+    def openapi() -> dict[str, Any]:
+        document = generate()
+        inputs: list[tuple[type[BaseModel], Literal["validation"]]] = [
+            (model, "validation") for model in read
+        ]
+        _, definitions = models_json_schema(read, ref_template=COMPONENTS)
+        schemas = document.setdefault("components", {}).setdefault("schemas", {})
+        for name, schema in definitions["$defs"].items():
+            schemas.setdefault(name, schema)
+        return document
+
+    app.openapi = openapi  # type: ignore[method-assign]

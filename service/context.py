@@ -1,0 +1,36 @@
+"""What routes work with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from fastapi import Depends, Request
+
+from service.database.connection import Database
+from service.dispatcher import Dispatcher
+from service.feed import Feed
+from service.settings import Settings
+from service.store.assets import AssetStore
+from service.store.tiles import TileStore
+
+
+@dataclass(frozen=True)
+class Service:
+    """The parts of a running service."""
+
+    settings: Settings
+    database: Database
+    store: TileStore
+    assets: AssetStore
+    dispatcher: Dispatcher
+    feed: Feed
+
+
+def _service(request: Request) -> Service:
+    service = request.app.state.service
+    assert isinstance(service, Service)
+    return service
+
+
+Here = Annotated[Service, Depends(_service)]

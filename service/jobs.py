@@ -1,0 +1,202 @@
+"""What requests do with jobs: create, find, list, cancel, remove, and wait for them."""
+
+from __future__ import annotations
+
+import hashlib
+import secrets
+import time
+from collections.abc import Callable
+from dataclasses import asdict
+from datetime import UTC, datetime
+
+import structlog
+from fastapi.concurrency import run_in_threadpool
+from sqlalchemy import func, insert, select
+from sqlalchemy.orm import Session
+
+from renderer import tiling
+from schemas.jobs import Failure, Job, JobCost, JobLinks, JobList, JobState, Progress
+from schemas.plans import PlanDocument
+from schemas.problems import Problem
+from service import ledger
+from service.admission import Admitted
+from service.context import Service
+from service.database.models import JobRow, TileRow
+from service.errors import UnavailableError, UnknownJobError
+
+# How long a request that must stop a job first waits for its workers, beyond the grace they have.
+STOP_SECONDS = 5.0
+
+log = structlog.get_logger()
+
+
+def create(service: Service, admitted: Admitted, body: bytes) -> str:
+    """Keep a job with all its steps, and return its id."""
+    plan = admitted.plan
+    job_id = secrets.token_hex(8)
+    steps = [
+        (pass_, tile)
+        for pass_ in plan.passes
+        for tile in tiling.tiles(plan, pass_, service.settings.tile_size)
+    ]
+    row = JobRow(
+        id=job_id,
+        name=admitted.request.scene.name,
+        width=plan.width,
+        height=plan.height,
+        spec_sha256=hashlib.sha256(body).hexdigest(),
+        passes=[asdict(pass_) for pass_ in plan.passes],
+        display=admitted.request.scene.display.model_dump(),
+        plan=admitted.description.model_dump(mode="json"),
+        warnings=[warning.model_dump() for warning in admitted.warnings],
+        total_steps=len(steps),
+        total_work=sum(ledger.work(pass_, tile) for pass_, tile in steps),
+        predicted_cpu_seconds=admitted.description.cost.cpu_seconds,
+        created_at=datetime.now(UTC),
+    )
+    service.store.put_spec(job_id, body)
+    try:
+        with service.database.writing() as session:
+            session.add(row)
+            session.flush()
+            rows = [ledger.new_step(row.number, pass_, tile) for pass_, tile in steps]
+            session.execute(insert(TileRow), rows)
+    except BaseException:
+        service.store.drop_job(job_id)
+        raise
+    service.dispatcher.wake()
+    log.info("job queued", job=job_id, width=plan.width, height=plan.height, steps=len(steps))
+    return job_id
+
+
+def find(session: Session, job_id: str) -> JobRow:
+    """Find a job; UnknownJobError if there is none."""
+    row = session.scalar(select(JobRow).where(JobRow.id == job_id)) if job_id.isalnum() else None
+    if row is None:
+        raise UnknownJobError
+    return row
+
+
+def show(service: Service, job_id: str) -> Job:
+    """Describe a job as it is now."""
+    with service.database.reading() as session:
+        return _document(session, find(session, job_id))
+
+
+def page(service: Service, limit: int, cursor: int | None) -> JobList:
+    """Describe the newest jobs, or those older than the last one of the page before."""
+    query = select(JobRow).order_by(JobRow.number.desc()).limit(limit + 1)
+    if cursor is not None:
+        query = query.where(JobRow.number < cursor)
+    with service.database.reading() as session:
+        rows = session.scalars(query).all()
+        following = str(rows[limit - 1].number) if len(rows) > limit else None
+        return JobList(jobs=tuple(_document(session, row) for row in rows[:limit]), next=following)
+
+
+def plan_of(service: Service, job_id: str) -> PlanDocument:
+    """Return the plan that was made when the job was submitted."""
+    with service.database.reading() as session:
+        return PlanDocument.model_validate(find(session, job_id).plan)
+
+
+def cancel(service: Service, job_id: str) -> None:
+    """End a queued job now and have a running one stopped; a job that has ended stays as it is."""
+    with service.database.writing() as session:
+        row = find(session, job_id)
+        running = row.state is JobState.RUNNING
+        if row.state is JobState.QUEUED:
+            ledger.end(row, JobState.CANCELLED)
+        row.cancel_requested = running
+    if running:
+        service.dispatcher.cancel(job_id)
+    service.feed.publish((job_id,))
+
+
+async def stop(service: Service, job_id: str) -> Job:
+    """Cancel a job and wait until nothing of it runs any more, within reason."""
+    await run_in_threadpool(cancel, service, job_id)
+    patience = service.settings.cancel_grace_seconds + STOP_SECONDS
+    return await until(service, job_id, patience, lambda job: job.state.final)
+
+
+async def remove(service: Service, job_id: str) -> None:
+    """Stop a job and forget it.
+
+    Raises
+    ------
+    UnavailableError
+        If it could not be stopped in time.
+    """
+    job = await stop(service, job_id)
+    if not job.state.final:
+        raise UnavailableError("The job is being stopped. Delete it again in a moment.")
+    await run_in_threadpool(_forget, service, job_id)
+
+
+def _forget(service: Service, job_id: str) -> None:
+    with service.database.writing() as session:
+        session.delete(find(session, job_id))
+    service.store.drop_job(job_id)
+    service.feed.publish((job_id,))
+
+
+async def until(service: Service, job_id: str, seconds: float, done: Callable[[Job], bool]) -> Job:
+    """Wait until a job is as wanted, or the time is up, or the service stops; return it as it is then."""
+    deadline = time.monotonic() + seconds
+    with service.feed.watch(job_id) as watcher:
+        while True:
+            job = await run_in_threadpool(show, service, job_id)
+            left = deadline - time.monotonic()
+            if done(job) or left <= 0 or not await watcher.wait(left):
+                return job
+
+
+def progress_of(row: JobRow) -> Progress:
+    """Describe how far a job is."""
+    return Progress(done=row.done_steps, total=row.total_steps, share=row.done_work / row.total_work)
+
+
+def failure_of(row: JobRow) -> Failure | None:
+    """Describe why a job failed, if it did."""
+    return Failure.model_validate(row.failure) if row.failure else None
+
+
+def _document(session: Session, row: JobRow) -> Job:
+    return Job(
+        id=row.id,
+        name=row.name,
+        state=row.state,
+        width=row.width,
+        height=row.height,
+        progress=progress_of(row),
+        queue_position=_queue_position(session, row) if row.state is JobState.QUEUED else None,
+        last_seq=row.last_seq,
+        created_at=row.created_at,
+        started_at=row.started_at,
+        finished_at=row.finished_at,
+        failure=failure_of(row),
+        cost=JobCost(
+            predicted_cpu_seconds=row.predicted_cpu_seconds, cpu_seconds=row.cpu_seconds, rays=row.rays
+        ),
+        warnings=tuple(Problem.model_validate(warning) for warning in row.warnings),
+        links=_links(row.id),
+    )
+
+
+def _queue_position(session: Session, row: JobRow) -> int:
+    before = (JobRow.state == JobState.QUEUED, JobRow.number < row.number)
+    return session.scalar(select(func.count()).select_from(JobRow).where(*before)) or 0
+
+
+def _links(job_id: str) -> JobLinks:
+    path = f"/v1/jobs/{job_id}"
+    return JobLinks(
+        self=path,
+        cancel=f"{path}/cancel",
+        tiles=f"{path}/tiles",
+        events=f"{path}/events",
+        plan=f"{path}/plan",
+        image_png=f"{path}/image.png",
+        image_npy=f"{path}/image.npy",
+    )

@@ -1,0 +1,139 @@
+"""How errors are answered: one table from exceptions to statuses, and one form for all of them (RFC 9457)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from http import HTTPStatus
+from typing import Any, NamedTuple
+
+import structlog
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import Response
+from sqlalchemy.exc import DBAPIError
+from starlette.exceptions import HTTPException
+
+import renderer
+from renderer.assets import AssetError
+from renderer.errors import ImageFileError
+from schemas.problems import Problem, ProblemDocument
+from service import errors
+
+MEDIA_TYPE = "application/problem+json"
+RETRY_AFTER_SECONDS = 1
+
+log = structlog.get_logger()
+
+
+class Kind(NamedTuple):
+    """How an exception is answered.
+
+    ``told`` says whether its text is meant for the person who asked; other texts are for the log only.
+    """
+
+    status: int
+    code: str
+    told: bool = True
+    retry: bool = False
+
+
+KINDS: dict[type[Exception], Kind] = {
+    renderer.SceneError: Kind(422, "scene_not_usable"),
+    renderer.RenderError: Kind(500, "render_failed", told=False),
+    ImageFileError: Kind(500, "picture_failed", told=False),
+    AssetError: Kind(422, "asset_not_usable"),
+    errors.ServiceError: Kind(500, "internal", told=False),
+    errors.RequestError: Kind(400, "bad_request"),
+    errors.BodyTooLargeError: Kind(413, "body_too_large"),
+    errors.BodyIncompleteError: Kind(400, "body_incomplete"),
+    errors.MediaTypeError: Kind(415, "media_type"),
+    errors.RangeError: Kind(416, "range"),
+    errors.UnknownJobError: Kind(404, "unknown_job"),
+    errors.PictureNotReadyError: Kind(404, "picture_not_ready", retry=True),
+    errors.PictureGoneError: Kind(410, "picture_gone"),
+    errors.UnknownAssetError: Kind(404, "unknown_asset"),
+    errors.UploadError: Kind(422, "upload"),
+    errors.UploadMismatchError: Kind(422, "upload_mismatch"),
+    errors.UploadUnusableError: Kind(422, "upload_unusable"),
+    errors.StoreError: Kind(500, "store", told=False),
+    errors.StoreFullError: Kind(507, "store_full", retry=True),
+    errors.StoreDamagedError: Kind(500, "store_damaged", told=False),
+    errors.StoreTakenError: Kind(500, "store_taken", told=False),
+    errors.TraceFailedError: Kind(422, "trace_failed"),
+    errors.UnavailableError: Kind(503, "unavailable", retry=True),
+    errors.WorkerLostError: Kind(503, "worker_lost", retry=True),
+    DBAPIError: Kind(503, "database", told=False, retry=True),
+}
+
+
+def kind_of(error: Exception) -> Kind:
+    """Look up how an exception is answered: by its class, or by the nearest class above it."""
+    return next(KINDS[above] for above in type(error).__mro__ if above in KINDS)
+
+
+def answer(
+    status: int,
+    detail: str | None = None,
+    *,
+    code: str | None = None,
+    problems: Sequence[Problem] = (),
+    more: int = 0,
+    headers: dict[str, str] | None = None,
+) -> Response:
+    """Make the answer for an error."""
+    phrase = HTTPStatus(status).phrase
+    document = ProblemDocument(
+        title=phrase,
+        status=status,
+        detail=detail,
+        code=code or phrase.lower().replace(" ", "_"),
+        errors=tuple(problems),
+        more=more,
+    )
+    content = document.model_dump_json(exclude_none=True)
+    return Response(content, status_code=status, media_type=MEDIA_TYPE, headers=headers)
+
+
+def install(app: FastAPI) -> None:
+    """Have all errors of an app answered here."""
+    for error in KINDS:
+        app.add_exception_handler(error, _known)
+    app.add_exception_handler(RequestValidationError, _parameters)
+    app.add_exception_handler(HTTPException, _of_framework)
+    app.add_exception_handler(Exception, _unknown)
+
+
+def _known(request: Request, error: Exception) -> Response:
+    kind = kind_of(error)
+    headers = {"Retry-After": str(RETRY_AFTER_SECONDS)} if kind.retry else {}
+    if kind.status >= 500:
+        log.error("request failed", path=request.url.path, error=type(error).__name__, status=kind.status)
+    if isinstance(error, errors.RangeError):
+        headers["Content-Range"] = f"bytes */{error.size}"
+    if isinstance(error, renderer.SceneError):
+        return answer(kind.status, str(error), code=kind.code, problems=error.errors, more=error.more)
+    detail = str(error) if kind.told else "The service could not do this. It is not your request's fault."
+    return answer(kind.status, detail, code=kind.code, headers=headers)
+
+
+def _parameters(_request: Request, error: Exception) -> Response:
+    assert isinstance(error, RequestValidationError)
+    problems = [_parameter(found) for found in error.errors()]
+    return answer(422, problems[0].detail, code="parameters", problems=problems[:50], more=len(problems[50:]))
+
+
+def _parameter(found: dict[str, Any]) -> Problem:
+    """Tell of a query, path or header parameter: it lies in no document, so its pointer is empty."""
+    where, *names = found["loc"]
+    detail = f"The {where} parameter {'.'.join(map(str, names))!r} is not usable. {found['msg']}."
+    return Problem(pointer="", detail=detail, code=found["type"])
+
+
+def _of_framework(_request: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)
+    return answer(error.status_code, error.detail, headers=dict(error.headers or {}))
+
+
+def _unknown(request: Request, error: Exception) -> Response:
+    log.error("request failed", path=request.url.path, error=type(error).__name__, status=500)
+    return answer(500, "The service could not do this. It is not your request's fault.", code="internal")

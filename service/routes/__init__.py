@@ -1,0 +1,1 @@
+"""HTTP routes. They validate, compile and price scenes; they never render them."""

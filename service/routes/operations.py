@@ -1,0 +1,64 @@
+"""Whether the service lives, whether it can work, and which one it is."""
+
+from __future__ import annotations
+
+import shutil
+from importlib.metadata import version as installed
+
+from fastapi import APIRouter
+from pydantic import BaseModel
+from sqlalchemy.exc import SQLAlchemyError
+
+from schemas.jobs import Version
+from service.context import Here, Service
+from service.errors import UnavailableError
+from service.routes.parameters import problem
+
+router = APIRouter(tags=["operations"])
+
+
+class Condition(BaseModel):
+    """The answer of a service that is well."""
+
+    status: str = "ok"
+
+
+@router.get("/livez")
+def livez() -> Condition:
+    """Say that the process answers."""
+    return Condition()
+
+
+@router.get("/readyz", responses=problem(503, "What is missing is in `detail`."))
+def readyz(here: Here) -> Condition:
+    """Say whether jobs can be taken and rendered now."""
+    missing = [what for what, well in _checks(here).items() if not well]
+    if missing:
+        raise UnavailableError(f"Not ready: {', '.join(missing)}.")
+    return Condition()
+
+
+def _checks(service: Service) -> dict[str, bool]:
+    return {
+        "the database cannot be written": _database_writable(service),
+        "no worker is running": service.dispatcher.alive(),
+        "the disk is nearly full": _disk_free(service),
+    }
+
+
+def _database_writable(service: Service) -> bool:
+    try:
+        service.database.check()
+    except SQLAlchemyError:
+        return False
+    return True
+
+
+def _disk_free(service: Service) -> bool:
+    return shutil.disk_usage(service.settings.data).free >= service.settings.min_free_bytes
+
+
+@router.get("/version")
+def version() -> Version:
+    """Say which service this is."""
+    return Version(version=installed("penumbra-render"))

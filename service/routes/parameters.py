@@ -1,0 +1,59 @@
+"""Parameters, headers and bodies that several routes share."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Any
+
+from fastapi import Header, Path, Query, Request
+from fastapi.responses import Response
+from pydantic import BaseModel
+
+from schemas.problems import ProblemDocument
+from service.problems import MEDIA_TYPE
+
+JobId = Annotated[str, Path(description="The job's id.", max_length=64)]
+After = Annotated[int, Query(ge=0, le=2**31 - 1, description="Number of the last event already known.")]
+Wait = Annotated[
+    float, Query(ge=0, le=3600, description="Seconds to wait for news; the service may wait less.")
+]
+Prefer = Annotated[str | None, Header(description="`wait=N` waits up to N seconds for the job to end.")]
+
+WAIT = re.compile(r"(?:^|[,;])\s*wait\s*=\s*(\d{1,6}(?:\.\d{1,6})?)\s*(?:$|[,;])", re.IGNORECASE)
+COMPONENTS = "#/components/schemas/{model}"
+
+
+def problem(status: int, description: str) -> dict[int | str, dict[str, Any]]:
+    """Describe an error answer for the OpenAPI document."""
+    schema = {"$ref": COMPONENTS.format(model=ProblemDocument.__name__)}
+    return {status: {"description": description, "content": {MEDIA_TYPE: {"schema": schema}}}}
+
+
+def json_request(model: type[BaseModel]) -> dict[str, Any]:
+    """Describe a body that the route reads itself, so that problems have lines and columns."""
+    schema = {"$ref": COMPONENTS.format(model=model.__name__)}
+    return {"requestBody": {"required": True, "content": {"application/json": {"schema": schema}}}}
+
+
+def preferred_wait(prefer: str | None, longest: float) -> float:
+    """Read the seconds of ``Prefer: wait=N`` (RFC 7240); 0 where there is none.
+
+    >>> (
+    ...     preferred_wait("respond-async, wait=10", 60.0),
+    ...     preferred_wait("wait=90", 60.0),
+    ...     preferred_wait(None, 60.0),
+    ... )
+    (10.0, 60.0, 0.0)
+    """
+    found = re.search(
+        r"(?:^|[,;])\s*wait\s*=\s*\"?(\d{1,6}(?:\.\d{1,6})?)\"?\s*(?:$|[,;])", prefer or "", re.IGNORECASE
+    )
+    return min(float(found[1]), longest) if found else 0.0
+
+
+def not_modified(request: Request, etag: str) -> Response | None:
+    """Answer 304 where the request has this version already (RFC 9110, If-None-Match)."""
+    known = [tag.strip().removeprefix("W/") for tag in request.headers.get("if-none-match", "").split(",")]
+    if etag in known or known == ["*"]:
+        return Response(status_code=304, headers={"ETag": etag, "Cache-Control": "no-cache"})
+    return None

@@ -1,0 +1,81 @@
+"""The picture of a job: partial while it runs, final afterwards."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+from fastapi import APIRouter, Request
+from fastapi.responses import FileResponse, Response
+
+from service import pictures
+from service.context import Here, Service
+from service.errors import RangeError
+from service.routes.parameters import JobId, not_modified, problem
+
+router = APIRouter(prefix="/v1/jobs/{job_id}", tags=["pictures"])
+
+ONE_RANGE = r"\s*(?:\d{1,18}-\d{0,18}|-\d{1,18})\s*"
+RANGE = re.compile(f"bytes={ONE_RANGE}(?:,{ONE_RANGE}){{0,9}}")
+
+
+def _responses(kind: pictures.Kind) -> dict[int | str, dict[str, Any]]:
+    content = {pictures.MEDIA_TYPES[kind]: {"schema": {"type": "string", "format": "binary"}}}
+    return (
+        {200: {"content": content, "description": "The picture. `X-Progress` is the share of samples in it."}}
+        | {
+            206: {"content": content, "description": "The bytes asked for."},
+            304: {"description": "Not changed."},
+        }
+        | problem(404, "There is no such job, or nothing of its picture yet.")
+        | problem(410, "The job failed or was cancelled.")
+        | problem(416, "There are no such bytes.")
+    )
+
+
+@router.head("/image.png", response_class=Response, include_in_schema=False)
+@router.get("/image.png", response_class=Response, responses=_responses("png"))
+def get_png(here: Here, request: Request, job_id: JobId) -> Response:
+    """Get the picture as a PNG file, with the scene's display transfer and exposure."""
+    return _answer(here, request, job_id, "png")
+
+
+@router.head("/image.npy", response_class=Response, include_in_schema=False)
+@router.get("/image.npy", response_class=Response, responses=_responses("npy"))
+def get_npy(here: Here, request: Request, job_id: JobId) -> Response:
+    """Get the picture as a NumPy file: float32, linear, height x width x 3."""
+    return _answer(here, request, job_id, "npy")
+
+
+def _answer(service: Service, request: Request, job_id: str, kind: pictures.Kind) -> Response:
+    etag = pictures.etag_of(service, job_id, kind)
+    unchanged = not_modified(request, etag) if etag else None
+    if unchanged:
+        return unchanged
+    picture = pictures.picture(service, job_id, kind)
+    headers = {"ETag": picture.etag, "X-Progress": f"{picture.share:.4f}", "Cache-Control": "no-cache"}
+    media_type = pictures.MEDIA_TYPES[kind]
+    if isinstance(picture.content, bytes):
+        return Response(picture.content, media_type=media_type, headers=headers)
+    _check_range(request, picture.content)
+    return FileResponse(picture.content, media_type=media_type, headers=headers)
+
+
+def _check_range(request: Request, path: Path) -> None:
+    """Refuse ranges that make no sense or begin after the end; the others are the response's work."""
+    asked = request.headers.get("range")
+    if asked is None:
+        return
+    size = path.stat().st_size
+    if not RANGE.fullmatch(asked):
+        raise RangeError(size)
+    ranges = [part.strip().partition("-") for part in asked.removeprefix("bytes=").split(",")]
+    if not all(_satisfiable(first, last, size) for first, _, last in ranges):
+        raise RangeError(size)
+
+
+def _satisfiable(first: str, last: str, size: int) -> bool:
+    if not first:
+        return int(last) > 0
+    return int(first) < size and (not last or int(first) <= int(last))

@@ -1,0 +1,53 @@
+"""Scenes without a job: plans, traces, and the schema of the language."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from fastapi import APIRouter, Request
+from fastapi.concurrency import run_in_threadpool
+
+from schemas.jobs import JobRequest
+from schemas.plans import PlanDocument
+from schemas.scene import Scene
+from schemas.traces import TraceAnswer, TraceRequest
+from service import traces
+from service.admission import admit
+from service.bodies import json_body
+from service.context import Here
+from service.routes.jobs import BODY
+from service.routes.parameters import json_request, problem
+
+router = APIRouter(prefix="/v1", tags=["scenes"])
+
+UNUSABLE = problem(422, "The request cannot be used; every reason is listed.")
+
+
+@router.post("/plans", responses=BODY | UNUSABLE, openapi_extra=json_request(JobRequest))
+async def plan(here: Here, request: Request) -> PlanDocument:
+    """Explain what would run for a scene, who asked for it, and what it would cost."""
+    body = await json_body(request, here.settings.limits.max_body_bytes)
+    return (await run_in_threadpool(admit, here, body)).description
+
+
+@router.post(
+    "/traces",
+    responses=BODY | UNUSABLE | problem(503, "Too many others are tracing, or it took too long."),
+    openapi_extra=json_request(TraceRequest),
+)
+async def trace(here: Here, request: Request) -> TraceAnswer:
+    """Cast rays into a scene and say what each of them hits."""
+    body = await json_body(request, here.settings.limits.max_body_bytes)
+    return await traces.trace(here, body)
+
+
+@router.get("/schemas/scene.json", response_model=None)
+def scene_schema() -> dict[str, Any]:
+    """Get the JSON Schema of scenes."""
+    return _scene_schema()
+
+
+@cache
+def _scene_schema() -> dict[str, Any]:
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | Scene.model_json_schema()

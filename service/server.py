@@ -1,0 +1,116 @@
+"""Running the service: in this process, or in one of its own."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import httpx2
+import uvicorn
+
+from service import logs
+from service.app import create_app
+from service.errors import UnavailableError
+from service.settings import Settings
+
+# Requests in progress have this long to end when the service stops, seconds. Watchers are sent away at once.
+FAREWELL_SECONDS = 5
+START_SECONDS = 60.0
+POLL_SECONDS = 0.02
+
+
+class _Server(uvicorn.Server):
+    """Sends watchers away before it waits for requests to end: they would stay for ever."""
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        service = getattr(self.config.loaded_app.state, "service", None)
+        if service is not None:
+            service.feed.close()
+        await super().shutdown(sockets)
+
+
+def run(settings: Settings) -> None:
+    """Serve until a signal ends it: SIGTERM and SIGINT let requests in progress end first."""
+    logs.configure()
+    app = create_app(settings)
+    config = uvicorn.Config(
+        app,
+        host=settings.host,
+        port=settings.port,
+        log_config=None,
+        access_log=False,
+        server_header=False,
+        timeout_graceful_shutdown=FAREWELL_SECONDS,
+    )
+    _Server(config).run()
+
+
+@dataclass
+class RunningServer:
+    """A service in a process of its own."""
+
+    process: subprocess.Popen[bytes]
+    url: str
+    data: Path
+
+    def stop(self) -> None:
+        """End it, as SIGTERM does, and wait until it is gone."""
+        self.process.terminate()
+        self.process.wait()
+
+
+@contextmanager
+def running(settings: Settings) -> Iterator[RunningServer]:
+    """Start a service in a process of its own, wait until it is ready, and stop it at the end.
+
+    Raises
+    ------
+    UnavailableError
+        If it ends at once or is not ready within a minute; what it wrote is on stderr.
+    """
+    port = settings.port or _free_port(settings.host)
+    environment = os.environ | _environment(settings.model_copy(update={"port": port}))
+    process = subprocess.Popen([sys.executable, "-m", "service"], env=environment)
+    server = RunningServer(process, f"http://{settings.host}:{port}", settings.data)
+    try:
+        _wait_until_ready(server)
+        yield server
+    finally:
+        server.stop()
+
+
+def _environment(settings: Settings) -> dict[str, str]:
+    """Write settings the way in which another process reads them."""
+    document = settings.model_dump(mode="json", exclude_none=True, exclude={"limits"})
+    limits = settings.model_dump(mode="json", include={"limits"})["limits"]
+    return {f"PENUMBRA_{name.upper()}": str(value) for name, value in document.items()} | {
+        f"PENUMBRA_LIMITS__{name.upper()}": str(value) for name, value in limits.items()
+    }
+
+
+def _free_port(host: str) -> int:
+    with socket.socket() as probe:
+        probe.bind((host, 0))
+        port: int = probe.getsockname()[1]
+        return port
+
+
+def _wait_until_ready(server: RunningServer) -> None:
+    deadline = time.monotonic() + START_SECONDS
+    while time.monotonic() < deadline:
+        if server.process.poll() is not None:
+            raise UnavailableError(f"The service ended with code {server.process.returncode} as it started.")
+        try:
+            if httpx2.get(f"{server.url}/readyz", timeout=1.0).status_code == 200:
+                return
+        except httpx2.TransportError:
+            pass
+        time.sleep(POLL_SECONDS)
+    raise UnavailableError("The service was not ready within a minute.")

@@ -1,0 +1,136 @@
+"""The tile events of a job after a number, as JSON and as a binary batch with pixels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import groupby
+
+import numpy as np
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from renderer import image_files
+from schemas.batches import FLOAT32, RGB8, BatchHead, TileHead
+from schemas.display import Display
+from schemas.jobs import JobState, TileBatch, TileEvent
+from service import ledger
+from service.context import Service
+from service.database.models import JobRow, TileRow
+from service.jobs import failure_of, find, progress_of
+from service.pictures import mean_of
+from service.store.tiles import Pixels, StoredTile, TileStore
+
+ENCODINGS = {"float32": FLOAT32, "rgb8": RGB8}
+
+
+def batch(service: Service, job_id: str, after: int) -> TileBatch:
+    """Return the events after a number, as many as one answer holds."""
+    with service.database.reading() as session:
+        row = find(session, job_id)
+        return _batch(session, row, after, service.settings.max_events)
+
+
+def _batch(session: Session, row: JobRow, after: int, limit: int) -> TileBatch:
+    strides = [fields["stride"] for fields in row.passes]
+    query = select(TileRow).where(TileRow.job == row.number, TileRow.seq > after)
+    steps = session.scalars(query.order_by(TileRow.seq).limit(limit)).all()
+    events = tuple(_event(step, strides[step.pass_index]) for step in steps)
+    following = events[-1].seq if events else after
+    return TileBatch(
+        state=row.state,
+        progress=progress_of(row),
+        events=events,
+        next=following,
+        complete=row.state.final and following >= row.last_seq,
+        failure=failure_of(row),
+    )
+
+
+def _event(step: TileRow, stride: int) -> TileEvent:
+    assert step.seq is not None
+    return TileEvent(
+        seq=step.seq,
+        tile=step.tile,
+        pass_index=step.pass_index,
+        stride=stride,
+        x0=step.x0,
+        y0=step.y0,
+        x1=step.x1,
+        y1=step.y1,
+    )
+
+
+@dataclass(frozen=True)
+class _News:
+    """What was finished when the database was read, as far as a batch needs it."""
+
+    row: JobRow
+    events: TileBatch
+    coarse: StoredTile | None
+    parts: tuple[StoredTile, ...]
+
+
+def pixel_batch(service: Service, job_id: str, after: int, encoding: int) -> bytes:
+    """Return the events after a number with their pixels, in the form of ``schemas.batches``."""
+    try:
+        return _pixel_batch(service, job_id, after, encoding)
+    except FileNotFoundError:
+        # The job ended in between; now its pixels are in the final picture, or gone.
+        return _pixel_batch(service, job_id, after, encoding)
+
+
+def _pixel_batch(service: Service, job_id: str, after: int, encoding: int) -> bytes:
+    with service.database.reading() as session:
+        news = _news(session, find(session, job_id), after, service.settings.max_events)
+    tiles = [
+        _parcel(event, pixels, Display.model_validate(news.row.display), encoding)
+        for event, pixels in _pixels(service.store, news)
+    ]
+    head = BatchHead(
+        encoding=encoding,
+        tiles=len(tiles),
+        next=news.events.next,
+        complete=news.events.complete,
+        succeeded=news.row.state is JobState.SUCCEEDED,
+    )
+    return b"".join([head.pack(), *tiles])
+
+
+def _news(session: Session, row: JobRow, after: int, limit: int) -> _News:
+    events = _batch(session, row, after, limit)
+    if row.state.final:
+        return _News(row, events, None, ())
+    tiles = {event.tile for event in events.events if event.pass_index > 0}
+    parts = tuple(ledger.sampled(session, row, tiles))
+    # A preview that came late, its worker having died, must not be painted over better pixels.
+    first = bool(events.events) and events.events[0].seq == 1 and events.events[0].pass_index == 0
+    return _News(row, events, ledger.coarse(session, row) if first else None, parts)
+
+
+def _pixels(store: TileStore, news: _News) -> list[tuple[TileEvent, Pixels]]:
+    newest = {event.tile: event for event in news.events.events if event.pass_index > 0}
+    found: list[tuple[TileEvent, Pixels]] = []
+    if news.coarse is not None:
+        found.append((news.events.events[0], store.get_tile(news.row.id, news.coarse)))
+    if news.row.state is JobState.SUCCEEDED:
+        image = np.load(store.file(news.row.id, "image.npy"), mmap_mode="r")
+        found += [(event, image[event.y0 : event.y1, event.x0 : event.x1]) for event in newest.values()]
+    for tile, group in groupby(news.parts, key=lambda part: part.tile.index):
+        found.append((newest[tile], mean_of(store, news.row.id, list(group))))
+    return sorted(found, key=lambda one: one[0].seq)
+
+
+def _parcel(event: TileEvent, pixels: Pixels, display: Display, encoding: int) -> bytes:
+    shown = pixels.astype("<f4") if encoding == FLOAT32 else image_files.displayed(pixels, display)
+    data = shown.tobytes()
+    head = TileHead(
+        seq=event.seq,
+        pass_index=event.pass_index,
+        x0=event.x0,
+        y0=event.y0,
+        x1=event.x1,
+        y1=event.y1,
+        stride=event.stride,
+        length=len(data),
+    )
+    return head.pack() + data
