@@ -1,0 +1,43 @@
+import ast
+from pathlib import Path
+
+import pytest
+from importlinter.application.use_cases import lint_imports
+from importlinter.configuration import configure
+
+from tests.architecture.sources import ROOT, modules, tree
+
+RENDERING = {"execute", "render", "render_tile"}
+
+
+@pytest.fixture(autouse=True)
+def _in_the_root(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+
+
+def test_packages_import_each_other_in_one_direction(capsys: pytest.CaptureFixture[str]) -> None:
+    configure()
+    kept = lint_imports(config_filename=str(ROOT / "pyproject.toml"), is_debug_mode=False, cache_dir=None)
+    assert kept, capsys.readouterr().out
+
+
+@pytest.mark.parametrize("path", [m for m in modules() if m.parts[:2] == ("service", "routes")], ids=str)
+def test_a_route_never_names_what_renders(path: Path) -> None:
+    named = {node.attr for node in ast.walk(tree(path)) if isinstance(node, ast.Attribute)}
+    imported = {
+        alias.name
+        for node in ast.walk(tree(path))
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("renderer")
+        for alias in node.names
+    }
+    assert not (named | imported) & RENDERING
+
+
+def test_only_compile_decides_what_runs() -> None:
+    """The loop over stages asks no question about effects."""
+    questions = [
+        node
+        for node in ast.walk(tree(Path("renderer/execute.py")))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "isinstance"
+    ]
+    assert questions == []

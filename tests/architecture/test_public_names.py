@@ -1,0 +1,72 @@
+"""What people and other programs rely on stays where it is."""
+
+import inspect
+from pathlib import Path
+
+import pytest
+
+import renderer
+from renderer.errors import SceneError
+from service.app import create_app
+from service.cli.main import COMMANDS
+from service.settings import Settings
+
+LOCAL = {"render", "explain", "validate", "trace", "serve", "demo", "doctor"}
+REMOTE = {"submit", "wait", "watch", "get", "cancel", "ls"}
+
+CALLS = {
+    ("post", "/v1/jobs"),
+    ("get", "/v1/jobs"),
+    ("get", "/v1/jobs/{}"),
+    ("delete", "/v1/jobs/{}"),
+    ("post", "/v1/jobs/{}/cancel"),
+    ("get", "/v1/jobs/{}/tiles"),
+    ("get", "/v1/jobs/{}/events"),
+    ("get", "/v1/jobs/{}/image.png"),
+    ("get", "/v1/jobs/{}/image.npy"),
+    ("get", "/v1/jobs/{}/plan"),
+    ("post", "/v1/plans"),
+    ("post", "/v1/traces"),
+    ("put", "/v1/assets/{}"),
+    ("get", "/v1/assets/{}"),
+    ("head", "/v1/assets/{}"),
+    ("get", "/v1/schemas/scene.json"),
+    ("get", "/livez"),
+    ("get", "/readyz"),
+    ("get", "/version"),
+}
+
+
+def test_the_command_line_has_its_commands() -> None:
+    assert {name for name, _, _ in COMMANDS} >= LOCAL | REMOTE
+
+
+def test_the_service_answers_its_calls(tmp_path: Path) -> None:
+    described = create_app(Settings(data=tmp_path)).openapi()["paths"]
+    offered = {(method, _without_names(path)) for path, calls in described.items() for method in calls}
+    assert offered >= CALLS
+
+
+def _without_names(path: str) -> str:
+    return "/".join("{}" if part.startswith("{") else part for part in path.split("/"))
+
+
+@pytest.mark.parametrize(
+    ("function", "arguments"),
+    [
+        ("load_scene", ["source"]),
+        ("compile_scene", ["scene", "quality"]),
+        ("trace", ["plan", "origins", "directions"]),
+        ("render", ["plan", "quality", "on_tile", "workers"]),
+    ],
+)
+def test_the_renderer_is_called_as_promised(function: str, arguments: list[str]) -> None:
+    parameters = inspect.signature(getattr(renderer, function)).parameters
+    assert list(parameters)[: len(arguments)] == arguments
+
+
+def test_a_scene_that_cannot_be_used_raises_the_error_of_the_scene_language() -> None:
+    with pytest.raises(renderer.SceneError) as caught:
+        renderer.load_scene({"version": 1})
+    assert isinstance(caught.value, SceneError)
+    assert caught.value.errors
