@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from renderer import cost, tiling
-from renderer.arrays import Integers, column
+from renderer.arrays import Integers, Masks, column
 from renderer.assets import AssetError
 from renderer.cameras import pinhole
 from renderer.cameras.pinhole import Pinhole
@@ -33,6 +33,7 @@ from renderer.stages import Lighting, LightStage, Listing, PointStage
 from renderer.textures import Texture
 from renderer.visibility.ellipsoids import EllipsoidShadows
 from renderer.visibility.polygons import PolygonShadows
+from schemas.plans import LeftOut
 from schemas.problems import Problem
 from schemas.quality import Quality
 from schemas.sampling import Sampling
@@ -238,16 +239,16 @@ class _Compiler:
         self.listing.add(f"points on {family.kind}s", f"shapes.{family.kind}", detail, pointers, price)
         return Location(family, local, framed)
 
-    def _textures_of(self, part: str) -> dict[str, np.ndarray]:  # type: ignore[type-arg]
+    def _textures_of(self, part: str) -> dict[str, Masks]:
         """Which materials, (materials,) bool, use each texture in one of their parts."""
-        used: dict[str, np.ndarray] = {}  # type: ignore[type-arg]
+        used: dict[str, Masks] = {}
         for i, name in enumerate(self.names):
             texture = getattr(self.document.materials[name], part)
             if texture is not None:
                 used.setdefault(texture, np.zeros(len(self.names), dtype=bool))[i] = True
         return used
 
-    def _texture(self, name: str, part: str, used: np.ndarray) -> Texture:  # type: ignore[type-arg]
+    def _texture(self, name: str, part: str, used: Masks) -> Texture:
         texture = self.document.textures[name]
         asking = tuple(f"/materials/{escaped(self.names[i])}/{part}" for i in np.flatnonzero(used))
         detail = "colours by texture coordinates" if part == "color_texture" else "bends shading normals"
@@ -335,7 +336,7 @@ class _Compiler:
                 )
         return terms
 
-    def _unused(self) -> list:  # type: ignore[type-arg]
+    def _unused(self) -> list[LeftOut]:
         """Materials and textures that no shape shows."""
         listing = Listing()
         for name in self.document.materials:

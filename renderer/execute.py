@@ -121,7 +121,7 @@ def workspace() -> Workspace:
     """This thread's buffers."""
     if not hasattr(_local, "workspace"):
         _local.workspace = Workspace()
-    return _local.workspace  # type: ignore[no-any-return]
+    return _local.workspace
 
 
 def _cpu_seconds() -> float:

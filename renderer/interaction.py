@@ -1,6 +1,7 @@
 """Rays of one block, what they meet, and the points to be shaded."""
 
 from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
 
@@ -148,7 +149,7 @@ class Points:
     def between(self, start: int, stop: int) -> "Points":
         """The points start..stop as views: what is added to their radiance is added to ours."""
 
-        def cut(name: str) -> object:
+        def cut(name: str) -> Any:
             value = getattr(self, name)
             if isinstance(value, bool) or value.shape[-1] == 1:
                 return value

@@ -56,4 +56,4 @@ def bits(key: Keys, counter: NDArray[np.integer] | int) -> Bits:
 
 def uniforms(random_bits: Bits) -> NDArray[np.float64]:
     """Numbers in [0, 1): multiples of 2**-24, which float32 holds exactly too."""
-    return (random_bits >> np.uint32(8)) * 2.0**-24
+    return (random_bits >> np.uint32(8)).astype(np.float64) * 2.0**-24

@@ -1,6 +1,9 @@
 """Buffers that are used again for every block, so that pair work stays in cache and asks for no memory."""
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from renderer.arrays import Masks, Pairs
 
@@ -9,17 +12,21 @@ class Workspace:
     """Named scratch arrays; asking again for a name hands out the same memory."""
 
     def __init__(self) -> None:
-        self._buffers: dict[tuple[str, str], np.ndarray] = {}
+        self._buffers: dict[tuple[str, str], NDArray[Any]] = {}
 
     def pairs(self, name: str, rows: int, count: int, dtype: np.dtype[np.floating]) -> Pairs:
         """A (rows, count) array of floats with undefined content."""
         return self._buffer(name, rows, count, dtype)
 
+    def like(self, name: str, other: Pairs) -> Pairs:
+        """An array with the shape and dtype of another."""
+        return self._buffer(name, other.shape[0], other.shape[1], other.dtype)
+
     def masks(self, name: str, rows: int, count: int) -> Masks:
         """A (rows, count) boolean array with undefined content."""
         return self._buffer(name, rows, count, np.dtype(np.bool_))
 
-    def _buffer(self, name: str, rows: int, count: int, dtype: np.dtype) -> np.ndarray:  # type: ignore[type-arg]
+    def _buffer(self, name: str, rows: int, count: int, dtype: np.dtype[Any]) -> NDArray[Any]:
         key = (name, dtype.char)
         buffer = self._buffers.get(key)
         if buffer is None or buffer.size < rows * count:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import schemas.lights as language
-from renderer.arrays import Floats, column, cross, dot, lengths, magnitude, unit
+from renderer.arrays import Floats, Integers, column, cross, dot, lengths, magnitude, unit
 from renderer.lights.samples import Grid, LightPoints, Scatter
 from renderer.numerics import SURFACE
 from renderer.samplers import FIXED, PATTERNS
@@ -82,7 +82,7 @@ class Emitter:
         u, v = self.grid()
         return self.centre + self.first * u.repeat(v.size) + self.second * np.tile(v, u.size)
 
-    def points(self, pixels: np.ndarray, samples: np.ndarray, dtype: np.dtype[np.floating]) -> LightPoints:  # type: ignore[type-arg]
+    def points(self, pixels: Integers, samples: Integers, dtype: np.dtype[np.floating]) -> LightPoints:
         """Light points for each camera sample, (n,) pixel and sample numbers."""
         if self.shared:
             u, v = self.grid()

@@ -10,8 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, Pairs
+from renderer.arrays import Floats, Integers, Pairs
 from renderer.workspace import Workspace
+
+Terms = tuple[Floats, Floats, Floats]
+"""A function affine on a light, a point each: its value at the centre, and what u and v add, (n,) each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,15 +43,18 @@ class LightPoints(ABC):
     count: int
 
     @abstractmethod
-    def affine(self, constant: Floats, by_u: Floats, by_v: Floats, out: Pairs, workspace: Workspace) -> Pairs:
-        """Constant + u by_u + v by_v for all pairs, into `out` (L, n); the arguments are (n,)."""
+    def affine(self, terms: Terms, out: Pairs, workspace: Workspace) -> Pairs:
+        """An affine function for all pairs, into `out` (L, n)."""
 
     @abstractmethod
     def squared_distances(self, frame: Frame, out: Pairs, workspace: Workspace) -> Pairs:
-        """Squares of the distances in the scale of `frame`, into `out` (L, n); sums of squares, so nothing cancels."""
+        """Squares of the distances in the scale of `frame`, into `out` (L, n).
+
+        They are sums of squares, so nothing cancels.
+        """
 
     @abstractmethod
-    def chosen(self, index: np.ndarray) -> "LightPoints":  # type: ignore[type-arg]
+    def chosen(self, index: Integers) -> "LightPoints":
         """The same for some of the n points."""
 
 
@@ -59,25 +65,30 @@ class Grid(LightPoints):
         self.u, self.v = u[:, None], v[:, None]
         self.count = u.size * v.size
 
-    def _sum(self, by_row: Floats, by_column: Floats, out: Pairs) -> Pairs:
-        rows, columns, n = by_row.shape[0], by_column.shape[0], by_row.shape[1]
-        a, b = by_row.astype(out.dtype), by_column.astype(out.dtype)
-        np.add(a[:, None], b[None], out=out.reshape(rows, columns, n))
-        return out
-
-    def affine(self, constant: Floats, by_u: Floats, by_v: Floats, out: Pairs, workspace: Workspace) -> Pairs:
+    def affine(self, terms: Terms, out: Pairs, workspace: Workspace) -> Pairs:
+        """Sum of a function of row and a function of column."""
         del workspace
-        return self._sum(constant + self.u * by_u, self.v * by_v, out)
+        constant, by_u, by_v = terms
+        return _sum(constant + self.u * by_u, self.v * by_v, out)
 
     def squared_distances(self, frame: Frame, out: Pairs, workspace: Workspace) -> Pairs:
+        """With perpendicular edges, again a sum over row and column."""
         del workspace
         across = self.u * frame.first - frame.across
         along = self.v * frame.second_along - frame.along
-        return self._sum(across * across, along * along + frame.away * frame.away, out)
+        return _sum(across * across, along * along + frame.away * frame.away, out)
 
-    def chosen(self, index: np.ndarray) -> "Grid":  # type: ignore[type-arg]
+    def chosen(self, index: Integers) -> "Grid":
+        """This grid: it is the same for all points."""
         del index
         return self
+
+
+def _sum(by_row: Floats, by_column: Floats, out: Pairs) -> Pairs:
+    rows, columns, n = by_row.shape[0], by_column.shape[0], by_row.shape[1]
+    a, b = by_row.astype(out.dtype), by_column.astype(out.dtype)
+    np.add(a[:, None], b[None], out=out.reshape(rows, columns, n))
+    return out
 
 
 class Scatter(LightPoints):
@@ -87,29 +98,27 @@ class Scatter(LightPoints):
         self.u, self.v = u, v
         self.count = u.shape[0]
 
-    def _affine(self, constant: Floats, by_u: Floats, by_v: Floats, out: Pairs, spare: Pairs) -> Pairs:
-        dtype = out.dtype
-        np.multiply(self.u, by_u.astype(dtype), out=out)
-        np.multiply(self.v, by_v.astype(dtype), out=spare)
+    def affine(self, terms: Terms, out: Pairs, workspace: Workspace) -> Pairs:
+        """Two products and two sums a pair."""
+        constant, by_u, by_v = (term.astype(out.dtype) for term in terms)
+        spare = workspace.like("affine", out)
+        np.multiply(self.u, by_u, out=out)
+        np.multiply(self.v, by_v, out=spare)
         np.add(out, spare, out=out)
-        np.add(out, constant.astype(dtype), out=out)
-        return out
-
-    def affine(self, constant: Floats, by_u: Floats, by_v: Floats, out: Pairs, workspace: Workspace) -> Pairs:
-        return self._affine(constant, by_u, by_v, out, workspace.pairs("affine", *out.shape, out.dtype))
+        return np.add(out, constant, out=out)
 
     def squared_distances(self, frame: Frame, out: Pairs, workspace: Workspace) -> Pairs:
-        spare = workspace.pairs("affine", *out.shape, out.dtype)
-        other = workspace.pairs("distance", *out.shape, out.dtype)
-        self._affine(-frame.across, frame.first, frame.second_across, out, spare)
+        """The edges may have any angle."""
+        other = workspace.like("distance", out)
+        self.affine((-frame.across, frame.first, frame.second_across), out, workspace)
         np.multiply(out, out, out=out)
-        self._affine(-frame.along, np.zeros_like(frame.along), frame.second_along, other, spare)
+        self.affine((-frame.along, np.zeros_like(frame.along), frame.second_along), other, workspace)
         np.multiply(other, other, out=other)
         np.add(out, other, out=out)
-        np.add(out, (frame.away * frame.away).astype(out.dtype), out=out)
-        return out
+        return np.add(out, (frame.away * frame.away).astype(out.dtype), out=out)
 
-    def chosen(self, index: np.ndarray) -> "Scatter":  # type: ignore[type-arg]
+    def chosen(self, index: Integers) -> "Scatter":
+        """The columns of some points."""
         if self.u.shape[1] == 1:
             return self
         return Scatter(np.take(self.u, index, axis=1), np.take(self.v, index, axis=1))

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, columns
+from renderer.arrays import Floats, Integers, columns
 from renderer.interaction import EMITTER, Rays
 from renderer.lights.emitters import Emitter
 from renderer.shapes.rectangles import Rectangles, from_edges
@@ -58,7 +58,7 @@ class Unshaded:
     background: Floats
     lights: Floats
 
-    def radiance(self, shapes: np.ndarray) -> Floats:  # type: ignore[type-arg]
+    def radiance(self, shapes: Integers) -> Floats:
         """Colours (3, N) by shape numbers (N,), the background for misses; shapes' own rays are set later."""
         table = np.hstack((self.background, self.lights))
         return table[:, np.where(shapes >= EMITTER, shapes - EMITTER + 1, 0)]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from renderer.arrays import Floats, Integers, Masks, Pairs, dot, magnitude
 from renderer.interaction import Points
 from renderer.lights.emitters import Emitter
-from renderer.lights.samples import Frame, LightPoints
+from renderer.lights.samples import Frame, LightPoints, Terms
 from renderer.numerics import gamma
 from renderer.workspace import Workspace
 
@@ -92,16 +92,18 @@ class LightView:
         )
         return 1 / np.where(size > 0, size, 1.0)
 
-    def cosines(self, vectors: Floats, out: Pairs) -> Pairs:
-        """max(0, m . l) for vectors m (3, n) and the unit directions l to the light points, (L, n)."""
+    def terms(self, vectors: Floats) -> Terms:
+        """M . (q - p) in the points' own scale, for vectors m (3, n), as an affine function on the light."""
         scale = self.scale()
-        self.light_points.affine(
+        return (
             dot(vectors, self.towards) * scale,
             dot(vectors, self.emitter.first) * scale,
             dot(vectors, self.emitter.second) * scale,
-            out,
-            self.workspace,
         )
+
+    def cosines(self, vectors: Floats, out: Pairs) -> Pairs:
+        """max(0, m . l) for vectors m (3, n) and the unit directions l to the light points, (L, n)."""
+        self.light_points.affine(self.terms(vectors), out, self.workspace)
         np.maximum(out, 0, out=out)
         np.multiply(out, self.inverse_distances(), out=out)
         return out
@@ -126,13 +128,10 @@ class LightView:
 
     def positive_cosines(self, vectors: Floats) -> Masks | None:
         """Pairs with m . l > 0 for vectors m (3, n); None where all are, with room for rounding."""
-        scale = self.scale()
-        terms = [
-            dot(vectors, part) * scale for part in (self.towards, self.emitter.first, self.emitter.second)
-        ]
-        if np.all(terms[0] - np.abs(terms[1]) / 2 - np.abs(terms[2]) / 2 > 2.0**-18):
+        constant, by_u, by_v = terms = self.terms(vectors)
+        if np.all(constant - np.abs(by_u) / 2 - np.abs(by_v) / 2 > 2.0**-18):
             return None
-        return self.light_points.affine(*terms, self.pairs("positive"), self.workspace) > 0
+        return self.light_points.affine(terms, self.pairs("positive"), self.workspace) > 0
 
     def above_horizon(self, normals: Floats) -> Masks:
         """Pairs whose light point is above the horizon of normals (3, n), (L, n)."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, cross, dot, unit
+from renderer.arrays import Floats, Integers, Masks, cross, dot, unit
 from renderer.interaction import Points
 from renderer.textures import Texture
 
@@ -23,7 +23,7 @@ class ColorTexture:
     """
 
     texture: Texture
-    used: np.ndarray  # type: ignore[type-arg]
+    used: Masks
 
     def run(self, points: Points) -> None:
         """Look up the colours of the points of these materials."""
@@ -43,7 +43,7 @@ class NormalMap:
     """
 
     texture: Texture
-    used: np.ndarray  # type: ignore[type-arg]
+    used: Masks
 
     def run(self, points: Points) -> None:
         """Turn texels c into normals 2 c - 1 in the frame (tangent, cotangent, outward normal)."""
@@ -59,7 +59,7 @@ class NormalMap:
         points.shading_normals[:, chosen] = bent_to_viewer(mapped, points.viewers[:, chosen])
 
 
-def _frame(points: Points, chosen: np.ndarray) -> tuple[Floats, Floats, Floats]:  # type: ignore[type-arg]
+def _frame(points: Points, chosen: Integers) -> tuple[Floats, Floats, Floats]:
     """Tangents, cotangents and outward normals, perpendicular to the smooth normal where there is one."""
     outward = points.shading_normals[:, chosen] * np.where(points.flipped[chosen], -1.0, 1.0)
     tangents = points.tangents[:, chosen]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import schemas.materials as language
-from renderer.arrays import Floats, Pairs, columns, dot
+from renderer.arrays import Floats, Masks, Pairs, columns, dot
 from renderer.interaction import Points
 from renderer.lights.view import LightView
 from renderer.numerics import halving_sum
@@ -124,7 +124,7 @@ class Highlight:
             mean * self.phong.specular[materials[index]]
         )
 
-    def _mirrored(self, view: LightView) -> np.ndarray:  # type: ignore[type-arg]
+    def _mirrored(self, view: LightView) -> Masks:
         """Points whose mirrored viewer sees some place of the light, or nearly so."""
         mirror, emitter = _mirror(view), view.emitter
         spread = np.abs(dot(mirror, emitter.first)) + np.abs(dot(mirror, emitter.second))

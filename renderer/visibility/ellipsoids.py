@@ -145,9 +145,9 @@ class EllipsoidShadows:
         x, y, down = (
             workspace.pairs(name, lights.count, n, self.dtype) for name in ("plane", "edge", "other")
         )
-        lights.affine(*cone.x, x, workspace)
-        lights.affine(*cone.y, y, workspace)
-        lights.affine(*cone.down, down, workspace)
+        lights.affine((cone.x[0], cone.x[1], cone.x[2]), x, workspace)
+        lights.affine((cone.y[0], cone.y[1], cone.y[2]), y, workspace)
+        lights.affine((cone.down[0], cone.down[1], cone.down[2]), down, workspace)
         hidden = np.greater(
             down, cone.contact.astype(self.dtype), out=workspace.masks("inside", lights.count, n)
         )
@@ -168,8 +168,8 @@ class EllipsoidShadows:
         total = np.zeros((lights.count, index.size), dtype=self.dtype)
         part = np.empty_like(total)
         for axis in range(3):
-            constants = (np.broadcast_to(piece[axis], index.shape) for piece in light)
-            lights.affine(*constants, part, view.workspace)
+            constant, by_u, by_v = (np.broadcast_to(piece[axis], index.shape) for piece in light)
+            lights.affine((constant, by_u, by_v), part, view.workspace)
             total += part * part
         return total < 1
 

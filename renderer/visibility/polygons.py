@@ -189,7 +189,7 @@ class PolygonShadows:
         def on_light(normals: Floats, anchors: Floats, slack: float, out: Pairs) -> Pairs:
             constant = _signed(normals, anchors, emitter.centre, emitter.weight)[0] + slack
             by_u, by_v = dot(normals, emitter.first), dot(normals, emitter.second)
-            return lights.affine(constant, by_u, by_v, out, workspace)
+            return lights.affine((constant, by_u, by_v), out, workspace)
 
         side = np.sign(distance)
         scale = float(np.finfo(self.dtype).eps) * 8 * (emitter.size + self.occluders.sizes[shape])
