@@ -21,10 +21,11 @@ JobArgument = Annotated[str, typer.Argument(metavar="ID", help="The job's id.", 
 # Written down twice so that `penumbra --help` need not load the client; a test compares the two.
 DEFAULT_SERVER = "http://127.0.0.1:8000"
 
+SHORT_PATIENCE = 1.0
 LONG_PATIENCE = 30.0
 
 
-def connect(server: str, *, patience: float | None = None) -> Client:
+def connect(server: str, *, patience: float = SHORT_PATIENCE) -> Client:
     """A client for the service at this address.
 
     Parameters
@@ -39,4 +40,4 @@ def connect(server: str, *, patience: float | None = None) -> Client:
 
     # By default each repetition is logged, on stdout.
     stamina.instrumentation.set_on_retry_hooks([])
-    return Client(server) if patience is None else Client(server, patience=patience)
+    return Client(server, patience=patience)

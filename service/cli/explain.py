@@ -10,7 +10,7 @@ from service.cli import output, qualities, scene_files
 if TYPE_CHECKING:
     from schemas.plans import PlanDocument
 
-MOST_POINTERS = 4
+MOST_POINTERS = 3
 
 
 def explain(
@@ -56,13 +56,14 @@ def _show_tables(plan: PlanDocument) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    runs = Table("Stage", "Time", "Asked for by", "What it does", title="Runs", box=box.SIMPLE_HEAD)
+    runs = Table("What runs", "Time", "Asked for by", "What it does", box=box.SIMPLE_HEAD)
     for stage in plan.stages:
         runs.add_row(stage.name, _share(stage.share), _pointers(stage.pointers, "\n"), stage.detail)
-    left_out = Table("Effect", "Named by", "Why it does not run", title="Left out", box=box.SIMPLE_HEAD)
+    left_out = Table("Left out", "Named by", "Why", box=box.SIMPLE_HEAD)
     for out in plan.left_out:
         left_out.add_row(out.effect, _pointers(out.pointers, "\n"), out.reason)
-    console = Console()
+    # Names of materials may look like markup.
+    console = Console(markup=False, highlight=False)
     console.print(runs)
     if plan.left_out:
         console.print(left_out)
@@ -82,6 +83,6 @@ def _share(share: float | None) -> str:
 
 
 def _pointers(pointers: Sequence[str], separator: str = " ") -> str:
-    shown = [pointer or "(whole scene)" for pointer in pointers[:MOST_POINTERS]]
+    shown = [output.harmless(pointer) or "(whole scene)" for pointer in pointers[:MOST_POINTERS]]
     more = [f"and {len(pointers) - MOST_POINTERS} more"] if len(pointers) > MOST_POINTERS else []
     return separator.join(shown + more)

@@ -8,6 +8,7 @@ from typing import Any
 
 from typer.exceptions import TyperException
 
+from renderer.errors import RenderError
 from schemas.errors import SceneError
 from schemas.problems import Problem
 from service.cli import output
@@ -20,6 +21,7 @@ from service.client.errors import (
     RefusedError,
     RequestInvalidError,
     TimedOutError,
+    UnreachableError,
 )
 
 OUTCOMES: tuple[tuple[type[BaseException], ExitCode, str], ...] = (
@@ -28,6 +30,7 @@ OUTCOMES: tuple[tuple[type[BaseException], ExitCode, str], ...] = (
     (InputError, ExitCode.UNUSABLE_INPUT, "The input cannot be used"),
     (ServiceStartError, ExitCode.SERVER, "The service did not run"),
     (CommandError, ExitCode.USAGE, "Wrong use of the command"),
+    (RenderError, ExitCode.INTERNAL, "Rendering failed"),
     (SceneError, ExitCode.UNUSABLE_INPUT, "The scene cannot be used"),
     (RequestInvalidError, ExitCode.UNUSABLE_INPUT, "The service refused the request"),
     (TimedOutError, ExitCode.TIME_OUT, "Time-out"),
@@ -35,6 +38,8 @@ OUTCOMES: tuple[tuple[type[BaseException], ExitCode, str], ...] = (
     (ClientError, ExitCode.SERVER, "Server or network"),
 )
 """The first row that fits counts."""
+
+UNKNOWN = "A fault in Penumbra itself"
 
 
 def report(error: BaseException, *, as_json: bool) -> ExitCode:
@@ -46,7 +51,7 @@ def report(error: BaseException, *, as_json: bool) -> ExitCode:
         The code to leave with.
     """
     code, title = _outcome(error)
-    if code is ExitCode.INTERNAL:
+    if title == UNKNOWN:
         traceback.print_exception(error)
     if as_json:
         output.document(_problem_document(error, title, code))
@@ -60,7 +65,7 @@ def _outcome(error: BaseException) -> tuple[ExitCode, str]:
     for kind, code, title in OUTCOMES:
         if isinstance(error, kind):
             return code, title
-    return ExitCode.INTERNAL, "A fault in Penumbra itself"
+    return ExitCode.INTERNAL, UNKNOWN
 
 
 def _problem_document(error: BaseException, title: str, code: ExitCode) -> dict[str, Any]:
@@ -81,8 +86,16 @@ def _lines(error: BaseException, title: str) -> list[str]:
     text = error.text if isinstance(error, UnusableSceneError) else b""
     lines = [output.emphasis("error", "red") + ": " + (_message(error) or title)]
     lines += excerpts(text, problems, more)
+    return [*lines, *_advice(error)]
+
+
+def _advice(error: BaseException) -> list[str]:
+    if _outcome(error)[1] == UNKNOWN:
+        return ["This is a fault in Penumbra and not in your input. Please report it with the lines above."]
+    if isinstance(error, UnreachableError):
+        return ["Start one with 'penumbra serve', or name another with --server or PENUMBRA_SERVER."]
     usage = getattr(getattr(error, "ctx", None), "command_path", None)
-    return [*lines, f"Try '{usage} --help'."] if usage else lines
+    return [f"Try '{usage} --help'."] if usage else []
 
 
 def _problems(error: BaseException) -> tuple[Sequence[Problem], int]:

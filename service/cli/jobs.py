@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 OutOption = Annotated[
     Path | None, typer.Option("-o", "--out", help="Save the image: .png, or .npy for linear float32.")
 ]
-LimitOption = Annotated[int, typer.Option(min=1, max=1000, help="How many jobs, the newest first.")]
+LimitOption = Annotated[int, typer.Option(min=1, max=100, help="How many jobs, the newest first.")]
 HEADINGS = ("id", "state", "done", "pixels", "submitted", "scene")
 
 

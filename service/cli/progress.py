@@ -18,6 +18,11 @@ class Bar:
     progress: Progress | None
     task: TaskID | None
 
+    @property
+    def visible(self) -> bool:
+        """Whether anybody sees it."""
+        return self.progress is not None
+
     def show(self, share: float, note: str = "", *, title: str | None = None) -> None:
         """Show how much is done, 0 to 1, and a few words about it; `title` replaces the one before."""
         if self.progress is not None and self.task is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -59,20 +60,22 @@ def render(  # noqa: PLR0913 - one argument for each option
 def _run(plan: RenderPlan, workers: int | None, tile: int | None) -> RenderResult:
     from renderer import render as render_plan
 
+    processes = workers or len(os.sched_getaffinity(0))
     with progress_bar("rendering") as bar:
 
         def show(event: TileEvent) -> None:
             bar.show(event.done / event.total, f"tile {event.done} of {event.total}")
 
-        return render_plan(plan, on_tile=show, workers=workers, tile_size=tile)
+        # Without somebody who looks there is no preview to render.
+        return render_plan(plan, on_tile=show if bar.visible else None, workers=processes, tile_size=tile)
 
 
 def _encoded(scene: LoadedScene, result: RenderResult, suffix: str) -> bytes:
-    from renderer import image_files
+    from renderer.image_files import encode_npy, encode_png
 
     if suffix == ".npy":
-        return image_files.encode_npy(result.image)
-    return image_files.encode_png(result.image, scene.document.display)
+        return encode_npy(result.image)
+    return encode_png(result.image, scene.document.display)
 
 
 def _cost(result: RenderResult) -> str:

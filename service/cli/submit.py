@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from service.cli import output, qualities, scene_files
-from service.cli.connection import DEFAULT_SERVER, LONG_PATIENCE, ServerOption, TimeoutOption, connect
+from service.cli.connection import (
+    DEFAULT_SERVER,
+    LONG_PATIENCE,
+    SHORT_PATIENCE,
+    ServerOption,
+    TimeoutOption,
+    connect,
+)
 from service.cli.errors import CommandError, UnusableSceneError
 from service.cli.jobs import save_picture
 from service.cli.targets import PICTURES, check_target
@@ -51,7 +58,7 @@ def submit(  # noqa: PLR0913 - one argument for each option
         "light_pattern": light_pattern,
         "precision": precision,
     }
-    with connect(server, patience=LONG_PATIENCE if stays else None) as client:
+    with connect(server, patience=LONG_PATIENCE if stays else SHORT_PATIENCE) as client:
         job = send(client, scene, options)
         if not as_json:
             output.result(job.id)

@@ -27,8 +27,11 @@ def check_target(path: Path, suffixes: Collection[str]) -> Path:
     folder = path.parent
     if not folder.is_dir():
         raise CommandError(f"{folder} is not there; make the folder first, or write somewhere else")
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise CommandError(f"{folder} is not writable; write somewhere else")
+    try:
+        # Permissions do not tell all: a file system may be full or read-only.
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError as error:
+        raise CommandError(f"{folder} takes no files ({error.strerror}); write somewhere else") from error
     return path
 
 

@@ -61,8 +61,7 @@ def stay(client: Client, job_id: str, *, timeout: float | None = None, lines: bo
         Where nobody sees a bar, print a line for each tile.
     """
     with progress_bar("waiting") as bar:
-        visible = bar.progress is not None
-        show = _bar_of(client, job_id, bar) if visible else _print_tiles if lines else None
+        show = _bar_of(client, job_id, bar) if bar.visible else _print_tiles if lines else None
         return client.wait(job_id, timeout=timeout, on_progress=show)
 
 

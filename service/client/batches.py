@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from schemas.batches import FLOAT32, TileHead, unpack
 from service.client.errors import UnexpectedAnswerError
+
+Encoding = Literal["float32", "rgb8"]
+"""Linear RGB as float32, or RGB as displayed in 8 bits."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Generic, TypeVar
 from urllib.parse import quote
 
@@ -18,7 +18,7 @@ from schemas.batches import MEDIA_TYPE
 from schemas.jobs import Asset, Job, JobList, TileBatch, TileEvent, Version
 from schemas.plans import PlanDocument
 from schemas.traces import TraceAnswer
-from service.client.batches import PixelBatch, decode_batch
+from service.client.batches import Encoding, PixelBatch, decode_batch
 from service.client.errors import UnexpectedAnswerError
 from service.client.events import read_events
 from service.client.pictures import Picture, PictureKind, read_picture
@@ -67,12 +67,10 @@ def put_asset(sha256: str, content: bytes) -> Call[Asset]:
     return Call("PUT", f"/v1/assets/{sha256}", _model(Asset), headers=headers, content=content)
 
 
-def submit_job(body: Mapping[str, Any], *, key: str, wait: float = 0.0) -> Call[Job]:
-    """Ask for a render; `key` makes a second sending find the first one's job."""
-    headers = {"Idempotency-Key": key}
-    if wait > 0:
-        headers["Prefer"] = f"wait={wait:g}"
-    return _post("/v1/jobs", body, Job, headers=headers, hold=wait)
+def submit_job(body: Mapping[str, Any], *, wait: float = 0.0) -> Call[Job]:
+    """Ask for a render. Sent twice it would be rendered twice."""
+    headers = {"Prefer": f"wait={wait:g}"} if wait > 0 else {}
+    return _post("/v1/jobs", body, Job, headers=headers, hold=wait, repeatable=False)
 
 
 def get_job(job_id: str) -> Call[Job]:
@@ -101,9 +99,10 @@ def get_tiles(job_id: str, *, after: int, wait: float) -> Call[TileBatch]:
     return _tiles(job_id, after, wait, "application/json", _model(TileBatch))
 
 
-def get_tile_pixels(job_id: str, *, after: int, wait: float) -> Call[PixelBatch]:
+def get_tile_pixels(job_id: str, *, after: int, wait: float, encoding: Encoding) -> Call[PixelBatch]:
     """The same with the pixels of all these tiles."""
-    return _tiles(job_id, after, wait, MEDIA_TYPE, lambda answer: decode_batch(answer.content))
+    call = _tiles(job_id, after, wait, MEDIA_TYPE, lambda answer: decode_batch(answer.content))
+    return replace(call, params={**call.params, "encoding": encoding})
 
 
 def get_events(job_id: str, *, after: int) -> Call[Iterator[TileEvent]]:
@@ -148,10 +147,18 @@ def _post(
     *,
     headers: Mapping[str, str] | None = None,
     hold: float = 0.0,
+    repeatable: bool = True,
 ) -> Call[Model]:
     content = json.dumps(body, allow_nan=False, separators=(",", ":")).encode()
-    headers = {"Content-Type": "application/json"} | dict(headers or {})
-    return Call("POST", path, _model(model), headers=headers, content=content, hold=hold)
+    return Call(
+        "POST",
+        path,
+        _model(model),
+        headers={"Content-Type": "application/json", **(headers or {})},
+        content=content,
+        repeatable=repeatable,
+        hold=hold,
+    )
 
 
 def _tiles(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-import uuid
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from types import TracebackType
@@ -15,11 +14,12 @@ import numpy.typing as npt
 import stamina
 
 from renderer.assets import AssetSource
+from schemas.errors import SceneError
 from schemas.jobs import Job, JobList, JobState, TileBatch, TileEvent, Version
 from schemas.plans import PlanDocument
 from schemas.traces import TraceAnswer
 from service.client import calls
-from service.client.batches import PixelBatch
+from service.client.batches import Encoding, PixelBatch
 from service.client.calls import Answer, Call
 from service.client.errors import (
     JobCancelledError,
@@ -108,7 +108,7 @@ class Client:
         """
         parcel = self._upload(pack(scene, assets=assets))
         with _placing(parcel):
-            call = calls.submit_job(_body(parcel, quality), key=uuid.uuid4().hex, wait=wait)
+            call = calls.submit_job(_body(parcel, quality), wait=wait)
             job = self._send(call)
         return job.model_copy(update={"warnings": tuple(parcel.placed(job.warnings))})
 
@@ -132,9 +132,11 @@ class Client:
         """The tile events numbered above `after`; waits up to `wait` seconds for the first."""
         return self._send(calls.get_tiles(job_id, after=after, wait=wait))
 
-    def tile_pixels(self, job_id: str, *, after: int = 0, wait: float = 0.0) -> PixelBatch:
-        """The same with the pixels of these tiles."""
-        return self._send(calls.get_tile_pixels(job_id, after=after, wait=wait))
+    def tile_pixels(
+        self, job_id: str, *, after: int = 0, wait: float = 0.0, encoding: Encoding = "float32"
+    ) -> PixelBatch:
+        """The same with the pixels of these tiles, linear float32 or displayed 8 bits."""
+        return self._send(calls.get_tile_pixels(job_id, after=after, wait=wait, encoding=encoding))
 
     def follow(self, job_id: str, *, after: int = 0, timeout: float | None = None) -> Iterator[TileBatch]:
         """Batches of tile events as they come, until the job has ended.
@@ -266,8 +268,11 @@ def _placing(parcel: Parcel) -> Iterator[None]:
     try:
         yield
     except RequestInvalidError as error:
-        placed = error.document.model_copy(update={"errors": tuple(parcel.placed(error.errors))})
-        raise RequestInvalidError(error.status, placed) from error
+        if not error.errors:
+            raise
+        placed = SceneError(parcel.placed(error.errors), error.document.more)
+        told = {"errors": placed.errors, "detail": str(placed)}
+        raise RequestInvalidError(error.status, error.document.model_copy(update=told)) from error
 
 
 def succeeded(job: Job) -> Job:

@@ -67,7 +67,8 @@ class RefusedError(ClientError):
         self.status = status
         self.document = document
         self.retry_after = retry_after
-        super().__init__("\n".join([_headline(document), *described(document.errors, document.more)]))
+        lines = described(document.errors, document.more)
+        super().__init__("\n".join([document.title if lines else _headline(document), *lines]))
 
     @property
     def errors(self) -> Sequence[Problem]:
@@ -136,6 +137,7 @@ _BY_STATUS: dict[int, type[RefusedError]] = {
     410: NotFoundError,
     429: BusyError,
     503: BusyError,
+    507: BusyError,
 }
 
 

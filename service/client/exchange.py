@@ -12,8 +12,8 @@ from pydantic import ValidationError
 from schemas.problems import ProblemDocument
 from service.client.calls import Call
 from service.client.errors import (
-    BusyError,
     ClientError,
+    RefusedError,
     TimedOutError,
     UnexpectedAnswerError,
     UnreachableError,
@@ -63,13 +63,13 @@ def refused(answer: httpx2.Response) -> ClientError:
 def repeat_after(call: Call[Any], patience: float) -> Callable[[Exception], bool | float]:
     """What to do after a failure: False to give up, True to repeat soon, or the seconds to wait before.
 
-    A request that never left or that the server refused as one too many has done nothing, so any may be
+    A request that never left, or that the server refused for the moment, has done nothing, so any may be
     repeated then; after a broken connection only one that may be sent twice.
     """
 
     def decide(error: Exception) -> bool | float:
         match error:
-            case BusyError(retry_after=float(seconds)):
+            case RefusedError(retry_after=float(seconds)):
                 return seconds if seconds <= patience else False
             case UnreachableError(sent=sent):
                 return call.repeatable or not sent

@@ -9,17 +9,17 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from renderer.assets import AssetSource, FolderAssets
+from renderer.assets import AssetSource, FolderAssets, NoAssets
 from schemas.documents import read_text
-from schemas.errors import SceneError
+from schemas.findings import Finding, refusal
 from schemas.limits import Limits
-from schemas.pointers import pointer
 from schemas.problems import Problem
 from service.client.places import located
 
 SceneSource = str | PathLike[str] | bytes | Mapping[str, Any]
 PREFIX = "sha256:"
 SCENE = "/scene"
+MISSING = "This file is not there, or not inside the folder of the scene."
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,16 +71,11 @@ def pack(scene: SceneSource, *, assets: AssetSource | None = None) -> Parcel:
         assets = assets or FolderAssets(Path(scene).parent)
         scene = Path(scene).read_bytes()
     read = read_text(scene, Limits())
-    problems = [
-        Problem(pointer=pointer(parts), detail=detail, code=code)
-        for parts, code, detail in read.problems_of_form()
-    ]
     if not isinstance(read.content, Mapping):
-        problems.append(Problem(pointer="", detail="A scene is a JSON object.", code="not_an_object"))
-        raise SceneError(located(read.text, problems))
+        raise refusal([Finding((), "not_an_object", "A scene is a JSON object.")], read.content, read.text)
     contents, missing = _contents(read.content, assets)
-    if problems or missing:
-        raise SceneError(located(read.text, problems + missing))
+    if read.repeated or missing:
+        raise refusal([*read.repeated, *missing], read.content, read.text)
     names = {name: hashlib.sha256(content).hexdigest() for name, content in contents.items()}
     return Parcel(
         document=_renamed(read.content, names),
@@ -98,18 +93,14 @@ def _local_textures(scene: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             yield key, name
 
 
-def _contents(scene: Mapping[str, Any], assets: AssetSource | None) -> tuple[dict[str, bytes], list[Problem]]:
-    contents, missing = {}, []
+def _contents(scene: Mapping[str, Any], assets: AssetSource | None) -> tuple[dict[str, bytes], list[Finding]]:
+    contents: dict[str, bytes] = {}
+    missing = []
     for key, name in _local_textures(scene):
         try:
-            if assets is None:
-                raise KeyError(name)
-            contents[name] = assets.read(name)
+            contents[name] = (assets or NoAssets()).read(name)
         except (KeyError, OSError):
-            detail = f"The file {name!r} is not there, or not inside the folder of the scene."
-            missing.append(
-                Problem(pointer=pointer(["textures", key, "asset"]), detail=detail, code="no_asset")
-            )
+            missing.append(Finding(("textures", key, "asset"), "missing_asset", MISSING))
     return contents, missing
 
 

@@ -1,0 +1,48 @@
+from __future__ import annotations
+
+import pytest
+from rich.text import Text
+
+from schemas.problems import Problem
+from service.cli.excerpts import excerpts
+
+
+def _problem(line: int, column: int) -> Problem:
+    return Problem(pointer="/a", detail="wrong", code="x", line=line, column=column)
+
+
+def _shown(text: str, line: int, column: int) -> tuple[str, int]:
+    """The line as shown, and the position of the caret in it."""
+    lines = [Text.from_ansi(line).plain for line in excerpts(text.encode(), [_problem(line, column)])]
+    *_, source, marker = lines
+    start = source.index("|") + 2
+    assert marker.index("|") + 2 == start
+    return source[start:], marker.index("^") - start
+
+
+@pytest.mark.parametrize("column", [1, 4, 12])
+def test_the_caret_stands_under_the_character_that_is_meant(column: int) -> None:
+    line = '  "up": [0, 0, 0]'
+    assert _shown(f"{{\n{line}\n}}", 2, column) == (line, column - 1)
+
+
+def test_of_a_long_line_the_part_around_the_caret_is_shown() -> None:
+    line = "".join(f"{number:04}" for number in range(1000))
+    shown, caret = _shown(line, 1, 2000)
+    assert len(shown) <= 100
+    assert line.index(shown) + caret == 1999
+
+
+def test_nothing_that_a_stranger_wrote_acts_on_the_terminal() -> None:
+    shown, caret = _shown('"\x1b[31m\t\x07": 1', 1, 8)
+    assert shown.isprintable()
+    assert caret == 7
+
+
+def test_a_problem_without_a_line_is_told_without_one() -> None:
+    problem = Problem(pointer="/quality", detail="wrong", code="x", suggestion="fixed")
+    assert len(excerpts(b"{}", [problem])) == 3
+
+
+def test_problems_that_are_not_listed_are_counted() -> None:
+    assert excerpts(b"", [], 7)[-1].strip() == "... and 7 more"

@@ -1,0 +1,45 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from service.cli.connection import DEFAULT_SERVER
+from service.cli.main import COMMANDS
+from service.client import DEFAULT_SERVER as CLIENT_DEFAULT
+
+CONTRACT = {
+    "render", "validate", "explain", "trace", "serve", "submit", "wait", "watch", "get", "cancel", "ls",
+    "demo", "doctor",
+}  # fmt: skip
+HEAVY = ("numpy", "PIL", "fastapi", "sqlalchemy", "httpx2", "uvicorn", "renderer", "schemas")
+PROBE = """
+import sys
+from service.cli.main import main
+try:
+    main(sys.argv[1:])
+except SystemExit:
+    loaded = [name for name in {heavy!r} if name in sys.modules]
+    print(*loaded, file=sys.stderr)
+"""
+
+
+def test_the_table_has_every_command_of_the_contract() -> None:
+    assert {name for name, _, _ in COMMANDS} == CONTRACT
+
+
+@pytest.mark.parametrize(
+    "words", [["--help"], ["--version"], *([name, "--help"] for name in sorted(CONTRACT))]
+)
+def test_help_comes_without_loading_any_large_library(words: list[str]) -> None:
+    probe = PROBE.format(heavy=HEAVY)
+    done = subprocess.run(
+        [sys.executable, "-c", probe, *words], capture_output=True, text=True, timeout=60, check=True
+    )
+    assert done.stderr.strip() == ""
+    assert done.stdout.strip() != ""
+
+
+def test_command_line_and_client_look_for_the_server_in_the_same_place() -> None:
+    assert DEFAULT_SERVER == CLIENT_DEFAULT
