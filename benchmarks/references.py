@@ -52,8 +52,8 @@ class Provenance:
 
 
 def scene_digest(scene: Scene) -> str:
-    """Name what a converged picture depends on: the whole scene but its name and its sampling."""
-    content = scene.model_dump_json(exclude={"name", "sampling"})
+    """Name what a converged picture depends on: all that the scene says, but its name and its sampling."""
+    content = scene.model_dump_json(exclude={"name", "sampling"}, exclude_unset=True)
     return hashlib.sha256(content.encode()).hexdigest()
 
 

@@ -1,0 +1,52 @@
+"""Our pictures against converged ones that another renderer made from the same scene files."""
+
+import pytest
+
+import renderer
+from benchmarks import references
+from schemas.quality import FixedQuality
+from schemas.reading import read_scene
+from schemas.sampling import Antialiasing, LightSampling
+from schemas.scene import Scene
+
+pytestmark = pytest.mark.slow
+
+FINE = FixedQuality(
+    mode="fixed",
+    antialiasing=Antialiasing(pattern="uniform", samples=16),
+    light=LightSampling(pattern="uniform", samples=64),
+)
+
+
+def scene_of(name: str) -> Scene:
+    return read_scene((references.SCENES / f"{name}.json").read_bytes())[0]
+
+
+@pytest.mark.parametrize("name", references.NAMES)
+def test_the_reference_shows_the_scene_as_it_is_now(name: str) -> None:
+    _, provenance = references.load(name)
+    assert provenance.scene_sha256 == references.scene_digest(scene_of(name))
+
+
+@pytest.mark.parametrize(("name", "limit"), [("soft", 1.0), ("chess", 2.4)])
+def test_16_camera_samples_come_as_near_to_the_converged_picture_as_their_edges_allow(
+    name: str, limit: float
+) -> None:
+    converged, provenance = references.load(name)
+    assert provenance.own_error_255 <= 0.06
+    image = renderer.render(renderer.compile_scene(scene_of(name), FINE)).image
+    assert references.rmse_255(image, converged) < limit
+    # Edges err to both sides; a light, a material or a shadow that is wrong errs to one.
+    assert abs(references.mean_difference_255(image, converged)) < 0.1
+
+
+@pytest.mark.parametrize("name", references.NAMES)
+def test_the_peer_draws_the_reference_again(name: str) -> None:
+    """With 64 samples a pixel in place of thousands; its error falls with the samples, its mean stays."""
+    peer = pytest.importorskip(
+        "benchmarks.peer_pictures", reason="needs the extra `bench` and LLVM", exc_type=ImportError
+    )
+    converged, _ = references.load(name)
+    rough, finer = (peer.picture(scene_of(name), samples, seed=1000) for samples in (16, 64))
+    assert references.rmse_255(finer, converged) < references.rmse_255(rough, converged) / 2
+    assert abs(references.mean_difference_255(finer, converged)) < 0.01
