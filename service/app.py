@@ -99,9 +99,6 @@ def _document_bodies(app: FastAPI) -> None:
 
     def openapi() -> dict[str, Any]:
         document = generate()
-        inputs: list[tuple[type[BaseModel], Literal["validation"]]] = [
-            (model, "validation") for model in read
-        ]
         _, definitions = models_json_schema(read, ref_template=COMPONENTS)
         schemas = document.setdefault("components", {}).setdefault("schemas", {})
         for name, schema in definitions["$defs"].items():

@@ -8,8 +8,8 @@ import sys
 import structlog
 
 
-def configure() -> None:
-    """Send the logs of this process, and of the libraries in it, to stderr."""
+def configure(level: str) -> None:
+    """Send the logs of this process, and the warnings of the libraries in it, to stderr."""
     terminal = sys.stderr.isatty()
     renderers: list[structlog.typing.Processor] = (
         [structlog.dev.ConsoleRenderer()]
@@ -24,7 +24,7 @@ def configure() -> None:
     structlog.configure(
         processors=[*shared, *renderers],
         logger_factory=structlog.PrintLoggerFactory(sys.stderr),
-        wrapper_class=structlog.make_filtering_bound_logger(logging.INFO),
+        wrapper_class=structlog.make_filtering_bound_logger(level),
         cache_logger_on_first_use=True,
     )
     handler = logging.StreamHandler(sys.stderr)

@@ -106,7 +106,7 @@ def install(app: FastAPI) -> None:
 def _known(request: Request, error: Exception) -> Response:
     kind = kind_of(error)
     headers = {"Retry-After": str(RETRY_AFTER_SECONDS)} if kind.retry else {}
-    if kind.status >= 500:
+    if not kind.told:
         log.error("request failed", path=request.url.path, error=type(error).__name__, status=kind.status)
     if isinstance(error, errors.RangeError):
         headers["Content-Range"] = f"bytes */{error.size}"

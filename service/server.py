@@ -11,12 +11,16 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO
 
 import httpx2
+import structlog
 import uvicorn
+from fastapi import FastAPI
 
 from service import logs
 from service.app import create_app
+from service.context import Service
 from service.errors import UnavailableError
 from service.settings import Settings
 
@@ -25,20 +29,31 @@ FAREWELL_SECONDS = 5
 START_SECONDS = 60.0
 POLL_SECONDS = 0.02
 
+log = structlog.get_logger()
+
 
 class _Server(uvicorn.Server):
     """Sends watchers away before it waits for requests to end: they would stay for ever."""
 
+    def __init__(self, config: uvicorn.Config, app: FastAPI) -> None:
+        super().__init__(config)
+        self._app = app
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().startup(sockets)
+        for listener in (listener for server in self.servers for listener in server.sockets):
+            host, port, *_ = listener.getsockname()
+            log.info("listening", url=f"http://{host}:{port}")
+
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        service = getattr(self.config.loaded_app.state, "service", None)
-        if service is not None:
-            service.feed.close()
+        service: Service = self._app.state.service
+        service.feed.close()
         await super().shutdown(sockets)
 
 
 def run(settings: Settings) -> None:
     """Serve until a signal ends it: SIGTERM and SIGINT let requests in progress end first."""
-    logs.configure()
+    logs.configure(settings.log_level)
     app = create_app(settings)
     config = uvicorn.Config(
         app,
@@ -49,7 +64,7 @@ def run(settings: Settings) -> None:
         server_header=False,
         timeout_graceful_shutdown=FAREWELL_SECONDS,
     )
-    _Server(config).run()
+    _Server(config, app).run()
 
 
 @dataclass
@@ -67,8 +82,10 @@ class RunningServer:
 
 
 @contextmanager
-def running(settings: Settings) -> Iterator[RunningServer]:
+def running(settings: Settings, *, stderr: IO[bytes] | None = None) -> Iterator[RunningServer]:
     """Start a service in a process of its own, wait until it is ready, and stop it at the end.
+
+    Its logs go to ``stderr``; by default to where those of this process go.
 
     Raises
     ------
@@ -77,7 +94,7 @@ def running(settings: Settings) -> Iterator[RunningServer]:
     """
     port = settings.port or _free_port(settings.host)
     environment = os.environ | _environment(settings.model_copy(update={"port": port}))
-    process = subprocess.Popen([sys.executable, "-m", "service"], env=environment)
+    process = subprocess.Popen([sys.executable, "-m", "service"], env=environment, stderr=stderr)
     server = RunningServer(process, f"http://{settings.host}:{port}", settings.data)
     try:
         _wait_until_ready(server)

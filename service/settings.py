@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Literal
 
 from pydantic import Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
@@ -14,7 +15,8 @@ MIB = 1024 * 1024
 
 
 def _processors() -> int:
-    return len(os.sched_getaffinity(0))
+    # A container may have been given fewer than the machine has; only Linux tells.
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 class Settings(BaseSettings):
@@ -39,6 +41,10 @@ class Settings(BaseSettings):
         ge=1,
         le=4096,
         description="Pixels along a tile's side; by default the renderer's choice.",
+    )
+
+    log_level: Literal["debug", "info", "warning", "error"] = Field(
+        default="info", description="The least that is written to the log."
     )
 
     limits: Limits = Field(default_factory=Limits, description="What a scene may ask for at most.")

@@ -46,7 +46,7 @@ async def get_tiles(
     wait: Wait = 0.0,
     encoding: Encoding = "float32",
 ) -> TileBatch | Response:
-    """List tile events by number. Waits where there are none yet; an empty list after the wait is no error."""
+    """List tile events by number. An empty list after the wait is no error: there are none yet."""
     seconds = min(wait, here.settings.max_wait_seconds)
     await jobs.until(here, job_id, seconds, lambda job: job.last_seq > after or job.state.final)
     if batches.MEDIA_TYPE not in request.headers.get("accept", ""):
