@@ -155,7 +155,10 @@ class _Compiler:
         return np.array([numbers[shape.material] for shape in self.document.shapes], dtype=np.int64)
 
     def _families(self) -> list[Family]:
-        """Shapes sorted into families in the order in which kinds first appear; flat triangles are dropped."""
+        """Shapes sorted into families, in the order in which kinds first appear.
+
+        Triangles without area are dropped.
+        """
         members: dict[object, list[int]] = {}
         for number, shape in enumerate(self.document.shapes):
             if isinstance(shape, Triangle) and _without_area(shape):

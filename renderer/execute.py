@@ -19,8 +19,9 @@ from renderer.tiling import Block, blocks
 from renderer.workspace import Workspace
 from schemas.tiles import Pass, Tile
 
-PAIRS = 65536
-"""Pairs of point and light point worked on at once: their arrays stay in the second-level cache."""
+PAIRS = 262144
+"""Pairs of point and light point worked on at once: 1 MiB an array, which measured best for 64 and for 256
+light points on a core with 2 MiB of second-level cache; a quarter of it takes a third longer."""
 
 FEWEST_POINTS = 64
 """Below this, calls cost more than what the cache gives."""
@@ -118,7 +119,7 @@ def chunks(plan: RenderPlan, points: Points) -> list[Points]:
 
 
 def workspace() -> Workspace:
-    """This thread's buffers."""
+    """Buffers of this thread."""
     if not hasattr(_local, "workspace"):
         _local.workspace = Workspace()
     return _local.workspace

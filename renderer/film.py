@@ -29,7 +29,7 @@ class Film:
         self._mean = np.zeros((height, width, 3))
 
     def add(self, columns: Integers, rows: Integers, radiance: Floats) -> None:
-        """Take the samples (3, P * S) of P pixels, those of one pixel together, in the order of their numbers."""
+        """Take the samples (3, P * S) of P pixels, those of one pixel together, ordered by number."""
         samples = radiance.reshape(3, columns.size, self._samples)
         total = samples[:, :, 0].copy()
         for sample in range(1, self._samples):

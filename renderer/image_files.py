@@ -18,7 +18,10 @@ SUFFIXES = (".png", ".npy")
 
 
 def displayed(image: NDArray[np.floating], display: Display) -> NDArray[np.uint8]:
-    """Codes of a linear image (H, W, 3), rounded to the nearest; NaN becomes 0, what is out of range is clipped."""
+    """Codes of a linear image (H, W, 3), rounded to the nearest.
+
+    NaN becomes 0, what is out of range is clipped.
+    """
     with np.errstate(over="ignore"):
         exposed = image.astype(np.float64) * 2.0**display.exposure
     clipped = np.clip(np.nan_to_num(exposed, nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
@@ -60,11 +63,12 @@ def write_image(path: str | os.PathLike[str], image: NDArray[np.floating], displ
 
 def _replace(target: Path, content: bytes) -> None:
     handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+    temporary = Path(name)
     try:
         with os.fdopen(handle, "wb") as file:
             file.write(content)
-        os.chmod(name, 0o644)
-        os.replace(name, target)
+        temporary.chmod(0o644)
+        temporary.replace(target)
     except BaseException:
-        Path(name).unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
         raise

@@ -79,7 +79,7 @@ class Grid(LightPoints):
         return _sum(across * across, along * along + frame.away * frame.away, out)
 
     def chosen(self, index: Integers) -> "Grid":
-        """This grid: it is the same for all points."""
+        """The grid itself: it is the same for all points."""
         del index
         return self
 

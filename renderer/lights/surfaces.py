@@ -10,7 +10,10 @@ from renderer.lights.emitters import Emitter
 from renderer.shapes.rectangles import Rectangles, from_edges
 
 TIE = 2.0**-40
-"""A light this close behind a shape, relative to the distance, lies in it and is seen: thousands of roundings."""
+"""A light this close behind a shape, relative to the distance, lies in it and is seen.
+
+Thousands of roundings wide, a hair to look at.
+"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from renderer.interaction import Points
 from renderer.textures import Texture
 
 FLAT = 1e-3
-"""Squared length of a decoded normal below which it says nothing; mid grey (128, 128, 128) decodes to 4.6e-5."""
+"""Squared length of a decoded normal below which it says nothing; mid grey, 128, decodes to 4.6e-5."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -93,7 +93,7 @@ class Ellipsoids(Family):
         rays.offer(int(self.numbers[shape]), found[ahead], t / length[ahead], *_angles(where))
 
     def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
-        """Positions put back on the sphere, normals by the inverse transposed (never by the axes themselves)."""
+        """Positions put back on the sphere, normals by the inverse transposed, never by the axes."""
         direction = points.directions[:, chosen]
         where = self._on_sphere(points, chosen, shapes)
         axes, inverse = self.axes[:, :, shapes], self.inverse[:, :, shapes]

@@ -78,7 +78,10 @@ class Family(ABC):
 
     @abstractmethod
     def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
-        """Fill in position, normals and texture coordinates of the points `chosen`, on `shapes` of the family."""
+        """Fill in position, normals and texture coordinates of the points `chosen`.
+
+        `shapes` are their numbers within the family.
+        """
 
     @abstractmethod
     def frame(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:

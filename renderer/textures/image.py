@@ -89,7 +89,8 @@ def build(texture: language.ImageTexture, assets: AssetSource) -> ImageTexture:
         content = assets.read(texture.asset)
     except KeyError:
         raise AssetError(
-            "There is no such file. Name one in the scene's folder, or upload it first and name it by its sha256."
+            "There is no such file. Name one in the scene's folder, "
+            "or upload it first and name it by its sha256."
         ) from None
     texels = decode_image(content)
     if texture.encoding == "srgb":

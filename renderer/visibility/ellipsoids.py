@@ -3,9 +3,9 @@
 In the frame where the ellipsoid is the unit sphere, let D > 1 be the point's distance from the centre and
 q_a the part of the light point along the point's direction, q_x and q_y the parts across it. The sphere's
 tangents from the point form a cone; the light point is hidden iff it lies in the cone,
-(q_x^2 + q_y^2)(D^2 - 1) < (D - q_a)^2, and beyond the circle of contact, q_a D < 1. All three parts are affine
-in the light point, formed in float64 about the centre and rounded once, so a small sphere far away keeps
-its silhouette: nothing cancels in the pair work.
+(q_x^2 + q_y^2)(D^2 - 1) < (D - q_a)^2, and beyond the circle of contact, q_a D < 1. All three parts are
+affine in the light point, formed in float64 about the centre and rounded once, so a small sphere far away
+keeps its silhouette: nothing cancels in the pair work.
 """
 
 from dataclasses import dataclass, field

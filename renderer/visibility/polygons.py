@@ -1,9 +1,10 @@
 """Shadows of planar convex shapes.
 
-With signed distances s from the occluder's plane and edge functions a, the segment from p to q passes the
-plane where s_p and s_q have opposite signs, at (|s_q| p + |s_p| q) / (|s_p| + |s_q|). It is inside an edge iff
-|s_q| a_p + |s_p| a_q >= 0, that is iff a_p / |s_p| >= -a_q / |s_q|: a number of the point against a number
-of the light point. Both are formed in float64 and rounded once; the pair work is one comparison an edge.
+With signed distances s from the occluder's plane and edge functions a, the segment from p to q passes
+the plane where s_p and s_q have opposite signs, at (|s_q| p + |s_p| q) / (|s_p| + |s_q|). It is inside an
+edge iff |s_q| a_p + |s_p| a_q >= 0, that is iff a_p / |s_p| >= -a_q / |s_q|: a number of the point against a
+number of the light point. Both are formed in float64 and rounded once; the pair work is one comparison an
+edge.
 """
 
 from dataclasses import dataclass, field
@@ -31,8 +32,10 @@ class SharedLight:
 
     Attributes
     ----------
-    below, above : (L, K) bool
-        Light points strictly on the negative or positive side of each occluder's plane.
+    sides : (L, K) float64
+        Side of each occluder's plane that a light point is on: -1, 1, or 0 where it touches the plane.
+    present : (2, K) bool
+        Whether some light point is below, and above.
     thresholds : (E, L, K) float
         -a_q / |s_q|, lowered by some spacings; a point is inside an edge from its own number up.
     least : (E, 2, K) float
@@ -40,6 +43,7 @@ class SharedLight:
     """
 
     sides: Floats
+    present: Masks
     thresholds: Pairs
     least: Floats
 
@@ -60,7 +64,8 @@ def shared_light(occluders: Polygons, emitter: Emitter, dtype: np.dtype[np.float
         ]
         thresholds = np.stack([-outward(np.nan_to_num(number), dtype).T for number in numbers])
     least = np.stack([np.where(sides == side, thresholds, np.inf).min(axis=1) for side in (-1, 1)], axis=1)
-    return SharedLight(sides=sides, thresholds=thresholds, least=least)
+    present = np.stack([(sides == side).any(axis=0) for side in (-1, 1)])
+    return SharedLight(sides=sides, present=present, thresholds=thresholds, least=least)
 
 
 @dataclass(slots=True)
@@ -94,7 +99,10 @@ class PolygonShadows:
             self._scattered(view, positions, candidates, distances)
 
     def _distances(self, view: LightView, positions: Floats, candidates: Integers) -> Floats:
-        """Signed distances (K, n) whose signs hold; 0 for a shape's own points: a plane never shades itself."""
+        """Signed distances (K, n) whose signs hold.
+
+        They are 0 for a shape's own points: a plane never shades itself.
+        """
         occluders = self.occluders
         normals, anchors = occluders.normals[:, candidates], occluders.anchors[:, candidates]
         distances = _signed(normals, anchors, positions, 1.0)
@@ -114,11 +122,11 @@ class PolygonShadows:
     def _shared(
         self, view: LightView, positions: Floats, candidates: Integers, distances: Floats, light: SharedLight
     ) -> None:
-        crossing = [
-            (distances > 0) & (light.sides[:, candidates] < 0).any(axis=0)[:, None],
-            (distances < 0) & (light.sides[:, candidates] > 0).any(axis=0)[:, None],
+        crossing: list[Masks] = [
+            (distances > 0) & light.present[0, candidates, None],
+            (distances < 0) & light.present[1, candidates, None],
         ]
-        rows = np.flatnonzero((crossing[0] | crossing[1]).any(axis=1))
+        rows = np.flatnonzero(np.logical_or(*crossing).any(axis=1))
         if not rows.size:
             return
         numbers = self._edge_numbers(positions, candidates[rows], distances[rows])
@@ -156,14 +164,14 @@ class PolygonShadows:
 
     def _scattered(self, view: LightView, positions: Floats, candidates: Integers, distances: Floats) -> None:
         for row, shape in enumerate(candidates.tolist()):
-            index = self._possible(positions, distances[row], shape)
+            index = self._possible(distances[row], shape)
             if index.size:
                 view.block(
                     self._crossings(view, positions[:, index], distances[row][index], shape, index), index
                 )
 
-    def _possible(self, positions: Floats, distance: Floats, shape: int) -> Integers:
-        """Points that some place of the light is hidden from: beyond the plane, and inside of every edge there."""
+    def _possible(self, distance: Floats, shape: int) -> Integers:
+        """Points with some place of the light on the other side of the plane."""
         ends = self.emitter.ends()
         one = slice(shape, shape + 1)
         q = _signed(
