@@ -74,9 +74,9 @@ def paint(tile: Tile) -> Array:
         (tile.eye, OCHRE),
         (tile.grout, GROUT),
     ]
-    color = np.broadcast_to(np.array(GLAZE), (SIZE, SIZE, 3))
+    color: Array = np.full((SIZE, SIZE, 3), GLAZE, dtype=np.float64)
     for mask, layer in layers:
-        color = color + mask[..., None] * (np.array(layer) - color)
+        color = color + mask[..., None] * (np.asarray(layer, dtype=np.float64) - color)
     return color
 
 
@@ -87,8 +87,9 @@ def relief(tile: Tile) -> Array:
     ring = np.sqrt(np.clip(1 - ((tile.radius - 0.36) / 0.022) ** 2, 0, 1))
     fan = np.sqrt(np.clip(1 - ((tile.corner_distance - 0.155) / 0.058) ** 2, 0, 1))
     knob = np.sqrt(np.clip(1 - (tile.corner_distance / 0.078) ** 2, 0, 1))
-    height = 0.75 * petal + 0.7 * eye + 0.3 * ring + 0.35 * fan * (1 - ring) + 0.45 * knob
-    return RELIEF * (height + 0.7 * tile.bevel)
+    height: Array = 0.75 * petal + 0.7 * eye + 0.3 * ring + 0.35 * fan * (1 - ring) + 0.45 * knob
+    raised: Array = RELIEF * (height + 0.7 * tile.bevel)
+    return raised
 
 
 def normals(height: Array) -> Array:

@@ -69,10 +69,12 @@ def _unused(scene: Scene) -> Iterator[Finding]:
     parts = {"materials": scene.materials, "shapes": scene.shapes}
     materials = {name for _, name in used_materials(parts)}
     textures = {name for _, name in used_textures(parts)}
-    for name in scene.materials.keys() - materials:
-        yield Finding(("materials", name), "unused", "No shape has this material. Use it or remove it.")
-    for name in scene.textures.keys() - textures:
-        yield Finding(("textures", name), "unused", "No material has this texture. Use it or remove it.")
+    for name in scene.materials:
+        if name not in materials:
+            yield Finding(("materials", name), "unused", "No shape has this material. Use it or remove it.")
+    for name in scene.textures:
+        if name not in textures:
+            yield Finding(("textures", name), "unused", "No material has this texture. Use it or remove it.")
 
 
 def _poor_shapes(scene: Scene) -> Iterator[Finding]:

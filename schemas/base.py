@@ -22,3 +22,11 @@ def member(value: object, name: str) -> object:
     if isinstance(value, Mapping):
         return value.get(name)
     return getattr(value, name, None)
+
+
+_FIRST_AND_LAST = {"type": -1, "material": 1, "name": 2}
+
+
+def fields_of(model: type[BaseModel]) -> list[str]:
+    """List the fields of a model in the order in which people read them."""
+    return sorted(model.model_fields, key=lambda name: _FIRST_AND_LAST.get(name, 0))

@@ -38,7 +38,7 @@ class Camera(Closed):
         description="Distance of the virtual screen, scene units. It does not change the image of a pinhole.",
     )
     width: Count = Field(default=512, description="Columns, pixels, 1 to 65536.")
-    height: Count = Field(default=512, description="Rows, pixels, 1 to 65536.")
+    height: Count = Field(default=512, validate_default=True, description="Rows, pixels, 1 to 65536.")
 
     @field_validator("look_at")
     @classmethod

@@ -122,7 +122,7 @@ def _check_nesting(text: str, limits: Limits) -> None:
 
 
 def _parsed(text: str, limits: Limits) -> Document:
-    pairs = _Pairs()
+    pairs = _Pairs(limits.max_members)
     try:
         content = json.loads(text, object_pairs_hook=pairs.to_dict, parse_int=_integer)
     except json.JSONDecodeError as error:
@@ -148,10 +148,15 @@ def _not_json(text: str, error: json.JSONDecodeError) -> SceneError:
 class _Pairs:
     """Builds objects, and remembers those that have a key twice."""
 
+    most: int
     # The objects are kept, so that no other object can get the identity of one that was thrown away.
     repeated: dict[int, tuple[dict[str, object], list[str]]] = field(default_factory=dict)
 
     def to_dict(self, pairs: list[tuple[str, object]]) -> dict[str, object]:
+        if len(pairs) > self.most:
+            raise _refused(
+                "too_large", f"An object has {len(pairs)} fields; at most {self.most} are allowed."
+            )
         built = dict(pairs)
         if len(built) < len(pairs):
             times = Counter(key for key, _ in pairs)

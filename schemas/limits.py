@@ -16,8 +16,10 @@ class Limits:
     """Length of a document, bytes."""
     max_depth: int = 64
     """Objects and arrays inside each other."""
-    max_values: int = 1_000_000
+    max_values: int = 600_000
     """Values in the document, of any kind."""
+    max_members: int = 10_000
+    """Members of one object."""
     max_shapes: int = 20_000
     """Shapes of a scene."""
     max_lights: int = 1_000

@@ -35,7 +35,7 @@ def _not_zero(vector: Vector) -> Vector:
 def _long_enough(vector: Vector) -> Vector:
     if length(vector) < SMALLEST:
         raise PydanticCustomError(
-            "too_short",
+            "no_length",
             "This vector is zero or shorter than 1e-100. Make it longer, or scale the whole scene up.",
         )
     return vector

@@ -45,6 +45,7 @@ class Antialiasing(Closed):
     )
     samples: Count = Field(
         default_factory=_default_samples,
+        validate_default=True,
         description="Samples a pixel, 1 to 65536. By default 4, or 1 for `center`, which allows nothing "
         "else. "
         "For `uniform` and `rotated` a square number.",
@@ -75,6 +76,7 @@ class LightSampling(Closed):
     )
     samples: Count = Field(
         default=16,
+        validate_default=True,
         description="Points a light, 1 to 65536. For `uniform` a square number. Point lights need one.",
     )
 

@@ -30,7 +30,7 @@ class ImageTexture(Closed):
         default="bilinear", description="`nearest` texel, or `bilinear` between four texels."
     )
     wrap: Literal["clamp", "repeat", "mirror"] = Field(
-        default="repeat",
+        default="clamp",
         description="What lies outside 0 to 1: the border texel, the image again, or its mirror.",
     )
 

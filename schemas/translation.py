@@ -12,6 +12,7 @@ from typing import get_args
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from schemas.base import fields_of
 from schemas.errors import SHOWN
 from schemas.findings import Finding
 from schemas.pointers import Parts, existing, value_at
@@ -91,7 +92,7 @@ def _untagged(location: Iterable[str | int]) -> Parts:
 
 
 def _unknown_field(location: Parts, model: type[BaseModel] | None, content: object) -> Finding:
-    fields = list(model.model_fields) if model else []
+    fields = fields_of(model) if model else []
     code, sentence = say("extra_forbidden", "", {"fields": ", ".join(f"'{name}'" for name in fields)})
     present = value_at(content, location[:-1])
     absent = [name for name in fields if not (isinstance(present, Mapping) and name in present)]

@@ -1,0 +1,137 @@
+"""Warnings are given for what is pointless, and only then."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from schemas.cameras import Camera
+from schemas.geometry import in_view, no_area
+from schemas.reading import read_scene
+from schemas.scene import Scene
+from schemas.shapes import Triangle
+
+
+def warnings(scene: dict[str, Any]) -> list[tuple[str, str]]:
+    return [(warning.pointer, warning.code) for warning in read_scene(scene)[1]]
+
+
+def test_no_light_is_told_apart_from_no_light_at_all(scene: dict[str, Any]) -> None:
+    scene["lights"] = []
+    assert warnings(scene) == [("/lights", "no_light")]
+    del scene["ambient"]
+    assert warnings(scene) == [("/lights", "black_picture")]
+
+
+def test_black_lights_are_no_lights(scene: dict[str, Any]) -> None:
+    scene["lights"] = [{"type": "point", "position": [0, 9, 0], "color": [0, 0, 0]}]
+    assert warnings(scene) == [("/lights", "no_light")]
+
+
+def test_a_scene_without_lights_is_told_at_the_document(scene: dict[str, Any]) -> None:
+    del scene["lights"]
+    assert warnings(scene) == [("", "no_light")]
+
+
+def test_what_no_shape_uses_is_told_by_name(scene: dict[str, Any]) -> None:
+    scene["materials"]["spare/part"] = {"type": "phong", "color": [1, 1, 1]}
+    scene["textures"]["spare"] = {"type": "checker"}
+    assert warnings(scene) == [("/materials/spare~1part", "unused"), ("/textures/spare", "unused")]
+
+
+@pytest.mark.parametrize("up", [[0, -1, -8], [0, 3, 24], [0, 1e-9, 8e-9]])
+def test_up_along_the_view_is_told(scene: dict[str, Any], up: list[float]) -> None:
+    scene["camera"]["up"] = up
+    assert warnings(scene) == [("/camera/up", "up_parallel_to_view")]
+
+
+def test_a_default_up_along_the_view_is_told_at_the_camera(scene: dict[str, Any]) -> None:
+    scene["camera"] = {"position": [0, 9, 0], "look_at": [0, 0, 0]}
+    assert warnings(scene) == [("/camera", "up_parallel_to_view")]
+
+
+def test_nothing_in_view_is_told_at_the_camera(scene: dict[str, Any]) -> None:
+    scene["camera"]["look_at"] = [0, 2, 20]
+    assert warnings(scene) == [("/camera", "nothing_in_view")]
+
+
+def test_a_triangle_without_area_is_told(scene: dict[str, Any]) -> None:
+    scene["shapes"][0]["vertices"] = [[0, 0, 0], [1, 1, 1], [3, 3, 3]]
+    assert warnings(scene) == [("/shapes/0/vertices", "no_area")]
+
+
+def test_a_very_flat_ellipsoid_is_told(scene: dict[str, Any]) -> None:
+    scene["shapes"][3]["axes"] = [[1, 0, 0], [0, 1, 0], [0, 0, 0.99e-8]]
+    assert warnings(scene) == [("/shapes/3/axes", "very_flat")]
+    scene["shapes"][3]["axes"][2][2] = 1e-8
+    assert warnings(scene) == []
+
+
+@pytest.mark.parametrize("height", [0.5, 1.0, 2.9])
+def test_a_light_inside_an_ellipsoid_is_told(scene: dict[str, Any], height: float) -> None:
+    scene["lights"] = [{"type": "point", "position": [0, height, 0], "color": [1, 1, 1]}]
+    scene["shapes"][4]["radius"] = 0.1
+    scene["shapes"][4]["center"] = [2, 0, 0]
+    assert warnings(scene) == [("/lights/0", "light_inside")]
+
+
+def test_a_light_that_only_touches_an_ellipsoid_is_no_reason_to_warn(scene: dict[str, Any]) -> None:
+    scene["lights"] = [
+        {"type": "rectangle", "corner": [0, 1.5, 0], "edges": [[9, 0, 0], [0, 0, 1]], "color": [1, 1, 1]}
+    ]
+    assert warnings(scene) == []
+
+
+def test_many_equal_warnings_are_cut_at_50(scene: dict[str, Any]) -> None:
+    scene["shapes"] += [{"type": "triangle", "vertices": [[0, 0, 0]] * 3, "material": "plain"}] * 70
+    assert len(warnings(scene)) == 50
+
+
+@given(
+    a=st.tuples(*[st.integers(-(1 << 20), 1 << 20)] * 3),
+    direction=st.tuples(*[st.integers(-1000, 1000)] * 3),
+    steps=st.tuples(st.integers(-1000, 1000), st.integers(-1000, 1000)),
+    power=st.integers(-60, 20),
+)
+def test_points_on_one_line_are_a_triangle_without_area_at_any_scale(
+    a: tuple[int, ...], direction: tuple[int, ...], steps: tuple[int, int], power: int
+) -> None:
+    vertices = [
+        [math.ldexp(p + step * d, power) for p, d in zip(a, direction, strict=True)] for step in (0, *steps)
+    ]
+    assert no_area(Triangle.model_validate({"type": "triangle", "vertices": vertices, "material": "m"}))
+
+
+@pytest.mark.parametrize("height", [1e-13, 1e-40, 5e-324])
+def test_a_sliver_has_an_area(height: float) -> None:
+    vertices = [[0, 0, 0], [1, 0, 0], [0.5, height, 0]]
+    assert not no_area(Triangle.model_validate({"type": "triangle", "vertices": vertices, "material": "m"}))
+
+
+@given(
+    column=st.floats(0, 64),
+    row=st.floats(0, 48),
+    distance=st.floats(1e-3, 1e6),
+    angle=st.floats(1, 179),
+)
+def test_a_ball_in_the_middle_of_any_camera_ray_is_in_view(
+    column: float, row: float, distance: float, angle: float
+) -> None:
+    h = math.tan(math.radians(angle) / 2)
+    x, y = h * 64 / 48 * (2 * column / 64 - 1), h * (1 - 2 * row / 48)
+    camera = Camera(
+        position=(0, 0, 0), look_at=(0, 0, -1), vertical_fov=angle, width=64, height=48, up=(0, 1, 0)
+    )
+    ball = {
+        "type": "ellipsoid",
+        "center": [x * distance, y * distance, -distance],
+        "radius": 1e-6,
+        "material": "m",
+    }
+    materials = {"m": {"type": "phong", "color": [1, 1, 1]}}
+    scene = {"version": 1, "camera": camera, "shapes": [ball], "materials": materials}
+    assert in_view(Scene.model_validate(scene))

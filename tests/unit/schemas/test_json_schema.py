@@ -1,0 +1,93 @@
+"""The published JSON Schema says what the reader does, and the documentation says what the schema does."""
+
+from __future__ import annotations
+
+import json
+import runpy
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+
+import scenes
+from schemas.errors import SceneError
+from schemas.json_schema import scene_json_schema
+from schemas.reading import read_scene
+
+ROOT = Path(scenes.__file__).parent.parent
+SCENES = sorted(Path(scenes.__file__).parent.glob("*/*.json"))
+
+
+@pytest.fixture(scope="module")
+def validator() -> jsonschema.Draft202012Validator:
+    jsonschema.Draft202012Validator.check_schema(scene_json_schema())
+    return jsonschema.Draft202012Validator(scene_json_schema())
+
+
+@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
+def test_every_packaged_scene_follows_the_schema_and_is_read_without_warnings(
+    path: Path, validator: jsonschema.Draft202012Validator
+) -> None:
+    validator.validate(json.loads(path.read_text()))
+    assert read_scene(path.read_bytes())[1] == ()
+
+
+def test_the_example_of_the_schema_follows_it_and_is_a_scene(
+    validator: jsonschema.Draft202012Validator,
+) -> None:
+    for example in scene_json_schema()["examples"]:
+        validator.validate(example)
+        assert read_scene(json.dumps(example))[1] == ()
+
+
+def test_the_scene_with_everything_follows_the_schema(
+    scene: dict[str, Any], validator: jsonschema.Draft202012Validator
+) -> None:
+    validator.validate(scene)
+
+
+def places(content: Any) -> Iterator[tuple[Any, Any]]:
+    if isinstance(content, dict | list):
+        for part, inner in list(content.items() if isinstance(content, dict) else enumerate(content)):
+            yield content, part
+            yield from places(inner)
+
+
+@pytest.mark.parametrize("wrong", [None, True, "text", -1e31, [], {"a": 1}], ids=repr)
+def test_what_the_schema_refuses_the_reader_refuses_too(
+    scene: dict[str, Any], wrong: object, validator: jsonschema.Draft202012Validator
+) -> None:
+    refused = 0
+    for holder, part in places(scene):
+        before, holder[part] = holder[part], wrong
+        if not validator.is_valid(scene):
+            refused += 1
+            with pytest.raises(SceneError):
+                read_scene(json.dumps(scene))
+        holder[part] = before
+    assert refused > 100
+
+
+def test_every_object_of_the_schema_is_closed_and_every_field_is_described() -> None:
+    described = scene_json_schema()
+    for definition in [described, *described["$defs"].values()]:
+        assert definition["additionalProperties"] is False
+        assert definition["title"]
+        assert definition["description"]
+        for name, field in definition["properties"].items():
+            assert "description" in field or name == "type", (definition["title"], name)
+
+
+def test_no_inner_name_shows_in_the_schema() -> None:
+    text = json.dumps(scene_json_schema())
+    assert "\\u0000" not in text
+    assert "discriminator" not in text
+
+
+def test_the_scene_reference_is_up_to_date() -> None:
+    page = runpy.run_path(str(ROOT / "docs" / "generate_scene_reference.py"))["page"]
+    assert (ROOT / "docs" / "scenes.md").read_text(encoding="utf-8") == page(), (
+        "run python docs/generate_scene_reference.py"
+    )
