@@ -32,7 +32,8 @@ from renderer.shapes.triangles import Triangles
 from renderer.stages import Lighting, LightStage, Listing, PointStage
 from renderer.textures import Texture
 from renderer.visibility.ellipsoids import EllipsoidShadows
-from renderer.visibility.polygons import PolygonShadows
+from renderer.visibility.polygon_grids import GridPolygonShadows
+from renderer.visibility.polygon_scatter import ScatterPolygonShadows
 from schemas.plans import LeftOut
 from schemas.problems import Problem
 from schemas.quality import Quality
@@ -309,7 +310,8 @@ class _Compiler:
         for family in families:
             match family:
                 case Rectangles() | Triangles():
-                    stages.append(PolygonShadows(family.occluders(), emitter, self.dtype, self.culling))
+                    kind = GridPolygonShadows if emitter.shared else ScatterPolygonShadows
+                    stages.append(kind(family.occluders(), emitter, self.dtype, self.culling))
                 case Ellipsoids():
                     stages.append(EllipsoidShadows(family, emitter, self.dtype, self.culling))
             price = cost.seconds(self.rays * emitter.count, COSTS.shadow * min(2.0, family.numbers.size / 4))

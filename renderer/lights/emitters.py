@@ -72,6 +72,11 @@ class Emitter:
         """Whether all points of the scene see the same light points."""
         return self.pattern in FIXED
 
+    @property
+    def scale(self) -> float:
+        """Sum of the magnitudes that form a light point: its size, or 1 for a direction."""
+        return self.size if self.weight else 1.0
+
     def grid(self) -> tuple[Floats, Floats]:
         """U of the columns and v of the rows of the shared grid, in (-1/2, 1/2)."""
         columns, rows = strata(self.count)

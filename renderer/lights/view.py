@@ -64,10 +64,23 @@ class LightView:
         if self.blocked is None:
             self.blocked = self.workspace.masks("blocked", self.light_points.count, self.count)
             self.blocked[...] = False
-        if index is None:
-            np.logical_or(self.blocked, mask, out=self.blocked)
-        else:
-            self.blocked[:, index] |= mask
+        if index is not None:
+            mask = self._spread(mask, index)
+        np.logical_or(self.blocked, mask, out=self.blocked)
+
+    def _spread(self, mask: Masks, index: Integers) -> Masks:
+        """A mask of some points as one of all: gathering from it and a column of False beats scattering."""
+        padded = self.workspace.masks("padded", mask.shape[0], index.size + 1)
+        padded[:, :-1], padded[:, -1] = mask, False
+        sources = np.full(self.count, index.size)
+        sources[index] = np.arange(index.size)
+        return np.take(
+            padded,
+            sources,
+            axis=1,
+            out=self.workspace.masks("spread", mask.shape[0], self.count),
+            mode="clip",
+        )
 
     def drop_dark(self) -> None:
         """Leave out the points that see no light point."""

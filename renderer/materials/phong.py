@@ -2,8 +2,8 @@
 
 Radiance towards the viewer: ambient_light * ambient * color + sum over lights of the mean over light
 points of V * light * (diffuse * color * max(0, n . l) + specular * max(0, r . v)^shininess) with
-r = 2 (n . l) n - l, where a light point with n . l <= 0 gives nothing. r . v = l . w with w = 2 (n . v) n - v:
-one vector a point, not a pair.
+r = 2 (n . l) n - l, where a light point with n . l <= 0 gives nothing. r . v = l . w with
+w = 2 (n . v) n - v: one vector a point, not a pair.
 """
 
 from collections.abc import Sequence

@@ -14,11 +14,14 @@ _U = np.uint32
 
 def reversed_bits(x: Bits) -> Bits:
     """The 32 bits in opposite order."""
-    x = ((x >> _U(1)) & _U(0x55555555)) | ((x & _U(0x55555555)) << _U(1))
-    x = ((x >> _U(2)) & _U(0x33333333)) | ((x & _U(0x33333333)) << _U(2))
-    x = ((x >> _U(4)) & _U(0x0F0F0F0F)) | ((x & _U(0x0F0F0F0F)) << _U(4))
-    x = ((x >> _U(8)) & _U(0x00FF00FF)) | ((x & _U(0x00FF00FF)) << _U(8))
-    return (x >> _U(16)) | (x << _U(16))
+    x = x.byteswap()
+    for shift, mask in ((1, 0x55555555), (2, 0x33333333), (4, 0x0F0F0F0F)):
+        upper = x >> _U(shift)
+        upper &= _U(mask)
+        x &= _U(mask)
+        x <<= _U(shift)
+        x |= upper
+    return x
 
 
 def second_dimension(index: Bits) -> Bits:

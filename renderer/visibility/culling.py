@@ -28,9 +28,13 @@ class Box:
         return cls(corners.min(axis=0), corners.max(axis=0))
 
 
-def shaft(box: Box, positions: Floats, emitter: Emitter) -> Masks:
-    """Boxes that meet the bounds of all segments from the points (3, n) to the light, (K,)."""
-    low, high = positions.min(axis=1, keepdims=True), positions.max(axis=1, keepdims=True)
+def bounds(positions: Floats) -> tuple[Floats, Floats]:
+    """Least and greatest coordinates of points (3, n), (3, 1) each."""
+    return positions.min(axis=1, keepdims=True), positions.max(axis=1, keepdims=True)
+
+
+def shaft(box: Box, low: Floats, high: Floats, emitter: Emitter) -> Masks:
+    """Boxes that meet the bounds of all segments to the light from points between low and high, (K,)."""
     if emitter.weight == 0:
         low = np.where(emitter.centre < 0, -np.inf, low)
         high = np.where(emitter.centre > 0, np.inf, high)

@@ -18,7 +18,7 @@ from renderer.lights.view import LightView
 from renderer.numerics import gamma
 from renderer.shapes.ellipsoids import Ellipsoids
 from renderer.shapes.frames import frame_of_normals
-from renderer.visibility.culling import MARGIN, Box, shaft
+from renderer.visibility.culling import MARGIN, Box, bounds, shaft
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +68,7 @@ class EllipsoidShadows:
         positions = view.of_points(view.points.positions)
         candidates = np.arange(self.family.numbers.size)
         if self.culling:
-            candidates = np.flatnonzero(shaft(self.box, positions, self.emitter))
+            candidates = np.flatnonzero(shaft(self.box, *bounds(positions), self.emitter))
         if not candidates.size:
             return
         owners = view.of_points(view.points.shapes)

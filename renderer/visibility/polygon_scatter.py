@@ -1,0 +1,111 @@
+"""Shadows of planar shapes where every point has light points of its own.
+
+On the light, |s_q| a_p + |s_p| a_q is affine in u and v with coefficients of the point: formed in float64 and
+rounded once, an edge costs one affine function and one comparison a pair.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.arrays import Floats, Integers, Masks, dot
+from renderer.lights.samples import LightPoints, Terms
+from renderer.lights.view import LightView
+from renderer.numerics import SURFACE
+from renderer.visibility.polygons import PolygonShadows, signed
+
+MARGIN = 2.0**-19
+"""What rounding to float32 can add to an affine function on a light, relative to its terms, with room."""
+
+
+@dataclass(slots=True)
+class ScatterPolygonShadows(PolygonShadows):
+    """Shadow stage: polygons between points and light points of their own."""
+
+    def mark(self, view: LightView, positions: Floats, candidates: Integers, distances: Floats) -> None:
+        """Form each edge's function on the light for the points that it may matter to."""
+        for row, shape in enumerate(candidates.tolist()):
+            index = self._beyond(distances[row], shape)
+            if index.size:
+                self._mark_one(view, positions[:, index], distances[row][index], shape, index)
+
+    def _beyond(self, distance: Floats, shape: int) -> Integers:
+        """Points with some place of the light on the other side of the plane."""
+        ends = self.ends[shape]
+        slack = SURFACE * (self.occluders.sizes[shape] + self.emitter.scale)
+        return np.flatnonzero((distance > 0) & (ends.min() < slack) | (distance < 0) & (ends.max() > -slack))
+
+    def _mark_one(
+        self, view: LightView, positions: Floats, distance: Floats, shape: int, index: Integers
+    ) -> None:
+        edges = self._edges(positions, distance, shape)
+        if self.culling:
+            possible = np.logical_and.reduce([_highest(terms) >= 0 for terms in edges])
+            edges = [_at(terms, possible) for terms in edges if np.any(_lowest(terms)[possible] < 0)]
+            distance, index = distance[possible], index[possible]
+        if index.size:
+            view.block(self._hidden(view, edges, distance, shape, index), index)
+
+    def _edges(self, positions: Floats, distance: Floats, shape: int) -> list[Terms]:
+        """|s_q| a_p + |s_p| a_q for every edge as a function on the light; inside is positive."""
+        one = slice(shape, shape + 1)
+        plane = self._on_light(self.occluders.normals[:, one], self.occluders.anchors[:, one])
+        far = -np.sign(distance)
+        edges = []
+        for normals, anchors in zip(self.occluders.edge_normals, self.occluders.edge_anchors, strict=True):
+            of_point = signed(normals[:, one], anchors[:, one], positions, 1.0)[0]
+            of_light = self._on_light(normals[:, one], anchors[:, one])
+            scale = np.abs(of_point) + np.abs(distance)
+            near, away = of_point * far / scale, np.abs(distance) / scale
+            constant, by_u, by_v = (near * s + away * a for s, a in zip(plane, of_light, strict=True))
+            slack = 4 * float(np.finfo(self.dtype).eps) * (np.abs(constant) + np.abs(by_u) + np.abs(by_v))
+            edges.append((constant + slack, by_u, by_v))
+        return edges
+
+    def _on_light(self, normals: Floats, anchors: Floats) -> Terms:
+        emitter = self.emitter
+        constant = signed(normals, anchors, emitter.centre, emitter.weight)[0]
+        return constant, dot(normals, emitter.first), dot(normals, emitter.second)
+
+    def _hidden(
+        self, view: LightView, edges: list[Terms], distance: Floats, shape: int, index: Integers
+    ) -> Masks:
+        """Pairs (L, m) beyond the plane and inside of every edge."""
+        lights, workspace = view.light_points.chosen(index), view.workspace
+        values = workspace.pairs("edge", lights.count, index.size, self.dtype)
+        edge = workspace.masks("edge", lights.count, index.size)
+        hidden = self._other_side(view, lights, distance, shape)
+        for terms in edges:
+            lights.affine(terms, values, workspace)
+            np.logical_and(hidden, np.greater_equal(values, 0, out=edge), out=hidden)
+        return hidden
+
+    def _other_side(self, view: LightView, lights: LightPoints, distance: Floats, shape: int) -> Masks:
+        hidden = view.workspace.masks("inside", lights.count, distance.size)
+        hidden[...] = True
+        slack = SURFACE * (self.occluders.sizes[shape] + self.emitter.scale)
+        if np.abs(self.ends[shape]).min() <= slack or np.ptp(np.sign(self.ends[shape])) > 0:
+            one = slice(shape, shape + 1)
+            plane = self._on_light(self.occluders.normals[:, one], self.occluders.anchors[:, one])
+            terms = tuple(np.broadcast_to(term, distance.shape) * -np.sign(distance) for term in plane)
+            values = view.workspace.pairs("edge", lights.count, distance.size, self.dtype)
+            lights.affine((terms[0] - slack, terms[1], terms[2]), values, view.workspace)
+            np.greater(values, 0, out=hidden)
+        return hidden
+
+
+def _highest(terms: Terms) -> Floats:
+    """Bound on the largest value on the light after rounding, (n,)."""
+    constant, by_u, by_v = terms
+    reach = np.abs(by_u) + np.abs(by_v)
+    return constant + reach / 2 + MARGIN * (np.abs(constant) + reach)
+
+
+def _lowest(terms: Terms) -> Floats:
+    """Bound on the smallest value on the light after rounding, (n,)."""
+    constant, by_u, by_v = terms
+    return -_highest((-constant, by_u, by_v))
+
+
+def _at(terms: Terms, chosen: Masks) -> Terms:
+    return terms[0][chosen], terms[1][chosen], terms[2][chosen]
