@@ -1,0 +1,145 @@
+"""Scenes small enough to render at once, and a look at the processes of a server."""
+
+from __future__ import annotations
+
+import io
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import httpx2
+import numpy as np
+
+PATIENCE = 60.0
+
+
+def scene(
+    width: int = 80,
+    height: int = 48,
+    *,
+    samples: int = 4,
+    light_samples: int = 4,
+    pattern: str = "uniform",
+    light_pattern: str = "uniform",
+) -> dict[str, Any]:
+    """A ball over a floor under a square light: highlights, a penumbra, edges."""
+    return {
+        "version": 1,
+        "name": "ball",
+        "camera": {
+            "position": [0, 2, 6],
+            "look_at": [0, 0.5, 0],
+            "vertical_fov": 40,
+            "width": width,
+            "height": height,
+        },
+        "background": [0.1, 0.2, 0.3],
+        "ambient": [1, 1, 1],
+        "materials": {
+            "floor": {"type": "phong", "color": [0.7, 0.7, 0.7], "ambient": 0.1, "diffuse": 1.0},
+            "ball": {
+                "type": "phong",
+                "color": [0.7, 0.2, 0.1],
+                "ambient": 0.1,
+                "diffuse": 0.8,
+                "specular": 0.3,
+                "shininess": 20,
+            },
+        },
+        "shapes": [
+            {
+                "type": "rectangle",
+                "center": [0, 0, 0],
+                "normal": [0, 1, 0],
+                "tangent": [1, 0, 0],
+                "size": [8, 8],
+                "material": "floor",
+            },
+            {"type": "ellipsoid", "center": [0, 1, 0], "radius": 1, "material": "ball"},
+        ],
+        "lights": [
+            {
+                "type": "rectangle",
+                "center": [2, 4, 2],
+                "normal": [-0.5, -1, -0.5],
+                "tangent": [1, 0, -1],
+                "size": [1, 1],
+                "color": [0.9, 0.9, 0.9],
+            }
+        ],
+        "sampling": {
+            "antialiasing": {"pattern": pattern, "samples": samples},
+            "light": {"pattern": light_pattern, "samples": light_samples},
+            "seed": 7,
+        },
+    }
+
+
+def long_scene() -> dict[str, Any]:
+    """Some ten seconds of work in dozens of steps: there is time to disturb it."""
+    return scene(256, 256, samples=64, light_samples=64)
+
+
+def submit(client: httpx2.Client, document: dict[str, Any], **request: Any) -> str:
+    answer = client.post("/v1/jobs", json={"scene": document, **request})
+    assert answer.status_code == 202, answer.text
+    return answer.json()["id"]
+
+
+def job_of(client: httpx2.Client, job: str) -> dict[str, Any]:
+    return client.get(f"/v1/jobs/{job}").json()
+
+
+def wait(client: httpx2.Client, job: str, done: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+    """Follow a job by long-polling until it is as wanted."""
+    after, deadline = 0, time.monotonic() + PATIENCE
+    while time.monotonic() < deadline:
+        found = job_of(client, job)
+        if done(found):
+            return found
+        assert not (ended(found)), found
+        after = client.get(f"/v1/jobs/{job}/tiles", params={"after": after, "wait": 5}).json()["next"]
+    raise AssertionError("the job did not get there in time")
+
+
+def ended(job: dict[str, Any]) -> bool:
+    return job["state"] in {"succeeded", "failed", "cancelled"}
+
+
+def finish(client: httpx2.Client, job: str) -> dict[str, Any]:
+    """Wait until a job has succeeded."""
+    found = wait(client, job, ended)
+    assert found["state"] == "succeeded", found
+    return found
+
+
+def image(client: httpx2.Client, job: str) -> np.ndarray:
+    answer = client.get(f"/v1/jobs/{job}/image.npy")
+    assert answer.status_code == 200, answer.text
+    return np.load(io.BytesIO(answer.content))
+
+
+def workers_of(server: int) -> list[int]:
+    """Process ids of a server's workers."""
+    children = [
+        int(child)
+        for task in Path(f"/proc/{server}/task").iterdir()
+        for child in (task / "children").read_text().split()
+    ]
+    return [child for child in children if b"spawn_main" in _command(child)]
+
+
+def _command(process: int) -> bytes:
+    try:
+        return Path(f"/proc/{process}/cmdline").read_bytes()
+    except OSError:
+        return b""
+
+
+def until(condition: Callable[[], bool], seconds: float = 30.0) -> None:
+    """Wait for something that no request can wait for."""
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, "it did not happen in time"
+        time.sleep(0.02)

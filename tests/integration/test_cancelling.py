@@ -1,0 +1,67 @@
+"""Stopping jobs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import httpx2
+import pytest
+
+from service.server import RunningServer
+from tests.integration.conftest import Start
+from tests.integration.support import PATIENCE, finish, job_of, long_scene, scene, submit, until, wait, workers_of
+
+
+def files_of(server: RunningServer, job: str) -> dict[Path, int]:
+    folder = server.data / "jobs" / job
+    return {path: path.stat().st_mtime_ns for path in folder.rglob("*") if path.is_file()}
+
+
+def test_a_running_job_is_cancelled_and_nothing_is_written_afterwards(
+    client: httpx2.Client, server: RunningServer
+) -> None:
+    job = submit(client, long_scene())
+    wait(client, job, lambda found: found["progress"]["done"] > 2)
+    cancelled = client.post(f"/v1/jobs/{job}/cancel").json()
+    assert cancelled["state"] == "cancelled"
+    files, steps = files_of(server, job), cancelled["progress"]["done"]
+    finish(client, submit(client, scene()))  # the workers are free for others
+    assert files_of(server, job).items() <= files.items()
+    assert job_of(client, job)["progress"]["done"] == steps
+
+
+def test_a_queued_job_is_cancelled_before_it_begins(start: Start) -> None:
+    server = start(workers=1)
+    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+        until(lambda: len(workers_of(server.process.pid)) == 1)
+        jobs = [submit(client, long_scene()) for _ in range(8)]
+        last = jobs[-1]
+        found = job_of(client, last)
+        assert found["state"] == "queued"
+        assert found["queue_position"] > 0
+        cancelled = client.post(f"/v1/jobs/{last}/cancel").json()
+        assert (cancelled["state"], cancelled["started_at"]) == ("cancelled", None)
+
+
+@pytest.mark.parametrize("path", ["/image.png", "/image.npy"])
+def test_a_cancelled_job_has_no_picture(client: httpx2.Client, path: str) -> None:
+    job = submit(client, long_scene())
+    client.post(f"/v1/jobs/{job}/cancel")
+    answer = client.get(f"/v1/jobs/{job}{path}")
+    assert answer.status_code == 410
+    assert answer.json()["code"] == "picture_gone"
+
+
+def test_cancelling_again_or_too_late_changes_nothing(client: httpx2.Client) -> None:
+    job = submit(client, scene())
+    done = finish(client, job)
+    answer = client.post(f"/v1/jobs/{job}/cancel")
+    assert (answer.status_code, answer.json()) == (200, done)
+
+
+def test_a_running_job_can_be_deleted(client: httpx2.Client, server: RunningServer) -> None:
+    job = submit(client, long_scene())
+    wait(client, job, lambda found: found["last_seq"] > 0)
+    assert client.delete(f"/v1/jobs/{job}").status_code == 204
+    assert client.get(f"/v1/jobs/{job}").status_code == 404
+    assert not (server.data / "jobs" / job).exists()

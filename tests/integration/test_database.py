@@ -1,0 +1,88 @@
+"""The database: built by migrations, safe to share between threads."""
+
+from __future__ import annotations
+
+import threading
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+from alembic.autogenerate import compare_metadata
+from alembic.migration import MigrationContext
+from sqlalchemy import func, select, text
+from sqlalchemy.exc import IntegrityError
+
+from service.database.connection import Database
+from service.database.migrations import upgrade
+from service.database.models import AssetRow, Base, TileRow
+
+
+@pytest.fixture
+def database(tmp_path: Path) -> Database:
+    database = Database(f"sqlite:///{tmp_path / 'test.sqlite'}")
+    upgrade(database)
+    yield database
+    database.close()
+
+
+def asset(number: int) -> AssetRow:
+    return AssetRow(
+        sha256=f"{number:064x}",
+        bytes=1,
+        media_type="image/png",
+        width=1,
+        height=1,
+        created_at=datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC),
+    )
+
+
+def test_migrations_build_exactly_the_tables_of_the_models(database: Database) -> None:
+    with database.engine.connect() as connection:
+        context = MigrationContext.configure(connection, opts={"compare_type": True})
+        assert compare_metadata(context, Base.metadata) == []
+
+
+def test_migrating_again_changes_nothing(database: Database) -> None:
+    with database.writing() as session:
+        session.add(asset(1))
+    upgrade(database)
+    with database.reading() as session:
+        assert session.scalar(select(func.count()).select_from(AssetRow)) == 1
+
+
+def test_moments_come_back_in_utc(database: Database) -> None:
+    with database.writing() as session:
+        session.add(asset(1))
+    with database.reading() as session:
+        assert session.scalars(select(AssetRow.created_at)).one() == datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
+
+
+def test_sqlite_keeps_a_write_ahead_log_and_foreign_keys(database: Database) -> None:
+    with database.reading() as session:
+        assert session.scalar(text("PRAGMA journal_mode")) == "wal"
+    with pytest.raises(IntegrityError, match="FOREIGN KEY"), database.writing() as session:
+        session.add(TileRow(job=1, pass_index=0, tile=0, x0=0, y0=0, x1=1, y1=1))
+
+
+def test_what_an_exception_leaves_is_undone(database: Database) -> None:
+    with pytest.raises(ZeroDivisionError), database.writing() as session:
+        session.add(asset(1))
+        session.flush()
+        raise ZeroDivisionError
+    with database.reading() as session:
+        assert session.get(AssetRow, f"{1:064x}") is None
+
+
+def test_writers_who_read_first_wait_for_each_other(database: Database) -> None:
+    def count_up() -> None:
+        for _ in range(25):
+            with database.writing() as session:
+                session.add(asset(session.scalar(select(func.count()).select_from(AssetRow)) or 0))
+
+    threads = [threading.Thread(target=count_up) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    with database.reading() as session:
+        assert session.scalar(select(func.count()).select_from(AssetRow)) == 100

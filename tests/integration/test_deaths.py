@@ -1,0 +1,142 @@
+"""Workers and servers that are killed in the middle of a job."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import httpx2
+import numpy as np
+import pytest
+
+import renderer
+from service.server import RunningServer
+from tests.integration.conftest import Start
+from tests.integration.support import PATIENCE, finish, image, job_of, long_scene, submit, until, wait, workers_of
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def undisturbed() -> np.ndarray:
+    return renderer.render(renderer.compile_scene(long_scene()), workers=2).image
+
+
+def connect(server: RunningServer) -> httpx2.Client:
+    return httpx2.Client(base_url=server.url, timeout=PATIENCE)
+
+
+def steps(data: Path) -> dict[tuple[int, int], dict[str, Any]]:
+    """Rows of all steps in the only job of a data folder."""
+    with closing(sqlite3.connect(data / "penumbra.sqlite")) as connection:
+        connection.row_factory = sqlite3.Row
+        rows = connection.execute("SELECT * FROM tiles").fetchall()
+    return {(row["pass_index"], row["tile"]): dict(row) for row in rows}
+
+
+def is_alive(process: int) -> bool:
+    try:
+        state = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0]
+    except OSError:
+        return False
+    return state != "Z"
+
+
+def test_a_tile_whose_worker_was_killed_is_rendered_again_and_no_other(
+    start: Start, tmp_path: Path, undisturbed: np.ndarray
+) -> None:
+    server = start(tile_size=64)
+    with connect(server) as client:
+        job = submit(client, long_scene())
+        wait(client, job, lambda found: found["progress"]["done"] >= 3)
+        os.kill(workers_of(server.process.pid)[0], signal.SIGKILL)
+        finish(client, job)
+        assert image(client, job).tobytes() == undisturbed.tobytes()
+    deaths = [row["deaths"] for row in steps(tmp_path).values()]
+    assert sum(deaths) <= 1
+    again = [row for row in steps(tmp_path).values() if row["attempt"] > 1]
+    # The one that ran, and the one that waited behind it in the same process.
+    assert 1 <= len(again) <= 2
+    assert len(workers_of(server.process.pid)) == 2
+
+
+def test_a_job_whose_workers_always_die_fails_alone(start: Start) -> None:
+    server = start(workers=1, max_attempts=2)
+    with connect(server) as client:
+        job = submit(client, long_scene())
+        killed: set[int] = set()
+        while not (found := job_of(client, job))["finished_at"]:
+            for worker in set(workers_of(server.process.pid)) - killed:
+                os.kill(worker, signal.SIGKILL)
+                killed.add(worker)
+        assert found["state"] == "failed"
+        assert found["failure"]["code"] == "worker_died"
+        assert found["failure"]["retryable"]
+        assert client.get(f"/v1/jobs/{job}/image.png").status_code == 410
+        finish(client, submit(client, long_scene() | {"sampling": {}}))
+
+
+def test_a_killed_server_resumes_and_renders_no_finished_tile_again(
+    start: Start, tmp_path: Path, undisturbed: np.ndarray
+) -> None:
+    first = start(tile_size=64)
+    with connect(first) as client:
+        job = submit(client, long_scene())
+        wait(client, job, lambda found: found["progress"]["done"] >= 6)
+    workers = workers_of(first.process.pid)
+    first.process.kill()
+    first.process.wait()
+    until(lambda: not any(map(is_alive, workers)), seconds=1.0)
+    finished = {key: row for key, row in steps(tmp_path).items() if row["state"] == "done"}
+    assert len(finished) >= 6
+
+    second = start(tile_size=64)
+    with connect(second) as client:
+        events = client.get(f"/v1/jobs/{job}/tiles").json()["events"]
+        assert [event["seq"] for event in events[: len(finished)]] == list(range(1, len(finished) + 1))
+        finish(client, job)
+        assert image(client, job).tobytes() == undisturbed.tobytes()
+    after = steps(tmp_path)
+    assert {key: after[key] for key in finished} == finished
+    assert sorted(row["seq"] for row in after.values()) == list(range(1, len(after) + 1))
+
+
+def test_what_a_killed_server_left_half_written_is_swept(start: Start, tmp_path: Path) -> None:
+    first = start()
+    first.process.kill()
+    first.process.wait()
+    litter = [tmp_path / "assets" / ".abc.tmp", tmp_path / "jobs" / "unknown" / "tiles" / "1-1.1"]
+    for path in litter:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(b"half")
+    start()
+    assert not any(path.exists() for path in litter)
+
+
+def test_a_second_server_on_the_same_folder_does_not_start(
+    start: Start, capfd: pytest.CaptureFixture[str]
+) -> None:
+    start()
+    with pytest.raises(Exception, match="ended with code"):
+        start()
+    assert "Another service uses" in capfd.readouterr().err
+
+
+def test_a_stopped_server_sends_its_watchers_away_and_resumes_later(start: Start) -> None:
+    first = start(workers=1)
+    with connect(first) as client:
+        job = submit(client, long_scene())
+        wait(client, job, lambda found: found["last_seq"] > 0)
+        with client.stream("GET", f"/v1/jobs/{job}/events") as answer:
+            lines = answer.iter_lines()
+            next(lines)
+            first.process.terminate()
+            assert not any(line == "event: end" for line in lines)
+    assert first.process.wait(timeout=10) is not None
+    with connect(start(workers=2)) as client:
+        assert job_of(client, job)["state"] in {"running", "queued", "succeeded"}
+        finish(client, job)

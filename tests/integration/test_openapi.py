@@ -1,0 +1,63 @@
+"""Requests made up from the OpenAPI document: whatever is sent, the service answers for it."""
+
+from __future__ import annotations
+
+import httpx2
+import pytest
+import schemathesis
+from hypothesis import HealthCheck, Phase, settings
+from schemathesis.checks import not_a_server_error
+from schemathesis.specs.openapi.checks import content_type_conformance, status_code_conformance
+
+from service.app import create_app
+from service.server import RunningServer
+from service.settings import Settings
+
+EXAMPLES = 15
+
+schema = schemathesis.openapi.from_dict(create_app(Settings()).openapi())
+
+
+@pytest.mark.slow
+@schema.parametrize()
+@settings(
+    max_examples=EXAMPLES,
+    derandomize=True,
+    deadline=None,
+    database=None,
+    phases=[Phase.explicit, Phase.generate],
+    suppress_health_check=list(HealthCheck),
+)
+def test_no_request_breaks_the_service(case: schemathesis.Case, server: RunningServer) -> None:
+    if "wait" in (case.query or {}):
+        case.query["wait"] = 0
+    answer = case.call(base_url=server.url)
+    case.validate_response(
+        answer, checks=[not_a_server_error, content_type_conformance, status_code_conformance]
+    )
+
+
+def test_every_route_of_the_contract_is_documented(client: httpx2.Client) -> None:
+    paths = client.get("/openapi.json").json()["paths"]
+    documented = {f"{method.upper()} {path}" for path, methods in paths.items() for method in methods}
+    assert documented >= {
+        "POST /v1/jobs",
+        "GET /v1/jobs",
+        "GET /v1/jobs/{job_id}",
+        "DELETE /v1/jobs/{job_id}",
+        "POST /v1/jobs/{job_id}/cancel",
+        "GET /v1/jobs/{job_id}/tiles",
+        "GET /v1/jobs/{job_id}/events",
+        "GET /v1/jobs/{job_id}/image.png",
+        "GET /v1/jobs/{job_id}/image.npy",
+        "GET /v1/jobs/{job_id}/plan",
+        "POST /v1/plans",
+        "POST /v1/traces",
+        "PUT /v1/assets/{sha256}",
+        "GET /v1/assets/{sha256}",
+        "HEAD /v1/assets/{sha256}",
+        "GET /v1/schemas/scene.json",
+        "GET /livez",
+        "GET /readyz",
+        "GET /version",
+    }

@@ -1,0 +1,82 @@
+"""Pictures over HTTP: partial, final, cached, in pieces."""
+
+from __future__ import annotations
+
+import httpx2
+import numpy as np
+import pytest
+
+import renderer
+from tests.integration.support import finish, image, long_scene, scene, submit, wait
+
+KINDS = pytest.mark.parametrize("kind", ["png", "npy"])
+
+
+@pytest.fixture
+def done(client: httpx2.Client) -> str:
+    job = submit(client, scene())
+    finish(client, job)
+    return job
+
+
+def test_a_picture_is_there_while_it_is_being_rendered(client: httpx2.Client) -> None:
+    job = submit(client, long_scene())
+    wait(client, job, lambda found: found["last_seq"] > 0)
+    answer = client.get(f"/v1/jobs/{job}/image.png")
+    assert answer.status_code == 200
+    assert 0 < float(answer.headers["X-Progress"]) < 1
+    assert client.get(f"/v1/jobs/{job}/image.npy").headers["ETag"] != answer.headers["ETag"]
+    partial = image(client, job)
+    client.delete(f"/v1/jobs/{job}")
+    assert partial.shape == (256, 256, 3)
+    # The coarse picture is a picture of the scene already: on average it is right.
+    few = renderer.render(renderer.compile_scene(long_scene() | {"sampling": {}}), workers=1).image
+    assert abs(float(partial.mean()) - float(few.mean())) < 0.1 * float(few.mean())
+
+
+@KINDS
+def test_the_tag_of_a_final_picture_stays(client: httpx2.Client, done: str, kind: str) -> None:
+    first, second = (client.get(f"/v1/jobs/{done}/image.{kind}") for _ in range(2))
+    assert first.headers["ETag"] == second.headers["ETag"]
+    assert not first.headers["ETag"].startswith("W/")
+    assert first.content == second.content
+    assert first.headers["X-Progress"] == "1.0000"
+
+
+@KINDS
+@pytest.mark.parametrize("form", ["{}", 'W/{}, "other"', '"other", {}'])
+def test_a_known_picture_is_not_sent_again(client: httpx2.Client, done: str, kind: str, form: str) -> None:
+    path = f"/v1/jobs/{done}/image.{kind}"
+    tag = client.get(path).headers["ETag"]
+    answer = client.get(path, headers={"If-None-Match": form.format(tag)})
+    assert (answer.status_code, answer.content) == (304, b"")
+    assert client.get(path, headers={"If-None-Match": '"other"'}).status_code == 200
+
+
+@KINDS
+@pytest.mark.parametrize(("asked", "part"), [("0-9", slice(10)), ("20-", slice(20, None)), ("-7", slice(-7, None))])
+def test_a_part_of_a_picture(client: httpx2.Client, done: str, kind: str, asked: str, part: slice) -> None:
+    path = f"/v1/jobs/{done}/image.{kind}"
+    answer = client.get(path, headers={"Range": f"bytes={asked}"})
+    assert answer.status_code == 206
+    assert answer.content == client.get(path).content[part]
+
+
+@pytest.mark.parametrize("asked", ["bytes=99999999-", "bytes=5-2", "bytes=-0", "bytes=x", "lines=1-2", "bytes"])
+def test_bytes_that_are_not_there_are_a_problem(client: httpx2.Client, done: str, asked: str) -> None:
+    answer = client.get(f"/v1/jobs/{done}/image.npy", headers={"Range": asked})
+    assert answer.status_code == 416
+    assert answer.headers["Content-Type"] == "application/problem+json"
+    assert answer.headers["Content-Range"].startswith("bytes */")
+
+
+def test_the_head_of_a_picture_has_no_body(client: httpx2.Client, done: str) -> None:
+    head, body = client.head(f"/v1/jobs/{done}/image.png"), client.get(f"/v1/jobs/{done}/image.png")
+    assert head.content == b""
+    assert head.headers["ETag"] == body.headers["ETag"]
+    assert int(head.headers["Content-Length"]) == len(body.content)
+
+
+def test_a_file_for_numpy_is_float32_linear(client: httpx2.Client, done: str) -> None:
+    pixels = image(client, done)
+    assert (pixels.dtype, pixels.shape) == (np.float32, (48, 80, 3))

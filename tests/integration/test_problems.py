@@ -1,0 +1,80 @@
+"""Every exception of the project has an answer, and no answer tells what is not meant to be told."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Iterator
+
+import httpx2
+import pytest
+from fastapi import FastAPI
+
+import renderer
+import schemas
+import service
+from schemas.problems import Problem
+from service import problems
+from service.errors import StoreDamagedError, UnavailableError
+
+# They are raised in the process of a client, never in that of the service.
+ELSEWHERE = ("service.client", "service.cli")
+
+
+def exceptions() -> Iterator[type[Exception]]:
+    """All exception classes that the project defines."""
+    for package in (schemas, renderer, service):
+        for found in pkgutil.walk_packages(package.__path__, package.__name__ + "."):
+            if found.name.startswith(ELSEWHERE) or found.name.endswith((".env", "__main__")):
+                continue
+            module = importlib.import_module(found.name)
+            for value in vars(module).values():
+                if isinstance(value, type) and issubclass(value, Exception) and value.__module__ == found.name:
+                    yield value
+
+
+def test_every_exception_of_the_project_is_in_the_table() -> None:
+    found = set(exceptions())
+    assert len(found) > 15
+    assert {error.__qualname__ for error in found} <= {error.__qualname__ for error in problems.KINDS}
+    assert found <= set(problems.KINDS)
+
+
+async def ask(error: Exception) -> httpx2.Response:
+    app = FastAPI()
+    problems.install(app)
+
+    @app.get("/")
+    def fail() -> None:
+        raise error
+
+    transport = httpx2.ASGITransport(app, raise_app_exceptions=False)
+    async with httpx2.AsyncClient(transport=transport, base_url="http://test") as client:
+        return await client.get("/")
+
+
+@pytest.fixture
+def anyio_backend() -> str:
+    return "asyncio"
+
+
+@pytest.mark.anyio
+@pytest.mark.parametrize("error", [ValueError("secret"), StoreDamagedError("secret"), renderer.RenderError("secret")])
+async def test_what_is_not_the_users_affair_is_not_told(error: Exception) -> None:
+    answer = await ask(error)
+    assert answer.status_code == 500
+    assert answer.headers["Content-Type"] == problems.MEDIA_TYPE
+    assert "secret" not in answer.text
+
+
+@pytest.mark.anyio
+async def test_what_may_work_later_says_when_to_try_again() -> None:
+    answer = await ask(UnavailableError("Busy."))
+    assert (answer.status_code, answer.json()["detail"]) == (503, "Busy.")
+    assert int(answer.headers["Retry-After"]) > 0
+
+
+@pytest.mark.anyio
+async def test_the_problems_of_a_scene_are_listed() -> None:
+    answer = await ask(renderer.SceneError([Problem(pointer="/x", detail="Wrong.", code="wrong")] * 60))
+    assert (answer.status_code, len(answer.json()["errors"]), answer.json()["more"]) == (422, 50, 10)

@@ -1,0 +1,133 @@
+"""The engine of one machine: what it does when its processes die."""
+
+from __future__ import annotations
+
+import os
+import queue
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import renderer
+from renderer import tiling
+from schemas.jobs import JobRequest
+from schemas.reading import read_document
+from service.engines.slots import SlotEngine
+from service.engines.tasks import (
+    Interrupted,
+    Outcome,
+    Task,
+    TaskFailed,
+    TileDone,
+    TileTask,
+    TraceDone,
+    TraceTask,
+    WorkerDied,
+)
+from service.engines.worker import WorkerSetup
+from service.store.tiles import FileTileStore, StoredTile
+from tests.integration.support import scene, until
+
+REPORT_SECONDS = 60.0
+
+
+class Bench:
+    """One slot, a store with one job, and what was reported."""
+
+    def __init__(self, folder: Path, document: dict[str, object], memory_bytes: int = 4 << 30) -> None:
+        self.store = FileTileStore(folder / "jobs")
+        setup = WorkerSetup(os.getpid(), self.store.folder, folder / "assets", 1 << 20, memory_bytes)
+        self.engine = SlotEngine(1, setup)
+        self.reports: queue.Queue[tuple[Task, Outcome]] = queue.Queue()
+        request, _ = read_document({"scene": document}, JobRequest)
+        self.plan = renderer.compile_scene(request.scene)
+        self.store.put_spec("job", request.model_dump_json(exclude_none=True).encode())
+        self.engine.start(lambda task, outcome: self.reports.put((task, outcome)))
+        until(self.engine.alive)
+
+    def tile(self, number: int = 0) -> TileTask:
+        pass_ = self.plan.passes[-1]
+        return TileTask("job", "hash", tiling.tiles(self.plan, pass_, 64)[number], pass_, attempt=1)
+
+    def outcome(self) -> Outcome:
+        return self.reports.get(timeout=REPORT_SECONDS)[1]
+
+    def worker(self) -> int:
+        until(self.engine.alive)
+        (slot,) = self.engine._slots  # noqa: SLF001  (which process to kill is nobody else's affair)
+        assert slot.pid is not None
+        return slot.pid
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[Bench]:
+    made = Bench(tmp_path, scene(128, 64, samples=256, light_samples=64))
+    yield made
+    made.engine.close()
+
+
+def test_a_tile_lies_in_the_store_before_it_is_reported(bench: Bench) -> None:
+    task = bench.tile()
+    bench.engine.submit(task)
+    done = bench.outcome()
+    assert isinstance(done, TileDone)
+    stored = bench.store.get_tile("job", StoredTile(task.tile, task.pass_, 1, done.crc32))
+    assert stored.tobytes() == renderer.render_tile(bench.plan, task.tile, task.pass_).pixels.tobytes()
+
+
+def test_only_the_running_task_is_blamed_for_a_death(bench: Bench) -> None:
+    first, second = bench.tile(0), bench.tile(1)
+    worker = bench.worker()
+    bench.engine.submit(first)
+    bench.engine.submit(second)
+    os.kill(worker, signal.SIGKILL)
+    reports = dict(bench.reports.get(timeout=REPORT_SECONDS) for _ in range(2))
+    assert reports == {first: WorkerDied(), second: Interrupted()}
+
+
+def test_a_dead_worker_is_replaced_and_works(bench: Bench) -> None:
+    os.kill(bench.worker(), signal.SIGKILL)
+    task = bench.tile()
+    while not isinstance(outcome := _again(bench, task), TileDone):
+        assert isinstance(outcome, WorkerDied | Interrupted)
+
+
+def _again(bench: Bench, task: TileTask) -> Outcome:
+    bench.engine.room()
+    bench.engine.submit(task)
+    return bench.outcome()
+
+
+def test_an_interrupted_task_is_not_blamed(bench: Bench) -> None:
+    task = bench.tile()
+    bench.engine.submit(task)
+    bench.engine.interrupt(lambda running: running is task)
+    assert bench.outcome() == Interrupted()
+
+
+def test_nothing_unwanted_is_interrupted(bench: Bench) -> None:
+    bench.engine.submit(bench.tile())
+    bench.engine.interrupt(lambda _: False)
+    assert isinstance(bench.outcome(), TileDone)
+
+
+def test_an_error_of_the_renderer_comes_back_in_words(bench: Bench) -> None:
+    bench.engine.submit(TraceTask(bench.plan.document, np.zeros((2, 3)), np.ones((1, 3))))
+    assert isinstance(bench.outcome(), TaskFailed)
+    bench.engine.submit(TraceTask(bench.plan.document, np.zeros((1, 3)), np.ones((1, 3))))
+    assert isinstance(bench.outcome(), TraceDone)
+
+
+def test_a_task_that_needs_too_much_memory_fails_alone(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, scene(8, 8), memory_bytes=1 << 30)
+    rays = np.ones((4_000_000, 3))
+    bench.engine.submit(TraceTask(bench.plan.document, rays, rays))
+    bench.engine.submit(bench.tile())
+    outcomes = [bench.outcome(), bench.outcome()]
+    bench.engine.close()
+    assert isinstance(outcomes[0], TaskFailed)
+    assert outcomes[0].code == "out_of_memory"
+    assert isinstance(outcomes[1], TileDone)
