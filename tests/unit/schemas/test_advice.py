@@ -106,6 +106,12 @@ def test_points_on_one_line_are_a_triangle_without_area_at_any_scale(
     assert no_area(Triangle.model_validate({"type": "triangle", "vertices": vertices, "material": "m"}))
 
 
+def test_a_triangle_whose_products_round_alike_has_an_area() -> None:
+    n = 1 << 30
+    vertices = [[0, 0, 0], [n + 1, n, 0], [n + 2, n + 1, 0]]
+    assert not no_area(Triangle.model_validate({"type": "triangle", "vertices": vertices, "material": "m"}))
+
+
 @pytest.mark.parametrize("height", [1e-13, 1e-40, 5e-324])
 def test_a_sliver_has_an_area(height: float) -> None:
     vertices = [[0, 0, 0], [1, 0, 0], [0.5, height, 0]]

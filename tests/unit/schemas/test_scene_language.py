@@ -156,6 +156,13 @@ def test_a_tangent_along_the_normal_is_refused(
     assert problems(changed(scene, f"{figure}/tangent", tangent)) == {f"{figure}/tangent": "parallel"}
 
 
+@pytest.mark.parametrize("size", [1e-300, 5e-324, 1e15])
+def test_directions_may_have_any_length(scene: dict[str, Any], size: float) -> None:
+    scene["shapes"][1].update(normal=[0, size, 0], tangent=[size, size, 0])
+    scene["camera"]["up"] = [0, size, 0]
+    assert read_scene(scene)[1] == ()
+
+
 @pytest.mark.parametrize("edges", [[[1, 0, 0], [-2, 0, 0]], [[0.1, 0.2, 0.3], [0.3, 0.6, 0.9]]])
 @pytest.mark.parametrize("figure", ["/shapes/2", "/lights/1"])
 def test_a_rectangle_without_area_is_refused(scene: dict[str, Any], figure: str, edges: object) -> None:
