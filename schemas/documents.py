@@ -6,6 +6,7 @@ which no field of the scene language takes, so that they are reported together w
 
 from __future__ import annotations
 
+import codecs
 import json
 import re
 from collections import Counter
@@ -31,8 +32,8 @@ _UNFIT = re.compile("[\x00\ud800-\udfff]")
 # An integer with more digits than the largest float64 is infinite for every field.
 _MOST_DIGITS = 309
 
-_TWICE = "This field stands in its object more than once. Keep one of them."
-_NO_TEXT = "Text here has half of a surrogate pair or the character U+0000. Remove it."
+_TWICE = "Its object has this field more than once. Keep one of them."
+_NO_TEXT = "This has half of a surrogate pair or the character U+0000. Remove it."
 _SYNTAX = {
     "Expecting property name": "A field name in double quotes belongs here. Is there a comma too many?",
     "Expecting ':'": "A colon belongs here, between a field name and its value.",
@@ -41,8 +42,7 @@ _SYNTAX = {
     "Illegal trailing comma": "There is a comma too many before the closing bracket. Remove it.",
     "Extra data": "The document ended before this. Remove what follows.",
     "Unterminated string": "This string has no closing double quote.",
-    "Invalid control character": "A line break or control character stands inside a string. Write it as "
-    "\\n or \\u00XX.",
+    "Invalid control character": "A line break or control character is in a string. Write \\n or \\u00XX.",
     "Invalid \\escape": "This escape is not known. Write a backslash as \\\\.",
     "Invalid \\uXXXX": "After \\u four hexadecimal digits belong.",
 }
@@ -94,17 +94,16 @@ def _decoded(source: bytes | str, limits: Limits) -> str:
     try:
         # A string is encoded too, so that both are held to the same rules.
         data = source.encode() if isinstance(source, str) else source
-    except UnicodeEncodeError as error:
-        raise _refused(
-            "not_utf8", "Half of a surrogate pair stands here, which is not a character."
-        ) from error
+    except UnicodeEncodeError:
+        raise _refused("not_utf8", "Half of a surrogate pair is here, which is not a character.") from None
+    data = data.removeprefix(codecs.BOM_UTF8)
     try:
-        return data.decode("utf-8-sig")
+        return data.decode()
     except UnicodeDecodeError as error:
-        before = data[: error.start].decode("utf-8-sig")
-        raise _refused(
-            "not_utf8", "The document is not UTF-8 from here on. Save it as UTF-8.", before, len(before)
-        ) from error
+        before = data[: error.start].decode()
+        detail = "The document is not UTF-8 from here on. Save it as UTF-8."
+        # The bytes hang on the error; they belong in no log.
+        raise _refused("not_utf8", detail, before, len(before)) from None
 
 
 def _check_nesting(text: str, limits: Limits) -> None:
@@ -113,8 +112,7 @@ def _check_nesting(text: str, limits: Limits) -> None:
     if deepest > limits.max_depth:
         raise _refused(
             "too_deep",
-            f"Objects and arrays stand {deepest} deep inside each other; at most {limits.max_depth} are "
-            f"allowed.",
+            f"Objects and arrays are nested {deepest} deep; at most {limits.max_depth} levels are allowed.",
         )
     # Every value but the first follows a comma, a colon or a bracket, so this bounds all later work.
     if text.count(",") > limits.max_values:

@@ -6,7 +6,7 @@ from functools import cache
 from typing import Any
 
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaMode, JsonSchemaValue
-from pydantic_core.core_schema import ModelSchema, TaggedUnionSchema, TupleSchema
+from pydantic_core.core_schema import ModelSchema, TupleSchema
 
 from schemas.base import fields_of
 from schemas.scene import Scene
@@ -48,12 +48,6 @@ _EXAMPLE = {
 class _Generator(GenerateJsonSchema):
     def generate(self, schema: Any, mode: JsonSchemaMode = "validation") -> JsonSchemaValue:
         return {"$schema": DIALECT, **super().generate(schema, mode), "examples": [_EXAMPLE]}
-
-    def tagged_union_schema(self, schema: TaggedUnionSchema) -> JsonSchemaValue:
-        # The tags are this package's own; the document has none. Closed forms exclude each other as they are.
-        described = super().tagged_union_schema(schema)
-        described.pop("discriminator", None)
-        return described
 
     def tuple_schema(self, schema: TupleSchema) -> JsonSchemaValue:
         # [3] numbers of one kind are described once, not three times.

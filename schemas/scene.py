@@ -29,7 +29,7 @@ from schemas.sentences import BUILT_IN
 from schemas.shapes import Shape
 from schemas.textures import Texture
 
-# Putting errors together costs microseconds for each; of so many only the first are told anyway.
+# Putting errors together costs microseconds for each. Beyond so many, wrong names wait for the next try.
 _MANY = 1000
 
 BLACK = (0.0, 0.0, 0.0)

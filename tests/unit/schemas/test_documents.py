@@ -28,6 +28,7 @@ def refusal(data: bytes | str, limits: Limits | None = None) -> list[Problem]:
 @example(b"[" * 100_000)
 @example(b'{"a":' * 100_000)
 @example(b"\xef\xbb\xbf")
+@example(b"\xef\xbb\xbf\xff")
 @example(b"\xff\xfe{\x00}\x00")
 @example(b'"\\ud800"')
 @example(b"9" * 5000)
@@ -72,8 +73,9 @@ def test_what_is_no_json_is_told_with_its_place(
 
 
 def test_bytes_that_are_not_utf8_are_told_with_their_place() -> None:
-    (problem,) = refusal('{\n "name": "ü'.encode() + b"\xfc" + b'"}')
-    assert (problem.code, problem.line, problem.column) == ("not_utf8", 2, 12)
+    for mark in (b"", b"\xef\xbb\xbf"):
+        (problem,) = refusal(mark + '{\n "name": "ü'.encode() + b"\xfc" + b'"}')
+        assert (problem.code, problem.line, problem.column) == ("not_utf8", 2, 12)
 
 
 def test_a_byte_order_mark_is_passed_over(scene: dict[str, Any]) -> None:

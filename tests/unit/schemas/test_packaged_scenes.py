@@ -138,4 +138,4 @@ def test_the_board_of_chess_is_light_where_the_floors_of_x_and_z_add_up_to_an_ev
 
 
 def test_the_light_is_seen_in_soft_and_not_in_chess() -> None:
-    assert [packaged(f"study/{name}").lights[0].visible for name in ("soft", "chess")] == [True, False]  # type: ignore[union-attr]
+    assert [packaged(f"study/{name}").lights[0].visible for name in ("soft", "chess")] == [True, False]
