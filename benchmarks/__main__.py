@@ -1,0 +1,49 @@
+"""Measure on this machine: `make bench`, or `python -m benchmarks rendering`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from benchmarks import accuracy, machine, overhead, rendering, tables
+
+PARTS = ("rendering", "accuracy", "service")
+
+
+def main() -> None:
+    """Measure the parts that are asked for, print them as tables and keep them as JSON."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Measure times and errors.")
+    parser.add_argument("parts", nargs="*", default=[*PARTS], metavar="PART", help=", ".join(PARTS))
+    parser.add_argument("--runs", type=int, default=5, help="runs of everything that is timed")
+    parser.add_argument("--out", type=Path, default=Path("out/bench.json"), help="where to write the figures")
+    options = parser.parse_args()
+    if unknown := set(options.parts) - set(PARTS):
+        parser.error(f"no part {', '.join(sorted(unknown))}; there are {', '.join(PARTS)}")
+    measured = _measure(options.parts, options.runs)
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    options.out.write_text(json.dumps(measured, indent=2) + "\n")
+    Console(stderr=True).print(f"written to {options.out}")
+
+
+def _measure(parts: list[str], runs: int) -> dict[str, Any]:
+    console = Console()
+    measured: dict[str, Any] = {"machine": machine.describe()}
+    console.print(tables.of_machine(measured["machine"]))
+    if "rendering" in parts:
+        measured["rendering"] = rendering.measure(runs)
+        console.print(tables.of_rendering(measured["rendering"]))
+    if "accuracy" in parts:
+        measured["accuracy"] = accuracy.measure()
+        console.print(tables.of_accuracy(measured["accuracy"]))
+    if "service" in parts:
+        measured["service"] = overhead.measure(runs)
+        console.print(tables.of_overhead(measured["service"]))
+    return measured
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,88 @@
+"""CPU seconds of the renderer in one process, and where they go."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections import Counter
+from typing import TYPE_CHECKING, Any, TypedDict
+
+import renderer
+from benchmarks.machine import Spread, cpu_seconds, spread
+from benchmarks.settings import TIMED, Setting
+
+if TYPE_CHECKING:
+    from renderer.plan import RenderPlan
+
+
+class Timing(TypedDict):
+    """One setting: its CPU seconds, its rays, and the share of the time by stage, 0 to 1."""
+
+    setting: dict[str, Any]
+    cpu_seconds: Spread
+    rays: dict[str, int]
+    shadow_rays_a_second: float
+    stages: dict[str, float]
+
+
+def measure(runs: int) -> list[Timing]:
+    """Render every timed setting `runs` times, after one run that warms caches up."""
+    return [_timing(setting, runs) for setting in TIMED]
+
+
+def _timing(setting: Setting, runs: int) -> Timing:
+    plan = setting.plan()
+    rays = renderer.render(plan).report["rays"]
+    seconds = spread([_seconds(plan) for _ in range(runs)])
+    return Timing(
+        setting=dataclasses.asdict(setting),
+        cpu_seconds=seconds,
+        rays=rays,
+        shadow_rays_a_second=round(rays["shadow"] / seconds["median"]),
+        stages=_shares(plan),
+    )
+
+
+def _seconds(plan: RenderPlan) -> float:
+    begun = cpu_seconds()
+    renderer.render(plan)
+    return cpu_seconds() - begun
+
+
+@dataclasses.dataclass(frozen=True)
+class _Clocked:
+    """A stage of any kind that notes how long it ran."""
+
+    stage: Any
+    clock: Counter[str]
+
+    def run(self, work: Any) -> None:
+        begun = time.perf_counter()
+        self.stage.run(work)
+        self.clock[type(self.stage).__name__] += time.perf_counter() - begun  # type: ignore[assignment]
+
+
+def _shares(plan: RenderPlan) -> dict[str, float]:
+    """Share of the wall time by class of stage; `rest` is camera rays, pixels and the way between stages."""
+    clock: Counter[str] = Counter()
+    begun = time.perf_counter()
+    renderer.render(_clocked(plan, clock))
+    total = time.perf_counter() - begun
+    shares = {name: round(seconds / total, 3) for name, seconds in clock.most_common()}
+    return shares | {"rest": round(1 - sum(clock.values()) / total, 3)}
+
+
+def _clocked(plan: RenderPlan, clock: Counter[str]) -> RenderPlan:
+    def clocked(stages: tuple[Any, ...]) -> tuple[Any, ...]:
+        return tuple(_Clocked(stage, clock) for stage in stages)
+
+    lightings = [
+        dataclasses.replace(light, shadows=clocked(light.shadows), terms=clocked(light.terms))
+        for light in plan.lightings
+    ]
+    return dataclasses.replace(
+        plan,
+        meetings=clocked(plan.meetings),
+        surfaces=clocked(plan.surfaces),
+        lightings=tuple(lightings),
+    )

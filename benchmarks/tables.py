@@ -1,0 +1,68 @@
+"""The figures as tables for a terminal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from benchmarks.accuracy import Accuracy
+    from benchmarks.machine import Machine, Spread
+    from benchmarks.overhead import Overhead
+    from benchmarks.rendering import Timing
+
+
+def of_machine(machine: Machine) -> Table:
+    """Name and value of each line."""
+    table = Table(title="machine", show_header=False)
+    for name, value in machine.items():
+        table.add_row(name, str(value))
+    return table
+
+
+def of_rendering(timings: list[Timing]) -> Table:
+    """CPU seconds and shadow rays a second of each setting, and its costliest stages."""
+    table = Table("setting", "CPU s", "least .. most", "shadow rays / s", "stages", title="one process")
+    for timing in timings:
+        stages = ", ".join(f"{name} {share:.0%}" for name, share in timing["stages"].items() if share >= 0.01)
+        table.add_row(
+            _setting(timing["setting"]),
+            *_cells(timing["cpu_seconds"]),
+            f"{timing['shadow_rays_a_second'] / 1e6:.1f} M",
+            stages,
+        )
+    return table
+
+
+def of_accuracy(accuracies: list[Accuracy]) -> Table:
+    """Error and cost of each setting."""
+    table = Table("setting", "CPU s", "RMSE x 255", "mean x 255", title="against Mitsuba's converged picture")
+    for accuracy in accuracies:
+        table.add_row(
+            _setting(accuracy["setting"]),
+            f"{accuracy['cpu_seconds']:.2f}",
+            f"{accuracy['rmse_255']:.3f}",
+            f"{accuracy['mean_difference_255']:+.3f}",
+        )
+    return table
+
+
+def of_overhead(overhead: Overhead) -> Table:
+    """Wall seconds of the same job on every way."""
+    table = Table("way", "s", "least .. most", title=f"one job, {overhead['workers']} workers")
+    table.add_row("penumbra render", *_cells(overhead["command"]))
+    table.add_row("renderer.render", *_cells(overhead["call"]))
+    table.add_row("running service", *_cells(overhead["service"]))
+    table.add_row("service / penumbra render", f"{overhead['ratio']:.2f}", "")
+    table.add_row("submitted to first pixels", *_cells(overhead["first_pixels"]))
+    return table
+
+
+def _setting(setting: dict[str, Any]) -> str:
+    camera = f"{setting['pattern']} {setting['samples']}"
+    return f"{setting['scene']}: {camera} x {setting['light_pattern']} {setting['light_samples']}"
+
+
+def _cells(seconds: Spread) -> tuple[str, str]:
+    return f"{seconds['median']:.3f}", f"{seconds['least']:.3f} .. {seconds['most']:.3f}"
