@@ -26,7 +26,7 @@ from service.engines.worker import WorkerSetup
 from service.errors import StoreTakenError
 from service.feed import Feed
 from service.routes import assets, jobs, operations, pictures, scenes, tiles
-from service.routes.parameters import COMPONENTS
+from service.routes.parameters import COMPONENTS, problem
 from service.settings import Settings
 from service.store.assets import AssetStore
 from service.store.tiles import FileTileStore
@@ -53,7 +53,7 @@ def create_app(settings: Settings) -> FastAPI:
     app = FastAPI(title="Penumbra", description=DESCRIPTION, version="1", lifespan=lifespan)
     problems.install(app)
     for module in ROUTERS:
-        app.include_router(module.router)
+        app.include_router(module.router, responses=problem(422, "A parameter cannot be used."))
     _document_bodies(app)
     return app
 

@@ -14,7 +14,7 @@ import pytest
 import renderer
 from renderer import tiling
 from schemas.jobs import JobRequest
-from schemas.reading import read_document
+from schemas.tiles import Tile
 from service.engines.slots import SlotEngine
 from service.engines.tasks import (
     Interrupted,
@@ -42,7 +42,7 @@ class Bench:
         setup = WorkerSetup(os.getpid(), self.store.folder, folder / "assets", 1 << 20, memory_bytes)
         self.engine = SlotEngine(1, setup)
         self.reports: queue.Queue[tuple[Task, Outcome]] = queue.Queue()
-        request, _ = read_document({"scene": document}, JobRequest)
+        request = JobRequest.model_validate({"scene": document})
         self.plan = renderer.compile_scene(request.scene)
         self.store.put_spec("job", request.model_dump_json(exclude_none=True).encode())
         self.engine.start(lambda task, outcome: self.reports.put((task, outcome)))
@@ -122,9 +122,9 @@ def test_an_error_of_the_renderer_comes_back_in_words(bench: Bench) -> None:
 
 
 def test_a_task_that_needs_too_much_memory_fails_alone(tmp_path: Path) -> None:
-    bench = Bench(tmp_path, scene(8, 8), memory_bytes=1 << 30)
-    rays = np.ones((4_000_000, 3))
-    bench.engine.submit(TraceTask(bench.plan.document, rays, rays))
+    bench = Bench(tmp_path, scene(16384, 16384, samples=1), memory_bytes=2 << 30)
+    pass_ = bench.plan.passes[-1]
+    bench.engine.submit(TileTask("job", "hash", Tile(0, 0, 0, 16384, 16384), pass_, attempt=1))
     bench.engine.submit(bench.tile())
     outcomes = [bench.outcome(), bench.outcome()]
     bench.engine.close()
