@@ -58,24 +58,35 @@ class Rays:
         """Origins of some rays, (3, 1) if all share one."""
         return self.origins if self.origins.shape[1] == 1 else self.origins[:, index]
 
-    def offer(self, shape: int, candidates: Integers, t: Floats, u: Floats, v: Floats) -> None:
-        """Take hits that are nearer than the ones known; of equal ones the lowest shape number wins.
+    def offer(
+        self,
+        candidates: Integers,
+        t: Floats,
+        coordinates: tuple[Floats, Floats],
+        shapes: Integers,
+        primitives: Integers,
+    ) -> None:
+        """Take hits that are nearer than the ones known.
+
+        Of equal ones the lowest shape number wins, and within a shape the lowest primitive.
 
         Parameters
         ----------
-        shape : int
-            Number of the shape, in the order of the scene.
         candidates : (M,) int64
-            Rays that hit it.
-        t, u, v : (M,) float64
+            Rays that hit something, each once.
+        t : (M,) float64
+        coordinates : two of (M,) float64
+        shapes, primitives : (M,) or (1,) int64
+            Numbers of what they hit.
         """
-        known = self.t[candidates]
-        nearer = (t < known) | ((t == known) & (shape < self.shapes[candidates]))
+        shapes, primitives = (np.broadcast_to(numbers, t.shape) for numbers in (shapes, primitives))
+        known, shape = self.t[candidates], self.shapes[candidates]
+        first = (shapes < shape) | ((shapes == shape) & (primitives < self.primitives[candidates]))
+        nearer = (t < known) | ((t == known) & first)
         rays = candidates[nearer]
         self.t[rays] = t[nearer]
-        self.shapes[rays] = shape
-        self.coordinates[0, rays] = u[nearer]
-        self.coordinates[1, rays] = v[nearer]
+        self.shapes[rays], self.primitives[rays] = shapes[nearer], primitives[nearer]
+        self.coordinates[:, rays] = coordinates[0][nearer], coordinates[1][nearer]
 
 
 @dataclass(slots=True)

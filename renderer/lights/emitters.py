@@ -77,6 +77,11 @@ class Emitter:
         """Sum of the magnitudes that form a light point: its size, or 1 for a direction."""
         return self.size if self.weight else 1.0
 
+    @property
+    def extent(self) -> float:
+        """Sum of the magnitudes of the edges."""
+        return float((magnitude(self.first) + magnitude(self.second)).item())
+
     def grid(self) -> tuple[Floats, Floats]:
         """U of the columns and v of the rows of the shared grid, in (-1/2, 1/2)."""
         columns, rows = strata(self.count)

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -10,7 +9,7 @@ import schemas.shapes as language
 from renderer.arrays import Floats, Integers, columns, cross, dot, magnitude, unit
 from renderer.interaction import Points, Rays
 from renderer.numerics import gamma
-from renderer.shapes.family import Family
+from renderer.shapes.family import WHOLE, Family
 
 
 @dataclass(slots=True)
@@ -26,8 +25,6 @@ class Ellipsoids(Family):
         Rows of the inverse: semi-axis over its squared length. A point minus the centre, first subtracted,
         goes through it into the frame where the ellipsoid is the unit sphere.
     """
-
-    kind: ClassVar[str] = "ellipsoid"
 
     centers: Floats
     axes: Floats
@@ -90,7 +87,7 @@ class Ellipsoids(Family):
         ahead = t > 0
         t = t[ahead]
         where = origin[:, ahead] + t * direction[:, ahead]
-        rays.offer(int(self.numbers[shape]), found[ahead], t / length[ahead], *_angles(where))
+        rays.offer(found[ahead], t / length[ahead], _angles(where), self.numbers[shape : shape + 1], WHOLE)
 
     def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
         """Positions put back on the sphere, normals by the inverse transposed, never by the axes."""
@@ -142,6 +139,7 @@ def build(numbers: Sequence[int], shapes: Sequence[language.Ellipsoid | language
     axes = np.array([_axes(shape) for shape in shapes], dtype=np.float64).transpose(1, 2, 0).copy()
     squared = np.stack([dot(axis, axis) for axis in axes])
     return Ellipsoids(
+        kind="ellipsoid",
         numbers=np.array(numbers, dtype=np.int64),
         sizes=magnitude(centers) + magnitude(axes[0]) + magnitude(axes[1]) + magnitude(axes[2]),
         centers=centers,

@@ -2,7 +2,6 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -12,6 +11,10 @@ from renderer.interaction import Points, Rays
 
 MARGIN = 2.0**-40
 """Relative margin of conservative tests: thousands of roundings wide, a hair to look at."""
+
+
+WHOLE = np.zeros(1, dtype=np.int64)
+"""Primitive number of shapes that have only one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,14 +60,15 @@ class Family(ABC):
 
     Attributes
     ----------
+    kind : str
+        Type of the shapes in the scene language.
     numbers : (K,) int64
         Number of each shape in the order of the scene.
     sizes : (K,) float64
         Sum of the magnitudes that form a point on the shape, scene units.
     """
 
-    kind: ClassVar[str]
-
+    kind: str
     numbers: Integers
     sizes: Floats
 
@@ -113,7 +117,7 @@ class Location:
     ----------
     family : Family
     local : (shapes of the scene,) int64
-        Number within the family of each shape of the scene, -1 for shapes of other families.
+        Place within the family of the first primitive of each shape of the scene, -1 for shapes of others.
     framed : bool
         Whether a normal map asked for tangents.
     """
@@ -126,7 +130,7 @@ class Location:
         """Fill in the points that lie on this family."""
         local = self.local[points.shapes]
         chosen = np.flatnonzero(local >= 0)
-        shapes = local[chosen]
+        shapes = local[chosen] + points.primitives[chosen]
         if not chosen.size:
             return
         self.family.locate(points, chosen, shapes)

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -10,7 +9,7 @@ import schemas.shapes as language
 from renderer.arrays import Floats, Integers, column, cross, dot, magnitude, unit
 from renderer.interaction import Points, Rays
 from renderer.numerics import gamma
-from renderer.shapes.family import Family
+from renderer.shapes.family import WHOLE, Family
 from renderer.shapes.polygons import Polygons
 
 
@@ -49,8 +48,6 @@ class Rectangles(Family):
         Outward unit normals.
     """
 
-    kind: ClassVar[str] = "rectangle"
-
     anchors: Floats
     first: Floats
     second: Floats
@@ -86,7 +83,8 @@ class Rectangles(Family):
         if found.size:
             span = span[found]
             depths = np.broadcast_to(depth, hit.shape)[found]
-            rays.offer(int(self.numbers[shape]), found, depths / span, u[found] / span, v[found] / span)
+            where = (u[found] / span, v[found] / span)
+            rays.offer(found, depths / span, where, self.numbers[shape : shape + 1], WHOLE)
 
     def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
         """Positions from the surface coordinates: they stay on the plane however long the ray was."""
@@ -139,6 +137,7 @@ def from_edges(numbers: Integers, anchors: Floats, first: Floats, second: Floats
     """The family with the given corners and edges, each (3, K)."""
     products = cross(first, second)
     return Rectangles(
+        kind="rectangle",
         numbers=numbers,
         sizes=magnitude(anchors) + magnitude(first) + magnitude(second),
         anchors=anchors,

@@ -2,14 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
 import schemas.shapes as language
 from renderer.arrays import Floats, Integers, Masks, cross, dot, lengths, magnitude, unit
 from renderer.interaction import Points, Rays
-from renderer.numerics import gamma
+from renderer.shapes import woop
 from renderer.shapes.family import Family
 from renderer.shapes.frames import frame_of_normals, frame_of_texture
 from renderer.shapes.polygons import Polygons
@@ -17,10 +16,12 @@ from renderer.shapes.polygons import Polygons
 
 @dataclass(slots=True)
 class Triangles(Family):
-    """A family of triangles.
+    """A family of triangles, one by one or in meshes.
 
     Attributes
     ----------
+    primitives : (K,) int64
+        Number of each triangle within its shape.
     vertices : (3, 3, K) float64
         Vertex, coordinate, triangle.
     normals : (3, K) float64
@@ -33,8 +34,7 @@ class Triangles(Family):
         Texture coordinates of the vertices; (0,0), (1,0), (0,1) unless given.
     """
 
-    kind: ClassVar[str] = "triangle"
-
+    primitives: Integers
     vertices: Floats
     normals: Floats
     vertex_normals: Floats
@@ -46,55 +46,10 @@ class Triangles(Family):
         return self.vertices
 
     def meet(self, shape: int, rays: Rays) -> None:
-        """Hits with one triangle, the rays sorted by the axis that they follow most."""
-        leading = np.argmax(np.abs(rays.directions), axis=0)
-        for axis in range(3):
-            chosen = np.flatnonzero(leading == axis)
-            if chosen.size:
-                self._meet_along(axis, shape, rays, chosen)
-
-    def _meet_along(self, axis: int, shape: int, rays: Rays, chosen: Integers) -> None:
-        """Edge functions in a frame sheared so that the ray is its axis.
-
-        Each vertex is sheared once and alike for all triangles that share it, and x1 * y2 - y1 * x2 only
-        changes its sign when the vertices trade places: no ray slips between neighbours.
-        """
-        x_axis, y_axis = (axis + 1) % 3, (axis + 2) % 3
-        direction, origin = rays.directions[:, chosen], rays.origins_at(chosen)
-        shear_x, shear_y = direction[x_axis] / direction[axis], direction[y_axis] / direction[axis]
-        x, y, z = [], [], []
-        for vertex in self.vertices[:, :, shape]:
-            depth = vertex[axis] - origin[axis]
-            x.append((vertex[x_axis] - origin[x_axis]) - shear_x * depth)
-            y.append((vertex[y_axis] - origin[y_axis]) - shear_y * depth)
-            z.append(depth)
-        weights = [x[2] * y[1] - y[2] * x[1], x[0] * y[2] - y[0] * x[2], x[1] * y[0] - y[1] * x[0]]
-        least = np.minimum(np.minimum(weights[0], weights[1]), weights[2])
-        greatest = np.maximum(np.maximum(weights[0], weights[1]), weights[2])
-        found = np.flatnonzero(((least >= 0) | (greatest <= 0)) & (least != greatest))
-        if not found.size:
-            return
-        a, b, c = (weight[found] for weight in weights)
-        sheared = [np.stack((px[found], py[found])) for px, py in zip(x, y, strict=True)]
-        depths = [np.broadcast_to(depth, chosen.shape)[found] for depth in z]
-        total = a + b + c
-        height = a * depths[0] + b * depths[1] + c * depths[2]
-        distance = height / total / direction[axis][found]
-        ahead = (distance > 0) & (np.abs(height) > _rounding(sheared, depths))
-        self._offer(shape, rays, chosen[found], distance, (b / total, c / total), ahead)
-
-    def _offer(
-        self,
-        shape: int,
-        rays: Rays,
-        hit: Integers,
-        distance: Floats,
-        weights: tuple[Floats, Floats],
-        ahead: Masks,
-    ) -> None:
-        rays.offer(
-            int(self.numbers[shape]), hit[ahead], distance[ahead], weights[0][ahead], weights[1][ahead]
-        )
+        """Hits with one triangle."""
+        one = slice(shape, shape + 1)
+        found = woop.hits(self.vertices[:, :, one], rays.origins, rays.directions)
+        rays.offer(found.pairs, found.t, (found.u, found.v), self.numbers[one], self.primitives[one])
 
     def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
         """Position, normals and texture coordinates as means of the vertices'."""
@@ -142,17 +97,6 @@ class Triangles(Family):
         )
 
 
-def _rounding(sheared: list[Floats], depths: list[Floats]) -> Floats:
-    """Bound on the rounding of the weighted sum of depths: closer than this, a start is on the triangle."""
-    a, b, c = (np.abs(xy) for xy in sheared)
-    terms = (
-        (c[0] * b[1] + c[1] * b[0]) * np.abs(depths[0])
-        + (a[0] * c[1] + a[1] * c[0]) * np.abs(depths[1])
-        + (b[0] * a[1] + b[1] * a[0]) * np.abs(depths[2])
-    )
-    return gamma(16) * terms
-
-
 def _mean(values: Floats, shapes: Integers, weights: tuple[Floats, Floats, Floats]) -> Floats:
     return (
         values[0][:, shapes] * weights[0]
@@ -196,7 +140,9 @@ def build(numbers: Sequence[int], shapes: Sequence[language.Triangle]) -> Triang
     vertex_normals = np.array(bent).transpose(1, 2, 0)
     texture = [corners if shape.uvs is None else shape.uvs for shape in shapes]
     return Triangles(
+        kind="triangle",
         numbers=np.array(numbers, dtype=np.int64),
+        primitives=np.zeros(len(shapes), dtype=np.int64),
         sizes=np.max([magnitude(vertex) for vertex in vertices], axis=0),
         vertices=vertices,
         normals=normals,

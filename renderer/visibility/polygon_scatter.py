@@ -40,8 +40,8 @@ class ScatterPolygonShadows(PolygonShadows):
     ) -> None:
         edges = self._edges(positions, distance, shape)
         if self.culling:
-            possible = np.logical_and.reduce([_highest(terms) >= 0 for terms in edges])
-            edges = [_at(terms, possible) for terms in edges if np.any(_lowest(terms)[possible] < 0)]
+            possible = np.logical_and.reduce([highest(terms) >= 0 for terms in edges])
+            edges = [_at(terms, possible) for terms in edges if np.any(lowest(terms)[possible] < 0)]
             distance, index = distance[possible], index[possible]
         if index.size:
             view.block(self._hidden(view, edges, distance, shape, index), index)
@@ -94,17 +94,17 @@ class ScatterPolygonShadows(PolygonShadows):
         return hidden
 
 
-def _highest(terms: Terms) -> Floats:
+def highest(terms: Terms) -> Floats:
     """Bound on the largest value on the light after rounding, (n,)."""
     constant, by_u, by_v = terms
     reach = np.abs(by_u) + np.abs(by_v)
     return constant + reach / 2 + MARGIN * (np.abs(constant) + reach)
 
 
-def _lowest(terms: Terms) -> Floats:
+def lowest(terms: Terms) -> Floats:
     """Bound on the smallest value on the light after rounding, (n,)."""
     constant, by_u, by_v = terms
-    return -_highest((-constant, by_u, by_v))
+    return -highest((-constant, by_u, by_v))
 
 
 def _at(terms: Terms, chosen: Masks) -> Terms:

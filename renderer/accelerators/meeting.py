@@ -1,0 +1,70 @@
+"""Nearest hits of rays with many triangles."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.accelerators.bvh import NOTHING, Bvh, Visits, visits_of_rays
+from renderer.arrays import Integers, Masks
+from renderer.interaction import Rays
+from renderer.shapes import woop
+from renderer.shapes.triangles import Triangles
+
+PORTION = 2048
+"""Rays that walk the tree together: their boxes and triangles stay in cache."""
+
+
+@dataclass(frozen=True, slots=True)
+class TreeMeeting:
+    """Stage: the nearest hits of a block of rays with triangles in a tree.
+
+    Attributes
+    ----------
+    family : Triangles
+    tree : Bvh
+        Over the triangles of the family.
+    """
+
+    family: Triangles
+    tree: Bvh
+
+    def run(self, rays: Rays) -> None:
+        """Offer hits, nearest leaves first, so that leaves behind them are left out."""
+        for start in range(0, rays.t.size, PORTION):
+            chosen = np.arange(start, min(start + PORTION, rays.t.size))
+            visits = visits_of_rays(
+                self.tree, rays.origins_at(chosen), rays.directions[:, chosen], rays.t[chosen]
+            )
+            if visits.rays.size:
+                self._meet_leaves(rays, chosen, visits)
+
+    def _meet_leaves(self, rays: Rays, chosen: Integers, visits: Visits) -> None:
+        order = np.lexsort((visits.entries, visits.rays))
+        owners, leaves, entries = visits.rays[order], visits.leaves[order], visits.entries[order]
+        rank = np.arange(owners.size) - np.searchsorted(owners, owners)
+        first, last = 0, 1
+        while first <= rank.max():
+            now = np.flatnonzero((rank >= first) & (rank < last))
+            now = now[entries[now] <= rays.t[chosen[owners[now]]]]
+            self._meet_items(rays, chosen[owners[now]], self.tree.items[leaves[now]])
+            first, last = last, 2 * last
+
+    def _meet_items(self, rays: Rays, owners: Integers, items: Integers) -> None:
+        filled: Masks = items != NOTHING
+        triangles = items[filled]
+        owners = np.broadcast_to(owners[:, None], items.shape)[filled]
+        found = woop.hits(
+            self.family.vertices[:, :, triangles], rays.origins_at(owners), rays.directions[:, owners]
+        )
+        ray, triangle = owners[found.pairs], triangles[found.pairs]
+        # Of the hits of one ray the nearest, and of equal ones the first triangle, comes first.
+        order = np.lexsort((triangle, found.t, ray))
+        best = order[np.flatnonzero(np.diff(ray[order], prepend=-1))]
+        family, triangle = self.family, triangle[best]
+        rays.offer(
+            ray[best],
+            found.t[best],
+            (found.u[best], found.v[best]),
+            family.numbers[triangle],
+            family.primitives[triangle],
+        )

@@ -1,0 +1,101 @@
+"""The watertight ray-triangle test of Woop, Benthin and Wald (2013), for pairs of ray and triangle."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.arrays import Floats, Integers
+from renderer.numerics import gamma
+
+
+@dataclass(frozen=True, slots=True)
+class PairHits:
+    """Pairs that hit.
+
+    Attributes
+    ----------
+    pairs : (M,) int64
+        Which of the pairs.
+    t : (M,) float64
+    u, v : (M,) float64
+        Weights of the second and third vertex.
+    """
+
+    pairs: Integers
+    t: Floats
+    u: Floats
+    v: Floats
+
+
+def hits(vertices: Floats, origins: Floats, directions: Floats) -> PairHits:
+    """Hits of P pairs, sorted by the axis that the rays follow most.
+
+    Parameters
+    ----------
+    vertices : (3, 3, P) or (3, 3, 1) float64
+        Vertex, coordinate, pair.
+    origins : (3, P) or (3, 1) float64
+    directions : (3, P) float64
+        Finite, not zero.
+
+    Notes
+    -----
+    Every operation is one rounding of IEEE arithmetic; a fused multiply-add would break the symmetry
+    that keeps neighbours tight.
+    """
+    leading = np.argmax(np.abs(directions), axis=0)
+    parts = [_along(axis, vertices, origins, directions, np.flatnonzero(leading == axis)) for axis in range(3)]
+    parts = [part for part in parts if part.pairs.size]
+    if len(parts) == 1:
+        return parts[0]
+    return PairHits(
+        np.concatenate([part.pairs for part in parts] or [np.zeros(0, dtype=np.int64)]),
+        *(np.concatenate([getattr(part, name) for part in parts] or [np.zeros(0)]) for name in ("t", "u", "v")),
+    )
+
+
+def _along(axis: int, vertices: Floats, origins: Floats, directions: Floats, chosen: Integers) -> PairHits:
+    """Edge functions in a frame sheared so that the ray is its axis.
+
+    Each vertex is sheared once and alike for all triangles that share it, and x1 * y2 - y1 * x2 only
+    changes its sign when the vertices trade places: no ray slips between neighbours.
+    """
+    if not chosen.size:
+        return PairHits(chosen, np.zeros(0), np.zeros(0), np.zeros(0))
+    x_axis, y_axis = (axis + 1) % 3, (axis + 2) % 3
+    direction, origin = directions[:, chosen], _at(origins, chosen)
+    shear_x, shear_y = direction[x_axis] / direction[axis], direction[y_axis] / direction[axis]
+    x, y, z = [], [], []
+    for vertex in vertices:
+        place = _at(vertex, chosen)
+        depth = place[axis] - origin[axis]
+        x.append((place[x_axis] - origin[x_axis]) - shear_x * depth)
+        y.append((place[y_axis] - origin[y_axis]) - shear_y * depth)
+        z.append(depth)
+    weights = [x[2] * y[1] - y[2] * x[1], x[0] * y[2] - y[0] * x[2], x[1] * y[0] - y[1] * x[0]]
+    least = np.minimum(np.minimum(weights[0], weights[1]), weights[2])
+    greatest = np.maximum(np.maximum(weights[0], weights[1]), weights[2])
+    found = np.flatnonzero(((least >= 0) | (greatest <= 0)) & (least != greatest))
+    a, b, c = (weight[found] for weight in weights)
+    sheared = [np.stack((px[found], py[found])) for px, py in zip(x, y, strict=True)]
+    depths = [np.broadcast_to(depth, chosen.shape)[found] for depth in z]
+    total = a + b + c
+    height = a * depths[0] + b * depths[1] + c * depths[2]
+    distance = height / total / direction[axis][found]
+    ahead = (distance > 0) & (np.abs(height) > _rounding(sheared, depths))
+    return PairHits(chosen[found[ahead]], distance[ahead], (b / total)[ahead], (c / total)[ahead])
+
+
+def _at(vectors: Floats, chosen: Integers) -> Floats:
+    return vectors if vectors.shape[1] == 1 else vectors[:, chosen]
+
+
+def _rounding(sheared: list[Floats], depths: list[Floats]) -> Floats:
+    """Bound on the rounding of the weighted sum of depths: closer than this, a start is on the triangle."""
+    a, b, c = (np.abs(xy) for xy in sheared)
+    terms = (
+        (c[0] * b[1] + c[1] * b[0]) * np.abs(depths[0])
+        + (a[0] * c[1] + a[1] * c[0]) * np.abs(depths[1])
+        + (b[0] * a[1] + b[1] * a[0]) * np.abs(depths[2])
+    )
+    return gamma(16) * terms
