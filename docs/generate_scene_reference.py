@@ -32,7 +32,8 @@ A scene is one JSON object. Numbers are JSON numbers: never text, never NaN or I
 1e15, sizes at least 1e-100. Lengths are in scene units, angles in degrees, colours are linear RGB. The world
 is right-handed, with y up by habit only. Unknown fields and repeated fields are refused.
 `penumbra validate SCENE` tells every problem at once, each with its JSON Pointer, line and column. The same
-description for programs is at `GET /v1/schemas/scene.json`.
+description for programs is at `GET /v1/schemas/scene.json`. Scenes to start from are in
+[scenes/gallery](../scenes/gallery/README.md).
 """
 
 CLOSING = """\
@@ -45,6 +46,7 @@ Some scenes are valid, but their picture is probably not what was meant. They ar
   picture;
 - a light is inside an ellipsoid (`light_inside`);
 - no shape uses a material, or no material uses a texture (`unused`);
+- a normal map is decoded as sRGB (`normal_map_not_linear`);
 - a triangle has no area and is left out (`no_area`);
 - `up` is parallel to the view (`up_parallel_to_view`);
 - the longest axis of an ellipsoid is more than 1e8 times as long as the shortest (`very_flat`).
