@@ -138,7 +138,8 @@ class _Compiler:
         families = self._families()
         emitters = [self._emitter(number) for number in range(len(self.document.lights))]
         return tuple(
-            Lighting(emitter, tuple(self._shadows(emitter, families)), (), self.dtype) for emitter in emitters
+            Lighting(emitter, tuple(self._shadow_stages(emitter, families)), (), self.dtype)
+            for emitter in emitters
         )
 
     def _emitter(self, number: int) -> Emitter:
@@ -301,11 +302,26 @@ class _Compiler:
     def _shadows(self, emitter: Emitter, families: list[Family]) -> list[LightStage]:
         """A light asks for shadow rays against every family, unless there is but one shape."""
         pointer = f"/lights/{emitter.number}"
-        if sum(family.numbers.size for family in families) < 2:
+        if self._shades_nothing(families):
             self.listing.leave_out(
                 "shadow rays", "a single convex shape has nothing to cast its shadow on", (pointer,)
             )
             return []
+        stages = self._shadow_stages(emitter, families)
+        for family in families:
+            price = cost.seconds(self.rays * emitter.count, COSTS.shadow * min(2.0, family.numbers.size / 4))
+            detail = f"shadow rays from points to light {emitter.number}"
+            self.listing.add(f"shadows of {family.kind}s", f"shapes.{family.kind}", detail, (pointer,), price)
+        return stages
+
+    def _shades_nothing(self, families: list[Family]) -> bool:
+        """A single shape shades nothing, but for an ellipsoid seen from inside: it hides what is outside."""
+        if sum(family.numbers.size for family in families) > 1:
+            return False
+        position = column(self.document.camera.position)
+        return not any(isinstance(family, Ellipsoids) and family.holds(position) for family in families)
+
+    def _shadow_stages(self, emitter: Emitter, families: list[Family]) -> list[LightStage]:
         stages: list[LightStage] = []
         for family in families:
             match family:
@@ -314,9 +330,6 @@ class _Compiler:
                     stages.append(kind(family.occluders(), emitter, self.dtype, self.culling))
                 case Ellipsoids():
                     stages.append(EllipsoidShadows(family, emitter, self.dtype, self.culling))
-            price = cost.seconds(self.rays * emitter.count, COSTS.shadow * min(2.0, family.numbers.size / 4))
-            detail = f"shadow rays from points to light {emitter.number}"
-            self.listing.add(f"shadows of {family.kind}s", f"shapes.{family.kind}", detail, (pointer,), price)
         return stages
 
     def _terms(self, emitter: Emitter, table: Phong, pointer: str) -> list[LightStage]:
