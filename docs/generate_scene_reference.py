@@ -46,7 +46,6 @@ Some scenes are valid, but their picture is probably not what was meant. They ar
   picture;
 - a light is inside an ellipsoid (`light_inside`);
 - no shape uses a material, or no material uses a texture (`unused`);
-- a normal map is decoded as sRGB (`normal_map_not_linear`);
 - a triangle has no area and is left out (`no_area`);
 - `up` is parallel to the view (`up_parallel_to_view`);
 - the longest axis of an ellipsoid is more than 1e8 times as long as the shortest (`very_flat`).

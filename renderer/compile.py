@@ -24,7 +24,7 @@ from renderer.materials.phong import SHARP, Ambient, Colors, Diffuse, Highlight,
 from renderer.plan import RenderPlan
 from renderer.pointers import escaped
 from renderer.scenes import LoadedScene, Source, load_scene
-from renderer.shapes import Family, triangles
+from renderer.shapes import Family
 from renderer.shapes.ellipsoids import Ellipsoids
 from renderer.shapes.family import Location, Meeting, Outline
 from renderer.shapes.rectangles import Rectangles
@@ -34,6 +34,7 @@ from renderer.textures import Texture
 from renderer.visibility.ellipsoids import EllipsoidShadows
 from renderer.visibility.polygon_grids import GridPolygonShadows
 from renderer.visibility.polygon_scatter import ScatterPolygonShadows
+from schemas.geometry import no_area
 from schemas.plans import LeftOut
 from schemas.problems import Problem
 from schemas.quality import Quality
@@ -163,7 +164,7 @@ class _Compiler:
         """
         members: dict[object, list[int]] = {}
         for number, shape in enumerate(self.document.shapes):
-            if isinstance(shape, Triangle) and _without_area(shape):
+            if isinstance(shape, Triangle) and no_area(shape):
                 pointer = (f"/shapes/{number}",)
                 self.listing.leave_out("shapes.triangle", "its three vertices lie on one line", pointer)
                 continue
@@ -262,6 +263,9 @@ class _Compiler:
         self.listing.add(
             f"{part.replace('_', ' ')} {name}", effect, detail, (f"/textures/{escaped(name)}", *asking), price
         )
+        if part == "normal_map":
+            # Directions, not colours: the file is read as it is stored.
+            texture = texture.model_copy(update={"encoding": "linear"})
         try:
             return TEXTURES[type(texture)](texture, self.scene.assets)
         except AssetError as error:
@@ -375,8 +379,3 @@ def _sampling(sampling: Sampling, quality: Quality | None) -> Sampling:
         return sampling
     changes = {"antialiasing": quality.antialiasing, "light": quality.light}
     return sampling.model_copy(update={part: value for part, value in changes.items() if value is not None})
-
-
-def _without_area(shape: Triangle) -> bool:
-    vertices = np.array(shape.vertices, dtype=np.float64)[:, :, None]
-    return bool(triangles.degenerate(vertices)[0])

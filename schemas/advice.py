@@ -11,7 +11,6 @@ from schemas.quantities import Color
 from schemas.references import used_materials, used_textures
 from schemas.scene import Scene
 from schemas.shapes import Ellipsoid, Sphere, Triangle
-from schemas.textures import ImageTexture
 from schemas.vectors import difference, length, parallel
 
 FLATTEST = 1e8
@@ -28,7 +27,6 @@ def advise(scene: Scene) -> list[Finding]:
         *_empty_view(scene),
         *_up(scene),
         *_unused(scene),
-        *_bent_normals(scene),
         *_poor_shapes(scene),
         *_lights_inside(scene),
     ]
@@ -77,18 +75,6 @@ def _unused(scene: Scene) -> Iterator[Finding]:
     for name in scene.textures:
         if name not in textures:
             yield Finding(("textures", name), "unused", "No material has this texture. Use it or remove it.")
-
-
-def _bent_normals(scene: Scene) -> Iterator[Finding]:
-    maps = dict.fromkeys(material.normal_map for material in scene.materials.values())
-    for name in maps:
-        texture = scene.textures[name] if name is not None else None
-        if isinstance(texture, ImageTexture) and texture.encoding == "srgb":
-            detail = (
-                "A normal map holds directions, not colours, and decoding it as sRGB bends them. "
-                "Set 'encoding' to 'linear'."
-            )
-            yield Finding(("textures", str(name), "encoding"), "normal_map_not_linear", detail)
 
 
 def _poor_shapes(scene: Scene) -> Iterator[Finding]:

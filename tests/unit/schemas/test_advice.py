@@ -43,13 +43,6 @@ def test_what_no_shape_uses_is_told_by_name(scene: dict[str, Any]) -> None:
     assert warnings(scene) == [("/materials/spare~1part", "unused"), ("/textures/spare", "unused")]
 
 
-def test_a_normal_map_decoded_as_srgb_is_told_at_its_encoding(scene: dict[str, Any]) -> None:
-    scene["textures"]["wood"]["encoding"] = "srgb"
-    assert warnings(scene) == [("/textures/wood/encoding", "normal_map_not_linear")]
-    del scene["textures"]["wood"]["encoding"]
-    assert warnings(scene) == [("/textures/wood", "normal_map_not_linear")]
-
-
 @pytest.mark.parametrize("up", [[0, -1, -8], [0, 3, 24], [0, 1e-9, 8e-9]])
 def test_up_along_the_view_is_told(scene: dict[str, Any], up: list[float]) -> None:
     scene["camera"]["up"] = up
