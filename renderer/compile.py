@@ -24,7 +24,7 @@ from renderer.materials.phong import SHARP, Ambient, Colors, Diffuse, Highlight,
 from renderer.plan import RenderPlan
 from renderer.pointers import escaped
 from renderer.scenes import LoadedScene, Source, load_scene
-from renderer.shapes import Family, triangles
+from renderer.shapes import Family
 from renderer.shapes.ellipsoids import Ellipsoids
 from renderer.shapes.family import Location, Meeting, Outline
 from renderer.shapes.rectangles import Rectangles
@@ -34,6 +34,7 @@ from renderer.textures import Texture
 from renderer.visibility.ellipsoids import EllipsoidShadows
 from renderer.visibility.polygon_grids import GridPolygonShadows
 from renderer.visibility.polygon_scatter import ScatterPolygonShadows
+from schemas.geometry import no_area
 from schemas.plans import LeftOut
 from schemas.problems import Problem
 from schemas.quality import Quality
@@ -138,7 +139,8 @@ class _Compiler:
         families = self._families()
         emitters = [self._emitter(number) for number in range(len(self.document.lights))]
         return tuple(
-            Lighting(emitter, tuple(self._shadows(emitter, families)), (), self.dtype) for emitter in emitters
+            Lighting(emitter, tuple(self._shadow_stages(emitter, families)), (), self.dtype)
+            for emitter in emitters
         )
 
     def _emitter(self, number: int) -> Emitter:
@@ -162,7 +164,7 @@ class _Compiler:
         """
         members: dict[object, list[int]] = {}
         for number, shape in enumerate(self.document.shapes):
-            if isinstance(shape, Triangle) and _without_area(shape):
+            if isinstance(shape, Triangle) and no_area(shape):
                 pointer = (f"/shapes/{number}",)
                 self.listing.leave_out("shapes.triangle", "its three vertices lie on one line", pointer)
                 continue
@@ -261,6 +263,9 @@ class _Compiler:
         self.listing.add(
             f"{part.replace('_', ' ')} {name}", effect, detail, (f"/textures/{escaped(name)}", *asking), price
         )
+        if part == "normal_map":
+            # Directions, not colours: the file is read as it is stored.
+            texture = texture.model_copy(update={"encoding": "linear"})
         try:
             return TEXTURES[type(texture)](texture, self.scene.assets)
         except AssetError as error:
@@ -301,11 +306,26 @@ class _Compiler:
     def _shadows(self, emitter: Emitter, families: list[Family]) -> list[LightStage]:
         """A light asks for shadow rays against every family, unless there is but one shape."""
         pointer = f"/lights/{emitter.number}"
-        if sum(family.numbers.size for family in families) < 2:
+        if self._shades_nothing(families):
             self.listing.leave_out(
                 "shadow rays", "a single convex shape has nothing to cast its shadow on", (pointer,)
             )
             return []
+        stages = self._shadow_stages(emitter, families)
+        for family in families:
+            price = cost.seconds(self.rays * emitter.count, COSTS.shadow * min(2.0, family.numbers.size / 4))
+            detail = f"shadow rays from points to light {emitter.number}"
+            self.listing.add(f"shadows of {family.kind}s", f"shapes.{family.kind}", detail, (pointer,), price)
+        return stages
+
+    def _shades_nothing(self, families: list[Family]) -> bool:
+        """A single shape shades nothing, but for an ellipsoid seen from inside: it hides what is outside."""
+        if sum(family.numbers.size for family in families) > 1:
+            return False
+        position = column(self.document.camera.position)
+        return not any(isinstance(family, Ellipsoids) and family.holds(position) for family in families)
+
+    def _shadow_stages(self, emitter: Emitter, families: list[Family]) -> list[LightStage]:
         stages: list[LightStage] = []
         for family in families:
             match family:
@@ -314,9 +334,6 @@ class _Compiler:
                     stages.append(kind(family.occluders(), emitter, self.dtype, self.culling))
                 case Ellipsoids():
                     stages.append(EllipsoidShadows(family, emitter, self.dtype, self.culling))
-            price = cost.seconds(self.rays * emitter.count, COSTS.shadow * min(2.0, family.numbers.size / 4))
-            detail = f"shadow rays from points to light {emitter.number}"
-            self.listing.add(f"shadows of {family.kind}s", f"shapes.{family.kind}", detail, (pointer,), price)
         return stages
 
     def _terms(self, emitter: Emitter, table: Phong, pointer: str) -> list[LightStage]:
@@ -362,8 +379,3 @@ def _sampling(sampling: Sampling, quality: Quality | None) -> Sampling:
         return sampling
     changes = {"antialiasing": quality.antialiasing, "light": quality.light}
     return sampling.model_copy(update={part: value for part, value in changes.items() if value is not None})
-
-
-def _without_area(shape: Triangle) -> bool:
-    vertices = np.array(shape.vertices, dtype=np.float64)[:, :, None]
-    return bool(triangles.degenerate(vertices)[0])

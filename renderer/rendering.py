@@ -2,6 +2,8 @@
 
 import multiprocessing
 import os
+import signal
+import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -152,15 +154,36 @@ def _executor(plan: RenderPlan, workers: int | None) -> Iterator[_Results]:
         os.environ.setdefault(name, "1")
     context = multiprocessing.get_context("spawn")
     pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin, initargs=(plan,))
+    others = set(multiprocessing.active_children())
     try:
         yield lambda tasks: _from_pool(pool, tasks)
+    except BaseException:
+        # Nobody waits for their tiles any more, which may take minutes.
+        for process in set(multiprocessing.active_children()) - others:
+            process.kill()
+        raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
 
 
+@contextmanager
+def _unheard() -> Iterator[None]:
+    """Keep Ctrl-C from the processes that are started meanwhile: a terminal sends it to all of them.
+
+    This process hears it afterwards, and ends them.
+    """
+    signals = {signal.SIGINT, signal.SIGTERM}
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _from_pool(pool: ProcessPoolExecutor, tasks: list[_Task]) -> Iterator[tuple[Tile, Pass, TileResult]]:
     try:
-        waiting: dict[Future[TileResult], _Task] = {pool.submit(_render, *task): task for task in tasks}
+        with _unheard():
+            waiting: dict[Future[TileResult], _Task] = {pool.submit(_render, *task): task for task in tasks}
         while waiting:
             finished, _ = wait(waiting, return_when=FIRST_COMPLETED)
             for future in finished:
@@ -178,6 +201,14 @@ _plan: RenderPlan | None = None
 def _begin(plan: RenderPlan) -> None:
     global _plan  # noqa: PLW0603  one plan a worker process, sent once
     _plan = plan
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
 
 
 def _render(tile: Tile, pass_: Pass) -> TileResult:

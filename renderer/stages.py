@@ -71,6 +71,8 @@ class Lighting:
         if view.count:
             for shadow in self.shadows:
                 shadow.run(view)
+            if points.bent:
+                view.block_below_horizon()
         return view
 
     def run(self, points: Points, workspace: Workspace) -> int:

@@ -24,7 +24,9 @@ class ImageTexture(Closed):
         "`sha256:` and the 64 hexadecimal digits of an uploaded asset."
     )
     encoding: Literal["srgb", "linear"] = Field(
-        default="srgb", description="How the file stores colours: `srgb` for pictures, `linear` for data."
+        default="srgb",
+        description="How the file stores colours: `srgb` for pictures, `linear` for data. A normal map is read as "
+        "it is stored, whatever is said here.",
     )
     filter: Literal["nearest", "bilinear"] = Field(
         default="bilinear", description="`nearest` texel, or `bilinear` between four texels."

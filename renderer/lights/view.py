@@ -151,6 +151,12 @@ class LightView:
         positive = self.positive_cosines(normals)
         return np.ones((self.light_points.count, self.count), dtype=bool) if positive is None else positive
 
+    def block_below_horizon(self) -> None:
+        """Block the pairs whose light point is behind the true surface, whatever the shading normal says."""
+        positive = self.positive_cosines(self.of_points(self.points.normals))
+        if positive is not None:
+            self.block(~positive)
+
     def keep_open(self, values: Pairs) -> None:
         """Set the values (L, n) of blocked pairs to 0."""
         if self.blocked is None:

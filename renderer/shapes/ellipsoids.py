@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 import schemas.shapes as language
-from renderer.arrays import Floats, Integers, columns, cross, dot, magnitude, unit
+from renderer.arrays import Floats, Integers, columns, cross, dot, lengths, magnitude, unit
 from renderer.interaction import Points, Rays
 from renderer.numerics import gamma
-from renderer.shapes.family import WHOLE, Family
+from renderer.shapes.family import MARGIN, WHOLE, Family
 
 
 @dataclass(slots=True)
@@ -41,6 +41,13 @@ class Ellipsoids(Family):
         """Vectors (3, N) in the frame of one ellipsoid's unit sphere."""
         rows = self.inverse[:, :, shape, None]
         return np.stack([dot(vectors, row) for row in rows])
+
+    def holds(self, place: Floats) -> bool:
+        """Whether a place (3, 1) is inside of an ellipsoid or, within a hair, on it."""
+        return any(
+            lengths(self.to_sphere(place - self.centers[:, shape, None], shape)).item() < 1 + MARGIN
+            for shape in range(self.numbers.size)
+        )
 
     def meet(self, shape: int, rays: Rays) -> None:
         """Hits from the closest approach to the centre (Haines et al., Ray Tracing Gems, ch. 7).

@@ -120,13 +120,6 @@ def unit_normals(vertices: Floats) -> Floats:
     return unit(cross(unit(first), unit(second)))
 
 
-def degenerate(vertices: Floats) -> Masks:
-    """Triangles whose three vertices lie on one line, (3, 3, K) -> (K,)."""
-    a, b, c = vertices
-    product = cross(b - a, c - a)
-    return magnitude(product) == 0
-
-
 def build(numbers: Sequence[int], shapes: Sequence[language.Triangle]) -> Triangles:
     """The family of some triangles of a scene, given with their numbers."""
     vertices = np.array([shape.vertices for shape in shapes], dtype=np.float64).transpose(1, 2, 0).copy()

@@ -64,16 +64,23 @@ class EllipsoidShadows:
         self.box = Box.of(self.family.corners())
 
     def run(self, view: LightView) -> None:
-        """Mark the blocked pairs of a view; an ellipsoid shades its own points by their normals alone."""
+        """Mark the blocked pairs of a view.
+
+        The outer side of an ellipsoid shades its own points by their normals alone; from its inner side
+        all that is outside is hidden.
+        """
         positions = view.of_points(view.points.positions)
         candidates = np.arange(self.family.numbers.size)
         if self.culling:
             candidates = np.flatnonzero(shaft(self.box, *bounds(positions), self.emitter))
         if not candidates.size:
             return
-        owners = view.of_points(view.points.shapes)
+        owners, flipped = view.of_points(view.points.shapes), view.of_points(view.points.flipped)
         for shape in candidates.tolist():
-            others = np.flatnonzero(owners != self.family.numbers[shape])
+            own = owners == self.family.numbers[shape]
+            within, others = np.flatnonzero(own & flipped), np.flatnonzero(~own)
+            if within.size:
+                self._shade_inner(view, shape, within)
             if others.size:
                 self._shade(view, shape, positions[:, others], others)
 
@@ -130,15 +137,16 @@ class EllipsoidShadows:
         self, view: LightView, shape: int, relative: Floats, distance: Floats, power: Floats, index: Integers
     ) -> None:
         light = self._light(shape)
+        within = self._inner_light_points(view, light, index)
+        if within is not None:
+            view.block(within, index)
         cone = self._cone(light, relative, distance, power)
         if self.culling:
             possible = np.flatnonzero(cone.possible())
             if not possible.size:
                 return
             cone, index = cone.at(possible), index[possible]
-        hidden = self._hidden(view, cone, index)
-        self._add_light_inside(view, shape, light, index, hidden)
-        view.block(hidden, None if index.size == view.count else index)
+        view.block(self._hidden(view, cone, index), None if index.size == view.count else index)
 
     def _hidden(self, view: LightView, cone: Cone, index: Integers) -> Masks:
         lights, workspace, n = view.light_points.chosen(index), view.workspace, index.size
@@ -172,19 +180,6 @@ class EllipsoidShadows:
             lights.affine((constant, by_u, by_v), part, view.workspace)
             total += part * part
         return total < 1
-
-    def _add_light_inside(
-        self,
-        view: LightView,
-        shape: int,
-        light: tuple[Floats, Floats, Floats],
-        index: Integers,
-        hidden: Masks,
-    ) -> None:
-        del shape
-        inner = self._inner_light_points(view, light, index)
-        if inner is not None:
-            np.logical_or(hidden, inner, out=hidden)
 
     def _shade_inner(self, view: LightView, shape: int, index: Integers) -> None:
         """From inside, all that is outside is hidden."""

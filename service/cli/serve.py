@@ -9,7 +9,8 @@ from typing import Annotated
 import typer
 
 from service.cli import output
-from service.cli.errors import CommandError
+from service.cli.errors import CommandError, ServiceStartError
+from service.cli.exits import ExitCode
 
 HostOption = Annotated[str | None, typer.Option(help="Address to listen on; 127.0.0.1 by default.")]
 PortOption = Annotated[
@@ -48,7 +49,14 @@ def serve(
             f"{output.emphasis('warning', 'yellow')}: whoever reaches {settings.host} can use this service: "
             "it does not ask who they are. Put a proxy that does in front of it."
         )
-    run(settings)
+    try:
+        run(settings)
+    except KeyboardInterrupt:
+        output.say("The service has stopped; jobs that were not done go on when it starts again.")
+    except SystemExit as exit_:
+        # The server reports what kept it from starting, and leaves by itself.
+        if exit_.code != ExitCode.TERMINATED:
+            raise ServiceStartError("the service could not start; the lines above say why") from exit_
 
 
 def _is_loopback(host: str) -> bool:

@@ -63,8 +63,9 @@ def read_rays(path: Path) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float
     import numpy as np
 
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in ("origins", "directions") if name in file}
+        # NumPy leaves a file open that it was given by name and could not read.
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in ("origins", "directions") if name in archive}
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror or error}") from error
     except (ValueError, AttributeError, EOFError, TypeError, zipfile.BadZipFile) as error:

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from schemas.pointers import Parts
-from schemas.positions import line_and_column, locate
+from schemas.positions import Place, line_and_column, locate
 from schemas.problems import Problem
+
+ABOUT_THE_KEY = frozenset({"unknown_field"})
+"""Problems that stand at the name of a field and not at its value."""
 
 
 def located(text: str | None, problems: Iterable[Problem]) -> list[Problem]:
@@ -20,10 +23,16 @@ def located(text: str | None, problems: Iterable[Problem]) -> list[Problem]:
     problems = list(problems)
     if text is None:
         return problems
-    places = locate(text, [_parts(problem.pointer) for problem in problems])
+    locations = [_parts(problem.pointer) for problem in problems]
+    places = locate(text, locations)
     return [
-        _at(problem, *line_and_column(text, places[_parts(problem.pointer)].value)) for problem in problems
+        _at(problem, *line_and_column(text, _offset(problem, places[parts])))
+        for problem, parts in zip(problems, locations, strict=True)
     ]
+
+
+def _offset(problem: Problem, place: Place) -> int:
+    return place.keys[0] if problem.code in ABOUT_THE_KEY and place.keys else place.value
 
 
 def _at(problem: Problem, line: int, column: int) -> Problem:

@@ -15,7 +15,7 @@ def scene() -> dict[str, Any]:
         "background": [0, 0, 0],
         "ambient": [1, 1, 1],
         "textures": {
-            "wood": {"type": "image", "asset": "wood.png", "encoding": "srgb", "filter": "nearest"},
+            "wood": {"type": "image", "asset": "wood.png", "encoding": "linear", "filter": "nearest"},
             "board": {"type": "checker", "even": [1, 1, 1], "odd": [0, 0, 0], "repeat": [8, 8]},
         },
         "materials": {

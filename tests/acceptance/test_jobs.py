@@ -1,0 +1,124 @@
+"""The commands of the client against a running service."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.acceptance.conftest import Penumbra, Server
+
+pytestmark = pytest.mark.slow
+
+
+def test_a_submitted_scene_gives_the_same_bytes_as_rendering_it_here(
+    penumbra: Penumbra, scene_file: Path, tmp_path: Path
+) -> None:
+    assert penumbra("render", scene_file, "-o", "here.png").code == 0
+    assert penumbra("render", scene_file, "-o", "here.npy", "--workers", 1, "--tile", 7).code == 0
+    sent = penumbra("submit", scene_file, "-o", "sent.png")
+    assert sent.code == 0
+    assert penumbra("get", sent.out.strip(), "-o", "sent.npy").code == 0
+    for name in ("png", "npy"):
+        assert (tmp_path / f"sent.{name}").read_bytes() == (tmp_path / f"here.{name}").read_bytes()
+
+
+def test_submit_prints_the_id_alone_and_the_job_can_be_waited_for(
+    penumbra: Penumbra, scene_file: Path
+) -> None:
+    submitted = penumbra("submit", scene_file)
+    assert submitted.code == 0
+    job_id = submitted.out.strip()
+    assert job_id.isalnum()
+    waited = penumbra("wait", job_id, "--json")
+    assert waited.code == 0
+    assert waited.document["state"] == "succeeded"
+    assert waited.document["id"] == job_id
+
+
+def test_watching_on_a_pipe_prints_each_tile_once_in_order_and_again_from_the_start(
+    penumbra: Penumbra, scene_file: Path
+) -> None:
+    job_id = penumbra("submit", scene_file).out.strip()
+    first, second = penumbra("watch", job_id), penumbra("watch", job_id)
+    numbers = [int(line.partition("/")[0]) for line in first.out.splitlines()]
+    assert numbers == list(range(1, len(numbers) + 1))
+    assert len(numbers) > 1
+    assert second.out == first.out
+    assert first.code == second.code == 0
+
+
+def test_quality_options_count_for_a_submitted_scene_too(
+    penumbra: Penumbra, scene_file: Path, tmp_path: Path
+) -> None:
+    options = ["--samples", 9, "--pattern", "rotated", "--light-samples", 1, "--precision", "double"]
+    assert penumbra("render", scene_file, "-o", "here.npy", *options).code == 0
+    assert penumbra("submit", scene_file, "-o", "sent.npy", *options).code == 0
+    assert penumbra("render", scene_file, "-o", "plain.npy").code == 0
+    here, sent, plain = (np.load(tmp_path / f"{name}.npy") for name in ("here", "sent", "plain"))
+    assert np.array_equal(here, sent)
+    assert not np.array_equal(here, plain)
+
+
+def test_the_newest_job_is_listed_first(penumbra: Penumbra, scene_file: Path) -> None:
+    ids = [penumbra("submit", scene_file).out.strip() for _ in range(2)]
+    listed = penumbra("ls", "--limit", 2, "--json").document["jobs"]
+    assert [job["id"] for job in listed] == ids[::-1]
+    lines = penumbra("ls", "--limit", 2).out.splitlines()
+    assert [line.split("\t")[0] for line in lines] == ids[::-1]
+
+
+def test_a_cancelled_job_has_no_image(penumbra: Penumbra, endless_file: Path, tmp_path: Path) -> None:
+    job_id = penumbra("submit", endless_file).out.strip()
+    assert penumbra("cancel", job_id).code == 0
+    assert penumbra("wait", job_id).code == 4
+    assert penumbra("get", job_id, "--json").document["state"] == "cancelled"
+    assert penumbra("get", job_id, "-o", "no.png").code == 4
+    assert not (tmp_path / "no.png").exists()
+
+
+def test_a_time_out_names_the_job_and_the_job_goes_on(penumbra: Penumbra, endless_file: Path) -> None:
+    timed_out = penumbra("submit", endless_file, "--wait", "--timeout", 0.5, "--json")
+    assert timed_out.code == 5
+    job_id = timed_out.document["job_id"]
+    assert penumbra("wait", job_id, "--timeout", 0.1).code == 5
+    assert penumbra("get", job_id, "--json").document["state"] in {"queued", "running"}
+    assert penumbra("cancel", job_id).code == 0
+
+
+def test_of_a_running_job_there_is_a_picture_already(
+    penumbra: Penumbra, endless_file: Path, tmp_path: Path
+) -> None:
+    job_id = penumbra("submit", endless_file).out.strip()
+    partial = penumbra("get", job_id, "-o", "part.npy")
+    penumbra("cancel", job_id)
+    assert partial.code == 0
+    assert "so far" in partial.err
+    picture = np.load(tmp_path / "part.npy")
+    assert picture.shape == (512, 512, 3)
+    assert picture.max() > 0
+
+
+def test_what_the_service_refuses_is_shown_in_the_users_own_file(
+    penumbra: Penumbra, scene: dict[str, Any], scene_file: Path
+) -> None:
+    scene["camera"]["vertical_fov"] = 180
+    scene["shapes"][0]["materiel"] = "x"
+    scene_file.write_text(json.dumps(scene, indent=2))
+    lines = scene_file.read_text().splitlines()
+    here, sent = penumbra("validate", scene_file, "--json"), penumbra("submit", scene_file, "--json")
+    assert here.code == sent.code == 3
+    assert sent.document["errors"] == here.document["files"][0]["errors"]
+    places = {error["pointer"]: lines[error["line"] - 1] for error in sent.document["errors"]}
+    assert '"vertical_fov"' in places["/camera/vertical_fov"]
+    assert '"materiel"' in places["/shapes/0/materiel"]
+
+
+def test_an_unknown_job_is_an_error_of_the_server(penumbra: Penumbra, server: Server) -> None:
+    for words in (["get", "none"], ["wait", "none"], ["cancel", "none"], ["get", "../../livez"]):
+        outcome = penumbra(*words)
+        assert outcome.code == 4
+        assert outcome.err.startswith("error: ")

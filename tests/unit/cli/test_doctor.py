@@ -1,0 +1,48 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from service.cli.doctor import Check, _service
+from tests.unit.cli.conftest import Penumbra
+
+NAMES = {"penumbra", "python", "libraries", "numpy simd", "processors", "memory", "data folder", "database"}
+
+
+def test_everything_is_looked_at_and_nothing_is_made(penumbra: Penumbra, tmp_path: Path) -> None:
+    outcome = penumbra("doctor", "--json")
+    assert outcome.code == 0
+    checks = {check["name"]: check for check in outcome.document["checks"]}
+    assert checks.keys() >= NAMES
+    assert str(tmp_path) in checks["data folder"]["found"]
+    assert "the default" in checks["data folder"]["found"]
+    assert list(tmp_path.iterdir()) == []
+
+
+def _checks() -> dict[str, Check]:
+    return {check.name: check for check in _service()}
+
+
+def test_a_folder_that_cannot_be_made_is_a_failure_with_its_source(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("PENUMBRA_DATA", str(tmp_path / "file" / "data"))
+    check = _checks()["data folder"]
+    assert check.level == "fail"
+    assert "PENUMBRA_DATA" in check.found + check.advice
+
+
+def test_a_password_is_not_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PENUMBRA_DATABASE", "postgresql+psycopg://me:secret@127.0.0.1:9/x")
+    check = _checks()["database"]
+    assert check.level == "fail"
+    assert "PENUMBRA_DATABASE" in check.found
+    assert "secret" not in check.found + check.advice
+
+
+@pytest.mark.parametrize("name", ["PENUMBRA_PORT", "PENUMBRA_WORKERS"])
+def test_settings_that_make_no_sense_are_a_failure(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    monkeypatch.setenv(name, "many")
+    assert {check.level for check in _service()} == {"fail"}

@@ -1,0 +1,133 @@
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from tests.unit.cli.conftest import CLEAN, COMMAND, Penumbra
+
+PATIENCE = 60
+
+
+def test_a_picture_has_the_size_of_the_scene_and_the_same_bytes_for_any_workers_and_tiles(
+    penumbra: Penumbra, scene_file: Path, tmp_path: Path
+) -> None:
+    for name, options in {"a": ["--workers", 1], "b": ["--workers", 2, "--tile", 5]}.items():
+        assert penumbra("render", scene_file, "-o", f"{name}.png", *options).code == 0
+    with Image.open(tmp_path / "a.png") as picture:
+        assert picture.size == (48, 32)
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+
+
+def test_the_array_file_is_linear_and_in_float32(
+    penumbra: Penumbra, scene_file: Path, tmp_path: Path
+) -> None:
+    assert penumbra("render", scene_file, "-o", "a.npy", "--workers", 1).code == 0
+    picture = np.load(tmp_path / "a.npy")
+    assert picture.shape == (32, 48, 3)
+    assert picture.dtype == np.float32
+
+
+def test_the_report_is_the_only_thing_on_stdout(penumbra: Penumbra, scene_file: Path) -> None:
+    outcome = penumbra("render", scene_file, "-o", "a.png", "--json", "--samples", 4, "--pattern", "rotated")
+    report = outcome.document
+    assert {"seconds", "cpu_seconds", "rays", "error", "numerics", "plan"} <= report.keys()
+    assert (report["width"], report["height"]) == (48, 32)
+    assert report["samples"]["antialiasing_mean"] == 4
+    assert report["rays"]["camera"] == 48 * 32 * 4
+
+
+def test_a_warning_is_told_beside_the_report(
+    penumbra: Penumbra, scene: dict[str, Any], scene_file: Path
+) -> None:
+    del scene["lights"]
+    scene_file.write_text(json.dumps(scene))
+    outcome = penumbra("render", scene_file, "-o", "a.png", "--json")
+    assert outcome.code == 0
+    assert outcome.document["rays"].get("shadow", 0) == 0
+    assert "warning" in outcome.err
+
+
+def test_the_seed_chooses_the_random_numbers(penumbra: Penumbra, scene_file: Path, tmp_path: Path) -> None:
+    for name, seed in {"a": 1, "b": 1, "c": 2}.items():
+        words = ["--seed", seed, "--pattern", "random", "--samples", 2, "--workers", 1]
+        assert penumbra("render", scene_file, "-o", f"{name}.npy", *words).code == 0
+    a, b, c = (np.load(tmp_path / f"{name}.npy") for name in "abc")
+    assert np.array_equal(a, b)
+    assert not np.array_equal(a, c)
+
+
+@contextmanager
+def _long_render(scene: dict[str, Any], folder: Path) -> Iterator[subprocess.Popen[str]]:
+    """A render that would take minutes, with its workers running.
+
+    Its group of processes is its own, so that it gets signals as that of a terminal gets Ctrl-C.
+    """
+    scene["camera"] |= {"width": 1024, "height": 1024}
+    scene["sampling"] = {"antialiasing": {"pattern": "uniform", "samples": 1024}}
+    (folder / "long.json").write_text(json.dumps(scene))
+    with subprocess.Popen(
+        [*COMMAND, "render", "long.json", "-o", "long.png", "--workers", "2"],
+        cwd=folder,
+        env=CLEAN | {"PYTHONPATH": str(Path(__file__).parents[3])},
+        stderr=subprocess.PIPE,
+        text=True,
+        process_group=0,
+    ) as render:
+        _wait_for(lambda: len(_at_work(render.pid)) == 2)
+        yield render
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interrupted_render_leaves_no_process_and_no_file(
+    scene: dict[str, Any], tmp_path: Path, number: signal.Signals, code: int
+) -> None:
+    with _long_render(scene, tmp_path) as render:
+        os.killpg(render.pid, number)
+        _, talk = render.communicate(timeout=PATIENCE)
+    assert render.returncode == code
+    assert "Traceback" not in talk
+    _wait_for(lambda: not _group(render.pid))
+    assert [path.name for path in tmp_path.iterdir()] == ["long.json"]
+
+
+def test_a_killed_render_leaves_no_process(scene: dict[str, Any], tmp_path: Path) -> None:
+    with _long_render(scene, tmp_path) as render:
+        render.kill()
+    _wait_for(lambda: not _group(render.pid))
+
+
+def _wait_for(condition: Any) -> None:
+    deadline = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def _group(leader: int) -> dict[int, float]:
+    """CPU seconds of the living processes of a process group, by their ids."""
+    found = {}
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = path.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(fields[2]) == leader and fields[0] != "Z":
+            ticks = int(fields[11]) + int(fields[12])
+            found[int(path.parent.name)] = ticks / os.sysconf("SC_CLK_TCK")
+    return found
+
+
+def _at_work(leader: int) -> list[int]:
+    """The workers that have been busy for longer than it takes to start."""
+    return [pid for pid, seconds in _group(leader).items() if pid != leader and seconds > 1.5]
