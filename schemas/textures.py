@@ -25,8 +25,8 @@ class ImageTexture(Closed):
     )
     encoding: Literal["srgb", "linear"] = Field(
         default="srgb",
-        description="How the file stores colours: `srgb` for pictures, `linear` for data. A normal map is read as "
-        "it is stored, whatever is said here.",
+        description="How the file stores colours: `srgb` for pictures, `linear` for data. "
+        "A normal map is read as it is stored, whatever is said here.",
     )
     filter: Literal["nearest", "bilinear"] = Field(
         default="bilinear", description="`nearest` texel, or `bilinear` between four texels."

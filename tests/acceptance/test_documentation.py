@@ -1,0 +1,54 @@
+"""The examples of the documentation, run as a reader would run them."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.acceptance.conftest import ENVIRONMENT, ROOT, Server
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture
+def checkout(tmp_path: Path) -> Path:
+    """A folder that has what a checkout has, where examples may write."""
+    shutil.copytree(ROOT / "scenes", tmp_path / "scenes")
+    return tmp_path
+
+
+@pytest.mark.skipif(shutil.which("curl") is None, reason="the examples use curl")
+def test_every_request_of_the_http_page_works(server: Server, checkout: Path) -> None:
+    page = (ROOT / "docs" / "http.md").read_text()
+    blocks = re.findall(r"^```sh\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
+    assert len(blocks) > 10
+    script = "\n".join(["set -eu -o pipefail", *blocks]).replace("http://127.0.0.1:8000", server.url)
+    done = subprocess.run(
+        ["bash", "-c", script], capture_output=True, text=True, cwd=checkout, timeout=120, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "304" in done.stdout
+    assert "262144 pixels" in done.stdout
+    assert "unknown_field" in done.stdout
+
+
+def test_every_command_of_the_command_line_page_works(server: Server, checkout: Path) -> None:
+    page = (ROOT / "docs" / "command-line.md").read_text()
+    blocks = re.findall(r"^```sh\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
+    assert len(blocks) >= 4
+    here = f"{Path(sys.executable).parent}:{ENVIRONMENT.get('PATH', '')}"
+    done = subprocess.run(
+        ["bash", "-c", "\n".join(["set -eu -o pipefail", *blocks])],
+        capture_output=True,
+        text=True,
+        cwd=checkout,
+        env=ENVIRONMENT | {"PATH": here, "PENUMBRA_SERVER": server.url},
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
