@@ -17,7 +17,19 @@ FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "PPM")
 
 
 class AssetError(ValueError):
-    """A file that a scene names cannot be had or used. The message is for the person who wrote the scene."""
+    """A file that a scene names cannot be had or used.
+
+    Parameters
+    ----------
+    message : str
+        For the person who wrote the scene.
+    pointer : str, optional
+        The place in the scene that names the file, where it is known.
+    """
+
+    def __init__(self, message: str, pointer: str = "") -> None:
+        super().__init__(message)
+        self.pointer = pointer
 
 
 class AssetSource(Protocol):

@@ -9,12 +9,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from renderer import cost, tiling
-from renderer.arrays import Integers, Masks, column
+from renderer.accelerators.meeting import TreeMeeting
+from renderer.accelerators.trees import FEW, tree_of
+from renderer.arrays import Integers, Masks, column, magnitude
 from renderer.assets import AssetError
 from renderer.cameras import pinhole
 from renderer.cameras.pinhole import Pinhole
 from renderer.cost import COSTS
-from renderer.effects import LIGHTS, SHAPES, TEXTURES
+from renderer.effects import LIGHTS, SHAPES, TEXTURES, BuildFamily
 from renderer.errors import SceneError
 from renderer.lights import surfaces as light_surfaces
 from renderer.lights.emitters import Emitter
@@ -29,11 +31,12 @@ from renderer.shapes.ellipsoids import Ellipsoids
 from renderer.shapes.family import Location, Meeting, Outline
 from renderer.shapes.rectangles import Rectangles
 from renderer.shapes.triangles import Triangles
-from renderer.stages import Lighting, LightStage, Listing, PointStage
+from renderer.stages import Lighting, LightStage, Listing, PointStage, RayStage
 from renderer.textures import Texture
 from renderer.visibility.ellipsoids import EllipsoidShadows
 from renderer.visibility.polygon_grids import GridPolygonShadows
 from renderer.visibility.polygon_scatter import ScatterPolygonShadows
+from renderer.visibility.trees import TreeShadows
 from schemas.geometry import no_area
 from schemas.plans import LeftOut
 from schemas.problems import Problem
@@ -86,6 +89,7 @@ class _Compiler:
     dtype: np.dtype[np.floating] = field(init=False)
     names: list[str] = field(init=False)
     rays: float = field(init=False)
+    degenerate: int = 0
 
     def __post_init__(self) -> None:
         self.document = self.scene.document
@@ -102,10 +106,7 @@ class _Compiler:
         camera = self._camera()
         families = self._families()
         emitters = self._emitters()
-        meetings = [
-            Meeting(family, Outline.of(family.corners(), camera) if self.culling else None)
-            for family in families
-        ]
+        meetings = [self._meeting(family, camera) for family in families]
         visible = self._visible_lights()
         table = phong.build([self.document.materials[name] for name in self.names])
         points, bent = self._surfaces(families, table)
@@ -129,7 +130,7 @@ class _Compiler:
             bent=bent,
             dtype=self.dtype,
             culling=self.culling,
-            degenerate=len(self.document.shapes) - sum(family.numbers.size for family in families),
+            degenerate=self.degenerate + sum(_without_area(family) for family in families),
             entries=tuple(self.listing.entries),
             left_out=(*self.listing.left_out, *self._unused()),
         )
@@ -162,22 +163,35 @@ class _Compiler:
 
         Triangles without area are dropped.
         """
-        members: dict[object, list[int]] = {}
+        members: dict[BuildFamily, list[int]] = {}
         for number, shape in enumerate(self.document.shapes):
             if isinstance(shape, Triangle) and no_area(shape):
                 pointer = (f"/shapes/{number}",)
+                self.degenerate += 1
                 self.listing.leave_out("shapes.triangle", "its three vertices lie on one line", pointer)
                 continue
             members.setdefault(SHAPES[type(shape)], []).append(number)
         families = []
         for build, numbers in members.items():
-            family = build(numbers, [self.document.shapes[number] for number in numbers])  # type: ignore[operator]
+            family = self._family(build, numbers)
             self._list_family(family)
             families.append(family)
         return families
 
+    def _family(self, build: BuildFamily, numbers: list[int]) -> Family:
+        try:
+            return build(numbers, [self.document.shapes[number] for number in numbers], self.scene.assets)
+        except AssetError as error:
+            raise SceneError((Problem(pointer=error.pointer, detail=str(error), code="asset"),)) from error
+
+    def _meeting(self, family: Family, camera: Pinhole) -> RayStage:
+        """Few shapes are met one by one, many triangles through a tree."""
+        if isinstance(family, Triangles) and family.numbers.size > FEW:
+            return TreeMeeting(family, tree_of(family))
+        return Meeting(family, Outline.of(family.corners(), camera) if self.culling else None)
+
     def _list_family(self, family: Family) -> None:
-        pointers = tuple(f"/shapes/{number}" for number in family.numbers.tolist())
+        pointers = tuple(f"/shapes/{number}" for number in np.unique(family.numbers).tolist())
         price = cost.seconds(self.rays, COSTS.shape * cost.met(len(pointers)))
         self.listing.add(
             f"hits of {family.kind}s", f"shapes.{family.kind}", "nearest hits of rays", pointers, price
@@ -237,8 +251,9 @@ class _Compiler:
 
     def _location(self, family: Family, *, framed: bool) -> Location:
         local = np.full(len(self.document.shapes), -1, dtype=np.int64)
-        local[family.numbers] = np.arange(family.numbers.size)
-        pointers = tuple(f"/shapes/{number}" for number in family.numbers.tolist())
+        shapes, first = np.unique(family.numbers, return_index=True)
+        local[shapes] = first
+        pointers = tuple(f"/shapes/{number}" for number in shapes.tolist())
         detail = "positions, normals and texture coordinates of hits" + (", and tangents" if framed else "")
         share = family.numbers.size / max(1, len(self.document.shapes))
         price = cost.seconds(self.rays * share, COSTS.point)
@@ -329,6 +344,8 @@ class _Compiler:
         stages: list[LightStage] = []
         for family in families:
             match family:
+                case Triangles() if family.numbers.size > FEW:
+                    stages.append(TreeShadows(family, tree_of(family), emitter))
                 case Rectangles() | Triangles():
                     kind = GridPolygonShadows if emitter.shared else ScatterPolygonShadows
                     stages.append(kind(family.occluders(), emitter, self.dtype, self.culling))
@@ -379,3 +396,8 @@ def _sampling(sampling: Sampling, quality: Quality | None) -> Sampling:
         return sampling
     changes = {"antialiasing": quality.antialiasing, "light": quality.light}
     return sampling.model_copy(update={part: value for part, value in changes.items() if value is not None})
+
+
+def _without_area(family: Family) -> int:
+    """Triangles of a mesh that nothing can meet."""
+    return int(np.count_nonzero(magnitude(family.normals) == 0)) if isinstance(family, Triangles) else 0

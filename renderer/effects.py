@@ -9,15 +9,19 @@ import schemas.textures
 from renderer.assets import AssetSource
 from renderer.lights import emitters
 from renderer.lights.emitters import Emitter
-from renderer.shapes import Family, ellipsoids, rectangles, triangles
+from renderer.shapes import Family, ellipsoids, meshes, rectangles, triangles
 from renderer.textures import Texture, checker, image
 
-SHAPES: dict[type, Callable[[Sequence[int], Sequence[Any]], Family]] = {
+BuildFamily = Callable[[Sequence[int], Sequence[Any], AssetSource], Family]
+
+SHAPES: dict[type, BuildFamily] = {
     schemas.shapes.Triangle: triangles.build,
     schemas.shapes.Rectangle: rectangles.build,
     schemas.shapes.Parallelogram: rectangles.build,
     schemas.shapes.Ellipsoid: ellipsoids.build,
     schemas.shapes.Sphere: ellipsoids.build,
+    schemas.shapes.Mesh: meshes.build,
+    schemas.shapes.MeshFile: meshes.build,
 }
 
 LIGHTS: dict[type, Callable[..., Emitter]] = {

@@ -9,7 +9,7 @@ from schemas.cameras import Camera
 from schemas.lights import Light, ParallelogramLight, PointLight, RectangleLight
 from schemas.planar import CenterForm, CornerForm
 from schemas.scene import Scene
-from schemas.shapes import Ellipsoid, Shape, Sphere, Triangle
+from schemas.shapes import Ellipsoid, Mesh, MeshFile, Shape, Sphere, Triangle
 from schemas.vectors import Vector, add, cross, difference, dot, length, scaled, sine_between, times
 
 _CLEARLY_AN_AREA = 1e-12
@@ -85,6 +85,9 @@ def _ball(thing: Shape | RectangleLight | ParallelogramLight) -> tuple[Vector, f
         return thing.center, thing.radius
     if isinstance(thing, Ellipsoid):
         return thing.center, max(length(axis) for axis in thing.axes)
+    if isinstance(thing, Mesh | MeshFile):
+        # Where its file puts it is not known here.
+        return (0.0, 0.0, 0.0), math.inf
     points = thing.vertices if isinstance(thing, Triangle) else corners(thing)
     return points[0], max(length(difference(point, points[0])) for point in points)
 

@@ -57,4 +57,10 @@ Color = tuple[Intensity, Intensity, Intensity]
 Count = Annotated[int, Field(strict=True, ge=1, le=1 << 16)]
 """Pixels of one side, or samples of one kind: 1 to 65536."""
 
+Index = Annotated[int, Field(strict=True, ge=0, lt=1 << 31)]
+"""A number in a list, from 0."""
+
+Asset = Annotated[str, Field(strict=True, min_length=1, max_length=1024)]
+"""The name of a file."""
+
 Name = Annotated[str, Field(strict=True, min_length=1, max_length=200)]

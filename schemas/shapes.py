@@ -5,12 +5,22 @@ from __future__ import annotations
 import itertools
 from typing import Annotated, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
 from schemas.base import Closed
 from schemas.planar import CenterForm, CornerForm
-from schemas.quantities import Direction, Edge, Name, Point, Size, TextureCoordinate
+from schemas.quantities import (
+    Asset,
+    Direction,
+    Edge,
+    Index,
+    Name,
+    Number,
+    Point,
+    Size,
+    TextureCoordinate,
+)
 from schemas.unions import chosen_by, tag
 from schemas.vectors import cosine_between
 
@@ -88,13 +98,93 @@ class Sphere(_Shape):
     radius: Size = Field(description="Scene units.")
 
 
+class Turn(Closed):
+    """A turn about an axis through the origin."""
+
+    axis: Direction = Field(description="Direction of the axis, of any length; right-handed.")
+    degrees: Number = Field(description="Angle, degrees.")
+
+
+class _Mesh(_Shape):
+    """Many triangles that move together: scaled first, then turned, then moved."""
+
+    scale: Size | tuple[Size, Size, Size] = Field(
+        default=1.0, description="Factor, or one for each axis, dimensionless."
+    )
+    rotate: Turn | None = Field(default=None, description="A turn about the origin, after scaling.")
+    translate: Point = Field(default=(0.0, 0.0, 0.0), description="A move, after turning, scene units.")
+    smooth: bool = Field(
+        default=False,
+        strict=True,
+        description="Whether normals are interpolated between vertices, each the mean of its triangles' by angle.",
+    )
+
+
+class Mesh(_Mesh):
+    """A mesh written in the scene."""
+
+    type: Literal["mesh"]
+    vertices: tuple[Point, ...] = Field(min_length=3, description="Places, scene units.")
+    triangles: tuple[tuple[Index, Index, Index], ...] = Field(
+        min_length=1, description="Three vertex numbers each, from 0, counter-clockwise seen from outside."
+    )
+    uvs: tuple[TextureCoordinate, ...] | None = Field(
+        default=None, description="Texture coordinates (u, v) of each vertex, dimensionless."
+    )
+
+    @field_validator("triangles")
+    @classmethod
+    def _known(
+        cls, triangles: tuple[tuple[int, int, int], ...], info: ValidationInfo
+    ) -> tuple[tuple[int, int, int], ...]:
+        count = len(info.data.get("vertices", ()))
+        for number, triangle in enumerate(triangles):
+            if count and max(triangle) >= count:
+                raise PydanticCustomError(
+                    "no_such_vertex",
+                    "Triangle {number} names vertex {vertex}, but there are only {count}, numbered from 0.",
+                    {"number": number, "vertex": max(triangle), "count": count},
+                )
+        return triangles
+
+    @field_validator("uvs")
+    @classmethod
+    def _one_each(
+        cls, uvs: tuple[TextureCoordinate, ...] | None, info: ValidationInfo
+    ) -> tuple[TextureCoordinate, ...] | None:
+        count = len(info.data.get("vertices", ()))
+        if uvs is not None and count and len(uvs) != count:
+            raise PydanticCustomError(
+                "not_one_each",
+                "There are {given} texture coordinates for {count} vertices. Give one for each vertex.",
+                {"given": len(uvs), "count": count},
+            )
+        return uvs
+
+
+class MeshFile(_Mesh):
+    """A mesh in a file: OBJ, PLY or binary glTF (GLB)."""
+
+    type: Literal["mesh"]
+    asset: Asset = Field(
+        description="The file: its name in the scene's folder, or sha256:<hex> of an uploaded file."
+    )
+
+
 Shape = Annotated[
     Annotated[Triangle, tag(Triangle)]
     | Annotated[Rectangle, tag(Rectangle)]
     | Annotated[Parallelogram, tag(Parallelogram)]
     | Annotated[Ellipsoid, tag(Ellipsoid)]
-    | Annotated[Sphere, tag(Sphere)],
+    | Annotated[Sphere, tag(Sphere)]
+    | Annotated[Mesh, tag(Mesh)]
+    | Annotated[MeshFile, tag(MeshFile)],
     chosen_by(
-        {"triangle": (Triangle,), "rectangle": (Rectangle, Parallelogram), "ellipsoid": (Ellipsoid, Sphere)}
+        {
+            "triangle": (Triangle,),
+            "rectangle": (Rectangle, Parallelogram),
+            "ellipsoid": (Ellipsoid, Sphere),
+            "mesh": (Mesh, MeshFile),
+        }
     ),
 ]

@@ -7,11 +7,10 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from schemas.base import Closed
-from schemas.quantities import LARGEST, Color
+from schemas.quantities import LARGEST, Asset, Color
 from schemas.unions import chosen_by, tag
 
 Repeat = Annotated[float, Field(strict=True, gt=0, le=LARGEST, allow_inf_nan=False)]
-Asset = Annotated[str, Field(strict=True, min_length=1, max_length=1024)]
 
 
 class ImageTexture(Closed):

@@ -81,6 +81,9 @@ def _sorted_by_medians(centers: Floats, splits: int, width: int) -> Integers:
         extent = np.where(known, places, -np.inf).max(axis=2) - np.where(known, places, np.inf).min(axis=2)
         axis = np.argmax(extent, axis=0)
         keys = np.take_along_axis(places, axis[None, :, None], axis=0)[0]
+        # Empty places go to both halves in turns, so that no leaf is left with nothing else.
+        empty = rows == NOTHING
+        keys[empty] = np.where(np.cumsum(empty, axis=1) % 2, np.inf, -np.inf)[empty]
         half = np.argpartition(keys, rows.shape[1] // 2 - 1, axis=1)
         order = np.take_along_axis(rows, half, axis=1).reshape(-1)
     return order
@@ -91,8 +94,6 @@ def _levels(low: Floats, high: Floats, splits: int) -> tuple[Level, ...]:
     levels: list[Level] = []
     while True:
         fan = min(FAN, splits)
-        if splits > FAN and splits % FAN:
-            fan = FAN
         grouped_low, grouped_high = (part.reshape(3, -1, 1 << fan) for part in (low, high))
         levels.append(Level(np.ascontiguousarray(grouped_low), np.ascontiguousarray(grouped_high)))
         low, high = grouped_low.min(axis=2), grouped_high.max(axis=2)
@@ -103,33 +104,41 @@ def _levels(low: Floats, high: Floats, splits: int) -> tuple[Level, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Visits:
-    """Leaves that rays may meet, sorted by ray.
+    """Nodes that rays may meet, sorted by ray.
 
     Attributes
     ----------
-    rays, leaves : (P,) int64
+    rays, nodes : (P,) int64
+        Nodes of a level, in the end leaves.
     entries : (P,) float64
-        Distance at which the ray enters the leaf's box.
+        Distance at which the ray enters the node's box.
     """
 
     rays: Integers
-    leaves: Integers
+    nodes: Integers
     entries: Floats
 
 
-def visits_of_rays(bvh: Bvh, origins: Floats, directions: Floats, t: Floats) -> Visits:
-    """Leaves that rays (3, N) may meet before t (N,); never leaves out one that holds a hit.
+def from_root(count: int) -> Visits:
+    """Every one of `count` rays at the root."""
+    rays = np.arange(count)
+    return Visits(rays, np.zeros_like(rays), np.zeros(count))
+
+
+def visits_of_rays(
+    levels: tuple[Level, ...], origins: Floats, directions: Floats, t: Floats, start: Visits
+) -> Visits:
+    """Nodes below the given levels that rays (3, N) may meet before t (N,); never leaves out one with a hit.
 
     Slabs with fmin and fmax, which drop the NaN of a ray in a slab's plane, and a far side moved out by
     twice the rounding of the test (Ize 2013, "Robust BVH ray traversal").
     """
-    rays = np.arange(directions.shape[1])
-    nodes = np.zeros_like(rays)
-    entries = np.zeros(rays.shape)
+    rays, nodes, entries = start.rays, start.nodes, start.entries
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         inverse = 1 / directions
-        for level in bvh.levels:
-            near, far = _slabs(level, nodes, origins if origins.shape[1] == 1 else origins[:, rays], inverse[:, rays])
+        for level in levels:
+            begin = origins if origins.shape[1] == 1 else origins[:, rays]
+            near, far = _slabs(level, nodes, begin, inverse[:, rays])
             hit = (near <= far * (1 + 2 * gamma(3))) & (far >= 0) & (near <= t[rays, None])
             pair, child = np.nonzero(hit)
             rays, nodes, entries = rays[pair], nodes[pair] * level.children + child, near[pair, child]
@@ -138,50 +147,60 @@ def visits_of_rays(bvh: Bvh, origins: Floats, directions: Floats, t: Floats) -> 
 
 def _slabs(level: Level, nodes: Integers, origins: Floats, inverse: Floats) -> tuple[Floats, Floats]:
     """Where rays enter and leave the children's boxes, (P, children) each."""
-    near, far = None, None
+    near = np.full((nodes.size, level.children), -np.inf)
+    far = np.full(near.shape, np.inf)
     for axis in range(3):
         origin, slope = origins[axis][:, None], inverse[axis][:, None]
-        first = (level.low[axis][nodes] - origin) * slope
-        second = (level.high[axis][nodes] - origin) * slope
-        low, high = np.fmin(first, second), np.fmax(first, second)
-        near = low if near is None else np.fmax(near, low, out=near)
-        far = high if far is None else np.fmin(far, high, out=far)
-    assert near is not None
-    assert far is not None
+        first = np.take(level.low[axis], nodes, axis=0)
+        second = np.take(level.high[axis], nodes, axis=0)
+        for side in (first, second):
+            np.subtract(side, origin, out=side)
+            np.multiply(side, slope, out=side)
+        np.fmax(near, np.fmin(first, second), out=near)
+        np.fmin(far, np.fmax(first, second, out=first), out=far)
     return near, far
 
 
-def visits_of_shafts(bvh: Bvh, points: Floats, low: Floats, high: Floats, weight: float) -> Visits:
-    """Leaves that may lie between points (3, N) and a light within the bounds low..high, (3, 1).
+def visits_of_shafts(
+    levels: tuple[Level, ...], points: Floats, low: Floats, high: Floats, weight: float
+) -> Visits:
+    """Nodes that may lie between points (3, N) and a light within the bounds low..high, (3, 1).
 
     A place on a segment is p + s (q - p), 0 <= s <= 1: on every axis between p + s (low - p) and
     p + s (high - p). A box is left out if no single s brings these bounds into it on all three axes. For a
     light at infinity, weight 0, q - p is the direction itself and s has no end.
     """
-    rays = np.arange(points.shape[1])
-    nodes = np.zeros_like(rays)
+    start = from_root(points.shape[1])
+    rays, nodes = start.rays, start.nodes
     towards_low, towards_high = low - weight * points, high - weight * points
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        slopes = (1 / np.broadcast_to(towards_low, points.shape), 1 / np.broadcast_to(towards_high, points.shape))
-        for level in bvh.levels:
-            hit = _between(level, nodes, points[:, rays], (slopes[0][:, rays], slopes[1][:, rays]), weight)
+        slopes = (
+            1 / np.broadcast_to(towards_low, points.shape),
+            1 / np.broadcast_to(towards_high, points.shape),
+        )
+        for level in levels:
+            hit = _between(
+                level, nodes, points[:, rays], (slopes[0][:, rays], slopes[1][:, rays]), endless=not weight
+            )
             pair, child = np.nonzero(hit)
             rays, nodes = rays[pair], nodes[pair] * level.children + child
     return Visits(rays, nodes, np.zeros(rays.shape))
 
 
-def _between(level: Level, nodes: Integers, points: Floats, slopes: tuple[Floats, Floats], weight: float) -> Masks:
+def _between(
+    level: Level, nodes: Integers, points: Floats, slopes: tuple[Floats, Floats], *, endless: bool
+) -> Masks:
     first: NDArray[np.float64] = np.zeros((nodes.size, level.children))
-    last = np.full(first.shape, 1.0 if weight else np.inf)
+    last = np.full(first.shape, np.inf if endless else 1.0)
     for axis in range(3):
         point = points[axis][:, None]
         # s * (high - p) >= box.low - p, and s * (low - p) <= box.high - p
-        for bound, slope, rising in (
-            ((level.low[axis][nodes] - point), slopes[1][axis][:, None], True),
-            ((level.high[axis][nodes] - point), slopes[0][axis][:, None], False),
+        for side, slope, rising in (
+            (level.low[axis], slopes[1][axis][:, None], True),
+            (level.high[axis], slopes[0][axis][:, None], False),
         ):
-            place = bound * slope
+            place = (np.take(side, nodes, axis=0) - point) * slope
             begins = (slope > 0) == rising
             np.fmax(first, np.where(begins, place, -np.inf), out=first)
             np.fmin(last, np.where(begins, np.inf, place), out=last)
-    return first <= last + 2 * gamma(3) * (1 + np.abs(last))
+    return first <= last * (1 + 2 * gamma(3)) + 2 * gamma(3)

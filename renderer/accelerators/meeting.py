@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.accelerators.bvh import NOTHING, Bvh, Visits, visits_of_rays
+from renderer.accelerators.bvh import NOTHING, Bvh, Visits, from_root, visits_of_rays
 from renderer.arrays import Integers, Masks
 from renderer.interaction import Rays
 from renderer.shapes import woop
@@ -33,14 +33,18 @@ class TreeMeeting:
         for start in range(0, rays.t.size, PORTION):
             chosen = np.arange(start, min(start + PORTION, rays.t.size))
             visits = visits_of_rays(
-                self.tree, rays.origins_at(chosen), rays.directions[:, chosen], rays.t[chosen]
+                self.tree.levels,
+                rays.origins_at(chosen),
+                rays.directions[:, chosen],
+                rays.t[chosen],
+                from_root(chosen.size),
             )
             if visits.rays.size:
                 self._meet_leaves(rays, chosen, visits)
 
     def _meet_leaves(self, rays: Rays, chosen: Integers, visits: Visits) -> None:
         order = np.lexsort((visits.entries, visits.rays))
-        owners, leaves, entries = visits.rays[order], visits.leaves[order], visits.entries[order]
+        owners, leaves, entries = visits.rays[order], visits.nodes[order], visits.entries[order]
         rank = np.arange(owners.size) - np.searchsorted(owners, owners)
         first, last = 0, 1
         while first <= rank.max():

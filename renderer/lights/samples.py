@@ -54,6 +54,10 @@ class LightPoints(ABC):
         """
 
     @abstractmethod
+    def places(self, index: Integers) -> tuple[Floats, Floats]:
+        """Coordinates u and v of the light points of some of the n points, (L, m) or (L, 1) each."""
+
+    @abstractmethod
     def chosen(self, index: Integers) -> "LightPoints":
         """The same for some of the n points."""
 
@@ -77,6 +81,11 @@ class Grid(LightPoints):
         across = self.u * frame.first - frame.across
         along = self.v * frame.second_along - frame.along
         return _sum(across * across, along * along + frame.away * frame.away, out)
+
+    def places(self, index: Integers) -> tuple[Floats, Floats]:
+        """Row by row of the grid, one column for all."""
+        del index
+        return self.u.repeat(self.v.size, axis=0), np.tile(self.v, (self.u.size, 1))
 
     def chosen(self, index: Integers) -> "Grid":
         """The grid itself: it is the same for all points."""
@@ -116,6 +125,11 @@ class Scatter(LightPoints):
         np.multiply(other, other, out=other)
         np.add(out, other, out=out)
         return np.add(out, (frame.away * frame.away).astype(out.dtype), out=out)
+
+    def places(self, index: Integers) -> tuple[Floats, Floats]:
+        """The columns of some points, in float64."""
+        some = self.chosen(index)
+        return some.u.astype(np.float64), some.v.astype(np.float64)
 
     def chosen(self, index: Integers) -> "Scatter":
         """The columns of some points."""

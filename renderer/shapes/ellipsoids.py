@@ -7,6 +7,7 @@ import numpy as np
 
 import schemas.shapes as language
 from renderer.arrays import Floats, Integers, columns, cross, dot, lengths, magnitude, unit
+from renderer.assets import AssetSource
 from renderer.interaction import Points, Rays
 from renderer.numerics import gamma
 from renderer.shapes.family import MARGIN, WHOLE, Family
@@ -140,8 +141,9 @@ def _angles(where: Floats) -> tuple[Floats, Floats]:
     return longitude, np.arctan2(np.hypot(x, y), -z) / np.pi
 
 
-def build(numbers: Sequence[int], shapes: Sequence[language.Ellipsoid | language.Sphere]) -> Ellipsoids:
+def build(numbers: Sequence[int], shapes: Sequence[language.Ellipsoid | language.Sphere], assets: AssetSource) -> Ellipsoids:
     """The family of some ellipsoids and spheres of a scene, given with their numbers."""
+    del assets
     centers = columns([shape.center for shape in shapes])
     axes = np.array([_axes(shape) for shape in shapes], dtype=np.float64).transpose(1, 2, 0).copy()
     squared = np.stack([dot(axis, axis) for axis in axes])

@@ -7,6 +7,7 @@ import numpy as np
 
 import schemas.shapes as language
 from renderer.arrays import Floats, Integers, column, cross, dot, magnitude, unit
+from renderer.assets import AssetSource
 from renderer.interaction import Points, Rays
 from renderer.numerics import gamma
 from renderer.shapes.family import WHOLE, Family
@@ -124,10 +125,9 @@ def _absolute_cross(a: Floats, b: Floats) -> Floats:
     return np.stack((a[1] * b[2] + a[2] * b[1], a[2] * b[0] + a[0] * b[2], a[0] * b[1] + a[1] * b[0]))
 
 
-def build(
-    numbers: Sequence[int], shapes: Sequence[language.Rectangle | language.Parallelogram]
-) -> Rectangles:
+def build(numbers: Sequence[int], shapes: Sequence[language.Rectangle | language.Parallelogram], assets: AssetSource) -> Rectangles:
     """The family of some rectangles of a scene, given with their numbers."""
+    del assets
     parts = [edges(shape) for shape in shapes]
     anchors, first, second = (np.hstack([part[i] for part in parts]) for i in range(3))
     return from_edges(np.array(numbers, dtype=np.int64), anchors, first, second)

@@ -7,6 +7,7 @@ import numpy as np
 
 import schemas.shapes as language
 from renderer.arrays import Floats, Integers, Masks, cross, dot, lengths, magnitude, unit
+from renderer.assets import AssetSource
 from renderer.interaction import Points, Rays
 from renderer.shapes import woop
 from renderer.shapes.family import Family
@@ -120,8 +121,9 @@ def unit_normals(vertices: Floats) -> Floats:
     return unit(cross(unit(first), unit(second)))
 
 
-def build(numbers: Sequence[int], shapes: Sequence[language.Triangle]) -> Triangles:
+def build(numbers: Sequence[int], shapes: Sequence[language.Triangle], assets: AssetSource) -> Triangles:
     """The family of some triangles of a scene, given with their numbers."""
+    del assets
     vertices = np.array([shape.vertices for shape in shapes], dtype=np.float64).transpose(1, 2, 0).copy()
     normals = unit_normals(vertices)
     given = [shape.normals for shape in shapes]

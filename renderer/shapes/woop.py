@@ -1,5 +1,6 @@
 """The watertight ray-triangle test of Woop, Benthin and Wald (2013), for pairs of ray and triangle."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,8 +28,62 @@ class PairHits:
     v: Floats
 
 
+@dataclass(frozen=True, slots=True)
+class _Sheared:
+    """Edge functions of P pairs in a frame sheared so that the ray is its axis.
+
+    Each vertex is sheared once and alike for all triangles that share it, and x1 * y2 - y1 * x2 only
+    changes its sign when the vertices trade places: no ray slips between neighbours.
+    """
+
+    x: list[Floats]
+    y: list[Floats]
+    depths: list[Floats]
+    weights: list[Floats]
+    along: Floats
+
+    def found(self) -> Integers:
+        """Pairs whose line passes through the triangle, border included."""
+        least = np.minimum(np.minimum(self.weights[0], self.weights[1]), self.weights[2])
+        greatest = np.maximum(np.maximum(self.weights[0], self.weights[1]), self.weights[2])
+        return np.flatnonzero(((least >= 0) | (greatest <= 0)) & (least != greatest))
+
+
+def _sheared(axis: int, vertices: Floats, origins: Floats, directions: Floats, chosen: Integers) -> _Sheared:
+    x_axis, y_axis = (axis + 1) % 3, (axis + 2) % 3
+    direction, origin = _at(directions, chosen), _at(origins, chosen)
+    shear_x, shear_y = direction[x_axis] / direction[axis], direction[y_axis] / direction[axis]
+    x, y, depths = [], [], []
+    for vertex in vertices:
+        place = _at(vertex, chosen)
+        depth = place[axis] - origin[axis]
+        x.append((place[x_axis] - origin[x_axis]) - shear_x * depth)
+        y.append((place[y_axis] - origin[y_axis]) - shear_y * depth)
+        depths.append(depth)
+    weights = [x[2] * y[1] - y[2] * x[1], x[0] * y[2] - y[0] * x[2], x[1] * y[0] - y[1] * x[0]]
+    return _Sheared(x, y, depths, weights, direction[axis])
+
+
+def _by_axis(directions: Floats) -> Iterator[tuple[int, Integers]]:
+    """Pairs sorted by the axis that the rays follow most."""
+    leading = np.argmax(np.abs(directions), axis=0)
+    for axis in range(3):
+        chosen = np.flatnonzero(leading == axis)
+        if chosen.size:
+            yield axis, chosen
+
+
+def inside(vertices: Floats, origins: Floats, directions: Floats) -> Integers:
+    """Pairs whose line passes through the triangle, border included; arguments as for `hits`."""
+    parts = [
+        chosen[_sheared(axis, vertices, origins, directions, chosen).found()]
+        for axis, chosen in _by_axis(directions)
+    ]
+    return np.concatenate(parts) if parts else np.zeros(0, dtype=np.int64)
+
+
 def hits(vertices: Floats, origins: Floats, directions: Floats) -> PairHits:
-    """Hits of P pairs, sorted by the axis that the rays follow most.
+    """Hits of P pairs.
 
     Parameters
     ----------
@@ -43,45 +98,28 @@ def hits(vertices: Floats, origins: Floats, directions: Floats) -> PairHits:
     Every operation is one rounding of IEEE arithmetic; a fused multiply-add would break the symmetry
     that keeps neighbours tight.
     """
-    leading = np.argmax(np.abs(directions), axis=0)
-    parts = [_along(axis, vertices, origins, directions, np.flatnonzero(leading == axis)) for axis in range(3)]
-    parts = [part for part in parts if part.pairs.size]
+    parts = [_hits_along(axis, vertices, origins, directions, chosen) for axis, chosen in _by_axis(directions)]
     if len(parts) == 1:
         return parts[0]
+    nothing = PairHits(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), np.zeros(0))
+    parts = parts or [nothing]
     return PairHits(
-        np.concatenate([part.pairs for part in parts] or [np.zeros(0, dtype=np.int64)]),
-        *(np.concatenate([getattr(part, name) for part in parts] or [np.zeros(0)]) for name in ("t", "u", "v")),
+        np.concatenate([part.pairs for part in parts]),
+        np.concatenate([part.t for part in parts]),
+        np.concatenate([part.u for part in parts]),
+        np.concatenate([part.v for part in parts]),
     )
 
 
-def _along(axis: int, vertices: Floats, origins: Floats, directions: Floats, chosen: Integers) -> PairHits:
-    """Edge functions in a frame sheared so that the ray is its axis.
-
-    Each vertex is sheared once and alike for all triangles that share it, and x1 * y2 - y1 * x2 only
-    changes its sign when the vertices trade places: no ray slips between neighbours.
-    """
-    if not chosen.size:
-        return PairHits(chosen, np.zeros(0), np.zeros(0), np.zeros(0))
-    x_axis, y_axis = (axis + 1) % 3, (axis + 2) % 3
-    direction, origin = directions[:, chosen], _at(origins, chosen)
-    shear_x, shear_y = direction[x_axis] / direction[axis], direction[y_axis] / direction[axis]
-    x, y, z = [], [], []
-    for vertex in vertices:
-        place = _at(vertex, chosen)
-        depth = place[axis] - origin[axis]
-        x.append((place[x_axis] - origin[x_axis]) - shear_x * depth)
-        y.append((place[y_axis] - origin[y_axis]) - shear_y * depth)
-        z.append(depth)
-    weights = [x[2] * y[1] - y[2] * x[1], x[0] * y[2] - y[0] * x[2], x[1] * y[0] - y[1] * x[0]]
-    least = np.minimum(np.minimum(weights[0], weights[1]), weights[2])
-    greatest = np.maximum(np.maximum(weights[0], weights[1]), weights[2])
-    found = np.flatnonzero(((least >= 0) | (greatest <= 0)) & (least != greatest))
-    a, b, c = (weight[found] for weight in weights)
-    sheared = [np.stack((px[found], py[found])) for px, py in zip(x, y, strict=True)]
-    depths = [np.broadcast_to(depth, chosen.shape)[found] for depth in z]
+def _hits_along(axis: int, vertices: Floats, origins: Floats, directions: Floats, chosen: Integers) -> PairHits:
+    pairs = _sheared(axis, vertices, origins, directions, chosen)
+    found = pairs.found()
+    a, b, c = (weight[found] for weight in pairs.weights)
+    sheared = [np.stack((x[found], y[found])) for x, y in zip(pairs.x, pairs.y, strict=True)]
+    depths = [np.broadcast_to(depth, chosen.shape)[found] for depth in pairs.depths]
     total = a + b + c
     height = a * depths[0] + b * depths[1] + c * depths[2]
-    distance = height / total / direction[axis][found]
+    distance = height / total / pairs.along[found]
     ahead = (distance > 0) & (np.abs(height) > _rounding(sheared, depths))
     return PairHits(chosen[found[ahead]], distance[ahead], (b / total)[ahead], (c / total)[ahead])
 

@@ -1,30 +1,31 @@
 """Shadows of many triangles.
 
-Points walk the tree with the shaft to the whole light; what is left are pairs of point and triangle. From the
-point p, an edge a, b of the triangle spans the plane through p with normal (a - p) x (b - p). The light point q
-is inside of the edge iff that normal . (q - p) has the sign of the other edges': a function affine on the light,
-formed in float64 and rounded once. For two triangles that share an edge it differs in sign alone, after rounding
-too, so no light passes between them.
+Points walk the upper levels of the tree with the shaft to the whole light, which rules most of them out. From
+the others one ray for each light point goes on, in float64, until anything is in its way. A triangle is in the
+way if it contains the ray by the watertight test and the signed distances of both ends from its plane differ in
+sign: no length to step over.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.accelerators.bvh import NOTHING, Bvh, visits_of_shafts
-from renderer.arrays import Floats, Integers, Masks, Pairs, cross, dot, magnitude
+from renderer.accelerators.bvh import NOTHING, Bvh, Visits, visits_of_rays, visits_of_shafts
+from renderer.arrays import Floats, Integers, Masks, dot
 from renderer.lights.emitters import Emitter
-from renderer.lights.samples import Terms
 from renderer.lights.view import LightView
 from renderer.numerics import SURFACE, snapped
+from renderer.shapes import woop
 from renderer.shapes.triangles import Triangles
-from renderer.visibility.polygon_scatter import highest, lowest
 
-PORTION = 2048
-"""Points that walk the tree together."""
+POINTS = 4096
+"""Points that walk the upper levels together."""
 
-PAIRS = 65536
-"""Pairs of light point and (point, triangle) compared at once."""
+RAYS = 8192
+"""Rays that walk the lower levels together."""
+
+SHAFT_LEVELS = 3
+"""Levels that points walk before their rays do; further down a shaft meets more boxes than its rays."""
 
 
 @dataclass(slots=True)
@@ -36,117 +37,111 @@ class TreeShadows:
     family : Triangles
     tree : Bvh
     emitter : Emitter
-    dtype : float32 or float64
-        Of the pair work.
     """
 
     family: Triangles
     tree: Bvh
     emitter: Emitter
-    dtype: np.dtype[np.floating]
 
     def run(self, view: LightView) -> None:
         """Mark the blocked pairs of a view."""
         positions = view.of_points(view.points.positions)
         ends = self.emitter.ends()
         low, high = ends.min(axis=1, keepdims=True), ends.max(axis=1, keepdims=True)
-        for start in range(0, view.count, PORTION):
-            portion = positions[:, start : start + PORTION]
-            visits = visits_of_shafts(self.tree, portion, low, high, self.emitter.weight)
-            items = self.tree.items[visits.leaves]
+        upper = self.tree.levels[:SHAFT_LEVELS]
+        for start in range(0, view.count, POINTS):
+            shafts = visits_of_shafts(upper, positions[:, start : start + POINTS], low, high, self.emitter.weight)
+            self._send_rays(view, positions, shafts, start)
+
+    def _send_rays(self, view: LightView, positions: Floats, shafts: Visits, start: int) -> None:
+        """One ray a light point, from the nodes that the shafts of their points have met."""
+        points, first = np.unique(shafts.rays, return_index=True)
+        step = max(1, RAYS // view.light_points.count)
+        ends = np.append(first, shafts.rays.size)
+        for low in range(0, points.size, step):
+            high = min(low + step, points.size)
+            part = slice(ends[low], ends[high])
+            index = points[low:high] + start
+            own = np.repeat(np.arange(high - low), np.diff(ends[low : high + 1]))
+            hidden = self._hidden(view, positions[:, index], index, own, shafts.nodes[part])
+            if hidden.any():
+                view.block(hidden, index)
+
+    def _hidden(
+        self, view: LightView, positions: Floats, index: Integers, owners: Integers, nodes: Integers
+    ) -> Masks:
+        """Pairs (L, m) with a triangle between; `owners` (P,) are at `nodes` (P,)."""
+        towards = self._towards(view, positions, index)
+        lights, count = towards.shape[1:]
+        rays = (owners[:, None] * lights + np.arange(lights)).reshape(-1)
+        directions = towards.transpose(0, 2, 1).reshape(3, -1)
+        origins = positions.repeat(lights, axis=1)
+        reach = np.full(rays.max() + 1 if rays.size else 0, 1.0 if self.emitter.weight else np.inf)
+        begin = Visits(rays, nodes.repeat(lights), np.zeros(rays.size))
+        visits = visits_of_rays(self.tree.levels[SHAFT_LEVELS:], origins, directions, reach, begin)
+        blocked = np.zeros(directions.shape[1], dtype=bool)
+        self._block(view, visits, origins, directions, index.repeat(lights), blocked)
+        return blocked.reshape(count, lights).T
+
+    def _towards(self, view: LightView, positions: Floats, index: Integers) -> Floats:
+        """Light points minus points, (3, L, m)."""
+        emitter = self.emitter
+        u, v = view.light_points.places(index)
+        centre = emitter.towards(positions)
+        return np.stack([centre[i] + u * emitter.first[i] + v * emitter.second[i] for i in range(3)])
+
+    def _block(
+        self, view: LightView, visits: Visits, origins: Floats, directions: Floats, points: Integers, blocked: Masks
+    ) -> None:
+        """Look into leaves, one a ray at a time, until the ray is blocked or has no more."""
+        order = np.argsort(visits.rays, kind="stable")
+        rays, leaves = visits.rays[order], visits.nodes[order]
+        rank = np.arange(rays.size) - np.searchsorted(rays, rays)
+        first, last = 0, 1
+        while rank.size and first <= rank.max():
+            now = np.flatnonzero((rank >= first) & (rank < last) & ~blocked[rays])
+            items = self.tree.items[leaves[now]]
             filled = items != NOTHING
-            points = np.broadcast_to(visits.rays[:, None], items.shape)[filled] + start
-            self._mark(view, positions, points, items[filled])
+            ray, triangle = np.broadcast_to(rays[now, None], items.shape)[filled], items[filled]
+            blocked[self._stopped(view, origins, directions, points, ray, triangle)] = True
+            first, last = last, 2 * last
 
-    def _mark(self, view: LightView, positions: Floats, points: Integers, triangles: Integers) -> None:
-        """Compare pairs of point and triangle, sorted by point, with the light points."""
-        distances = self._distances(view, positions, points, triangles)
-        crossing = self._crossing(distances, triangles)
-        points, triangles, distances = points[crossing], triangles[crossing], distances[crossing]
-        edges = self._edges(positions[:, points], distances, triangles)
-        possible = np.logical_and.reduce([highest(terms) >= 0 for terms in edges])
-        points, triangles, distances = points[possible], triangles[possible], distances[possible]
-        edges = [(a[possible], b[possible], c[possible]) for a, b, c in edges]
-        step = max(64, PAIRS // view.light_points.count)
-        for start in range(0, points.size, step):
-            part = slice(start, start + step)
-            terms = [(a[part], b[part], c[part]) for a, b, c in edges]
-            hidden = self._hidden(view, points[part], distances[part], triangles[part], terms)
-            self._add(view, points[part], hidden)
+    def _stopped(
+        self,
+        view: LightView,
+        origins: Floats,
+        directions: Floats,
+        points: Integers,
+        rays: Integers,
+        triangles: Integers,
+    ) -> Integers:
+        """Rays of the pairs (ray, triangle) in which the triangle is in the way."""
+        inside = woop.inside(self.family.vertices[:, :, triangles], origins[:, rays], directions[:, rays])
+        rays, triangles = rays[inside], triangles[inside]
+        start = self._start_distances(view, origins[:, rays], points[rays], triangles)
+        end = self._end_distances(origins[:, rays], directions[:, rays], triangles)
+        return rays[start * end < 0]
 
-    def _distances(
+    def _start_distances(
         self, view: LightView, positions: Floats, points: Integers, triangles: Integers
     ) -> Floats:
-        """Signed distances (P,) of points from planes of triangles, whose signs hold; 0 for their own."""
+        """Sides of the planes (P,) that the points are on, 0 for a triangle's own points."""
         family = self.family
         normals, anchors = family.normals[:, triangles], family.vertices[0][:, triangles]
-        distances = dot(normals, positions[:, points] - anchors)
         rounding = SURFACE * (view.of_points(view.points.sizes)[points] + family.sizes[triangles])
         origins = view.origins if view.origins.shape[1] == 1 else view.origins[:, points]
         sides = np.sign(dot(normals, origins - anchors))
         own = (family.numbers[triangles] == view.of_points(view.points.shapes)[points]) & (
             family.primitives[triangles] == view.of_points(view.points.primitives)[points]
         )
-        return np.where(own, 0.0, snapped(distances, rounding, sides))
+        distances = snapped(dot(normals, positions - anchors), rounding, sides)
+        return np.where(own, 0.0, np.sign(distances))
 
-    def _crossing(self, distances: Floats, triangles: Integers) -> Integers:
-        """Pairs with some place of the light strictly on the other side of the plane."""
-        constant, by_u, by_v = self._plane(triangles)
-        reach = (np.abs(by_u) + np.abs(by_v)) / 2
-        other = np.where(distances > 0, reach - constant, reach + constant)
-        slack = SURFACE * (self.family.sizes[triangles] + self.emitter.scale)
-        return np.flatnonzero((distances != 0) & (other > slack))
-
-    def _plane(self, triangles: Integers) -> Terms:
-        """Signed distance of light points from the triangles' planes, as functions on the light."""
-        emitter = self.emitter
-        normals, anchors = self.family.normals[:, triangles], self.family.vertices[0][:, triangles]
-        constant = dot(normals, emitter.centre - emitter.weight * anchors)
-        return constant, dot(normals, emitter.first), dot(normals, emitter.second)
-
-    def _edges(self, positions: Floats, distances: Floats, triangles: Integers) -> list[Terms]:
-        """Functions on the light that are not negative inside of each edge, as seen from the points."""
-        emitter = self.emitter
-        towards = emitter.centre - emitter.weight * positions
-        corners = [vertex[:, triangles] - positions for vertex in self.family.vertices]
-        # Seen from the front, where distances are positive, the corners run against the clock.
-        side = -np.sign(distances)
-        edges = []
-        for start, end in ((0, 1), (1, 2), (2, 0)):
-            normals = cross(corners[start], corners[end])
-            scale = side / (magnitude(normals) * (magnitude(towards) + emitter.extent))
-            edges.append(
-                (
-                    dot(normals, towards) * scale,
-                    dot(normals, emitter.first) * scale,
-                    dot(normals, emitter.second) * scale,
-                )
-            )
-        return edges
-
-    def _hidden(
-        self, view: LightView, points: Integers, distances: Floats, triangles: Integers, edges: list[Terms]
-    ) -> Masks:
-        """Pairs (L, P) beyond the plane and inside of all edges."""
-        lights, workspace = view.light_points.chosen(points), view.workspace
-        values: Pairs = workspace.pairs("edge", lights.count, points.size, self.dtype)
-        inside = workspace.masks("edge", lights.count, points.size)
-        hidden = workspace.masks("inside", lights.count, points.size)
-        hidden[...] = True
-        for terms in edges:
-            if lowest(terms).min() < 0:
-                lights.affine(terms, values, workspace)
-                np.logical_and(hidden, np.greater_equal(values, 0, out=inside), out=hidden)
-        constant, by_u, by_v = self._plane(triangles)
-        other = -np.sign(distances)
-        slack = SURFACE * (self.family.sizes[triangles] + self.emitter.scale)
-        beyond = (constant * other - slack, by_u * other, by_v * other)
-        if lowest(beyond).min() <= 0:
-            lights.affine(beyond, values, workspace)
-            np.logical_and(hidden, np.greater(values, 0, out=inside), out=hidden)
-        return hidden
-
-    def _add(self, view: LightView, points: Integers, hidden: Masks) -> None:
-        """Join the pairs of each point."""
-        starts = np.flatnonzero(np.diff(points, prepend=-1))
-        view.block(np.logical_or.reduceat(hidden, starts, axis=1), points[starts])
+    def _end_distances(self, positions: Floats, directions: Floats, triangles: Integers) -> Floats:
+        """Sides of the planes (P,) that the light points are on, 0 where they touch."""
+        family, emitter = self.family, self.emitter
+        normals, anchors = family.normals[:, triangles], family.vertices[0][:, triangles]
+        light_points = directions + emitter.weight * positions
+        distances = dot(normals, light_points - emitter.weight * anchors)
+        rounding = SURFACE * (family.sizes[triangles] * emitter.weight + emitter.scale)
+        return np.where(np.abs(distances) <= rounding, 0.0, np.sign(distances))

@@ -1,0 +1,139 @@
+"""Meshes: many triangles that share vertices, from the scene or from a file."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+import schemas.shapes as language
+from renderer.arrays import Floats, Integers, column, cross, dot, magnitude, unit
+from renderer.assets import AssetError, AssetSource
+from renderer.shapes.mesh_files import read_mesh
+from renderer.shapes.triangles import Triangles, unit_normals
+
+CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+"""Texture coordinates of a triangle's vertices that has none."""
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """One mesh.
+
+    Attributes
+    ----------
+    vertices : (3, V) float64
+    triangles : (3, T) int64
+        Vertex numbers.
+    texture : (2, V) float64 or None
+    """
+
+    vertices: Floats
+    triangles: Integers
+    texture: Floats | None
+
+
+def surface_of(shape: language.Mesh | language.MeshFile, assets: AssetSource) -> Surface:
+    """The mesh in its own coordinates.
+
+    Raises
+    ------
+    AssetError
+        If the file is missing, is no mesh, or has too many triangles.
+    """
+    if isinstance(shape, language.MeshFile):
+        return Surface(*read_mesh(shape.asset, assets))
+    return Surface(
+        vertices=np.array(shape.vertices, dtype=np.float64).T.copy(),
+        triangles=np.array(shape.triangles, dtype=np.int64).T.copy(),
+        texture=None if shape.uvs is None else np.array(shape.uvs, dtype=np.float64).T.copy(),
+    )
+
+
+def placed(vertices: Floats, shape: language.Mesh | language.MeshFile) -> Floats:
+    """Vertices (3, V) scaled, turned, and moved."""
+    vertices = vertices * np.reshape(np.broadcast_to(shape.scale, 3), (3, 1))
+    if shape.rotate is not None:
+        vertices = _turned(vertices, unit(column(shape.rotate.axis)), np.radians(shape.rotate.degrees))
+    return vertices + column(shape.translate)
+
+
+def _turned(vectors: Floats, axis: Floats, angle: float) -> Floats:
+    """Rodrigues' formula; the versine by the half angle, which keeps small turns exact."""
+    versine = 2 * np.sin(angle / 2) ** 2
+    across = cross(np.broadcast_to(axis, vectors.shape), vectors)
+    return vectors + np.sin(angle) * across + versine * cross(np.broadcast_to(axis, vectors.shape), across)
+
+
+def smooth_normals(vertices: Floats, triangles: Integers) -> Floats:
+    """Unit normals (3, V) at vertices: the mean of their triangles' normals by angle.
+
+    Vertices at the same place count as one, so that a seam in the texture is no seam in the shading. The
+    angle makes the mean independent of how faces are cut into triangles (Thuermer and Wuethrich 1998).
+    """
+    places, owner = np.unique(vertices, axis=1, return_inverse=True)
+    corners = [vertices[:, row] for row in triangles]
+    normals = unit_normals(np.stack(corners))
+    total = np.zeros_like(places)
+    for here in range(3):
+        first, second = (unit(corners[(here + step) % 3] - corners[here]) for step in (1, 2))
+        angle = np.arctan2(np.sqrt(dot(cross(first, second), cross(first, second))), dot(first, second))
+        for axis in range(3):
+            np.add.at(total[axis], owner.reshape(-1)[triangles[here]], normals[axis] * angle)
+    return unit(total)[:, owner.reshape(-1)]
+
+
+def build(
+    numbers: Sequence[int], shapes: Sequence[language.Mesh | language.MeshFile], assets: AssetSource
+) -> Triangles:
+    """The family of all triangles of some meshes of a scene, given with their numbers."""
+    parts = []
+    for number, shape in zip(numbers, shapes, strict=True):
+        surface = _surface_of(number, shape, assets)
+        parts.append(triangles_of(number, placed(surface.vertices, shape), surface, smooth=shape.smooth))
+    return joined(parts)
+
+
+def _surface_of(number: int, shape: language.Mesh | language.MeshFile, assets: AssetSource) -> Surface:
+    try:
+        return surface_of(shape, assets)
+    except AssetError as error:
+        raise AssetError(str(error), f"/shapes/{number}/asset") from error
+
+
+def triangles_of(number: int, vertices: Floats, surface: Surface, *, smooth: bool) -> Triangles:
+    """The triangles of one mesh whose vertices have been placed.
+
+    Those without area stay, so that primitive numbers are those of the file; nothing meets them.
+    """
+    rows = surface.triangles
+    corners = np.stack([np.take(vertices, row, axis=1) for row in rows])
+    normals = unit_normals(corners)
+    at_vertices = smooth_normals(vertices, rows) if smooth else None
+    count = rows.shape[1]
+    return Triangles(
+        kind="mesh",
+        numbers=np.full(count, number, dtype=np.int64),
+        sizes=np.max([magnitude(vertex) for vertex in corners], axis=0),
+        primitives=np.arange(count),
+        vertices=corners,
+        normals=normals,
+        vertex_normals=np.stack([normals if at_vertices is None else at_vertices[:, row] for row in rows]),
+        smooth=np.full(count, smooth),
+        texture=_texture(surface.texture, rows),
+    )
+
+
+def _texture(texture: Floats | None, rows: Integers) -> Floats:
+    if texture is None:
+        return np.broadcast_to(CORNERS[:, :, None], (3, 2, rows.shape[1]))
+    return np.stack([texture[:, row] for row in rows])
+
+
+def joined(parts: Sequence[Triangles]) -> Triangles:
+    """One family of all triangles of several."""
+
+    def join(name: str) -> np.ndarray:
+        return np.concatenate([getattr(part, name) for part in parts], axis=-1)
+
+    names = ("numbers", "sizes", "primitives", "vertices", "normals", "vertex_normals", "smooth", "texture")
+    return Triangles(kind=parts[0].kind, **{name: join(name) for name in names})
