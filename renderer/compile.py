@@ -345,7 +345,7 @@ class _Compiler:
         for family in families:
             match family:
                 case Triangles() if family.numbers.size > FEW:
-                    stages.append(TreeShadows(family, tree_of(family), emitter))
+                    stages.append(TreeShadows(family, tree_of(family), emitter, self.dtype))
                 case Rectangles() | Triangles():
                     kind = GridPolygonShadows if emitter.shared else ScatterPolygonShadows
                     stages.append(kind(family.occluders(), emitter, self.dtype, self.culling))

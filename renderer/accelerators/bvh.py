@@ -162,15 +162,14 @@ def _slabs(level: Level, nodes: Integers, origins: Floats, inverse: Floats) -> t
 
 
 def visits_of_shafts(
-    levels: tuple[Level, ...], points: Floats, low: Floats, high: Floats, weight: float
+    levels: tuple[Level, ...], points: Floats, low: Floats, high: Floats, weight: float, start: Visits
 ) -> Visits:
-    """Nodes that may lie between points (3, N) and a light within the bounds low..high, (3, 1).
+    """Nodes below the given levels that may lie between points (3, N) and a light within the bounds low..high, (3, 1).
 
     A place on a segment is p + s (q - p), 0 <= s <= 1: on every axis between p + s (low - p) and
     p + s (high - p). A box is left out if no single s brings these bounds into it on all three axes. For a
     light at infinity, weight 0, q - p is the direction itself and s has no end.
     """
-    start = from_root(points.shape[1])
     rays, nodes = start.rays, start.nodes
     towards_low, towards_high = low - weight * points, high - weight * points
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

@@ -1,0 +1,46 @@
+"""Which side of a triangle's plane points and light points are on, told apart without a length to step over."""
+
+import numpy as np
+
+from renderer.arrays import Floats, Integers, dot
+from renderer.lights.emitters import Emitter
+from renderer.lights.view import LightView
+from renderer.numerics import SURFACE, snapped
+from renderer.shapes.triangles import Triangles
+
+
+def start_sides(
+    family: Triangles, view: LightView, positions: Floats, points: Integers, triangles: Integers
+) -> Floats:
+    """Sides -1, 0 or 1 of the planes of `triangles` (P,) that points at `positions` (3, P) are on.
+
+    0 for a triangle's own points. A point that touches the plane is on the side that its ray came from.
+
+    Parameters
+    ----------
+    family : Triangles
+    view : LightView
+    positions : (3, P) float64
+    points, triangles : (P,) int64
+        Which of the view's points, and which of the family's triangles.
+    """
+    normals, anchors = family.normals[:, triangles], family.vertices[0][:, triangles]
+    rounding = SURFACE * (view.of_points(view.points.sizes)[points] + family.sizes[triangles])
+    origins = view.origins if view.origins.shape[1] == 1 else view.origins[:, points]
+    sides = np.sign(dot(normals, origins - anchors))
+    own = (family.numbers[triangles] == view.of_points(view.points.shapes)[points]) & (
+        family.primitives[triangles] == view.of_points(view.points.primitives)[points]
+    )
+    distances = snapped(dot(normals, positions - anchors), rounding, sides)
+    return np.where(own, 0.0, np.sign(distances))
+
+
+def end_sides(
+    family: Triangles, emitter: Emitter, positions: Floats, directions: Floats, triangles: Integers
+) -> Floats:
+    """Sides of the planes that the light points at the ends of rays (3, P) are on, 0 where they touch."""
+    normals, anchors = family.normals[:, triangles], family.vertices[0][:, triangles]
+    light_points = directions + emitter.weight * positions
+    distances = dot(normals, light_points - emitter.weight * anchors)
+    rounding = SURFACE * (family.sizes[triangles] * emitter.weight + emitter.scale)
+    return np.where(np.abs(distances) <= rounding, 0.0, np.sign(distances))

@@ -1,0 +1,108 @@
+"""Shadows of many triangles where many of them may matter to a point: one ray a light point.
+
+A triangle is in a ray's way if it contains the ray by the watertight test and the ray's ends are on different
+sides of its plane. Rays stop at the first that is.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.accelerators.bvh import NOTHING, Bvh, Visits, visits_of_rays
+from renderer.arrays import Floats, Integers, Masks
+from renderer.lights.emitters import Emitter
+from renderer.lights.view import LightView
+from renderer.shapes import woop
+from renderer.shapes.triangles import Triangles
+from renderer.visibility.sides import end_sides, start_sides
+
+RAYS = 2048
+"""Rays that walk the tree together."""
+
+
+@dataclass(frozen=True, slots=True)
+class RayShadows:
+    """Sends rays from points to all their light points.
+
+    Attributes
+    ----------
+    family : Triangles
+    tree : Bvh
+    level : int
+        Levels that the points have walked already.
+    emitter : Emitter
+    """
+
+    family: Triangles
+    tree: Bvh
+    level: int
+    emitter: Emitter
+
+    def mark(self, view: LightView, positions: Floats, shafts: Visits) -> None:
+        """Send rays from the nodes that the shafts of their points have met."""
+        points, first = np.unique(shafts.rays, return_index=True)
+        step = max(1, RAYS // view.light_points.count)
+        ends = np.append(first, shafts.rays.size)
+        for low in range(0, points.size, step):
+            high = min(low + step, points.size)
+            part = slice(ends[low], ends[high])
+            index = points[low:high]
+            own = np.repeat(np.arange(high - low), np.diff(ends[low : high + 1]))
+            hidden = self._hidden(view, positions[:, index], index, own, shafts.nodes[part])
+            if hidden.any():
+                view.block(hidden, index)
+
+    def _hidden(
+        self, view: LightView, positions: Floats, index: Integers, owners: Integers, nodes: Integers
+    ) -> Masks:
+        """Pairs (L, m) with a triangle between; `owners` (P,) are at `nodes` (P,)."""
+        towards = self._towards(view, positions, index)
+        lights, count = towards.shape[1:]
+        rays = (owners[:, None] * lights + np.arange(lights)).reshape(-1)
+        directions = towards.transpose(0, 2, 1).reshape(3, -1)
+        origins = positions.repeat(lights, axis=1)
+        reach = np.full(rays.max() + 1 if rays.size else 0, 1.0 if self.emitter.weight else np.inf)
+        begin = Visits(rays, nodes.repeat(lights), np.zeros(rays.size))
+        visits = visits_of_rays(self.tree.levels[self.level:], origins, directions, reach, begin)
+        blocked = np.zeros(directions.shape[1], dtype=bool)
+        self._block(view, visits, origins, directions, index.repeat(lights), blocked)
+        return blocked.reshape(count, lights).T
+
+    def _towards(self, view: LightView, positions: Floats, index: Integers) -> Floats:
+        """Light points minus points, (3, L, m)."""
+        emitter = self.emitter
+        u, v = view.light_points.places(index)
+        centre = emitter.towards(positions)
+        return np.stack([centre[i] + u * emitter.first[i] + v * emitter.second[i] for i in range(3)])
+
+    def _block(
+        self, view: LightView, visits: Visits, origins: Floats, directions: Floats, points: Integers, blocked: Masks
+    ) -> None:
+        """Look into leaves, one a ray at a time, until the ray is blocked or has no more."""
+        order = np.argsort(visits.rays, kind="stable")
+        rays, leaves = visits.rays[order], visits.nodes[order]
+        rank = np.arange(rays.size) - np.searchsorted(rays, rays)
+        first, last = 0, 1
+        while rank.size and first <= rank.max():
+            now = np.flatnonzero((rank >= first) & (rank < last) & ~blocked[rays])
+            items = self.tree.items[leaves[now]]
+            filled = items != NOTHING
+            ray, triangle = np.broadcast_to(rays[now, None], items.shape)[filled], items[filled]
+            blocked[self._stopped(view, origins, directions, points, ray, triangle)] = True
+            first, last = last, 2 * last
+
+    def _stopped(
+        self,
+        view: LightView,
+        origins: Floats,
+        directions: Floats,
+        points: Integers,
+        rays: Integers,
+        triangles: Integers,
+    ) -> Integers:
+        """Rays of the pairs (ray, triangle) in which the triangle is in the way."""
+        inside = woop.inside(self.family.vertices[:, :, triangles], origins[:, rays], directions[:, rays])
+        rays, triangles = rays[inside], triangles[inside]
+        start = start_sides(self.family, view, origins[:, rays], points[rays], triangles)
+        end = end_sides(self.family, self.emitter, origins[:, rays], directions[:, rays], triangles)
+        return rays[start * end < 0]
