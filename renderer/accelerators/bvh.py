@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from renderer.arrays import Floats, Integers, Masks
 from renderer.numerics import gamma
 
-LEAF = 8
+LEAF = 4
 """Items in a leaf, at most."""
 
 FAN = 3

@@ -4,6 +4,7 @@ A triangle is in a ray's way if it contains the ray by the watertight test and t
 sides of its plane. Rays stop at the first that is.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,7 @@ from renderer.shapes import woop
 from renderer.shapes.triangles import Triangles
 from renderer.visibility.sides import end_sides, start_sides
 
-RAYS = 2048
+RAYS = 8192
 """Rays that walk the tree together."""
 
 
@@ -58,14 +59,16 @@ class RayShadows:
         """Pairs (L, m) with a triangle between; `owners` (P,) are at `nodes` (P,)."""
         towards = self._towards(view, positions, index)
         lights, count = towards.shape[1:]
-        rays = (owners[:, None] * lights + np.arange(lights)).reshape(-1)
         directions = towards.transpose(0, 2, 1).reshape(3, -1)
         origins = positions.repeat(lights, axis=1)
-        reach = np.full(rays.max() + 1 if rays.size else 0, 1.0 if self.emitter.weight else np.inf)
-        begin = Visits(rays, nodes.repeat(lights), np.zeros(rays.size))
-        visits = visits_of_rays(self.tree.levels[self.level:], origins, directions, reach, begin)
-        blocked = np.zeros(directions.shape[1], dtype=bool)
-        self._block(view, visits, origins, directions, index.repeat(lights), blocked)
+        reach = np.full(count * lights, 1.0 if self.emitter.weight else np.inf)
+        blocked = np.zeros(count * lights, dtype=bool)
+        for part in _turns(owners):
+            rays = (owners[part, None] * lights + np.arange(lights)).reshape(-1)
+            open_ = ~blocked[rays]
+            begin = Visits(rays[open_], nodes[part].repeat(lights)[open_], np.zeros(np.count_nonzero(open_)))
+            visits = visits_of_rays(self.tree.levels[self.level :], origins, directions, reach, begin)
+            self._block(view, visits, origins, directions, index.repeat(lights), blocked)
         return blocked.reshape(count, lights).T
 
     def _towards(self, view: LightView, positions: Floats, index: Integers) -> Floats:
@@ -81,15 +84,12 @@ class RayShadows:
         """Look into leaves, one a ray at a time, until the ray is blocked or has no more."""
         order = np.argsort(visits.rays, kind="stable")
         rays, leaves = visits.rays[order], visits.nodes[order]
-        rank = np.arange(rays.size) - np.searchsorted(rays, rays)
-        first, last = 0, 1
-        while rank.size and first <= rank.max():
-            now = np.flatnonzero((rank >= first) & (rank < last) & ~blocked[rays])
+        for now in _turns(rays):
+            now = now[~blocked[rays[now]]]
             items = self.tree.items[leaves[now]]
             filled = items != NOTHING
             ray, triangle = np.broadcast_to(rays[now, None], items.shape)[filled], items[filled]
             blocked[self._stopped(view, origins, directions, points, ray, triangle)] = True
-            first, last = last, 2 * last
 
     def _stopped(
         self,
@@ -106,3 +106,12 @@ class RayShadows:
         start = start_sides(self.family, view, origins[:, rays], points[rays], triangles)
         end = end_sides(self.family, self.emitter, origins[:, rays], directions[:, rays], triangles)
         return rays[start * end < 0]
+
+
+def _turns(owners: Integers) -> Iterator[Integers]:
+    """Places in a sorted list by turns: the first of every owner, then the next, then twice as many each time."""
+    rank = np.arange(owners.size) - np.searchsorted(owners, owners)
+    first, last = 0, 1
+    while rank.size and first <= rank.max():
+        yield np.flatnonzero((rank >= first) & (rank < last))
+        first, last = last, 2 * last

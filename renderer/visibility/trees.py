@@ -24,7 +24,7 @@ POINTS = 2048
 SHAFT_LEVELS = 3
 """Levels that all points walk with the shaft to the whole light."""
 
-FEW_NODES = 4
+FEW_NODES = 8
 """Up to so many nodes of the last of these levels, a point goes on with its shaft."""
 
 
