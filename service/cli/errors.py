@@ -3,6 +3,7 @@
 CommandError                    wrong use: an option, or a place to write to, that makes no sense
 ├── InputError                  a file that the command was given cannot be used
 │   └── UnusableSceneError      a scene file, with its text and all that is wrong in it
+├── RenderFailedError           a scene that was accepted could not be rendered
 └── ServiceStartError           a service did not start, or stopped by itself
 """
 
@@ -45,6 +46,10 @@ class UnusableSceneError(InputError):
         self.text = text
         self.problems = problems
         self.more = more
+
+
+class RenderFailedError(CommandError):
+    """A scene that was accepted could not be rendered."""
 
 
 class ServiceStartError(CommandError):

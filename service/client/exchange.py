@@ -21,6 +21,19 @@ from service.client.errors import (
 )
 
 
+def checked_address(server: str) -> str:
+    """Give an address back that may be that of a server; raise UnreachableError for any other."""
+    try:
+        url = httpx2.URL(server)
+    except httpx2.InvalidURL:
+        url = httpx2.URL()
+    if url.scheme not in {"http", "https"} or not url.host:
+        raise UnreachableError(
+            f"{server!r} is not the address of a server; write it like http://127.0.0.1:8000"
+        )
+    return server
+
+
 @contextmanager
 def transport_errors(server: str, *, job_id: str | None = None) -> Iterator[None]:
     """Turn errors of the HTTP library into errors of this client."""
@@ -31,8 +44,6 @@ def transport_errors(server: str, *, job_id: str | None = None) -> Iterator[None
     except httpx2.TimeoutException as error:
         about = f" about job {job_id}" if job_id else ""
         raise TimedOutError(f"{server} did not answer in time{about}", job_id=job_id) from error
-    except (httpx2.UnsupportedProtocol, httpx2.InvalidURL) as error:
-        raise UnreachableError(f"{server!r} is not the address of a server: {error}", sent=False) from error
     except httpx2.TransportError as error:
         raise UnreachableError(f"the connection to {server} broke ({error})") from error
 
