@@ -51,7 +51,15 @@ def create_app(settings: Settings) -> FastAPI:
             await run_in_threadpool(service.dispatcher.stop)
             service.database.close()
 
-    app = FastAPI(title="Penumbra", description=DESCRIPTION, version="1", lifespan=lifespan)
+    # The framework's own pages for the document load scripts from elsewhere.
+    app = FastAPI(
+        title="Penumbra",
+        description=DESCRIPTION,
+        version="1",
+        lifespan=lifespan,
+        docs_url=None,
+        redoc_url=None,
+    )
     problems.install(app)
     for module in ROUTERS:
         app.include_router(module.router, responses=problem(422, "A parameter cannot be used."))

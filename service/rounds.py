@@ -116,7 +116,7 @@ class Round:
 
 
 def _fail(job: JobRow, code: str, message: str, *, retryable: bool) -> None:
-    if not job.state.final:
+    if not job.state.final and not job.cancel_requested:
         ledger.end(job, JobState.FAILED, Failure(code=code, message=message, retryable=retryable))
 
 
