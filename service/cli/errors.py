@@ -41,7 +41,7 @@ class UnusableSceneError(InputError):
 
     def __init__(self, name: str, text: bytes, problems: Sequence[Problem], more: int = 0) -> None:
         count = len(problems) + more
-        super().__init__(f"{name} cannot be used: {count} error{'s' if count != 1 else ''}")
+        super().__init__(f"{name} cannot be used: {count} error{'s' if count != 1 else ''}.")
         self.name = name
         self.text = text
         self.problems = problems

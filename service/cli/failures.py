@@ -120,10 +120,10 @@ def _message(error: BaseException) -> str:
         case TyperException():
             return error.format_message()
         case SceneError():
-            return "the scene cannot be used"
+            return "The scene cannot be used."
         case RefusedError():
             return error.document.detail or error.document.title
         case KeyboardInterrupt():
-            return "interrupted"
+            return "Interrupted."
         case _:
             return str(error) or type(error).__name__

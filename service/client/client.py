@@ -165,7 +165,7 @@ class Client:
             if batch.complete:
                 return
             if deadline is not None and time.monotonic() >= deadline:
-                raise TimedOutError(f"job {job_id} goes on after {timeout:g} s of waiting", job_id=job_id)
+                raise TimedOutError(f"Job {job_id} goes on after {timeout:g} s of waiting.", job_id=job_id)
 
     def wait(
         self,
