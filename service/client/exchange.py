@@ -63,7 +63,7 @@ def refused(answer: httpx2.Response) -> ClientError:
             f"{answer.url} answered {answer.status_code}, and not in the words of this service."
         )
     try:
-        document = ProblemDocument.model_validate_json(answer.content, strict=False, extra="ignore")
+        document = ProblemDocument.model_validate_json(answer.content)
     except ValidationError:
         return UnexpectedAnswerError(
             f"{answer.url} answered {answer.status_code} with a broken problem document"
