@@ -29,6 +29,7 @@ from service.store.lock import alone
 # Requests in progress have this long to end when the service stops, seconds. Watchers are sent away at once.
 FAREWELL_SECONDS = 5
 START_SECONDS = 60.0
+STOP_SECONDS = 30.0
 POLL_SECONDS = 0.02
 
 log = structlog.get_logger()
@@ -94,9 +95,13 @@ class RunningServer:
     data: Path
 
     def stop(self) -> None:
-        """End it, as SIGTERM does, and wait until it is gone."""
+        """End it, as SIGTERM does, and wait until it is gone; one that does not listen is killed."""
         self.process.terminate()
-        self.process.wait()
+        try:
+            self.process.wait(STOP_SECONDS)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
 
 
 @contextmanager
