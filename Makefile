@@ -1,6 +1,8 @@
 # Everything that people and the build run, by the same names. `make` alone prints them.
 
 PYTHON ?= python3
+# The versions to install; `make test CONSTRAINTS=` takes the newest instead.
+CONSTRAINTS ?= --constraint constraints.txt
 BIN := .venv/bin
 
 .DEFAULT_GOAL := help
@@ -40,10 +42,10 @@ clean:  ## remove .venv and everything made
 	$(PYTHON) -m venv .venv
 	touch $@
 
-.venv/installed: pyproject.toml | .venv/created
-	$(BIN)/python -m pip install --quiet --editable .
+.venv/installed: pyproject.toml constraints.txt | .venv/created
+	$(BIN)/python -m pip install --quiet $(CONSTRAINTS) --editable .
 	touch $@
 
-.venv/installed-%: pyproject.toml .venv/installed
-	$(BIN)/python -m pip install --quiet --editable '.[$*]'
+.venv/installed-%: .venv/installed
+	$(BIN)/python -m pip install --quiet $(CONSTRAINTS) --editable '.[$*]'
 	touch $@

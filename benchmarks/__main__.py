@@ -35,7 +35,7 @@ def _measure(parts: list[str], runs: int) -> dict[str, Any]:
     console.print(tables.of_machine(measured["machine"]))
     if "rendering" in parts:
         measured["rendering"] = rendering.measure(runs)
-        console.print(tables.of_rendering(measured["rendering"]))
+        console.print(tables.of_rendering(measured["rendering"]), tables.of_stages(measured["rendering"]))
     if "accuracy" in parts:
         measured["accuracy"] = accuracy.measure()
         console.print(tables.of_accuracy(measured["accuracy"]))

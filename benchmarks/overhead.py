@@ -29,15 +29,16 @@ class Overhead(TypedDict):
 
     `command` is `penumbra render`, start of Python and of its workers included; `call` is `renderer.render`
     with workers of its own; `service` is a job sent to a service that is running already, until its linear
-    image has arrived. `ratio` is service / command. `first_pixels` is from sending the job to having the
-    pixels of its first tile event.
+    image has arrived. The ratios are service / command and service / call. `first_pixels` is from sending the
+    job to having the pixels of its first tile event.
     """
 
     workers: int
     command: Spread
     call: Spread
     service: Spread
-    ratio: float
+    ratio_to_command: float
+    ratio_to_call: float
     first_pixels: Spread
 
 
@@ -58,7 +59,8 @@ def measure(runs: int) -> Overhead:
         command=command,
         call=call,
         service=service,
-        ratio=round(service["median"] / command["median"], 3),
+        ratio_to_command=round(service["median"] / command["median"], 3),
+        ratio_to_call=round(service["median"] / call["median"], 3),
         first_pixels=first,
     )
 

@@ -22,16 +22,20 @@ def of_machine(machine: Machine) -> Table:
 
 
 def of_rendering(timings: list[Timing]) -> Table:
-    """CPU seconds and shadow rays a second of each setting, and its costliest stages."""
-    table = Table("setting", "CPU s", "least .. most", "shadow rays / s", "stages", title="one process")
+    """CPU seconds and shadow rays a second of each setting."""
+    table = Table("setting", "CPU s", "least .. most", "shadow rays / s", title="one process")
     for timing in timings:
-        stages = ", ".join(f"{name} {share:.0%}" for name, share in timing["stages"].items() if share >= 0.01)
-        table.add_row(
-            _setting(timing["setting"]),
-            *_cells(timing["cpu_seconds"]),
-            f"{timing['shadow_rays_a_second'] / 1e6:.1f} M",
-            stages,
-        )
+        rate = f"{timing['shadow_rays_a_second'] / 1e6:.1f} M"
+        table.add_row(_setting(timing["setting"]), *_cells(timing["cpu_seconds"]), rate)
+    return table
+
+
+def of_stages(timings: list[Timing]) -> Table:
+    """Share of the time that each class of stage takes in each setting."""
+    names = list(dict.fromkeys(name for timing in timings for name in timing["stages"]))
+    table = Table("stage", *(_setting(timing["setting"]) for timing in timings), title="share of the time")
+    for name in names:
+        table.add_row(name, *(f"{timing['stages'].get(name, 0):.0%}" for timing in timings))
     return table
 
 
@@ -54,7 +58,8 @@ def of_overhead(overhead: Overhead) -> Table:
     table.add_row("penumbra render", *_cells(overhead["command"]))
     table.add_row("renderer.render", *_cells(overhead["call"]))
     table.add_row("running service", *_cells(overhead["service"]))
-    table.add_row("service / penumbra render", f"{overhead['ratio']:.2f}", "")
+    table.add_row("service / penumbra render", f"{overhead['ratio_to_command']:.2f}", "")
+    table.add_row("service / renderer.render", f"{overhead['ratio_to_call']:.2f}", "")
     table.add_row("submitted to first pixels", *_cells(overhead["first_pixels"]))
     return table
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
-from collections.abc import AsyncIterator, Iterator
-from contextlib import asynccontextmanager, contextmanager
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from typing import Any, Literal
 
 from fastapi import FastAPI
@@ -23,7 +22,6 @@ from service.database.migrations import upgrade
 from service.dispatcher import Dispatcher
 from service.engines.slots import SlotEngine
 from service.engines.worker import WorkerSetup
-from service.errors import StoreTakenError
 from service.feed import Feed
 from service.routes import assets, jobs, operations, pictures, scenes, tiles
 from service.routes.parameters import COMPONENTS, problem
@@ -36,40 +34,37 @@ ROUTERS = (jobs, tiles, pictures, scenes, assets, operations)
 
 
 def create_app(settings: Settings) -> FastAPI:
-    """Make the application; its parts start when its server does, and stop with it."""
+    """Make the application; its parts start when its server does, and stop with it.
+
+    No other service may use the data folder meanwhile: two dispatchers would hand out the same tiles.
+    ``service.server.run`` sees to that.
+    """
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        with _alone(settings):
-            service = await run_in_threadpool(_assemble, settings, Feed())
-            app.state.service = service
-            try:
-                yield
-            finally:
-                service.feed.close()
-                await run_in_threadpool(service.dispatcher.stop)
-                service.database.close()
+        service = await run_in_threadpool(_assemble, settings, Feed())
+        app.state.service = service
+        try:
+            yield
+        finally:
+            service.feed.close()
+            await run_in_threadpool(service.dispatcher.stop)
+            service.database.close()
 
-    app = FastAPI(title="Penumbra", description=DESCRIPTION, version="1", lifespan=lifespan)
+    # The framework's own pages for the document load scripts from elsewhere.
+    app = FastAPI(
+        title="Penumbra",
+        description=DESCRIPTION,
+        version="1",
+        lifespan=lifespan,
+        docs_url=None,
+        redoc_url=None,
+    )
     problems.install(app)
     for module in ROUTERS:
         app.include_router(module.router, responses=problem(422, "A parameter cannot be used."))
     _document_bodies(app)
     return app
-
-
-@contextmanager
-def _alone(settings: Settings) -> Iterator[None]:
-    """Keep other services off the data folder: two dispatchers would hand out the same tiles."""
-    settings.data.mkdir(parents=True, exist_ok=True)
-    with (settings.data / "lock").open("w") as lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            folder = settings.data.absolute()
-            message = f"Another service uses {folder}. Stop it, or name another folder."
-            raise StoreTakenError(message) from None
-        yield
 
 
 def _assemble(settings: Settings, feed: Feed) -> Service:

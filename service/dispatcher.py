@@ -10,18 +10,28 @@ import queue
 import threading
 import time
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Mapping
 from concurrent.futures import Future
 
 import structlog
 from sqlalchemy import select
 from sqlalchemy.exc import SQLAlchemyError
 
+from schemas.jobs import JobState
 from service import ledger
 from service.database.connection import Database
 from service.database.models import JobRow
 from service.engines.protocol import Engine
-from service.engines.tasks import Interrupted, JobTask, Outcome, Task, TraceTask
+from service.engines.tasks import (
+    Interrupted,
+    JobTask,
+    Outcome,
+    Task,
+    TaskFailed,
+    TileTask,
+    TraceTask,
+    WorkerDied,
+)
 from service.errors import UnavailableError
 from service.feed import Feed
 from service.rounds import Round
@@ -152,6 +162,7 @@ class Dispatcher:
         if not isinstance(task, TraceTask):
             self._flying.discard(task)
             self._reports.append((task, outcome))
+            _log(task, outcome)
             return
         answer = self._answers.pop(task)
         if isinstance(outcome, Interrupted):
@@ -214,13 +225,24 @@ class Dispatcher:
     def _pause(self) -> None:
         self._pause_until = time.monotonic() + RETRY_SECONDS
 
-    def _clear(self, ended: Iterable[str]) -> None:
+    def _clear(self, ended: Mapping[str, JobState]) -> None:
         """Drop the tiles of jobs that have ended, once nothing writes to them any more."""
         busy = {task.job for task in self._flying}
-        for job in ended:
+        for job, state in ended.items():
             if job in busy:
                 self._leave(job, 0.0)
             else:
                 self._leaving.pop(job, None)
                 self._store.drop_tiles(job)
-                log.info("job ended", job=job)
+                log.info("job ended", job=job, state=state.value)
+
+
+def _log(task: JobTask, outcome: Outcome) -> None:
+    place = {"tile": task.tile.index, "pass_index": task.pass_.index} if isinstance(task, TileTask) else {}
+    details = {"job": task.job, "attempt": task.attempt} | place
+    if isinstance(outcome, WorkerDied):
+        log.warning("worker died", **details)
+    elif isinstance(outcome, TaskFailed):
+        log.warning("task failed", code=outcome.code, **details)
+    else:
+        log.debug("task done", outcome=type(outcome).__name__, **details)

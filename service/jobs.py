@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from dataclasses import asdict
 from datetime import UTC, datetime
+from typing import NamedTuple
 
 import structlog
 from fastapi.concurrency import run_in_threadpool
@@ -28,6 +29,13 @@ from service.errors import UnavailableError, UnknownJobError
 STOP_SECONDS = 5.0
 
 log = structlog.get_logger()
+
+
+class Standing(NamedTuple):
+    """As much of a job as those who wait for it look at, again and again."""
+
+    state: JobState
+    last_seq: int
 
 
 def create(service: Service, admitted: Admitted, body: bytes) -> str:
@@ -117,7 +125,8 @@ async def stop(service: Service, job_id: str) -> Job:
     """Cancel a job and wait until nothing of it runs any more, within reason."""
     await run_in_threadpool(cancel, service, job_id)
     patience = service.settings.cancel_grace_seconds + STOP_SECONDS
-    return await until(service, job_id, patience, lambda job: job.state.final)
+    await until(service, job_id, patience, lambda standing: standing.state.final)
+    return await run_in_threadpool(show, service, job_id)
 
 
 async def remove(service: Service, job_id: str) -> None:
@@ -141,15 +150,23 @@ def _forget(service: Service, job_id: str) -> None:
     service.feed.publish((job_id,))
 
 
-async def until(service: Service, job_id: str, seconds: float, done: Callable[[Job], bool]) -> Job:
-    """Wait until a job is as wanted, or the time is up, or the service stops; return it as it is then."""
+async def until(service: Service, job_id: str, seconds: float, done: Callable[[Standing], bool]) -> None:
+    """Wait until a job is as wanted, or the time is up, or the service stops."""
     deadline = time.monotonic() + seconds
     with service.feed.watch(job_id) as watcher:
         while True:
-            job = await run_in_threadpool(show, service, job_id)
+            standing = await run_in_threadpool(_standing, service, job_id)
             left = deadline - time.monotonic()
-            if done(job) or left <= 0 or not await watcher.wait(left):
-                return job
+            if done(standing) or left <= 0 or not await watcher.wait(left):
+                return
+
+
+def _standing(service: Service, job_id: str) -> Standing:
+    with service.database.reading() as session:
+        row = session.execute(select(JobRow.state, JobRow.last_seq).where(JobRow.id == job_id)).first()
+    if row is None:
+        raise UnknownJobError
+    return Standing(*row)
 
 
 def progress_of(row: JobRow) -> Progress:

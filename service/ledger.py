@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Collection, Iterator
 from datetime import UTC, datetime
 
-from sqlalchemy import exists, or_, select, update
+from sqlalchemy import bindparam, exists, literal_column, or_, select, update
 from sqlalchemy.orm import Session
 
 from schemas.jobs import Failure, JobState
@@ -18,6 +18,31 @@ from schemas.tiles import Pass, Tile
 from service.database.models import DONE, RUNNING, WAITING, JobRow, TileRow
 from service.engines.tasks import ComposeDone, ComposeTask, TileDone, TileTask
 from service.store.tiles import StoredTile
+
+# Built once: making a statement takes longer than executing it, and these run for every tile.
+# SQLite uses the index of waiting steps only where the condition stands in the statement as in the index.
+_IS_WAITING = TileRow.state == literal_column("'waiting'")
+_STARTED = JobRow.state == JobState.RUNNING
+_JOB = select(JobRow).where(JobRow.id == bindparam("id")).with_for_update()
+_ACTIVE = (
+    select(JobRow)
+    .where(or_(_STARTED, JobRow.state == JobState.QUEUED), ~JobRow.cancel_requested)
+    .where(exists().where(TileRow.job == JobRow.number, _IS_WAITING))
+    .order_by(_STARTED, JobRow.number)
+    .limit(bindparam("room"))
+)
+_WAITING = (
+    select(TileRow)
+    .where(TileRow.job == bindparam("job"), _IS_WAITING)
+    .where(TileRow.pass_index <= bindparam("last_pass"))
+    .order_by(TileRow.pass_index, TileRow.tile)
+    .limit(bindparam("room"))
+)
+_RENDERED = (
+    select(JobRow)
+    .where(_STARTED, ~JobRow.cancel_requested, JobRow.done_steps == JobRow.total_steps)
+    .order_by(JobRow.number)
+)
 
 
 def recover(session: Session) -> None:
@@ -31,7 +56,7 @@ def recover(session: Session) -> None:
 
 def job_of(session: Session, job_id: str) -> JobRow | None:
     """Find a job and keep others from changing it until the transaction ends."""
-    return session.scalar(select(JobRow).where(JobRow.id == job_id).with_for_update())
+    return session.scalar(_JOB, {"id": job_id})
 
 
 def end(job: JobRow, state: JobState, failure: Failure | None = None) -> None:
@@ -47,24 +72,14 @@ def tile_claims(session: Session, room: int) -> Iterator[TileTask]:
     A queued job shows its coarse picture before any other job goes on; then the oldest job runs, all tiles
     in one pass before any tile in the next.
     """
-    started = JobRow.state == JobState.RUNNING
-    waiting = exists().where(TileRow.job == JobRow.number, TileRow.state == WAITING)
-    active = select(JobRow).where(
-        or_(started, JobRow.state == JobState.QUEUED), ~JobRow.cancel_requested, waiting
-    )
-    for job in session.scalars(active.order_by(started, JobRow.number).limit(room)).all():
-        for step in _waiting(session, job, room, coarse_only=job.state == JobState.QUEUED):
+    for job in session.scalars(_ACTIVE, {"room": room}).all() if room else ():
+        last_pass = 0 if job.state == JobState.QUEUED else len(job.passes)
+        steps = session.scalars(_WAITING, {"job": job.number, "last_pass": last_pass, "room": room})
+        for step in steps.all():
             room -= 1
             yield _hand_out(job, step)
         if not room:
             return
-
-
-def _waiting(session: Session, job: JobRow, limit: int, *, coarse_only: bool) -> list[TileRow]:
-    query = select(TileRow).where(TileRow.job == job.number, TileRow.state == WAITING)
-    if coarse_only:
-        query = query.where(TileRow.pass_index == 0)
-    return list(session.scalars(query.order_by(TileRow.pass_index, TileRow.tile).limit(limit)))
 
 
 def _hand_out(job: JobRow, step: TileRow) -> TileTask:
@@ -102,9 +117,7 @@ def take_back(session: Session, job: JobRow, task: TileTask, *, death: bool) -> 
 
 def compose_claims(session: Session, composing: Collection[str]) -> Iterator[ComposeTask]:
     """Hand out the last step of the jobs whose tiles are all finished, except those in ``composing``."""
-    finished = JobRow.done_steps == JobRow.total_steps
-    query = select(JobRow).where(JobRow.state == JobState.RUNNING, finished, ~JobRow.cancel_requested)
-    for job in session.scalars(query.order_by(JobRow.number)).all():
+    for job in session.scalars(_RENDERED).all():
         if job.id not in composing:
             job.compose_attempt += 1
             parts = tuple(sampled(session, job))

@@ -50,8 +50,8 @@ class Round:
 
     touched: set[str] = field(default_factory=set)
     """Jobs that have news."""
-    ended: set[str] = field(default_factory=set)
-    """Jobs that have reached a final state."""
+    ended: dict[str, JobState] = field(default_factory=dict)
+    """Jobs that have reached a final state, and which."""
     tasks: list[JobTask] = field(default_factory=list)
     """What to give to the engine."""
     storage_full: bool = False
@@ -81,7 +81,7 @@ class Round:
         else:
             self._land_picture(job, task, outcome)
         if job.state.final:
-            self.ended.add(job.id)
+            self.ended[job.id] = job.state
 
     def _land_tile(self, session: Session, job: JobRow, task: TileTask, outcome: Outcome) -> None:
         match outcome:
@@ -109,14 +109,14 @@ class Round:
         busy = {task.job for task in self.flying}
         for job_id in set(self.leaving) - busy:
             job = ledger.job_of(session, job_id)
-            if job is not None and job.cancel_requested and not job.state.final:
+            if job is not None and not job.state.final:
                 ledger.end(job, JobState.CANCELLED)
             self.touched.add(job_id)
-            self.ended.add(job_id)
+            self.ended[job_id] = job.state if job else JobState.CANCELLED
 
 
 def _fail(job: JobRow, code: str, message: str, *, retryable: bool) -> None:
-    if not job.state.final:
+    if not job.state.final and not job.cancel_requested:
         ledger.end(job, JobState.FAILED, Failure(code=code, message=message, retryable=retryable))
 
 

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
@@ -17,16 +17,19 @@ import httpx2
 import structlog
 import uvicorn
 from fastapi import FastAPI
+from uvicorn.config import STARTUP_FAILURE
 
 from service import logs
 from service.app import create_app
 from service.context import Service
-from service.errors import UnavailableError
+from service.errors import StoreTakenError, UnavailableError
 from service.settings import Settings
+from service.store.lock import alone
 
 # Requests in progress have this long to end when the service stops, seconds. Watchers are sent away at once.
 FAREWELL_SECONDS = 5
 START_SECONDS = 60.0
+STOP_SECONDS = 30.0
 POLL_SECONDS = 0.02
 
 log = structlog.get_logger()
@@ -52,8 +55,24 @@ class _Server(uvicorn.Server):
 
 
 def run(settings: Settings) -> None:
-    """Serve until a signal ends it: SIGTERM and SIGINT let requests in progress end first."""
+    """Serve until a signal ends it: SIGTERM and SIGINT let requests in progress end first.
+
+    Raises
+    ------
+    SystemExit
+        If it cannot start; the log says why.
+    """
     logs.configure(settings.log_level)
+    with ExitStack() as stack:
+        try:
+            stack.enter_context(alone(settings.data))
+        except (StoreTakenError, OSError) as error:
+            log.error("not started", reason=str(error))  # noqa: TRY400  (the reason is enough)
+            raise SystemExit(STARTUP_FAILURE) from None
+        _serve(settings)
+
+
+def _serve(settings: Settings) -> None:
     app = create_app(settings)
     config = uvicorn.Config(
         app,
@@ -76,9 +95,13 @@ class RunningServer:
     data: Path
 
     def stop(self) -> None:
-        """End it, as SIGTERM does, and wait until it is gone."""
+        """End it, as SIGTERM does, and wait until it is gone; one that does not listen is killed."""
         self.process.terminate()
-        self.process.wait()
+        try:
+            self.process.wait(STOP_SECONDS)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
 
 
 @contextmanager

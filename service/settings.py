@@ -38,7 +38,7 @@ class Settings(BaseSettings):
     )
     tile_size: int | None = Field(
         default=None,
-        ge=1,
+        ge=8,
         le=4096,
         description="Pixels along a tile's side; by default the renderer's choice.",
     )

@@ -141,7 +141,9 @@ def _angles(where: Floats) -> tuple[Floats, Floats]:
     return longitude, np.arctan2(np.hypot(x, y), -z) / np.pi
 
 
-def build(numbers: Sequence[int], shapes: Sequence[language.Ellipsoid | language.Sphere], assets: AssetSource) -> Ellipsoids:
+def build(
+    numbers: Sequence[int], shapes: Sequence[language.Ellipsoid | language.Sphere], assets: AssetSource
+) -> Ellipsoids:
     """The family of some ellipsoids and spheres of a scene, given with their numbers."""
     del assets
     centers = columns([shape.center for shape in shapes])

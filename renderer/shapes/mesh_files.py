@@ -68,7 +68,9 @@ def _announced(kind: str, content: bytes) -> int:
 
 def _refuse_too_many(count: int) -> None:
     if count > MAX_TRIANGLES:
-        raise AssetError(f"The mesh has {count} triangles, more than the {MAX_TRIANGLES} allowed. Simplify it.")
+        raise AssetError(
+            f"The mesh has {count} triangles, more than the {MAX_TRIANGLES} allowed. Simplify it."
+        )
 
 
 def _load(kind: str, content: bytes) -> Any:
@@ -83,4 +85,3 @@ def _load(kind: str, content: bytes) -> Any:
         return loaded.to_geometry() if isinstance(loaded, trimesh.Scene) else loaded
     except Exception as error:
         raise AssetError(f"The mesh cannot be read as {kind.upper()}: it is damaged.") from error
-

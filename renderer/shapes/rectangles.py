@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import schemas.shapes as language
-from renderer.arrays import Floats, Integers, column, cross, dot, magnitude, unit
+from renderer.arrays import Floats, Integers, column, cross, dot, lengths, magnitude, unit
 from renderer.assets import AssetSource
 from renderer.interaction import Points, Rays
 from renderer.numerics import gamma
@@ -64,13 +64,13 @@ class Rectangles(Family):
         """Hits by triple products.
 
         Projection on the edges would be wrong where they are not perpendicular, even by a rounding.
-        Rectangles that share a corner and an edge bit for bit decide by the same number and leave no gap.
-        A start closer to the plane than rounding can tell is on it, and on it is no hit.
+        The border is wider by what rounding can move it, so that rectangles that meet at an edge leave no
+        gap, in whichever form they are given. A start closer to the plane than rounding can tell is on it,
+        and on it is no hit.
         """
-        columns_ = (
+        anchor, first, second, product = (
             array[:, shape : shape + 1] for array in (self.anchors, self.first, self.second, self.products)
         )
-        anchor, first, second, product = columns_
         from_anchor = rays.origins - anchor
         moment = cross(from_anchor, rays.directions)
         slope = dot(rays.directions, product)
@@ -79,13 +79,17 @@ class Rectangles(Family):
         u, v = -side * dot(moment, second), side * dot(moment, first)
         depth = -side * dot(from_anchor, product)
         rounding = gamma(8) * dot(np.abs(from_anchor), _absolute_cross(first, second))
-        hit = (u >= 0) & (u <= span) & (v >= 0) & (v <= span) & (depth > rounding) & (span > 0)
+        border = magnitude(rays.directions) * (gamma(4) * lengths(from_anchor) + gamma(1) * self.sizes[shape])
+        beside, above = border * lengths(second), border * lengths(first)
+        hit = (
+            (u >= -beside) & (u <= span + beside) & (v >= -above) & (v <= span + above) & (depth > rounding)
+        ) & (span > 0)
         found = np.flatnonzero(hit)
         if found.size:
             span = span[found]
             depths = np.broadcast_to(depth, hit.shape)[found]
-            where = (u[found] / span, v[found] / span)
-            rays.offer(found, depths / span, where, self.numbers[shape : shape + 1], WHOLE)
+            u, v = (np.clip(part[found] / span, 0.0, 1.0) for part in (u, v))
+            rays.offer(found, depths / span, (u, v), self.numbers[shape : shape + 1], WHOLE)
 
     def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
         """Positions from the surface coordinates: they stay on the plane however long the ray was."""
@@ -107,7 +111,7 @@ class Rectangles(Family):
 
     def occluders(self) -> Polygons:
         """The same rectangles as things that stand in the light."""
-        across, along = cross(self.second, self.normals), cross(self.normals, self.first)
+        across, along = unit(cross(self.second, self.normals)), unit(cross(self.normals, self.first))
         opposite = self.anchors + self.first + self.second
         return Polygons(
             numbers=self.numbers,
@@ -125,7 +129,9 @@ def _absolute_cross(a: Floats, b: Floats) -> Floats:
     return np.stack((a[1] * b[2] + a[2] * b[1], a[2] * b[0] + a[0] * b[2], a[0] * b[1] + a[1] * b[0]))
 
 
-def build(numbers: Sequence[int], shapes: Sequence[language.Rectangle | language.Parallelogram], assets: AssetSource) -> Rectangles:
+def build(
+    numbers: Sequence[int], shapes: Sequence[language.Rectangle | language.Parallelogram], assets: AssetSource
+) -> Rectangles:
     """The family of some rectangles of a scene, given with their numbers."""
     del assets
     parts = [edges(shape) for shape in shapes]

@@ -98,7 +98,9 @@ def hits(vertices: Floats, origins: Floats, directions: Floats) -> PairHits:
     Every operation is one rounding of IEEE arithmetic; a fused multiply-add would break the symmetry
     that keeps neighbours tight.
     """
-    parts = [_hits_along(axis, vertices, origins, directions, chosen) for axis, chosen in _by_axis(directions)]
+    parts = [
+        _hits_along(axis, vertices, origins, directions, chosen) for axis, chosen in _by_axis(directions)
+    ]
     if len(parts) == 1:
         return parts[0]
     nothing = PairHits(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), np.zeros(0))
@@ -111,7 +113,9 @@ def hits(vertices: Floats, origins: Floats, directions: Floats) -> PairHits:
     )
 
 
-def _hits_along(axis: int, vertices: Floats, origins: Floats, directions: Floats, chosen: Integers) -> PairHits:
+def _hits_along(
+    axis: int, vertices: Floats, origins: Floats, directions: Floats, chosen: Integers
+) -> PairHits:
     pairs = _sheared(axis, vertices, origins, directions, chosen)
     found = pairs.found()
     a, b, c = (weight[found] for weight in pairs.weights)

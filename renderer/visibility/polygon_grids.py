@@ -77,7 +77,7 @@ class GridPolygonShadows(PolygonShadows):
         rows = np.flatnonzero(np.logical_or(*crossing).any(axis=1))
         if not rows.size:
             return
-        numbers = self._edge_numbers(positions, candidates[rows], distances[rows])
+        numbers = self._edge_numbers(view, positions, candidates[rows], distances[rows])
         alphas = [outward(np.nan_to_num(number), self.dtype) for number in numbers]
         for row, shape in enumerate(candidates[rows].tolist()):
             for side, mask in enumerate(crossing):
@@ -103,9 +103,12 @@ class GridPolygonShadows(PolygonShadows):
                 np.logical_and(inside, edge, out=inside)
         view.block(inside, None if index.size == view.count else index)
 
-    def _edge_numbers(self, positions: Floats, candidates: Integers, distances: Floats) -> list[Floats]:
+    def _edge_numbers(
+        self, view: LightView, positions: Floats, candidates: Integers, distances: Floats
+    ) -> list[Floats]:
+        rounding = self.rounding(view, candidates)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             return [
-                signed(n[:, candidates], a[:, candidates], positions, 1.0) / np.abs(distances)
+                (signed(n[:, candidates], a[:, candidates], positions, 1.0) + rounding) / np.abs(distances)
                 for n, a in zip(self.occluders.edge_normals, self.occluders.edge_anchors, strict=True)
             ]

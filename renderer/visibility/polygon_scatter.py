@@ -38,7 +38,8 @@ class ScatterPolygonShadows(PolygonShadows):
     def _mark_one(
         self, view: LightView, positions: Floats, distance: Floats, shape: int, index: Integers
     ) -> None:
-        edges = self._edges(positions, distance, shape)
+        rounding = self.rounding(view, np.array([shape]))[0][index]
+        edges = self._edges(positions, distance, rounding, shape)
         if self.culling:
             possible = np.logical_and.reduce([highest(terms) >= 0 for terms in edges])
             edges = [_at(terms, possible) for terms in edges if np.any(lowest(terms)[possible] < 0)]
@@ -46,14 +47,14 @@ class ScatterPolygonShadows(PolygonShadows):
         if index.size:
             view.block(self._hidden(view, edges, distance, shape, index), index)
 
-    def _edges(self, positions: Floats, distance: Floats, shape: int) -> list[Terms]:
+    def _edges(self, positions: Floats, distance: Floats, rounding: Floats, shape: int) -> list[Terms]:
         """|s_q| a_p + |s_p| a_q for every edge as a function on the light; inside is positive."""
         one = slice(shape, shape + 1)
         plane = self._on_light(self.occluders.normals[:, one], self.occluders.anchors[:, one])
         far = -np.sign(distance)
         edges = []
         for normals, anchors in zip(self.occluders.edge_normals, self.occluders.edge_anchors, strict=True):
-            of_point = signed(normals[:, one], anchors[:, one], positions, 1.0)[0]
+            of_point = signed(normals[:, one], anchors[:, one], positions, 1.0)[0] + rounding
             of_light = self._on_light(normals[:, one], anchors[:, one])
             scale = np.abs(of_point) + np.abs(distance)
             near, away = of_point * far / scale, np.abs(distance) / scale

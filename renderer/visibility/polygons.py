@@ -90,8 +90,15 @@ class PolygonShadows(ABC):
         occluders = self.occluders
         normals, anchors = occluders.normals[:, candidates], occluders.anchors[:, candidates]
         distances = signed(normals, anchors, positions, 1.0)
-        sizes = view.of_points(view.points.sizes)
-        rounding = SURFACE * (sizes[None, :] + occluders.sizes[candidates][:, None])
         sides = np.sign(signed(normals, anchors, view.origins, 1.0))
         own = occluders.numbers[candidates][:, None] == view.of_points(view.points.shapes)[None, :]
-        return np.where(own, 0.0, snapped(distances, rounding, sides))
+        return np.where(own, 0.0, snapped(distances, self.rounding(view, candidates), sides))
+
+    def rounding(self, view: LightView, candidates: Integers) -> Floats:
+        """Bounds on the error of the points' signed distances and edge functions, (K, n).
+
+        Edge functions are raised by it. A point in a corner of three walls lies on two of them, and
+        within rounding of the edge that these share: raised, it is inside of at least one.
+        """
+        sizes = view.of_points(view.points.sizes)
+        return SURFACE * (sizes[None, :] + self.occluders.sizes[candidates][:, None])

@@ -79,7 +79,13 @@ class RayShadows:
         return np.stack([centre[i] + u * emitter.first[i] + v * emitter.second[i] for i in range(3)])
 
     def _block(
-        self, view: LightView, visits: Visits, origins: Floats, directions: Floats, points: Integers, blocked: Masks
+        self,
+        view: LightView,
+        visits: Visits,
+        origins: Floats,
+        directions: Floats,
+        points: Integers,
+        blocked: Masks,
     ) -> None:
         """Look into leaves, one a ray at a time, until the ray is blocked or has no more."""
         order = np.argsort(visits.rays, kind="stable")

@@ -113,4 +113,4 @@ def _make_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise CommandError(f"the folder {folder} cannot be made: {error.strerror}") from error
+        raise CommandError(f"The folder {folder} cannot be made: {error.strerror}.") from error

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Literal
 import typer
 
 from service.cli import output
+from service.cli.configuration import read_settings
+from service.cli.errors import CommandError
 from service.cli.exits import ExitCode
 
 if TYPE_CHECKING:
@@ -105,11 +107,9 @@ def _available_memory() -> int | None:
 
 
 def _service() -> Iterator[Check]:
-    from service.settings import Settings
-
     try:
-        settings = Settings()
-    except ValueError as error:
+        settings = read_settings({})
+    except CommandError as error:
         yield Check("settings", "fail", str(error), "Correct the variables PENUMBRA_...")
         return
     yield _data_folder(settings)

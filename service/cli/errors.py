@@ -3,6 +3,7 @@
 CommandError                    wrong use: an option, or a place to write to, that makes no sense
 ├── InputError                  a file that the command was given cannot be used
 │   └── UnusableSceneError      a scene file, with its text and all that is wrong in it
+├── RenderFailedError           a scene that was accepted could not be rendered
 └── ServiceStartError           a service did not start, or stopped by itself
 """
 
@@ -40,11 +41,15 @@ class UnusableSceneError(InputError):
 
     def __init__(self, name: str, text: bytes, problems: Sequence[Problem], more: int = 0) -> None:
         count = len(problems) + more
-        super().__init__(f"{name} cannot be used: {count} error{'s' if count != 1 else ''}")
+        super().__init__(f"{name} cannot be used: {count} error{'s' if count != 1 else ''}.")
         self.name = name
         self.text = text
         self.problems = problems
         self.more = more
+
+
+class RenderFailedError(CommandError):
+    """A scene that was accepted could not be rendered."""
 
 
 class ServiceStartError(CommandError):

@@ -8,11 +8,16 @@ from typing import Any
 
 from typer.exceptions import TyperException
 
-from renderer.errors import RenderError
 from schemas.errors import SceneError
 from schemas.problems import Problem
 from service.cli import output
-from service.cli.errors import CommandError, InputError, ServiceStartError, UnusableSceneError
+from service.cli.errors import (
+    CommandError,
+    InputError,
+    RenderFailedError,
+    ServiceStartError,
+    UnusableSceneError,
+)
 from service.cli.excerpts import excerpts
 from service.cli.exits import ExitCode
 from service.client.errors import (
@@ -29,8 +34,8 @@ OUTCOMES: tuple[tuple[type[BaseException], ExitCode, str], ...] = (
     (TyperException, ExitCode.USAGE, "Wrong use of the command"),
     (InputError, ExitCode.UNUSABLE_INPUT, "The input cannot be used"),
     (ServiceStartError, ExitCode.SERVER, "The service did not run"),
+    (RenderFailedError, ExitCode.INTERNAL, "Rendering failed"),
     (CommandError, ExitCode.USAGE, "Wrong use of the command"),
-    (RenderError, ExitCode.INTERNAL, "Rendering failed"),
     (SceneError, ExitCode.UNUSABLE_INPUT, "The scene cannot be used"),
     (RequestInvalidError, ExitCode.UNUSABLE_INPUT, "The service refused the request"),
     (TimedOutError, ExitCode.TIME_OUT, "Time-out"),
@@ -115,10 +120,10 @@ def _message(error: BaseException) -> str:
         case TyperException():
             return error.format_message()
         case SceneError():
-            return "the scene cannot be used"
+            return "The scene cannot be used."
         case RefusedError():
             return error.document.detail or error.document.title
         case KeyboardInterrupt():
-            return "interrupted"
+            return "Interrupted."
         case _:
             return str(error) or type(error).__name__

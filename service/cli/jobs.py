@@ -53,7 +53,7 @@ def cancel(
     if as_json:
         output.document(job.model_dump(mode="json"))
     else:
-        output.say(f"job {job.id}: {job.state}")
+        output.say(f"Job {job.id}: {job.state}")
 
 
 def ls(

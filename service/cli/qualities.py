@@ -73,7 +73,7 @@ def quality(
     try:
         return FixedQuality.model_validate({"mode": "fixed"} | members)
     except ValidationError as error:
-        raise CommandError("; ".join(_option(item) for item in error.errors(include_url=False))) from error
+        raise CommandError(" ".join(_option(item) for item in error.errors(include_url=False))) from error
 
 
 def _merged(
@@ -93,4 +93,4 @@ def _merged(
 def _option(item: Mapping[str, Any]) -> str:
     part, *rest = [str(step) for step in item["loc"]]
     names = {"antialiasing": "--", "light": "--light-"}
-    return f"{names.get(part, '--')}{rest[0] if rest else part}: {item['msg']}"
+    return f"{names.get(part, '--')}{rest[0] if rest else part}: {item['msg'].rstrip('.')}."

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli import output, qualities, scene_files
+from service.cli.errors import RenderFailedError
 from service.cli.progress import progress_bar
 from service.cli.targets import PICTURES, check_target, write_whole
 
@@ -58,6 +59,7 @@ def render(  # noqa: PLR0913 - one argument for each option
 
 
 def _run(plan: RenderPlan, workers: int | None, tile: int | None) -> RenderResult:
+    from renderer import RenderError
     from renderer import render as render_plan
 
     processes = workers or len(os.sched_getaffinity(0))
@@ -67,7 +69,11 @@ def _run(plan: RenderPlan, workers: int | None, tile: int | None) -> RenderResul
             bar.show(event.done / event.total, f"tile {event.done} of {event.total}")
 
         # Without somebody who looks there is no preview to render.
-        return render_plan(plan, on_tile=show if bar.visible else None, workers=processes, tile_size=tile)
+        on_tile = show if bar.visible else None
+        try:
+            return render_plan(plan, on_tile=on_tile, workers=processes, tile_size=tile)
+        except RenderError as error:
+            raise RenderFailedError(str(error)) from error
 
 
 def _encoded(scene: LoadedScene, result: RenderResult, suffix: str) -> bytes:

@@ -9,7 +9,8 @@ from typing import Annotated
 import typer
 
 from service.cli import output
-from service.cli.errors import CommandError, ServiceStartError
+from service.cli.configuration import read_settings
+from service.cli.errors import ServiceStartError
 from service.cli.exits import ExitCode
 
 HostOption = Annotated[str | None, typer.Option(help="Address to listen on; 127.0.0.1 by default.")]
@@ -33,17 +34,10 @@ def serve(
     database: DatabaseOption = None,
 ) -> None:
     """Run the service. What is not given comes from PENUMBRA_HOST, PENUMBRA_PORT and so on."""
-    from pydantic import ValidationError
-
     from service.server import run
-    from service.settings import Settings
 
     options = {"host": host, "port": port, "data": data, "workers": workers, "database": database}
-    given = {name: value for name, value in options.items() if value is not None}
-    try:
-        settings = Settings.model_validate(given)
-    except ValidationError as error:
-        raise CommandError(f"the settings make no sense: {error}") from error
+    settings = read_settings({name: value for name, value in options.items() if value is not None})
     if not _is_loopback(settings.host):
         output.say(
             f"{output.emphasis('warning', 'yellow')}: whoever reaches {settings.host} can use this service: "
@@ -52,11 +46,11 @@ def serve(
     try:
         run(settings)
     except KeyboardInterrupt:
-        output.say("The service has stopped; jobs that were not done go on when it starts again.")
+        output.say("The service has stopped. Jobs that were not done go on when it starts again.")
     except SystemExit as exit_:
         # The server reports what kept it from starting, and leaves by itself.
         if exit_.code != ExitCode.TERMINATED:
-            raise ServiceStartError("the service could not start; the lines above say why") from exit_
+            raise ServiceStartError("The service could not start. The lines above say why.") from exit_
 
 
 def _is_loopback(host: str) -> bool:

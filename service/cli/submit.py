@@ -50,7 +50,7 @@ def submit(  # noqa: PLR0913 - one argument for each option
         check_target(out, PICTURES)
     stays = wait or out is not None
     if timeout is not None and not stays:
-        raise CommandError("--timeout says how long to stay; give --wait or -o too")
+        raise CommandError("--timeout says how long to stay. Give --wait or -o too.")
     options = {
         "samples": samples,
         "pattern": pattern,

@@ -21,17 +21,17 @@ def check_target(path: Path, suffixes: Collection[str]) -> Path:
         The name has another ending, or its folder is not there or not writable.
     """
     if path.suffix.lower() not in suffixes:
-        raise CommandError(f"{path} must end in {' or '.join(suffixes)}: the ending chooses the format")
+        raise CommandError(f"{path} must end in {' or '.join(suffixes)}. The ending chooses the format.")
     if path.is_dir():
-        raise CommandError(f"{path} is a folder; name a file in it")
+        raise CommandError(f"{path} is a folder. Name a file in it.")
     folder = path.parent
     if not folder.is_dir():
-        raise CommandError(f"{folder} is not there; make the folder first, or write somewhere else")
+        raise CommandError(f"{folder} is not there. Make the folder first, or write somewhere else.")
     try:
         # Permissions do not tell all: a file system may be full or read-only.
         tempfile.TemporaryFile(dir=folder).close()
     except OSError as error:
-        raise CommandError(f"{folder} takes no files ({error.strerror}); write somewhere else") from error
+        raise CommandError(f"{folder} takes no files ({error.strerror}). Write somewhere else.") from error
     return path
 
 
@@ -51,7 +51,7 @@ def write_whole(path: Path, content: bytes) -> None:
         temporary.chmod(0o666 & ~_umask())
         temporary.replace(path)
     except OSError as error:
-        raise CommandError(f"{path} cannot be written: {error.strerror or error}") from error
+        raise CommandError(f"{path} cannot be written: {error.strerror or error}.") from error
     finally:
         if temporary is not None:
             temporary.unlink(missing_ok=True)

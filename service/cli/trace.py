@@ -67,15 +67,15 @@ def read_rays(path: Path) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float
         with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in ("origins", "directions") if name in archive}
     except OSError as error:
-        raise InputError(f"{path} cannot be read: {error.strerror or error}") from error
+        raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error
     except (ValueError, AttributeError, EOFError, TypeError, zipfile.BadZipFile) as error:
-        raise InputError(f"{path} is not an .npz file of arrays; write it with numpy.savez") from error
+        raise InputError(f"{path} is not an .npz file of arrays. Write it with numpy.savez.") from error
     origins, directions = (_checked(path, arrays, name) for name in ("origins", "directions"))
     if len(origins) != len(directions):
-        raise InputError(f"{path} has {len(origins)} origins but {len(directions)} directions")
+        raise InputError(f"{path} has {len(origins)} origins but {len(directions)} directions.")
     zero = np.flatnonzero(~directions.any(axis=1))
     if zero.size:
-        raise InputError(f"{path}: row {zero[0]} of 'directions' is zero; a ray needs a direction")
+        raise InputError(f"{path}: row {zero[0]} of 'directions' is zero. A ray needs a direction.")
     return origins, directions
 
 
@@ -83,15 +83,15 @@ def _checked(path: Path, arrays: dict[str, Any], name: str) -> npt.NDArray[np.fl
     import numpy as np
 
     if name not in arrays:
-        raise InputError(f"{path} has no array '{name}'; it needs 'origins' and 'directions', both (N, 3)")
+        raise InputError(f"{path} has no array '{name}'. It needs 'origins' and 'directions', both (N, 3).")
     array = arrays[name]
     if array.ndim != 2 or array.shape[1] != 3:
-        raise InputError(f"{path}: '{name}' has shape {array.shape}; it must be (N, 3)")
+        raise InputError(f"{path}: '{name}' has shape {array.shape}. It must be (N, 3).")
     if array.dtype.kind not in "fiu":
-        raise InputError(f"{path}: '{name}' holds {array.dtype}; it must hold real numbers")
+        raise InputError(f"{path}: '{name}' holds {array.dtype}. It must hold real numbers.")
     wrong = np.flatnonzero(~np.isfinite(array).all(axis=1))
     if wrong.size:
-        raise InputError(f"{path}: row {wrong[0]} of '{name}' is not finite ({wrong.size} such rows)")
+        raise InputError(f"{path}: row {wrong[0]} of '{name}' is not finite ({wrong.size} such rows).")
     return np.asarray(array, dtype=np.float64)
 
 

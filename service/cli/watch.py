@@ -70,7 +70,7 @@ def show_end(job: Job, *, as_json: bool) -> None:
     if as_json:
         output.document(job.model_dump(mode="json"))
     else:
-        output.say(f"job {job.id} is done: {job.width} x {job.height} pixels, {_cost(job)}")
+        output.say(f"Job {job.id} is done: {job.width} x {job.height} pixels, {_cost(job)}")
 
 
 @contextmanager
@@ -79,7 +79,7 @@ def detachable(job_id: str) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        output.say(f"job {job_id} goes on; see it again with: penumbra watch {job_id}")
+        output.say(f"Job {job_id} goes on. See it again with: penumbra watch {job_id}")
         raise
 
 

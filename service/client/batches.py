@@ -71,7 +71,7 @@ def decode_batch(data: bytes) -> PixelBatch:
         number = np.dtype("<f4") if head.encoding == FLOAT32 else np.dtype("u1")
         painted = tuple(TilePixels(tile, _pixels(tile, raw, number)) for tile, raw in tiles)
     except ValueError as error:
-        raise UnexpectedAnswerError(f"the batch of tiles makes no sense: {error}") from error
+        raise UnexpectedAnswerError(f"The batch of tiles makes no sense: {error}") from error
     return PixelBatch(painted, head.next, head.complete, head.succeeded)
 
 

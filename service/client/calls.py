@@ -172,8 +172,8 @@ def _tiles(
 def _model(model: type[Model]) -> Callable[[httpx2.Response], Model]:
     def read(answer: httpx2.Response) -> Model:
         try:
-            return model.model_validate_json(answer.content, extra="ignore")
+            return model.model_validate_json(answer.content)
         except ValidationError as error:
-            raise UnexpectedAnswerError(f"{answer.url} did not answer with a {model.__name__}") from error
+            raise UnexpectedAnswerError(f"{answer.url} did not answer with a {model.__name__}.") from error
 
     return read

@@ -6,14 +6,13 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import httpx2
 import numpy as np
 import numpy.typing as npt
 import stamina
 
-from renderer.assets import AssetSource
 from schemas.errors import SceneError
 from schemas.jobs import Job, JobList, JobState, TileBatch, TileEvent, Version
 from schemas.plans import PlanDocument
@@ -27,9 +26,12 @@ from service.client.errors import (
     RequestInvalidError,
     TimedOutError,
 )
-from service.client.exchange import check, repeat_after, transport_errors
+from service.client.exchange import check, checked_address, repeat_after, transport_errors
 from service.client.parcels import Parcel, SceneSource, pack
 from service.client.pictures import Picture, PictureKind
+
+if TYPE_CHECKING:
+    from renderer.assets import AssetSource
 
 DEFAULT_SERVER = "http://127.0.0.1:8000"
 LONGEST_HOLD = 20.0
@@ -47,7 +49,12 @@ class Client:
         comes on top.
     patience
         Seconds over which a request is repeated when the connection breaks or the server is too busy.
-        Only requests that may safely be sent twice are repeated.
+        Only requests that may safely be sent twice are repeated; 0 repeats none.
+
+    Raises
+    ------
+    UnreachableError
+        The address cannot be that of a server.
 
     Examples
     --------
@@ -58,7 +65,7 @@ class Client:
     """
 
     def __init__(self, server: str = DEFAULT_SERVER, *, timeout: float = 30.0, patience: float = 5.0) -> None:
-        self.server = server
+        self.server = checked_address(server)
         self._timeout = timeout
         self._patience = patience
         self._http = httpx2.Client(base_url=server, timeout=timeout)
@@ -158,7 +165,7 @@ class Client:
             if batch.complete:
                 return
             if deadline is not None and time.monotonic() >= deadline:
-                raise TimedOutError(f"job {job_id} goes on after {timeout:g} s of waiting", job_id=job_id)
+                raise TimedOutError(f"Job {job_id} goes on after {timeout:g} s of waiting.", job_id=job_id)
 
     def wait(
         self,
@@ -241,7 +248,11 @@ class Client:
 
     def _send(self, call: Call[Answer]) -> Answer:
         again = stamina.RetryingCaller(
-            attempts=None, timeout=self._patience, wait_initial=0.1, wait_max=1.0, wait_jitter=0.1
+            attempts=None if self._patience > 0 else 1,
+            timeout=self._patience or None,
+            wait_initial=0.1,
+            wait_max=1.0,
+            wait_jitter=0.1,
         )
         return again(repeat_after(call, self._patience), self._send_once, call)
 

@@ -108,7 +108,7 @@ class JobFailedError(NoImageError):
     """The job failed; `failure` says why."""
 
     def __init__(self, *, job_id: str, failure: Failure) -> None:
-        super().__init__(f"job {job_id} failed: {failure.message} ({failure.code})", job_id=job_id)
+        super().__init__(f"Job {job_id} failed ({failure.code}): {failure.message}", job_id=job_id)
         self.failure = failure
 
 
@@ -116,7 +116,7 @@ class JobCancelledError(NoImageError):
     """The job was cancelled."""
 
     def __init__(self, *, job_id: str) -> None:
-        super().__init__(f"job {job_id} was cancelled", job_id=job_id)
+        super().__init__(f"Job {job_id} was cancelled.", job_id=job_id)
 
 
 def refusal(status: int, document: ProblemDocument, *, retry_after: float | None = None) -> RefusedError:

@@ -18,4 +18,4 @@ def read_events(answer: httpx2.Response) -> Iterator[TileEvent]:
             try:
                 yield TileEvent.model_validate_json(event.data)
             except ValidationError as error:
-                raise UnexpectedAnswerError(f"{answer.url} sent an event that is not a tile") from error
+                raise UnexpectedAnswerError(f"{answer.url} sent an event that is not a tile.") from error

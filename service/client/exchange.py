@@ -21,20 +21,31 @@ from service.client.errors import (
 )
 
 
+def checked_address(server: str) -> str:
+    """Give an address back that may be that of a server; raise UnreachableError for any other."""
+    try:
+        url = httpx2.URL(server)
+    except httpx2.InvalidURL:
+        url = httpx2.URL()
+    if url.scheme not in {"http", "https"} or not url.host:
+        raise UnreachableError(
+            f"{server!r} is not the address of a server. Write it like http://127.0.0.1:8000."
+        )
+    return server
+
+
 @contextmanager
 def transport_errors(server: str, *, job_id: str | None = None) -> Iterator[None]:
     """Turn errors of the HTTP library into errors of this client."""
     try:
         yield
     except (httpx2.ConnectError, httpx2.ConnectTimeout) as error:
-        raise UnreachableError(f"no server at {server} ({error})", sent=False) from error
+        raise UnreachableError(f"There is no server at {server} ({error}).", sent=False) from error
     except httpx2.TimeoutException as error:
         about = f" about job {job_id}" if job_id else ""
-        raise TimedOutError(f"{server} did not answer in time{about}", job_id=job_id) from error
-    except (httpx2.UnsupportedProtocol, httpx2.InvalidURL) as error:
-        raise UnreachableError(f"{server!r} is not the address of a server: {error}", sent=False) from error
+        raise TimedOutError(f"{server} did not answer in time{about}.", job_id=job_id) from error
     except httpx2.TransportError as error:
-        raise UnreachableError(f"the connection to {server} broke ({error})") from error
+        raise UnreachableError(f"The connection to {server} broke ({error}).") from error
 
 
 def check(answer: httpx2.Response, call: Call[Any]) -> httpx2.Response:
@@ -49,10 +60,10 @@ def refused(answer: httpx2.Response) -> ClientError:
     media_type = answer.headers.get("Content-Type", "").partition(";")[0]
     if media_type != "application/problem+json":
         return UnexpectedAnswerError(
-            f"{answer.url} answered {answer.status_code}, and not in the words of this service"
+            f"{answer.url} answered {answer.status_code}, and not in the words of this service."
         )
     try:
-        document = ProblemDocument.model_validate_json(answer.content, strict=False, extra="ignore")
+        document = ProblemDocument.model_validate_json(answer.content)
     except ValidationError:
         return UnexpectedAnswerError(
             f"{answer.url} answered {answer.status_code} with a broken problem document"

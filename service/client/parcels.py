@@ -7,14 +7,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from renderer.assets import AssetSource, FolderAssets, NoAssets
 from schemas.documents import read_text
 from schemas.findings import Finding, refusal
 from schemas.limits import Limits
 from schemas.problems import Problem
 from service.client.places import located
+
+if TYPE_CHECKING:
+    from renderer.assets import AssetSource
 
 SceneSource = str | PathLike[str] | bytes | Mapping[str, Any]
 PREFIX = "sha256:"
@@ -68,7 +70,7 @@ def pack(scene: SceneSource, *, assets: AssetSource | None = None) -> Parcel:
         It is not a JSON object, or names a texture that is not there.
     """
     if isinstance(scene, str | PathLike):
-        assets = assets or FolderAssets(Path(scene).parent)
+        assets = assets or _beside(Path(scene))
         scene = Path(scene).read_bytes()
     read = read_text(scene, Limits())
     if not isinstance(read.content, Mapping):
@@ -82,6 +84,13 @@ def pack(scene: SceneSource, *, assets: AssetSource | None = None) -> Parcel:
         contents={names[name]: content for name, content in contents.items()},
         text=read.text,
     )
+
+
+def _beside(path: Path) -> AssetSource:
+    # Most uses of a client have no textures and need nothing of the renderer.
+    from renderer.assets import FolderAssets  # noqa: PLC0415
+
+    return FolderAssets(path.parent)
 
 
 def _local_textures(scene: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -98,7 +107,9 @@ def _contents(scene: Mapping[str, Any], assets: AssetSource | None) -> tuple[dic
     missing = []
     for key, name in _local_textures(scene):
         try:
-            contents[name] = (assets or NoAssets()).read(name)
+            if assets is None:
+                raise KeyError(name)
+            contents[name] = assets.read(name)
         except (KeyError, OSError):
             missing.append(Finding(("textures", key, "asset"), "missing_asset", MISSING))
     return contents, missing

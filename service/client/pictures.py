@@ -51,7 +51,7 @@ class Picture:
         try:
             pixels = np.load(io.BytesIO(self.content), allow_pickle=False)
         except (ValueError, EOFError) as error:
-            raise UnexpectedAnswerError("the server sent something else than an array file") from error
+            raise UnexpectedAnswerError("The server sent something else than an array file.") from error
         return np.asarray(pixels, dtype=np.float32)
 
 

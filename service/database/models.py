@@ -115,13 +115,12 @@ class TileRow(Base):
         CheckConstraint("(state = 'done') = (seq IS NOT NULL)", name="seq_when_done"),
         Index("uq_tiles_job_seq", "job", "seq", unique=True),
         Index(
-            "ix_tiles_unfinished",
+            "ix_tiles_waiting",
             "job",
-            "state",
             "pass_index",
             "tile",
-            sqlite_where=text("state <> 'done'"),
-            postgresql_where=text("state <> 'done'"),
+            sqlite_where=text("state = 'waiting'"),
+            postgresql_where=text("state = 'waiting'"),
         ),
     )
 

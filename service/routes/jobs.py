@@ -32,7 +32,8 @@ async def submit(here: Here, request: Request, response: Response, prefer: Prefe
     body = await json_body(request, here.settings.limits.max_body_bytes)
     job_id = await run_in_threadpool(_create, here, body)
     wait = preferred_wait(prefer, here.settings.max_wait_seconds)
-    job = await jobs.until(here, job_id, wait, lambda job: job.state.final)
+    await jobs.until(here, job_id, wait, lambda standing: standing.state.final)
+    job = await run_in_threadpool(jobs.show, here, job_id)
     response.headers["Location"] = job.links.self
     if wait:
         response.headers["Preference-Applied"] = f"wait={wait:g}"

@@ -19,7 +19,7 @@ PATIENCE = 30
 def test_waiting_outlasts_a_killed_service_and_the_image_is_the_same(
     penumbra: Penumbra, server: Server, scene_file: Path, tmp_path: Path
 ) -> None:
-    more = ["--samples", 144, "--light-samples", 64]
+    more = ["--samples", 100, "--light-samples", 36]
     assert penumbra("render", scene_file, "-o", "here.png", *more).code == 0
     job_id = penumbra("submit", scene_file, *more).out.strip()
     words = [*COMMAND, "watch", job_id]

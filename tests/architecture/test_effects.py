@@ -54,11 +54,27 @@ def test_every_pattern_of_the_language_is_a_function_of_the_renderer() -> None:
     assert set(PATTERNS) == wanted
 
 
-@pytest.mark.parametrize("table", [SHAPES, LIGHTS, TEXTURES], ids=["shapes", "lights", "textures"])
-def test_every_module_with_an_effect_has_a_test_of_its_own(table: dict[type, Any]) -> None:
-    modules = {build.__module__.rpartition(".")[2] for build in table.values()}
-    tested = {path.stem.removeprefix("test_") for path in (ROOT / "tests").rglob("test_*.py")}
-    assert {module for module in modules if not any(module in name for name in tested)} == set()
+RENDERER_TESTS = [ROOT / "tests" / folder for folder in ("unit/renderer", "images", "numerics", "statistics")]
+
+
+def texts_of_tests() -> list[str]:
+    """The text of every file that tests the renderer."""
+    return [path.read_text() for folder in RENDERER_TESTS for path in folder.rglob("*.py")]
+
+
+@pytest.mark.parametrize("effect", EFFECTS, ids=lambda model: model.__name__)
+def test_every_effect_is_in_a_scene_that_tests_the_renderer(effect: type[BaseModel]) -> None:
+    required = {name for name, field in effect.model_fields.items() if field.is_required()} - {
+        "type",
+        "material",
+    }
+    words = {f'"type": "{literals(effect, "type")[0]}"', *(f'"{name}"' for name in required)}
+    assert any(all(word in text for word in words) for text in texts_of_tests())
+
+
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_every_pattern_is_in_a_test_of_the_renderer(pattern: str) -> None:
+    assert any(f'"{pattern}"' in text for text in texts_of_tests())
 
 
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda model: model.__name__)

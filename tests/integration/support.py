@@ -77,8 +77,8 @@ def scene(
 
 
 def long_scene() -> dict[str, Any]:
-    """Some ten seconds of work in dozens of steps: there is time to disturb it."""
-    return scene(256, 256, samples=64, light_samples=64)
+    """Some seconds of work in dozens of steps: there is time to disturb it."""
+    return scene(256, 256, samples=36, light_samples=64)
 
 
 def submit(client: httpx2.Client, document: dict[str, Any], **request: Any) -> str:
@@ -125,14 +125,15 @@ def workers_of(server: int) -> list[int]:
     children = [
         int(child)
         for task in Path(f"/proc/{server}/task").iterdir()
-        for child in (task / "children").read_text().split()
+        for child in _read(task / "children").split()
     ]
-    return [child for child in children if b"spawn_main" in _command(child)]
+    return [child for child in children if b"spawn_main" in _read(Path(f"/proc/{child}/cmdline"))]
 
 
-def _command(process: int) -> bytes:
+def _read(path: Path) -> bytes:
+    """Read a file of a thread or process that may have ended since it was listed."""
     try:
-        return Path(f"/proc/{process}/cmdline").read_bytes()
+        return path.read_bytes()
     except OSError:
         return b""
 

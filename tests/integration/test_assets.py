@@ -57,7 +57,13 @@ def test_an_asset_comes_back_as_it_was_sent(client: httpx2.Client) -> None:
     data = png(5, 7)
     sent = put(client, data)
     name = hashlib.sha256(data).hexdigest()
-    expected = {"name": f"sha256:{name}", "bytes": len(data), "media_type": "image/png", "width": 5, "height": 7}
+    expected = {
+        "name": f"sha256:{name}",
+        "bytes": len(data),
+        "media_type": "image/png",
+        "width": 5,
+        "height": 7,
+    }
     assert (sent.status_code, sent.json()) == (200, expected)
     assert put(client, data).json() == expected
     got = client.get(f"/v1/assets/{name}")

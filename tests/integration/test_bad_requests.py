@@ -27,7 +27,10 @@ BODIES = {
     "100,000 deep": b'{"scene": ' + b"[" * 100_000 + b"]" * 100_000 + b"}",
     "same key twice": b'{"scene": 1, "scene": 2}',
     "NUL": b"\x00",
-    **{f"width {name}": f'{{"scene": {{"camera": {{"width": {text}}}}}}}'.encode() for name, text in NUMBERS.items()},
+    **{
+        f"width {name}": f'{{"scene": {{"camera": {{"width": {text}}}}}}}'.encode()
+        for name, text in NUMBERS.items()
+    },
 }
 
 
@@ -60,7 +63,9 @@ def test_problems_point_into_the_users_own_text(client: httpx2.Client) -> None:
 
 
 def test_many_problems_are_counted_and_fifty_listed(client: httpx2.Client) -> None:
-    document = scene() | {"shapes": [{"type": "ellipsoid", "center": MARK, "radius": 1, "material": "ball"}] * 70}
+    document = scene() | {
+        "shapes": [{"type": "ellipsoid", "center": MARK, "radius": 1, "material": "ball"}] * 70
+    }
     found = problem_of(client.post("/v1/jobs", json={"scene": document}), 422)
     assert (len(found["errors"]), found["more"]) == (50, 20)
 
@@ -110,7 +115,15 @@ def test_unknown_paths_and_methods_have_the_same_form(client: httpx2.Client) -> 
 
 
 @pytest.mark.parametrize(
-    "query", [{"after": "-1"}, {"after": MARK}, {"wait": "nan"}, {"wait": "inf"}, {"encoding": MARK}, {"after": 2**40}]
+    "query",
+    [
+        {"after": "-1"},
+        {"after": MARK},
+        {"wait": "nan"},
+        {"wait": "inf"},
+        {"encoding": MARK},
+        {"after": 2**40},
+    ],
 )
 def test_parameters_are_checked(client: httpx2.Client, query: dict[str, str]) -> None:
     job = submit(client, scene(8, 8))

@@ -9,7 +9,17 @@ import pytest
 
 from service.server import RunningServer
 from tests.integration.conftest import Start
-from tests.integration.support import PATIENCE, finish, job_of, long_scene, scene, submit, until, wait, workers_of
+from tests.integration.support import (
+    PATIENCE,
+    finish,
+    job_of,
+    long_scene,
+    scene,
+    submit,
+    until,
+    wait,
+    workers_of,
+)
 
 
 def files_of(server: RunningServer, job: str) -> dict[Path, int]:

@@ -65,10 +65,14 @@ def test_sqlite_keeps_a_write_ahead_log_and_foreign_keys(database: Database) -> 
 
 
 def test_what_an_exception_leaves_is_undone(database: Database) -> None:
-    with pytest.raises(ZeroDivisionError), database.writing() as session:
-        session.add(asset(1))
-        session.flush()
-        raise ZeroDivisionError
+    def fail() -> None:
+        with database.writing() as session:
+            session.add(asset(1))
+            session.flush()
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fail()
     with database.reading() as session:
         assert session.get(AssetRow, f"{1:064x}") is None
 

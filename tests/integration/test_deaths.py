@@ -16,7 +16,17 @@ import pytest
 import renderer
 from service.server import RunningServer
 from tests.integration.conftest import Start
-from tests.integration.support import PATIENCE, finish, image, job_of, long_scene, submit, until, wait, workers_of
+from tests.integration.support import (
+    PATIENCE,
+    finish,
+    image,
+    job_of,
+    long_scene,
+    submit,
+    until,
+    wait,
+    workers_of,
+)
 
 pytestmark = pytest.mark.slow
 

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from schemas.batches import FLOAT32, unpack
-from tests.integration.support import finish, image, long_scene, scene, submit, wait
+from tests.integration.conftest import Start
+from tests.integration.support import PATIENCE, finish, image, long_scene, scene, submit, wait
 
 BINARY = {"Accept": "application/octet-stream"}
 
@@ -114,6 +115,22 @@ def test_a_stream_tells_of_every_tile_and_then_of_the_end(client: httpx2.Client)
 def test_a_stream_goes_on_after_the_last_event_received(client: httpx2.Client, done: str) -> None:
     events = streamed(client, done)
     assert streamed(client, done, **{"Last-Event-ID": "3"}) == events[3:]
+
+
+def test_a_silent_stream_shows_that_it_lives(start: Start) -> None:
+    server = start(workers=1, heartbeat_seconds=0.01)
+    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+        job = submit(client, long_scene())
+        with client.stream("GET", f"/v1/jobs/{job}/events") as answer:
+            assert any(line.startswith(":") for line in answer.iter_lines())
+
+
+def test_waiting_in_vain_ends_with_an_empty_list(client: httpx2.Client) -> None:
+    job = submit(client, long_scene())
+    batch = client.get(f"/v1/jobs/{job}/tiles", params={"after": 10_000, "wait": 0.2}).json()
+    client.delete(f"/v1/jobs/{job}")
+    assert batch["events"] == []
+    assert not batch["complete"]
 
 
 def test_a_stream_ends_when_its_job_is_cancelled(client: httpx2.Client) -> None:

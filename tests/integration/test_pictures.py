@@ -54,7 +54,9 @@ def test_a_known_picture_is_not_sent_again(client: httpx2.Client, done: str, kin
 
 
 @KINDS
-@pytest.mark.parametrize(("asked", "part"), [("0-9", slice(10)), ("20-", slice(20, None)), ("-7", slice(-7, None))])
+@pytest.mark.parametrize(
+    ("asked", "part"), [("0-9", slice(10)), ("20-", slice(20, None)), ("-7", slice(-7, None))]
+)
 def test_a_part_of_a_picture(client: httpx2.Client, done: str, kind: str, asked: str, part: slice) -> None:
     path = f"/v1/jobs/{done}/image.{kind}"
     answer = client.get(path, headers={"Range": f"bytes={asked}"})
@@ -62,7 +64,9 @@ def test_a_part_of_a_picture(client: httpx2.Client, done: str, kind: str, asked:
     assert answer.content == client.get(path).content[part]
 
 
-@pytest.mark.parametrize("asked", ["bytes=99999999-", "bytes=5-2", "bytes=-0", "bytes=x", "lines=1-2", "bytes"])
+@pytest.mark.parametrize(
+    "asked", ["bytes=99999999-", "bytes=5-2", "bytes=-0", "bytes=x", "lines=1-2", "bytes"]
+)
 def test_bytes_that_are_not_there_are_a_problem(client: httpx2.Client, done: str, asked: str) -> None:
     answer = client.get(f"/v1/jobs/{done}/image.npy", headers={"Range": asked})
     assert answer.status_code == 416

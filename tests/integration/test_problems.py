@@ -29,7 +29,11 @@ def exceptions() -> Iterator[type[Exception]]:
                 continue
             module = importlib.import_module(found.name)
             for value in vars(module).values():
-                if isinstance(value, type) and issubclass(value, Exception) and value.__module__ == found.name:
+                if (
+                    isinstance(value, type)
+                    and issubclass(value, Exception)
+                    and value.__module__ == found.name
+                ):
                     yield value
 
 
@@ -59,7 +63,9 @@ def anyio_backend() -> str:
 
 
 @pytest.mark.anyio
-@pytest.mark.parametrize("error", [ValueError("secret"), StoreDamagedError("secret"), renderer.RenderError("secret")])
+@pytest.mark.parametrize(
+    "error", [ValueError("secret"), StoreDamagedError("secret"), renderer.RenderError("secret")]
+)
 async def test_what_is_not_the_users_affair_is_not_told(error: Exception) -> None:
     answer = await ask(error)
     assert answer.status_code == 500

@@ -17,7 +17,9 @@ DIRECTIONS = [[0.0, -1.0, -5.0], [0.0, 1.0, 0.0], [0.0, -2.5, 0.0]]
 
 
 def ask(client: httpx2.Client, **changes: Any) -> httpx2.Response:
-    return client.post("/v1/traces", json={"scene": scene(), "origins": ORIGINS, "directions": DIRECTIONS} | changes)
+    return client.post(
+        "/v1/traces", json={"scene": scene(), "origins": ORIGINS, "directions": DIRECTIONS} | changes
+    )
 
 
 def test_rays_hit_what_the_renderer_says(client: httpx2.Client) -> None:

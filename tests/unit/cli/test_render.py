@@ -77,7 +77,8 @@ def _long_render(scene: dict[str, Any], folder: Path) -> Iterator[subprocess.Pop
     scene["sampling"] = {"antialiasing": {"pattern": "uniform", "samples": 1024}}
     (folder / "long.json").write_text(json.dumps(scene))
     with subprocess.Popen(
-        [*COMMAND, "render", "long.json", "-o", "long.png", "--workers", "2"],
+        # What starts the tests in the background may have told them to ignore Ctrl-C.
+        ["env", "--default-signal=INT", *COMMAND, "render", "long.json", "-o", "long.png", "--workers", "2"],
         cwd=folder,
         env=CLEAN | {"PYTHONPATH": str(Path(__file__).parents[3])},
         stderr=subprocess.PIPE,
@@ -85,7 +86,11 @@ def _long_render(scene: dict[str, Any], folder: Path) -> Iterator[subprocess.Pop
         process_group=0,
     ) as render:
         _wait_for(lambda: len(_at_work(render.pid)) == 2)
-        yield render
+        try:
+            yield render
+        finally:
+            if render.poll() is None:
+                os.killpg(render.pid, signal.SIGKILL)
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
@@ -104,6 +109,7 @@ def test_an_interrupted_render_leaves_no_process_and_no_file(
 def test_a_killed_render_leaves_no_process(scene: dict[str, Any], tmp_path: Path) -> None:
     with _long_render(scene, tmp_path) as render:
         render.kill()
+        render.wait()
     _wait_for(lambda: not _group(render.pid))
 
 

@@ -81,11 +81,11 @@ def upgrade() -> None:
         sa.PrimaryKeyConstraint("job", "pass_index", "tile", name=op.f("pk_tiles")),
     )
     op.create_index(
-        "ix_tiles_unfinished",
+        "ix_tiles_waiting",
         "tiles",
-        ["job", "state", "pass_index", "tile"],
-        sqlite_where=sa.text("state <> 'done'"),
-        postgresql_where=sa.text("state <> 'done'"),
+        ["job", "pass_index", "tile"],
+        sqlite_where=sa.text("state = 'waiting'"),
+        postgresql_where=sa.text("state = 'waiting'"),
     )
     op.create_index("uq_tiles_job_seq", "tiles", ["job", "seq"], unique=True)
 

@@ -1,0 +1,94 @@
+"""From a scene to a plan. Nothing else decides what runs.
+
+What a scene does not call for is not built: no light without colour, no texture that no shape shows, no
+highlight of strength 0. What is built carries the lines of the scene that asked for it.
+"""
+
+from renderer import cost, tiling
+from renderer.arrays import column
+from renderer.cameras import Pinhole, pinhole
+from renderer.compile import lights, shapes, surfaces
+from renderer.compile.request import Request
+from renderer.cost import COSTS
+from renderer.lights import surfaces as light_surfaces
+from renderer.materials import phong
+from renderer.plan import RenderPlan
+from renderer.scenes import LoadedScene, Source, load_scene
+from renderer.stages import Lighting
+from schemas.quality import Quality
+
+
+def compile_scene(
+    scene: Source | LoadedScene, quality: Quality | None = None, *, culling: bool = True
+) -> RenderPlan:
+    """Decide what a scene calls for, and build just that.
+
+    Parameters
+    ----------
+    scene
+        What `load_scene` takes or gives.
+    quality
+        Takes the place of the scene's own sampling.
+    culling
+        Whether conservative tests may leave out work. Images are the same without, and slower.
+
+    Returns
+    -------
+    RenderPlan
+
+    Raises
+    ------
+    SceneError
+        If the scene, or a file that it names, cannot be used.
+    """
+    return _plan(Request(load_scene(scene), quality, culling))
+
+
+def compile_visibility(plan: RenderPlan) -> tuple[Lighting, ...]:
+    """One stage a light of the scene, black ones too, that marks what blocks it and adds nothing."""
+    request = Request(plan.scene, plan.quality, plan.culling)
+    return lights.visibility(request, shapes.families(request))
+
+
+def _plan(request: Request) -> RenderPlan:
+    """Build the stages in the order in which they run."""
+    camera = _camera(request)
+    families = shapes.families(request)
+    emitters = lights.emitters(request)
+    meetings = [shapes.meeting(request, family, camera) for family in families]
+    visible = lights.visible_lights(request)
+    table = phong.build([request.document.materials[name] for name in request.names])
+    points, bent = surfaces.surfaces(request, families, table)
+    antialiasing = request.sampling.antialiasing
+    return RenderPlan(
+        scene=request.scene,
+        quality=request.quality,
+        camera=camera,
+        antialiasing=antialiasing,
+        seed=request.sampling.seed,
+        passes=tiling.passes(camera.width, camera.height, antialiasing.samples),
+        meetings=tuple(meetings),
+        visible_lights=tuple(visible),
+        surfaces=tuple(points),
+        lightings=tuple(lights.lighting(request, emitter, families, table) for emitter in emitters),
+        unshaded=light_surfaces.Unshaded(
+            column(request.document.background),
+            light_surfaces.colors([light.color for light in request.document.lights]),
+        ),
+        materials=surfaces.material_numbers(request),
+        bent=bent,
+        dtype=request.dtype,
+        culling=request.culling,
+        degenerate=request.degenerate + sum(shapes.without_area(family) for family in families),
+        entries=tuple(request.listing.entries),
+        left_out=(*request.listing.left_out, *surfaces.unused(request)),
+    )
+
+
+def _camera(request: Request) -> Pinhole:
+    samples = request.sampling.antialiasing
+    detail = f"rays through {samples.samples} {samples.pattern} places in each pixel"
+    request.listing.add(
+        "camera rays", "camera", detail, ("/camera",), cost.seconds(request.rays, COSTS.camera)
+    )
+    return pinhole.build(request.document.camera)

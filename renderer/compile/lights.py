@@ -1,0 +1,148 @@
+"""Which lights shine, what stands in their way, and what they add."""
+
+import numpy as np
+
+from renderer import cost
+from renderer.accelerators.trees import FEW, tree_of
+from renderer.arrays import column
+from renderer.compile.request import Request
+from renderer.cost import COSTS
+from renderer.effects import LIGHTS
+from renderer.lights import surfaces as light_surfaces
+from renderer.lights.emitters import Emitter
+from renderer.materials.phong import SHARP, Diffuse, Highlight, Phong
+from renderer.pointers import escaped
+from renderer.shapes import Family
+from renderer.shapes.ellipsoids import Ellipsoids
+from renderer.shapes.rectangles import Rectangles
+from renderer.shapes.triangles import Triangles
+from renderer.stages import Lighting, LightStage
+from renderer.visibility.ellipsoids import EllipsoidShadows
+from renderer.visibility.polygon_grids import GridPolygonShadows
+from renderer.visibility.polygon_scatter import ScatterPolygonShadows
+from renderer.visibility.trees import TreeShadows
+
+
+def emitter_of(request: Request, number: int) -> Emitter:
+    light = request.document.lights[number]
+    return LIGHTS[type(light)](number, light, request.sampling.light, request.sampling.seed)
+
+
+def emitters(request: Request) -> list[Emitter]:
+    """Lights that can add something."""
+    shining = []
+    answering = [
+        m for m in map(request.document.materials.get, request.names) if m and (m.diffuse or m.specular)
+    ]
+    for number, light in enumerate(request.document.lights):
+        pointer, effect = (f"/lights/{number}",), f"lights.{light.type}"
+        if not any(light.color):
+            request.listing.leave_out(effect, f"/lights/{number} is black", pointer)
+        elif not answering:
+            request.listing.leave_out(effect, "no material that is shown answers light", pointer)
+        else:
+            shining.append(emitter_of(request, number))
+    return shining
+
+
+def visible_lights(request: Request) -> list[light_surfaces.LightSurfaces]:
+    """Rectangles that the camera sees, black ones too: they hide what is behind them."""
+    numbers = [i for i, light in enumerate(request.document.lights) if getattr(light, "visible", False)]
+    if not numbers:
+        return []
+    seen = [emitter_of(request, i) for i in numbers]
+    pointers = tuple(f"/lights/{i}" for i in numbers)
+    price = cost.seconds(request.rays, COSTS.shape * len(numbers))
+    request.listing.add(
+        "visible lights",
+        "lights.rectangle",
+        "rays that meet a light see its flat colour",
+        pointers,
+        price,
+    )
+    return [light_surfaces.build(seen)]
+
+
+def lighting(request: Request, emitter: Emitter, families: list[Family], table: Phong) -> Lighting:
+    pointer = f"/lights/{emitter.number}"
+    effect = f"lights.{request.document.lights[emitter.number].type}"
+    detail = f"{emitter.count} {emitter.pattern} points" if emitter.count > 1 else "one point"
+    request.listing.add(
+        f"points of light {emitter.number}",
+        effect,
+        detail,
+        (pointer,),
+        cost.seconds(request.rays, COSTS.faced),
+    )
+    shadows = _shadows(request, emitter, families)
+    return Lighting(emitter, tuple(shadows), tuple(_terms(request, emitter, table, pointer)), request.dtype)
+
+
+def visibility(request: Request, families: list[Family]) -> tuple[Lighting, ...]:
+    """Every light with what casts its shadows."""
+    seen = [emitter_of(request, number) for number in range(len(request.document.lights))]
+    return tuple(
+        Lighting(emitter, tuple(_shadow_stages(request, emitter, families)), (), request.dtype)
+        for emitter in seen
+    )
+
+
+def _shadows(request: Request, emitter: Emitter, families: list[Family]) -> list[LightStage]:
+    """A light asks for shadow rays against every family, unless there is but one shape."""
+    pointer = f"/lights/{emitter.number}"
+    if _shades_nothing(request, families):
+        request.listing.leave_out(
+            "shadow rays", "a single convex shape has nothing to cast its shadow on", (pointer,)
+        )
+        return []
+    stages = _shadow_stages(request, emitter, families)
+    for family in families:
+        price = cost.seconds(request.rays * emitter.count, COSTS.shadow * min(2.0, family.numbers.size / 4))
+        detail = f"shadow rays from points to light {emitter.number}"
+        request.listing.add(f"shadows of {family.kind}s", f"shapes.{family.kind}", detail, (pointer,), price)
+    return stages
+
+
+def _shades_nothing(request: Request, families: list[Family]) -> bool:
+    """A single shape shades nothing, but for an ellipsoid seen from inside: it hides what is outside."""
+    if sum(family.numbers.size for family in families) > 1:
+        return False
+    position = column(request.document.camera.position)
+    return not any(isinstance(family, Ellipsoids) and family.holds(position) for family in families)
+
+
+def _shadow_stages(request: Request, emitter: Emitter, families: list[Family]) -> list[LightStage]:
+    stages: list[LightStage] = []
+    for family in families:
+        match family:
+            case Triangles() if family.numbers.size > FEW:
+                stages.append(TreeShadows(family, tree_of(family), emitter, request.dtype))
+            case Rectangles() | Triangles():
+                kind = GridPolygonShadows if emitter.shared else ScatterPolygonShadows
+                stages.append(kind(family.occluders(), emitter, request.dtype, request.culling))
+            case Ellipsoids():
+                stages.append(EllipsoidShadows(family, emitter, request.dtype, request.culling))
+    return stages
+
+
+def _terms(request: Request, emitter: Emitter, table: Phong, pointer: str) -> list[LightStage]:
+    terms: list[LightStage] = []
+    pairs = request.rays * emitter.count
+    matt = tuple(f"/materials/{escaped(n)}" for n, s in zip(request.names, table.diffuse, strict=True) if s)
+    if matt:
+        terms.append(Diffuse(table))
+        price = cost.seconds(pairs, COSTS.diffuse)
+        request.listing.add(
+            "diffuse term", "materials.phong", "cosines at light points", (pointer, *matt), price
+        )
+    double = np.dtype(np.float64)
+    for above, upto, dtype in ((-1.0, SHARP, request.dtype), (SHARP, np.inf, double)):
+        shiny = (table.specular > 0) & (table.shininess > above) & (table.shininess <= upto)
+        asking = tuple(f"/materials/{escaped(request.names[i])}" for i in np.flatnonzero(shiny))
+        if asking:
+            terms.append(Highlight(table, above, upto, dtype))
+            price = cost.seconds(pairs * len(asking) / len(request.names), COSTS.highlight)
+            request.listing.add(
+                "highlights", "materials.phong", f"cosines to powers, {dtype}", (pointer, *asking), price
+            )
+    return terms

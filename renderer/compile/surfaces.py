@@ -1,0 +1,107 @@
+"""What happens at the points that rays have met: colours, normals, ambient light."""
+
+import numpy as np
+
+from renderer import cost
+from renderer.arrays import Integers, Masks, column
+from renderer.assets import AssetError
+from renderer.compile.request import Request
+from renderer.compile.shapes import location
+from renderer.cost import COSTS
+from renderer.effects import TEXTURES
+from renderer.errors import SceneError
+from renderer.materials.maps import ColorTexture, NormalMap
+from renderer.materials.phong import Ambient, Colors, Phong
+from renderer.pointers import escaped
+from renderer.shapes import Family
+from renderer.shapes.triangles import Triangles
+from renderer.stages import Listing, PointStage
+from renderer.textures import Texture
+from schemas.plans import LeftOut
+from schemas.problems import Problem
+
+
+def surfaces(request: Request, families: list[Family], table: Phong) -> tuple[list[PointStage], bool]:
+    """Stages that form the points: geometry, colours, normals, ambient light."""
+    if not families:
+        return [], False
+    maps = _textures_of(request, "normal_map")
+    stages: list[PointStage] = [location(request, family, framed=bool(maps)) for family in families]
+    pointers = tuple(f"/materials/{escaped(name)}" for name in request.names)
+    request.listing.add(
+        "materials", "materials.phong", "each point takes its material's parameters", pointers
+    )
+    stages.append(Colors(table))
+    for name, used in _textures_of(request, "color_texture").items():
+        stages.append(ColorTexture(_texture(request, name, "color_texture", used), used))
+    for name, used in maps.items():
+        stages.append(NormalMap(_texture(request, name, "normal_map", used), used))
+    stages.extend(_ambient(request, table))
+    smooth = any(isinstance(family, Triangles) and bool(family.smooth.any()) for family in families)
+    return stages, bool(maps) or smooth
+
+
+def _textures_of(request: Request, part: str) -> dict[str, Masks]:
+    """Which materials, (materials,) bool, use each texture in one of their parts."""
+    used: dict[str, Masks] = {}
+    for i, name in enumerate(request.names):
+        texture = getattr(request.document.materials[name], part)
+        if texture is not None:
+            used.setdefault(texture, np.zeros(len(request.names), dtype=bool))[i] = True
+    return used
+
+
+def _texture(request: Request, name: str, part: str, used: Masks) -> Texture:
+    texture = request.document.textures[name]
+    asking = tuple(f"/materials/{escaped(request.names[i])}/{part}" for i in np.flatnonzero(used))
+    detail = "colours by texture coordinates" if part == "color_texture" else "bends shading normals"
+    price = cost.seconds(request.rays / len(request.names), COSTS.lookup * len(asking))
+    effect = f"textures.{texture.type}" if part == "color_texture" else "materials.phong.normal_map"
+    request.listing.add(
+        f"{part.replace('_', ' ')} {name}", effect, detail, (f"/textures/{escaped(name)}", *asking), price
+    )
+    if part == "normal_map":
+        # Directions, not colours: the file is read as it is stored.
+        texture = texture.model_copy(update={"encoding": "linear"})
+    try:
+        return TEXTURES[type(texture)](texture, request.scene.assets)
+    except AssetError as error:
+        pointer = f"/textures/{escaped(name)}/asset"
+        raise SceneError((Problem(pointer=pointer, detail=str(error), code="asset"),)) from error
+
+
+def _ambient(request: Request, table: Phong) -> list[Ambient]:
+    asking = tuple(
+        f"/materials/{escaped(name)}"
+        for name, share in zip(request.names, table.ambient, strict=True)
+        if share
+    )
+    if not any(request.document.ambient):
+        request.listing.leave_out("ambient", "/ambient is black", ("/ambient",))
+    elif not asking:
+        request.listing.leave_out("ambient", "no material that is shown answers ambient light", ("/ambient",))
+    else:
+        request.listing.add("ambient term", "ambient", "light from everywhere", ("/ambient", *asking))
+        return [Ambient(table, column(request.document.ambient))]
+    return []
+
+
+def material_numbers(request: Request) -> Integers:
+    numbers = {name: i for i, name in enumerate(request.names)}
+    return np.array([numbers[shape.material] for shape in request.document.shapes], dtype=np.int64)
+
+
+def unused(request: Request) -> list[LeftOut]:
+    """Materials and textures that no shape shows."""
+    listing = Listing()
+    for name in request.document.materials:
+        if name not in request.names:
+            listing.leave_out(
+                "materials.phong", "no shape has this material", (f"/materials/{escaped(name)}",)
+            )
+    parts = {*_textures_of(request, "color_texture"), *_textures_of(request, "normal_map")}
+    for name, texture in request.document.textures.items():
+        if name not in parts:
+            reason = "no material that is shown uses this texture"
+            listing.leave_out(f"textures.{texture.type}", reason, (f"/textures/{escaped(name)}",))
+    return listing.left_out

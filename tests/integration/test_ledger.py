@@ -1,0 +1,241 @@
+"""What the dispatcher decides: order, stale results, deaths, a full disk. Real database, no engine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+from sqlalchemy import select
+
+from renderer import tiling
+from schemas.jobs import JobState
+from service import ledger
+from service.database.connection import Database
+from service.database.migrations import upgrade
+from service.database.models import JobRow, TileRow
+from service.engines.tasks import (
+    ComposeDone,
+    ComposeTask,
+    Interrupted,
+    JobTask,
+    Outcome,
+    TaskFailed,
+    TileDone,
+    TileTask,
+    WorkerDied,
+)
+from service.rounds import Round
+
+DONE = TileDone(crc32=2**32 - 1, counts={"camera": 3}, cpu_seconds=0.5)
+MAX_ATTEMPTS = 3
+
+
+class Picture:
+    """64 x 64 pixels: a coarse picture, and two passes over four tiles."""
+
+    width = height = 64
+
+
+class Table:
+    """Jobs in a database, and rounds over them."""
+
+    def __init__(self, database: Database) -> None:
+        self.database = database
+        self.flying: list[JobTask] = []
+
+    def add(self, job_id: str) -> None:
+        passes = tiling.passes(64, 64, 4)
+        steps = [(pass_, tile) for pass_ in passes for tile in tiling.tiles(Picture(), pass_, 32)]
+        row = JobRow(
+            id=job_id,
+            width=64,
+            height=64,
+            spec_sha256="",
+            passes=[asdict(pass_) for pass_ in passes],
+            display={},
+            plan={},
+            warnings=[],
+            total_steps=len(steps),
+            total_work=1,
+            predicted_cpu_seconds=1.0,
+            created_at=datetime.now(UTC),
+        )
+        with self.database.writing() as session:
+            session.add(row)
+            session.flush()
+            session.add_all(TileRow(**ledger.new_step(row.number, pass_, tile)) for pass_, tile in steps)
+
+    def round(self, *reports: tuple[JobTask, Outcome], room: int = 0, leaving: Sequence[str] = ()) -> Round:
+        self.flying = [task for task in self.flying if task not in {done for done, _ in reports}]
+        result = Round(reports, self.flying, leaving, room, MAX_ATTEMPTS)
+        with self.database.writing() as session:
+            result.decide(session)
+        self.flying += result.tasks
+        return result
+
+    def next(self) -> TileTask:
+        (task,) = self.round(room=1).tasks
+        assert isinstance(task, TileTask)
+        return task
+
+    def job(self, job_id: str) -> JobRow:
+        with self.database.reading() as session:
+            return session.scalars(select(JobRow).where(JobRow.id == job_id)).one()
+
+    def cancel(self, job_id: str) -> None:
+        with self.database.writing() as session:
+            found = ledger.job_of(session, job_id)
+            assert found is not None
+            found.cancel_requested = True
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> Iterator[Table]:
+    database = Database(f"sqlite:///{tmp_path / 'test.sqlite'}")
+    upgrade(database)
+    yield Table(database)
+    database.close()
+
+
+def places(tasks: Sequence[JobTask]) -> list[tuple[str, int, int]]:
+    return [(task.job, task.pass_.index, task.tile.index) for task in tasks if isinstance(task, TileTask)]
+
+
+def test_passes_come_one_after_the_other_and_the_coarse_one_first(table: Table) -> None:
+    table.add("a")
+    steps = [places([table.next()])[0][1:] for _ in range(9)]
+    assert steps == [(0, 0), *((1, tile) for tile in range(4)), *((2, tile) for tile in range(4))]
+
+
+def test_a_new_job_shows_its_coarse_picture_before_older_jobs_go_on(table: Table) -> None:
+    table.add("a")
+    table.round(room=2)
+    table.add("b")
+    table.add("c")
+    assert places(table.round(room=4).tasks) == [("b", 0, 0), ("c", 0, 0), ("a", 1, 0), ("a", 1, 1)]
+
+
+def test_slots_are_filled_from_the_next_job_when_one_has_nothing_left(table: Table) -> None:
+    table.add("a")
+    table.add("b")
+    table.round(room=2)
+    assert len(table.round(room=8).tasks) == 8
+    assert places(table.round(room=2).tasks) == [("b", 1, 0), ("b", 1, 1)]
+
+
+def test_a_result_counts_once(table: Table) -> None:
+    table.add("a")
+    task = table.next()
+    table.round((task, DONE))
+    table.round((task, DONE))
+    job = table.job("a")
+    assert (job.done_steps, job.last_seq, job.cpu_seconds, job.rays) == (1, 1, 0.5, {"camera": 3})
+
+
+def test_a_result_of_an_older_attempt_does_not_count(table: Table) -> None:
+    table.add("a")
+    stale = table.next()
+    table.round((stale, Interrupted()))
+    fresh = table.next()
+    assert places([fresh]) == places([stale])
+    table.round((stale, DONE))
+    assert table.job("a").done_steps == 0
+    table.round((fresh, DONE))
+    assert table.job("a").done_steps == 1
+
+
+@pytest.mark.parametrize("outcome", [DONE, WorkerDied(), TaskFailed("render_failed", "No.")])
+def test_nothing_counts_after_a_job_was_to_be_cancelled(table: Table, outcome: Outcome) -> None:
+    table.add("a")
+    task = table.next()
+    table.cancel("a")
+    assert table.round(leaving=["a"], room=5).tasks == []
+    assert table.job("a").state is JobState.RUNNING
+    result = table.round((task, outcome), leaving=["a"], room=5)
+    assert result.tasks == []
+    assert result.ended.keys() == {"a"}
+    assert table.job("a").done_steps == 0
+    assert table.job("a").state is JobState.CANCELLED
+
+
+def test_a_tile_may_cost_three_workers_and_no_more(table: Table) -> None:
+    table.add("a")
+    for _ in range(MAX_ATTEMPTS):
+        assert table.job("a").failure is None
+        table.round((table.next(), WorkerDied()))
+    failure = table.job("a").failure
+    assert failure is not None
+    assert (failure["code"], failure["retryable"]) == ("worker_died", True)
+    assert table.round(room=5).tasks == []
+
+
+def test_interruptions_are_nobodys_fault(table: Table) -> None:
+    table.add("a")
+    for _ in range(3 * MAX_ATTEMPTS):
+        table.round((table.next(), Interrupted()))
+    assert table.job("a").state is JobState.RUNNING
+
+
+def test_an_error_of_the_renderer_fails_the_job_with_its_words(table: Table) -> None:
+    table.add("a")
+    result = table.round((table.next(), TaskFailed("render_failed", "Pixel 3 is lost.")))
+    failure = {"code": "render_failed", "message": "Pixel 3 is lost.", "retryable": False}
+    assert table.job("a").failure == failure
+    assert result.ended == {"a": JobState.FAILED}
+
+
+def test_a_full_disk_makes_jobs_wait_and_not_fail(table: Table) -> None:
+    table.add("a")
+    task = table.next()
+    result = table.round((task, TaskFailed("storage_full", "Full.")), room=5)
+    assert result.storage_full
+    assert result.tasks == []
+    assert table.job("a").state is JobState.RUNNING
+    assert places([table.next()]) == places([task])
+
+
+def test_the_picture_is_put_together_once_all_tiles_are_there(table: Table) -> None:
+    table.add("a")
+    tasks = [table.next() for _ in range(9)]
+    for task in tasks[:-1]:
+        assert table.round((task, DONE)).tasks == []
+    (compose,) = table.round((tasks[-1], DONE)).tasks
+    assert isinstance(compose, ComposeTask)
+    order = [(part.tile.index, part.pass_.index) for part in compose.parts]
+    assert order == [(tile, pass_) for tile in range(4) for pass_ in (1, 2)]
+    assert table.round(room=5).tasks == []
+    table.round((compose, ComposeDone("ab")))
+    assert (table.job("a").state, table.job("a").image_sha256) == (JobState.SUCCEEDED, "ab")
+
+
+def test_putting_together_is_tried_again_after_a_death(table: Table) -> None:
+    table.add("a")
+    tasks = [table.next() for _ in range(9)]
+    (compose,) = table.round(*((task, DONE) for task in tasks)).tasks
+    for _ in range(MAX_ATTEMPTS - 1):
+        (compose,) = table.round((compose, WorkerDied())).tasks
+    assert table.round((compose, WorkerDied())).tasks == []
+    assert table.job("a").state is JobState.FAILED
+
+
+def test_after_a_restart_only_what_ran_is_handed_out_again(table: Table) -> None:
+    table.add("a")
+    first, second = table.next(), table.next()
+    table.round((first, DONE))
+    with table.database.writing() as session:
+        ledger.recover(session)
+    again = table.next()
+    assert places([again]) == places([second])
+    assert again.attempt == second.attempt + 1
+
+
+def test_a_restart_ends_what_was_being_cancelled(table: Table) -> None:
+    table.add("a")
+    table.next()
+    table.cancel("a")
+    with table.database.writing() as session:
+        ledger.recover(session)
+    assert table.job("a").state is JobState.CANCELLED

@@ -1,0 +1,272 @@
+"""Hits against exact arithmetic, on rays that are each hard in one way."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from schemas.reading import read_scene
+from tests.images.parts import ellipsoid, rectangle, scene, sphere, triangle
+from tests.numerics import oracle
+from tests.numerics.families import FAMILIES
+from tests.numerics.tracing import EPS, traced
+
+ILL_SHAPED = {"slivers", "needles"}
+
+
+def feature(shape: Any) -> float:
+    """Least height of a flat shape, or shortest semi-axis: what an error of a place is compared with."""
+    if shape.type == "ellipsoid":
+        return min(math.hypot(*axis) for axis in getattr(shape, "axes", [(shape.__dict__.get("radius", 0),)]))
+    if shape.type == "rectangle":
+        edges = np.array(shape.edges)
+        return float(np.linalg.norm(np.cross(*edges)) / np.linalg.norm(edges, axis=1).max())
+    a, b, c = np.array(shape.vertices)
+    longest = max(np.linalg.norm(b - a), np.linalg.norm(c - b), np.linalg.norm(a - c))
+    return float(np.linalg.norm(np.cross(b - a, c - a)) / longest)
+
+
+def extent(shape: Any) -> float:
+    """Largest number in the shape."""
+    numbers = [np.abs(np.array(getattr(shape, name))).max() for name in PARTS if getattr(shape, name, None)]
+    return float(max(numbers))
+
+
+PARTS = ("vertices", "corner", "edges", "center", "axes", "radius")
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_rays_hit_what_exact_arithmetic_says(family: str) -> None:
+    """Hit or miss is right beyond 16 roundings from the border, and what a hit says is within roundings.
+
+    With s the largest number of ray and shape, f the shape's least height and c the cosine between ray and
+    normal: t is off by 8 eps s / c along the ray (or 1e-10 of itself, in triangles of little height), the
+    place by 8 eps s across the surface, normal and texture coordinates by 32 eps s / (f c).
+    """
+    hits = misses = 0
+    for document, rays in FAMILIES[family]():
+        shape = read_scene(scene(document))[0].shapes[0]
+        found = traced([document], [ray[0] for ray in rays], [ray[1] for ray in rays])
+        for i, (origin, direction) in enumerate(rays):
+            true = oracle.answer(shape, origin, direction)
+            if true.hit != (found.shape[i] == 0):
+                assert true.margin <= 16 * EPS, (document, origin, direction)
+                continue
+            hits, misses = hits + true.hit, misses + (not true.hit)
+            if not true.hit:
+                assert math.isinf(found.t[i])
+                continue
+            scale = max(*map(abs, origin), extent(shape))
+            length = math.hypot(*direction)
+            cosine = abs(float(np.dot(true.normal, direction))) / length
+            along = 8 * EPS * scale / cosine + (1e-10 * true.t * length if family in ILL_SHAPED else 0)
+            assert abs(found.t[i] - true.t) * length <= along
+            assert abs(np.dot(found.position[i] - true.position, true.normal)) <= 8 * EPS * scale
+            assert np.abs(found.normal[i] - true.normal).max() <= 32 * EPS * scale / feature(shape) / cosine
+            assert np.abs(found.uv[i] - true.uv).max() <= 32 * EPS * scale / feature(shape) / cosine
+            assert found.primitive[i] == 0
+    assert hits >= 60
+    assert misses >= 25 or family in {"the ground", "from inside an ellipsoid"}
+
+
+LENGTHS = [1e-300, 1e-30, 1e-12, 1.0, 3.7, 1e25, 1e300]
+SHAPES = {
+    "triangle": triangle([-1.1, -0.3, 0.2], [2.3, -0.7, 0.1], [0.4, 2.9, -0.6]),
+    "rectangle": rectangle([-1.1, -0.9, 0.2], [2.3, 0.1, 0.1], [0.4, 2.1, -0.6]),
+    "ellipsoid": ellipsoid([0.1, 0.2, 0.3], [1.1, 0, 0], [0, 0.7, 0], [0, 0, 1.9]),
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_t_counts_in_units_of_the_direction_whatever_its_length(shape: str) -> None:
+    direction = np.array([0.03, -0.02, -0.9])
+    directions = np.array([direction * length for length in LENGTHS])
+    hits = traced([SHAPES[shape]], np.tile([0.1, 0.4, 5.0], (len(LENGTHS), 1)), directions)
+    assert (hits.shape == 0).all()
+    distances = hits.t * np.array(LENGTHS)
+    assert np.abs(distances / distances[LENGTHS.index(1.0)] - 1).max() <= 8 * EPS
+    assert np.ptp(hits.position, axis=0).max() <= 8 * EPS
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_rays_that_are_none_miss(shape: str) -> None:
+    nan, inf = math.nan, math.inf
+    good = [0.1, 0.4, 5.0]
+    rays = [
+        (good, [0, 0, 0]),
+        (good, [0, -0.0, 0]),
+        (good, [nan, 0, -1]),
+        (good, [0, 0, -inf]),
+        ([nan, 0, 5], [0, 0, -1]),
+        ([0, inf, 5], [0, 0, -1]),
+        (good, [0, 0, -1]),
+    ]
+    hits = traced([SHAPES[shape]], *zip(*rays, strict=True))
+    assert hits.shape.tolist() == [-1] * 6 + [0]
+    assert np.isinf(hits.t[:6]).all()
+    assert np.isnan(hits.position[:6]).all()
+    assert np.isnan(hits.normal[:6]).all()
+    assert np.isnan(hits.uv[:6]).all()
+    assert np.isfinite(hits.position[6]).all()
+
+
+@pytest.mark.parametrize("sign", [0.0, -0.0])
+@pytest.mark.parametrize("shape", SHAPES)
+def test_the_sign_of_zero_says_nothing(shape: str, sign: float) -> None:
+    hits = traced([SHAPES[shape]], [[0.2, 0.3, 5]], [[sign, sign, -1]])
+    plain = traced([SHAPES[shape]], [[0.2, 0.3, 5]], [[0, 0, -1]])
+    assert hits.t == plain.t
+    assert (hits.uv == plain.uv).all()
+
+
+REGRESSION = [
+    [-1113.45459, -79.049614, -56.2431908],
+    [-1113.45459, -87.0922699, -56.2431908],
+    [-1113.45459, -79.2090149, -56.2431908],
+]
+
+
+def test_a_triangle_without_area_is_never_hit() -> None:
+    """Vertices on one line; the first was hit by a renderer whose determinant was rounding."""
+    line = triangle([0, 0, 0], [1, 1, 1], [3, 3, 3])
+    point = triangle([1, 2, 3], [1, 2, 3], [1, 2, 3])
+    rng = np.random.default_rng(1)
+    targets = rng.uniform(0, 3, (1000, 1)) * np.ones(3)
+    origins = rng.normal(size=(1000, 3)) * 4
+    assert (traced([line, point], origins, targets - origins).shape == -1).all()
+    ray = [[-1081.47925, 99.9999542, 87.7701111]], [[-32.1072998, -183.355865, -144.607635]]
+    assert traced([triangle(*REGRESSION)], *ray).shape == -1
+
+
+PARALLEL = [
+    triangle([0, 0, 0], [4, 0, 0], [0, 4, 0]),
+    rectangle([0, 0, 0], [4, 0, 0], [0, 4, 0]),
+]
+
+
+@pytest.mark.parametrize("shape", PARALLEL, ids=["triangle", "rectangle"])
+@pytest.mark.parametrize("height", [0, 1, -3])
+def test_a_ray_parallel_to_a_plane_or_in_it_misses(shape: Any, height: int) -> None:
+    rng = np.random.default_rng(2)
+    origins = np.column_stack((rng.integers(-9, 9, (500, 2)), np.full(500, height)))
+    directions = np.column_stack((rng.integers(-9, 9, (500, 2)), np.zeros(500)))
+    assert (traced([shape], origins, directions).shape == -1).all()
+
+
+@pytest.mark.parametrize("kind", ["triangle", "rectangle"])
+def test_a_ray_that_starts_on_a_flat_shape_does_not_hit_it(kind: str) -> None:
+    """Whole numbers and eighths: the start lies in the plane without any rounding."""
+    rng = np.random.default_rng(3)
+    for _ in range(60):
+        corner, first, second = rng.integers(-20, 20, (3, 3)).astype(float)
+        if not np.cross(first, second).any():
+            continue
+        j, k = rng.integers(0, 9, (2, 50)) / 8.0
+        origins = corner + np.outer(j, first) + np.outer(k, second)
+        directions = rng.normal(size=(50, 3))
+        ends = (corner, corner + first, corner + second)
+        shape = (
+            triangle(*(end.tolist() for end in ends))
+            if kind == "triangle"
+            else rectangle(corner.tolist(), first.tolist(), second.tolist())
+        )
+        assert (traced([shape], origins, directions).shape == -1).all()
+
+
+@pytest.mark.parametrize("power", [-30, 0, 30])
+def test_a_ray_that_starts_on_a_sphere_leaves_it_or_goes_through(power: int) -> None:
+    """(7, 24, 0) is on the sphere of radius 25, without any rounding."""
+    unit = 2.0**power
+    origin = np.array([7.0, 24.0, 0.0]) * unit
+    rng = np.random.default_rng(4)
+    directions = rng.normal(size=(400, 3))
+    hits = traced([sphere([0, 0, 0], 25 * unit)], np.tile(origin, (400, 1)), directions)
+    inwards = directions @ origin < 0
+    assert (hits.shape[~inwards] == -1).all()
+    assert (hits.shape[inwards] == 0).all()
+    chord = -2 * (directions @ origin) / (directions**2).sum(axis=1)
+    assert np.abs(hits.t - chord)[inwards].max() <= 32 * EPS * 50 * unit
+
+
+def test_a_ray_that_touches_a_sphere_gives_no_nan() -> None:
+    hits = traced([sphere([0, 0, 0], 5)], [[3, 4, -10]], [[0, 0, 1]])
+    assert hits.shape == -1 or abs(hits.t - 10) <= 4e-7
+
+
+def test_a_shape_behind_the_start_is_not_hit() -> None:
+    for shape in SHAPES.values():
+        assert traced([shape], [[0.1, 0.4, 5.0]], [[0, 0, 1]]).shape == -1
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_of_equal_distances_the_first_shape_wins(order: int) -> None:
+    """Whole numbers: the distance is exactly 4 to all of them, of three kinds, in any order."""
+    shapes = [
+        triangle([-2, -2, 0], [2, -2, 0], [0, 2, 0]),
+        rectangle([-2, -2, 0], [4, 0, 0], [0, 4, 0]),
+        sphere([0, 0, -1], 1),
+        rectangle([-2, -2, 0], [0, 4, 0], [4, 0, 0]),
+        triangle([2, -2, 0], [-2, -2, 0], [0, 2, 0]),
+    ]
+    hits = traced(shapes[::order], [[0, 0, 4]], [[0, 0, -1]])
+    assert (hits.shape.tolist(), hits.t.tolist()) == ([0], [4.0])
+
+
+def test_the_normal_is_on_the_side_the_ray_comes_from() -> None:
+    for shape in SHAPES.values():
+        origins, directions = (
+            [[0.1, 0.4, 5.0], [0.1, 0.4, -5.0], [0.1, 0.2, 0.3]],
+            [[0, 0, -1], [0, 0, 1], [0, 0, 1]],
+        )
+        hits = traced([shape], origins, directions)
+        found = hits.shape == 0
+        assert found[:2].all()
+        assert ((hits.normal * np.array(directions)).sum(axis=1)[found] < 0).all()
+
+
+def test_a_ray_is_answered_the_same_alone_and_among_thousands() -> None:
+    rng = np.random.default_rng(5)
+    origins, targets = rng.normal(size=(20000, 3)) * 6, rng.normal(size=(20000, 3))
+    together = traced(list(SHAPES.values()), origins, targets - origins)
+    for i in [0, 1, 8191, 8192, 8193, 19999]:
+        alone = traced(list(SHAPES.values()), origins[i : i + 1], (targets - origins)[i : i + 1])
+        for name in ("t", "position", "normal", "uv", "shape"):
+            assert getattr(alone, name)[0].tobytes() == getattr(together, name)[i].tobytes()
+
+
+@pytest.mark.parametrize(
+    ("origins", "directions", "message"),
+    [
+        ([0, 0, 5], [0, 0, -1], r"origins must have the shape \(N, 3\), not \(3,\)"),
+        ([[0, 0, 5]], [[0, -1]], r"directions must have the shape \(N, 3\), not \(1, 2\)"),
+        ([[0, 0, 5]], [[0, 0, -1]] * 2, "origins have 1 rows and directions 2"),
+    ],
+)
+def test_arrays_of_another_shape_are_refused(origins: Any, directions: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        traced([SHAPES["triangle"]], origins, directions)
+
+
+def test_no_rays_are_no_hits() -> None:
+    hits = traced([SHAPES["triangle"]], np.zeros((0, 3)), np.zeros((0, 3)))
+    assert hits.t.shape == (0,)
+    assert hits.visibility.shape == (0, 0)
+
+
+@pytest.mark.parametrize(
+    ("place", "uv"),
+    [
+        ([1, 0, 0], (0, 0.5)),
+        ([0, 1, 0], (0.25, 0.5)),
+        ([-1, 0, 0], (0.5, 0.5)),
+        ([0, -1, 0], (0.75, 0.5)),
+        ([0, 0, 1], (0, 1)),
+        ([0, 0, -1], (0, 0)),
+    ],
+)
+def test_longitude_starts_at_the_first_axis_and_latitude_below(
+    place: list[int], uv: tuple[float, float]
+) -> None:
+    hits = traced([sphere([0, 0, 0], 1)], [[3.0 * x for x in place]], [[-1.0 * x for x in place]])
+    assert tuple(hits.uv[0]) == uv

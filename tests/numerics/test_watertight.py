@@ -1,0 +1,246 @@
+"""Rays at shared edges and vertices lose nothing: neither hits nor shadow."""
+
+import numpy as np
+import pytest
+
+from schemas.reading import read_scene
+from tests.images.parts import DOUBLE, SINGLE, bulb, lamp, rectangle, scene, triangle
+from tests.numerics import oracle, solids
+from tests.numerics.tracing import EPS, towards, traced
+
+FAR = [148376.0, 1234.0, -223423.0]
+PLACES = [[0.0, 0.0, 0.0], FAR]
+PLACE_IDS = ["at the origin", "far away"]
+SHARES = [0.0, 0.25, 1 / 3, 0.5, 0.7]
+BOTH = pytest.mark.parametrize("quality", [SINGLE, DOUBLE], ids=["single", "double"])
+EVERYWHERE = pytest.mark.parametrize("place", PLACES, ids=PLACE_IDS)
+
+
+def test_no_ray_slips_between_two_triangles_that_share_an_edge() -> None:
+    rng = np.random.default_rng(1)
+    for _ in range(40):
+        a, b, c, d = rng.normal(size=(4, 3))
+        # The ray must pass both on one side: the neighbour lies across the edge.
+        d = b + c - a + 0.1 * d
+        pair = [triangle(a.tolist(), b.tolist(), c.tolist()), triangle(d.tolist(), c.tolist(), b.tolist())]
+        targets = b + np.outer(rng.uniform(0.05, 0.95, 50), c - b)
+        normal = np.cross(b - a, c - a)
+        origins = targets + normal / np.linalg.norm(normal) * 3 + rng.normal(size=(50, 3)) * 0.3
+        assert (traced(pair, origins, targets - origins).shape >= 0).all()
+
+
+def test_no_ray_slips_through_the_tip_of_a_fan() -> None:
+    rng = np.random.default_rng(2)
+    for _ in range(40):
+        apex, place = rng.normal(size=3), rng.normal(size=3) * 5
+        angles = np.sort(rng.uniform(0, 2 * np.pi, 6)) + np.arange(6) * 1e-3
+        if np.max(np.diff(np.append(angles, angles[0] + 2 * np.pi))) > 3:
+            continue
+        ring = apex + np.column_stack((np.cos(angles), np.sin(angles), rng.uniform(-0.3, 0.3, 6)))
+        fan = [
+            triangle((apex + place).tolist(), (p + place).tolist(), (q + place).tolist())
+            for p, q in zip(ring, np.roll(ring, -1, axis=0), strict=True)
+        ]
+        origins = apex + place + [0, 0, 4] + rng.normal(size=(50, 3)) * 0.5
+        assert (traced(fan, origins, apex + place - origins).shape >= 0).all()
+
+
+@EVERYWHERE
+def test_no_ray_leaves_a_closed_mesh(place: list[float]) -> None:
+    vertices, faces = solids.icosphere(place, 1.0, 2)
+    mesh = solids.triangles_of(vertices, faces)
+    rng = np.random.default_rng(3)
+    targets = solids.edge_places(vertices, faces, SHARES)
+    for _ in range(4):
+        start = np.array(place) + rng.uniform(-0.3, 0.3, 3)
+        hits = traced(mesh, *towards(start.tolist(), targets))
+        assert (hits.shape >= 0).all()
+        assert np.abs(np.linalg.norm(hits.position - place, axis=1) - 1).max() < 0.1
+
+
+@EVERYWHERE
+def test_no_ray_leaves_a_closed_box(place: list[float]) -> None:
+    box = solids.box(place, 1.0)
+    rng = np.random.default_rng(4)
+    edges = solids.box_edges(place, 1.0)
+    targets = np.concatenate([a + np.outer(rng.uniform(0, 1, 80), b - a) for a, b in edges])
+    targets = np.concatenate((targets, solids.box_corners(place, 1.0)))
+    for _ in range(10):
+        start = np.array(place) + rng.uniform(0.1, 0.9, 3)
+        hits = traced(box, *towards(start.tolist(), targets))
+        assert (hits.shape >= 0).all()
+        assert np.abs(hits.position - place - 0.5).max() <= 0.5 + 1e-9
+
+
+@EVERYWHERE
+def test_neither_ray_nor_light_passes_the_edges_of_a_turned_box(place: list[float]) -> None:
+    """Rectangles by centre, normal and size have corners that agree but for rounding; no gap comes of it."""
+    rng = np.random.default_rng(9)
+    for turn in range(30):
+        axes = np.linalg.qr(rng.normal(size=(3, 3)))[0].T if turn else np.eye(3)
+        center, size = np.array(place) + rng.normal(size=3), rng.uniform(0.5, 3)
+        targets = solids.turned_box_edges(center, axes, size, np.append(rng.uniform(-1, 1, 30), [-1, 1]))
+        start = center + rng.uniform(-0.4, 0.4, 3) @ axes * size
+        outside = center + np.array([0.9, 0.7, 0.8]) @ axes * size
+        around = center + np.array([[-0.9, 0.7, -0.8], [0.3, 0, 0], [0, 0, 2.0]]) @ axes * size
+        edges = (around[1:] - center).tolist()
+        hits = traced(
+            solids.turned_box(center, axes, size),
+            *towards(start.tolist(), targets),
+            lights=[bulb(outside.tolist()), lamp(around[0].tolist(), *edges, visible=False)],
+            points=9,
+            pattern=("uniform", "sobol")[turn % 2],
+        )
+        assert (hits.shape >= 0).all()
+        assert (hits.visibility == 0).all()
+
+
+def test_the_border_of_a_rectangle_is_no_wider_than_rounding() -> None:
+    """16 eps of the largest coordinate, over the sine of the angle between ray and edge."""
+    rng = np.random.default_rng(10)
+    beside = 0
+    for scale in (0.0, 1.0, 1e6):
+        for _ in range(25):
+            corner, first, second = rng.normal(size=3) * scale + rng.normal(size=3), *rng.normal(size=(2, 3))
+            shape = rectangle(corner.tolist(), first.tolist(), second.tolist())
+            true_shape = read_scene(scene(shape))[0].shapes[0]
+            far, along = rng.integers(0, 2, 20), rng.uniform(0, 1, 20)
+            hair = (2 * far - 1) * EPS * np.abs(corner).max() * rng.uniform(0, 60, 20)
+            targets = corner + np.outer(far + hair, first) + np.outer(along, second)
+            origins = corner + rng.normal(size=(20, 3)) * 3
+            hits = traced([shape], origins, targets - origins)
+            for i in np.flatnonzero(hits.shape == 0):
+                direction = targets[i] - origins[i]
+                true = oracle.answer(true_shape, origins[i], direction)
+                if not true.hit:
+                    beside += 1
+                    assert true.margin * _least_sine(direction, (first, second)) <= 16 * EPS
+    assert beside > 10
+
+
+def _least_sine(direction: np.ndarray, edges: tuple[np.ndarray, np.ndarray]) -> float:
+    along = direction / np.linalg.norm(direction)
+    return float(min(np.linalg.norm(np.cross(along, edge / np.linalg.norm(edge))) for edge in edges))
+
+
+def test_no_ray_leaves_through_the_corner_of_skew_walls() -> None:
+    """Two parallelograms with one corner and one edge in common, anywhere: no rounding parts them."""
+    rng = np.random.default_rng(5)
+    for _ in range(60):
+        corner, shared, left, right = rng.normal(size=(4, 3))
+        walls = [rectangle(corner.tolist(), shared.tolist(), x.tolist()) for x in (left, right)]
+        start = corner + 0.5 * shared + 0.7 * left + 0.7 * right
+        targets = corner + np.outer(rng.uniform(0.01, 0.99, 60), shared)
+        assert (traced(walls, *towards(start.tolist(), targets)).shape >= 0).all()
+
+
+@BOTH
+@EVERYWHERE
+def test_no_light_leaves_a_closed_mesh(place: list[float], quality: object) -> None:
+    """The shadows of edges and vertices on a floor, of a bulb inside."""
+    vertices, faces = solids.icosphere(place, 1.0, 1)
+    x, y, z = place
+    floor = rectangle([x - 40, y - 2, z - 40], [0.0, 0.0, 80.0], [80.0, 0.0, 0.0])
+    inside = [x + 0.125, y + 0.25, z - 0.0625]
+    places = solids.edge_places(vertices, faces, SHARES)
+    falling = places - inside
+    below = falling[:, 1] < -0.2
+    shadows = inside + falling[below] * ((-2.25 / falling[below, 1])[:, None])
+    above = shadows + np.array([0.0, 9, 0])
+    away = np.array([-60.0, 1.0, 0.0]) + place
+    for starts in (above, np.broadcast_to(away, shadows.shape)):
+        hits = traced(
+            [*solids.triangles_of(vertices, faces), floor],
+            starts,
+            shadows - starts,
+            lights=[bulb(inside)],
+            quality=quality,  # type: ignore[arg-type]
+        )
+        outside = hits.shape == len(faces)
+        assert outside.sum() > 50
+        assert (hits.visibility[outside] == 0).all()
+
+
+@BOTH
+@pytest.mark.parametrize("pattern", ["uniform", "random"])
+@EVERYWHERE
+def test_no_light_leaks_into_a_room_through_its_corners(
+    place: list[float], pattern: str, quality: object
+) -> None:
+    """From places at the corner lines of a closed room, no lamp outside is seen: some 1e5 shadow rays."""
+    x, y, z = place
+    room = solids.box(place, 2.0)
+    lamps = [
+        lamp([x - 3, y - 3, z - 3], [8.0, 0, 0], [0, 0, 8.0], visible=False),
+        lamp([x + 2.5, y - 2, z - 2], [0, 6.0, 0], [0, 0, 6.0], visible=False),
+        lamp([x - 1, y + 2.25, z - 1], [4.0, 0, 0], [0, 0, 4.0], visible=False),
+        bulb([x + 2.5, y + 1, z + 1]),
+    ]
+    rng = np.random.default_rng(6)
+    targets = []
+    for a, b in solids.box_edges(place, 2.0):
+        along = a + np.outer(rng.uniform(0, 1, 30), b - a)
+        size = 10 ** rng.uniform(-17, -1, (30, 1))
+        targets += [along, along + (np.array(place) + 1 - along) * size]
+    targets.append(solids.box_corners(place, 2.0))
+    start = np.array(place) + np.array([0.9, 1.1, 0.8])
+    hits = traced(
+        room,
+        *towards(start.tolist(), np.concatenate(targets)),
+        lights=lamps,
+        points=36,
+        pattern=pattern,
+        quality=quality,  # type: ignore[arg-type]
+    )
+    assert (hits.shape >= 0).all()
+    assert (hits.visibility == 0).all()
+
+
+@BOTH
+@pytest.mark.parametrize("pattern", ["uniform", "random"])
+@EVERYWHERE
+def test_walls_do_not_shade_each_other_at_their_corners(
+    place: list[float], pattern: str, quality: object
+) -> None:
+    """A room is convex: from places at its corner lines all points of a lamp in it are seen."""
+    x, y, z = place
+    room = solids.box(place, 2.0)
+    lamps = [
+        lamp([x + 0.5, y + 1.5, z + 0.5], [1.0, 0, 0], [0, 0, 1.0], visible=False),
+        bulb([x + 1, y + 0.25, z + 1]),
+    ]
+    rng = np.random.default_rng(7)
+    targets = []
+    for a, b in solids.box_edges(place, 2.0):
+        along = a + np.outer(rng.uniform(0, 1, 30), b - a)
+        targets += [along, along + (np.array(place) + 1 - along) * 10 ** rng.uniform(-17, -1, (30, 1))]
+    start = np.array(place) + np.array([0.9, 1.1, 0.8])
+    hits = traced(
+        room,
+        *towards(start.tolist(), np.concatenate(targets)),
+        lights=lamps,
+        points=36,
+        pattern=pattern,
+        quality=quality,  # type: ignore[arg-type]
+    )
+    # Seen from the ceiling, a lamp below it; from the walls, all of it.
+    assert (hits.visibility == 1).all()
+
+
+@BOTH
+@EVERYWHERE
+def test_a_convex_solid_shades_its_faces_by_their_normals_alone(place: list[float], quality: object) -> None:
+    vertices, faces = solids.icosphere(place, 1.0, 1)
+    mesh = solids.triangles_of(vertices, faces)
+    light = np.array(place) + np.array([3.0, 2.0, 1.0])
+    rng = np.random.default_rng(8)
+    targets = solids.edge_places(vertices, faces, SHARES) - place
+    targets = np.concatenate((targets, targets + rng.normal(size=targets.shape) * 1e-3)) * 0.97 + place
+    starts = place + (targets - place) * 5 + rng.normal(size=targets.shape) * 0.2
+    hits = traced(mesh, starts, targets - starts, lights=[bulb(light.tolist())], quality=quality)  # type: ignore[arg-type]
+    assert (hits.shape >= 0).all()
+    cosine = (hits.normal * (light - hits.position)).sum(axis=1)
+    lit = cosine > 1e-6
+    assert lit.any()
+    assert (hits.visibility[lit] == 1).all()
+    assert (hits.visibility[cosine < -1e-6] == 0).all()

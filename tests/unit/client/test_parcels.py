@@ -1,0 +1,83 @@
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from schemas.errors import SceneError
+from schemas.problems import Problem
+from service.client.parcels import pack
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "a.png").write_bytes(b"one")
+    (tmp_path / "b.png").write_bytes(b"one")
+    (tmp_path / "c.png").write_bytes(b"two")
+    return tmp_path
+
+
+def _scene(**assets: str) -> dict[str, Any]:
+    return {"version": 1, "textures": {key: {"type": "image", "asset": name} for key, name in assets.items()}}
+
+
+def _file(folder: Path, scene: dict[str, Any]) -> Path:
+    path = folder / "scene.json"
+    path.write_text(json.dumps(scene, indent=2))
+    return path
+
+
+def test_textures_are_named_by_their_content_and_come_once_each(folder: Path) -> None:
+    parcel = pack(_file(folder, _scene(x="a.png", y="b.png", z="c.png")))
+    one, two = (hashlib.sha256(content).hexdigest() for content in (b"one", b"two"))
+    assert parcel.contents == {one: b"one", two: b"two"}
+    assert parcel.document == _scene(x=f"sha256:{one}", y=f"sha256:{one}", z=f"sha256:{two}")
+
+
+def test_everything_but_names_of_files_is_sent_as_it_is(folder: Path) -> None:
+    scene = _scene(known="sha256:" + "0" * 64) | {"unknown": [1, {"asset": "a.png"}], "camera": 5}
+    scene["textures"] |= {"odd": 3, "checker": {"type": "checker"}, "number": {"type": "image", "asset": 4}}
+    parcel = pack(scene)
+    assert parcel.document == scene
+    assert parcel.contents == {}
+
+
+@pytest.mark.parametrize("name", ["missing.png", "../outside.png", "/etc/hostname", ""])
+def test_a_file_that_is_not_there_is_told_at_its_line(folder: Path, name: str) -> None:
+    (folder.parent / "outside.png").write_bytes(b"secret")
+    path = _file(folder, _scene(x="a.png", y=name))
+    with pytest.raises(SceneError) as caught:
+        pack(path)
+    (problem,) = caught.value.errors
+    assert problem.pointer == "/textures/y/asset"
+    assert problem.line is not None
+    assert f'"asset": {json.dumps(name)}' in path.read_text().splitlines()[problem.line - 1]
+
+
+def test_a_scene_without_a_folder_has_no_files() -> None:
+    with pytest.raises(SceneError):
+        pack(_scene(x="a.png"))
+
+
+@pytest.mark.parametrize(
+    ("text", "code"), [(b"{", "not_json"), (b"[]", "not_an_object"), (b'{"a": 1, "a": 2}', "duplicate_field")]
+)
+def test_what_could_not_be_sent_as_it_is_meant_is_refused_here(text: bytes, code: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        pack(text)
+    assert [problem.code for problem in caught.value.errors] == [code]
+
+
+def test_problems_of_the_body_become_problems_of_the_users_file() -> None:
+    text = b'{"version": 1,\n "a/b": {"c": [1,\n  2]}}'
+    parcel = pack(text)
+    sent = [
+        Problem(pointer="/scene/a~1b/c/1", detail="", code="x", line=1, column=99),
+        Problem(pointer="/scene/a~1b", detail="", code="unknown_field", line=1, column=9),
+        Problem(pointer="/quality/mode", detail="", code="x", line=1, column=7),
+    ]
+    placed = [(problem.pointer, problem.line, problem.column) for problem in parcel.placed(sent)]
+    assert placed == [("/a~1b/c/1", 3, 3), ("/a~1b", 2, 2), ("/quality/mode", 1, 7)]
