@@ -3,7 +3,8 @@
 import os
 import threading
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from renderer.arrays import Floats
 from renderer.film import Film
 from renderer.interaction import Points, Rays, points_of
+from renderer.layers import Layers, record
 from renderer.lights.emitters import PIXEL_DIMENSIONS
 from renderer.plan import RenderPlan
 from renderer.samplers import PATTERNS
@@ -38,14 +40,17 @@ class TileResult:
     pixels : (h, w, 3) float32
         Linear mean over the pass's samples; for the preview one value a stride x stride block.
     counts : dict
-        Rays by kind: camera, shadow.
+        Rays by kind: camera, shadow; layers where they were asked for.
     cpu_seconds : float
         Of this thread's process.
+    layers : dict of str to (h, w) or (h, w, channels) array
+        From the pass with the first camera sample, if the plan has any.
     """
 
     pixels: NDArray[np.float32]
     counts: dict[str, int]
     cpu_seconds: float
+    layers: Layers = field(default_factory=dict)
 
 
 def render_tile(plan: RenderPlan, tile: Tile, pass_: Pass) -> TileResult:
@@ -68,7 +73,8 @@ def render_tile(plan: RenderPlan, tile: Tile, pass_: Pass) -> TileResult:
         rays = camera_rays(plan, block, pass_)
         film.add(block.columns, block.rows, radiance(plan, rays, counts))
         counts["camera"] += rays.t.size
-    return TileResult(film.image(), dict(counts), _cpu_seconds() - begun)
+    layers = record(plan.layers_in(pass_), tile, partial(centre_points, plan, counts))
+    return TileResult(film.image(), dict(counts), _cpu_seconds() - begun, layers)
 
 
 def camera_rays(plan: RenderPlan, block: Block, pass_: Pass) -> Rays:
@@ -89,6 +95,23 @@ def camera_rays(plan: RenderPlan, block: Block, pass_: Pass) -> Rays:
         samples=samples,
         screen=np.concatenate((left, right)),
     )
+
+
+def centre_points(plan: RenderPlan, counts: Counter[str], block: Block) -> Points:
+    """The points that the rays through the centres of a block's pixels meet."""
+    x0, y0, x1, y1 = block.bounds
+    x, y = (index.astype(np.float64) + 0.5 for index in (block.columns, block.rows))
+    rays = Rays(
+        origins=plan.camera.position,
+        directions=plan.camera.directions(x, y),
+        pixels=block.rows * plan.width + block.columns,
+        samples=np.zeros_like(block.columns),
+        screen=np.concatenate(plan.camera.screen(np.array([x0, x1]), np.array([y1, y0]))),
+    )
+    for stage in plan.meetings:
+        stage.run(rays)
+    counts["layers"] += rays.t.size
+    return shaded_points(plan, rays)
 
 
 def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str]) -> Floats:

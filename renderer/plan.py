@@ -6,6 +6,7 @@ import numpy as np
 
 from renderer.arrays import Integers
 from renderer.cameras import Pinhole
+from renderer.layers import Layer
 from renderer.lights.surfaces import Unshaded
 from renderer.scenes import LoadedScene
 from renderer.stages import Entry, Lighting, PointStage, RayStage
@@ -41,6 +42,8 @@ class RenderPlan:
         Whether some stage bends shading normals.
     dtype : float32 or float64
         Of pair work.
+    layers : tuple of Layer
+        What is told about each pixel beside its colour.
     culling : bool
         Whether conservative tests leave out work; images are the same without them.
     degenerate : int
@@ -63,6 +66,7 @@ class RenderPlan:
     materials: Integers
     bent: bool
     dtype: np.dtype[np.floating]
+    layers: tuple[Layer, ...]
     culling: bool
     degenerate: int
     entries: tuple[Entry, ...]
@@ -87,6 +91,10 @@ class RenderPlan:
     def light_points(self) -> int:
         """Largest number of light points of any light, at least 1."""
         return max((lighting.emitter.count for lighting in self.lightings), default=1)
+
+    def layers_in(self, pass_: Pass) -> tuple[Layer, ...]:
+        """Layers that a pass records: all of them where the camera samples begin, none elsewhere."""
+        return self.layers if pass_.stride == 1 and pass_.first == 0 else ()
 
     def describe(self) -> PlanDocument:
         """The plan for people and programs: stages with who asked, what was left out, predicted cost."""

@@ -20,6 +20,7 @@ from renderer.compile import compile_scene
 from renderer.errors import RenderError
 from renderer.execute import TileResult, render_tile
 from renderer.film import Image, compose, enlarge
+from renderer.layers import Layers
 from renderer.plan import RenderPlan
 from renderer.tiling import tiles
 from schemas.quality import Quality
@@ -58,13 +59,14 @@ class RenderResult:
     ----------
     image : (H, W, 3) float32
         Linear radiance.
-    layers : dict of str to array
+    layers : dict of str to (H, W) or (H, W, channels) array
+        What the plan was asked to tell about each pixel beside its colour; float32 or int32.
     report : dict
         Seconds, rays, samples, numerics and the plan, as `penumbra render --json` prints them.
     """
 
     image: NDArray[np.float32]
-    layers: dict[str, NDArray[Any]]
+    layers: Layers
     report: dict[str, Any]
 
 
@@ -73,6 +75,7 @@ class _Picture:
     """Tiles as they come in."""
 
     plan: RenderPlan
+    layers: Layers
     parts: dict[int, list[tuple[Pass, Image]]] = field(default_factory=dict)
     counts: Counter[str] = field(default_factory=Counter)
     cpu_seconds: float = 0.0
@@ -81,6 +84,8 @@ class _Picture:
         """Keep a result; gives the tile as it looks now."""
         self.counts.update(result.counts)
         self.cpu_seconds += result.cpu_seconds
+        for name, part in result.layers.items():
+            self.layers[name][tile.y0 : tile.y1, tile.x0 : tile.x1] = part
         if pass_.stride > 1:
             return enlarge(result.pixels, pass_.stride, tile.height, tile.width)
         self.parts.setdefault(tile.index, []).append((pass_, result.pixels))
@@ -126,11 +131,13 @@ def render(
         If a worker process dies, or a tile cannot be rendered.
     """
     if quality is not None:
-        plan = compile_scene(plan.scene, quality, culling=plan.culling)
+        names = [layer.name for layer in plan.layers]
+        plan = compile_scene(plan.scene, quality, layers=names, culling=plan.culling)
     begun = time.perf_counter()
     rounds = plan.passes if on_tile else plan.passes[1:]
     work = [[(tile, pass_) for tile in tiles(plan, pass_, tile_size)] for pass_ in rounds]
-    picture, done, total = _Picture(plan), 0, sum(map(len, work))
+    sheets = {layer.name: layer.blank(plan.height, plan.width) for layer in plan.layers}
+    picture, done, total = _Picture(plan, sheets), 0, sum(map(len, work))
     with _executor(plan, workers) as results_of:
         for tasks in work:
             for tile, pass_, result in results_of(tasks):
@@ -138,7 +145,7 @@ def render(
                 if on_tile:
                     on_tile(TileEvent(tile, pass_, pixels, done, total))
     image = picture.image(tile_size)
-    return RenderResult(image, {}, _report(plan, picture, image, time.perf_counter() - begun))
+    return RenderResult(image, picture.layers, _report(plan, picture, image, time.perf_counter() - begun))
 
 
 _Task = tuple[Tile, Pass]

@@ -4,9 +4,12 @@ What a scene does not call for is not built: no light without colour, no texture
 highlight of strength 0. What is built carries the lines of the scene that asked for it.
 """
 
+from collections.abc import Iterable
+
 from renderer import cost, tiling
 from renderer.arrays import column
 from renderer.cameras import Pinhole, pinhole
+from renderer.compile import layers as layer_stages
 from renderer.compile import lights, shapes, surfaces
 from renderer.compile.request import Request
 from renderer.cost import COSTS
@@ -15,11 +18,16 @@ from renderer.materials import phong
 from renderer.plan import RenderPlan
 from renderer.scenes import LoadedScene, Source, load_scene
 from renderer.stages import Lighting
+from schemas.layers import checked_layers
 from schemas.quality import Quality
 
 
 def compile_scene(
-    scene: Source | LoadedScene, quality: Quality | None = None, *, culling: bool = True
+    scene: Source | LoadedScene,
+    quality: Quality | None = None,
+    *,
+    layers: Iterable[str] = (),
+    culling: bool = True,
 ) -> RenderPlan:
     """Decide what a scene calls for, and build just that.
 
@@ -29,6 +37,8 @@ def compile_scene(
         What `load_scene` takes or gives.
     quality
         Takes the place of the scene's own sampling.
+    layers
+        What to tell about each pixel beside its colour, by names of `schemas.layers.LAYER_NAMES`.
     culling
         Whether conservative tests may leave out work. Images are the same without, and slower.
 
@@ -40,8 +50,11 @@ def compile_scene(
     ------
     SceneError
         If the scene, or a file that it names, cannot be used.
+    ValueError
+        If there is no layer of some name.
     """
-    return _plan(Request(load_scene(scene), quality, culling))
+    names = checked_layers(layers)
+    return _plan(Request(load_scene(scene), quality, culling, names))
 
 
 def compile_visibility(plan: RenderPlan) -> tuple[Lighting, ...]:
@@ -78,6 +91,7 @@ def _plan(request: Request) -> RenderPlan:
         materials=surfaces.material_numbers(request),
         bent=bent,
         dtype=request.dtype,
+        layers=layer_stages.layers(request, families),
         culling=request.culling,
         degenerate=request.degenerate + sum(shapes.without_area(family) for family in families),
         entries=tuple(request.listing.entries),

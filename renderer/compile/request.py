@@ -21,6 +21,8 @@ class Request:
     quality : Quality or None
     culling : bool
         Whether conservative tests may leave out work.
+    layers : tuple of str
+        Names of what shall be told about each pixel beside its colour.
     listing : Listing
         The plan as told to people.
     sampling : Sampling
@@ -38,6 +40,7 @@ class Request:
     scene: LoadedScene
     quality: Quality | None
     culling: bool
+    layers: tuple[str, ...] = ()
     listing: Listing = field(default_factory=Listing)
     sampling: Sampling = field(init=False)
     dtype: np.dtype[np.floating] = field(init=False)
