@@ -125,6 +125,8 @@ class Points:
         Towards the viewer, gathered by the stages.
     tangents, cotangents : (3, M) float64
         Unit vectors on the outward side where u and v grow; zero where no stage asked for them.
+    by_u, by_v : (3, M) float64
+        Derivatives of the position by u and v on the outward side; zero where no stage asked for them.
     bent : bool
         Whether shading normals may differ from geometric ones.
     """
@@ -150,6 +152,8 @@ class Points:
     radiance: Floats
     tangents: Floats
     cotangents: Floats
+    by_u: Floats
+    by_v: Floats
     bent: bool
 
     @property
@@ -207,5 +211,7 @@ def points_of(rays: Rays, materials: Integers, *, bent: bool) -> Points:
         radiance=np.zeros((3, count)),
         tangents=np.zeros((3, count)),
         cotangents=np.zeros((3, count)),
+        by_u=np.zeros((3, count)),
+        by_v=np.zeros((3, count)),
         bent=bent,
     )

@@ -1,4 +1,4 @@
-"""Draw the texture files of the gallery: painted tiles, and their relief as a normal map.
+"""Draw the texture files of the gallery: painted tiles, and their relief as a normal map and as heights.
 
 Run it with ``python -m scenes.make_textures``. It takes no random numbers, so it writes the same pixels every
 time.
@@ -112,12 +112,22 @@ def save(values: Array, name: str) -> None:
     print(f"{path.name}: {SIZE} x {SIZE}, {path.stat().st_size} bytes")
 
 
+def save_heights(values: Array, name: str) -> None:
+    """Write values from 0 to 1 as a grey PNG of 16 bits: with 8, slopes would come in steps."""
+    path = FOLDER / name
+    Image.fromarray(np.floor(65535 * values + 0.5).astype(np.uint16)).save(path, optimize=True)
+    print(f"{path.name}: {SIZE} x {SIZE}, {path.stat().st_size} bytes")
+
+
 def main() -> None:
     """Write all texture files."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     tile = Tile()
     save(paint(tile), "tiles.png")
-    save((normals(relief(tile)) + 1) / 2, "tiles_normal.png")
+    height = relief(tile)
+    save((normals(height) + 1) / 2, "tiles_normal.png")
+    save_heights(height / height.max(), "tiles_height.png")
+    print(f"white in tiles_height.png is {height.max():.6f} sides of a tile")
 
 
 if __name__ == "__main__":

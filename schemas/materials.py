@@ -13,6 +13,8 @@ from schemas.unions import chosen_by, tag
 
 Shininess = Annotated[float, Field(strict=True, ge=0, le=LARGEST, allow_inf_nan=False)]
 
+Height = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
+
 
 class PhongMaterial(Closed):
     """The Phong model. It has exactly one of `color` and `color_texture`.
@@ -38,6 +40,21 @@ class PhongMaterial(Closed):
         default=None,
         description="The name of an image texture whose colours c stand for normals 2 c - 1 in "
         "(tangent, cotangent, normal).",
+    )
+    bump_map: Name | None = Field(
+        default=None,
+        description="The name of an image texture of heights, the mean of its channels as stored. Normals are those "
+        "of the surface with these heights; nothing is moved.",
+    )
+    bump_height: Height = Field(default=0.0, description="Height of white in the bump map, scene units.")
+    displacement_map: Name | None = Field(
+        default=None,
+        description="The name of an image texture of heights, the mean of its channels as stored. The surface is "
+        "really moved along its normal and casts shadows on itself: it is cut into triangles with edges of "
+        "2 pixels, at most 400,000 of them a shape.",
+    )
+    displacement_height: Height = Field(
+        default=0.0, description="Height of white in the displacement map, scene units."
     )
 
     @model_validator(mode="after")

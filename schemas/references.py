@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from schemas.base import member
 from schemas.pointers import Parts
+
+MAPS = {
+    "normal_map": "A normal map must be a texture of type 'image': the colours of a checker are no normals.",
+    "bump_map": "A bump map must be a texture of type 'image': a checker has no slopes.",
+    "displacement_map": "A displacement map must be a texture of type 'image': a checker has no slopes.",
+}
+"""Fields of a material that take an image alone, and why."""
 
 Uses = Iterator[tuple[Parts, object]]
 
@@ -20,7 +27,8 @@ def wrong_names(scene: Mapping[str, object]) -> list[InitErrorDetails]:
     return [
         *_undefined("material", used_materials(scene), scene.get("materials", {})),
         *_undefined("texture", used_textures(scene), scene.get("textures", {})),
-        *_checker_normal_maps(scene),
+        *_checker_maps(scene),
+        *_unknown_vertices(scene),
     ]
 
 
@@ -35,7 +43,7 @@ def used_textures(scene: Mapping[str, object]) -> Uses:
     """Give the location and the value of every field that names a texture."""
     materials = scene.get("materials", {})
     for name, material in materials.items() if isinstance(materials, Mapping) else ():
-        for field in ("color_texture", "normal_map"):
+        for field in ("color_texture", *MAPS):
             yield ("materials", name, field), member(material, field)
 
 
@@ -51,11 +59,32 @@ def _undefined(kind: str, uses: Uses, defined: object) -> Iterator[InitErrorDeta
             yield InitErrorDetails(type=error, loc=location, input=None)
 
 
-def _checker_normal_maps(scene: Mapping[str, object]) -> Iterator[InitErrorDetails]:
+def _checker_maps(scene: Mapping[str, object]) -> Iterator[InitErrorDetails]:
     textures = scene.get("textures", {})
-    message = "A normal map must be a texture of type 'image': the colours of a checker are no normals."
-    error = PydanticCustomError("not_an_image", message)
     for location, name in used_textures(scene):
         texture = textures.get(name) if isinstance(textures, Mapping) and isinstance(name, str) else None
-        if location[-1] == "normal_map" and member(texture, "type") == "checker":
+        message = MAPS.get(str(location[-1]))
+        if message and member(texture, "type") == "checker":
+            error = PydanticCustomError("not_an_image", message)
             yield InitErrorDetails(type=error, loc=location, input=None)
+
+
+def _unknown_vertices(scene: Mapping[str, object]) -> Iterator[InitErrorDetails]:
+    """The first vertex number of each mesh that goes beyond its vertices."""
+    shapes = scene.get("shapes", ())
+    for index, shape in enumerate(shapes if isinstance(shapes, list | tuple) else ()):
+        vertices, triangles = member(shape, "vertices"), member(shape, "triangles")
+        if isinstance(vertices, list | tuple) and isinstance(triangles, list | tuple):
+            place = _beyond(triangles, len(vertices))
+            if place is not None:
+                message = "There is no such vertex: the mesh has {count}, numbered from 0."
+                error = PydanticCustomError("no_such_vertex", message, {"count": len(vertices)})
+                yield InitErrorDetails(type=error, loc=("shapes", index, "triangles", *place), input=None)
+
+
+def _beyond(triangles: Sequence[object], count: int) -> tuple[int, int] | None:
+    for row, triangle in enumerate(triangles):
+        for corner, vertex in enumerate(triangle if isinstance(triangle, list | tuple) else ()):
+            if isinstance(vertex, int) and vertex >= count:
+                return row, corner
+    return None

@@ -10,6 +10,7 @@ from renderer.cost import COSTS
 from renderer.effects import LIGHTS
 from renderer.lights import surfaces as light_surfaces
 from renderer.lights.emitters import Emitter
+from renderer.lights.falloff import Falloff
 from renderer.materials.phong import SHARP, Diffuse, Highlight, Phong
 from renderer.pointers import escaped
 from renderer.shapes import Family
@@ -75,7 +76,8 @@ def lighting(request: Request, emitter: Emitter, families: list[Family], table: 
         cost.seconds(request.rays, COSTS.faced),
     )
     shadows = _shadows(request, emitter, families)
-    return Lighting(emitter, tuple(shadows), tuple(_terms(request, emitter, table, pointer)), request.dtype)
+    terms = [*_falloff(request, emitter, pointer), *_terms(request, emitter, table, pointer)]
+    return Lighting(emitter, tuple(shadows), tuple(terms), request.dtype)
 
 
 def visibility(request: Request, families: list[Family]) -> tuple[Lighting, ...]:
@@ -99,7 +101,7 @@ def _shadows(request: Request, emitter: Emitter, families: list[Family]) -> list
     for family in families:
         price = cost.seconds(request.rays * emitter.count, COSTS.shadow * min(2.0, family.numbers.size / 4))
         detail = f"shadow rays from points to light {emitter.number}"
-        request.listing.add(f"shadows of {family.kind}s", f"shapes.{family.kind}", detail, (pointer,), price)
+        request.listing.add(f"shadows of {family.plural}", f"shapes.{family.kind}", detail, (pointer,), price)
     return stages
 
 
@@ -123,6 +125,19 @@ def _shadow_stages(request: Request, emitter: Emitter, families: list[Family]) -
             case Ellipsoids():
                 stages.append(EllipsoidShadows(family, emitter, request.dtype, request.culling))
     return stages
+
+
+def _falloff(request: Request, emitter: Emitter, pointer: str) -> list[LightStage]:
+    """Weights of the light points, first of the terms, as all others take them."""
+    light = request.document.lights[emitter.number]
+    if getattr(light, "falloff", "none") == "none":
+        return []
+    area = light.type == "rectangle"
+    detail = "cosine and squared distance at light points" if area else "squared distance"
+    price = cost.seconds(request.rays * emitter.count, COSTS.falloff)
+    name = f"falloff of light {emitter.number}"
+    request.listing.add(name, "lights.falloff", detail, (f"{pointer}/falloff",), price)
+    return [Falloff(emitter, area)]
 
 
 def _terms(request: Request, emitter: Emitter, table: Phong, pointer: str) -> list[LightStage]:

@@ -7,18 +7,22 @@ from renderer.accelerators.meeting import TreeMeeting
 from renderer.accelerators.trees import FEW, tree_of
 from renderer.arrays import magnitude
 from renderer.assets import AssetError
-from renderer.cameras import Pinhole
+from renderer.cameras import Pinhole, pinhole
 from renderer.compile.request import Request
+from renderer.compile.textures import heights_of
 from renderer.cost import COSTS
 from renderer.effects import SHAPES, BuildFamily
 from renderer.errors import SceneError
-from renderer.shapes import Family
+from renderer.pointers import escaped
+from renderer.shapes import Family, displacement
+from renderer.shapes.displacement import Displaced
 from renderer.shapes.family import Location, Meeting, Outline
 from renderer.shapes.triangles import Triangles
 from renderer.stages import RayStage
 from schemas.geometry import no_area
+from schemas.materials import PhongMaterial
 from schemas.problems import Problem
-from schemas.shapes import Triangle
+from schemas.shapes import Shape, Triangle
 
 
 def families(request: Request) -> list[Family]:
@@ -33,13 +37,47 @@ def families(request: Request) -> list[Family]:
             request.degenerate += 1
             request.listing.leave_out("shapes.triangle", "its three vertices lie on one line", pointer)
             continue
-        members.setdefault(SHAPES[type(shape)], []).append(number)
-    built = []
-    for build, numbers in members.items():
-        family = _family(request, build, numbers)
+        if _displacement(request, shape) is None:
+            members.setdefault(SHAPES[type(shape)], []).append(number)
+    built = [_family(request, build, numbers) for build, numbers in members.items()]
+    built.extend(_displaced(request))
+    for family in built:
         _list_family(request, family)
-        built.append(family)
     return built
+
+
+def _displacement(request: Request, shape: Shape) -> PhongMaterial | None:
+    """The shape's material if it moves the surface."""
+    material = request.document.materials[shape.material]
+    return material if material.displacement_map is not None and material.displacement_height else None
+
+
+def _displaced(request: Request) -> list[Family]:
+    """The family of the shapes whose surface is moved."""
+    parts, pointers = [], []
+    for number, shape in enumerate(request.document.shapes):
+        material = _displacement(request, shape)
+        if material is None or material.displacement_map is None:
+            continue
+        heights = heights_of(request, material.displacement_map, material.displacement_height)
+        parts.append(Displaced(number, shape, heights))
+        pointers.append(f"/materials/{escaped(shape.material)}/displacement_map")
+    _list_still(request)
+    if not parts:
+        return []
+    detail = "surfaces cut into fine triangles and moved by heights"
+    request.listing.add(
+        "displacement", "materials.phong.displacement_map", detail, tuple(dict.fromkeys(pointers))
+    )
+    return [displacement.build(parts, pinhole.build(request.document.camera), request.scene.assets)]
+
+
+def _list_still(request: Request) -> None:
+    for name in request.names:
+        material = request.document.materials[name]
+        if material.displacement_map is not None and not material.displacement_height:
+            pointer = (f"/materials/{escaped(name)}/displacement_height",)
+            request.listing.leave_out("materials.phong.displacement_map", "its height is 0", pointer)
 
 
 def _family(request: Request, build: BuildFamily, numbers: list[int]) -> Family:
@@ -53,7 +91,7 @@ def _list_family(request: Request, family: Family) -> None:
     pointers = tuple(f"/shapes/{number}" for number in np.unique(family.numbers).tolist())
     price = cost.seconds(request.rays, COSTS.shape * cost.met(len(pointers)))
     request.listing.add(
-        f"hits of {family.kind}s", f"shapes.{family.kind}", "nearest hits of rays", pointers, price
+        f"hits of {family.plural}", f"shapes.{family.kind}", "nearest hits of rays", pointers, price
     )
 
 
@@ -64,16 +102,17 @@ def meeting(request: Request, family: Family, camera: Pinhole) -> RayStage:
     return Meeting(family, Outline.of(family.corners(), camera) if request.culling else None)
 
 
-def location(request: Request, family: Family, *, framed: bool) -> Location:
+def location(request: Request, family: Family, *, framed: bool, sloped: bool) -> Location:
+    """The stage that forms the points on a family."""
     local = np.full(len(request.document.shapes), -1, dtype=np.int64)
     shapes, first = np.unique(family.numbers, return_index=True)
     local[shapes] = first
     pointers = tuple(f"/shapes/{number}" for number in shapes.tolist())
     detail = "positions, normals and texture coordinates of hits" + (", and tangents" if framed else "")
-    share = family.numbers.size / max(1, len(request.document.shapes))
+    share = shapes.size / max(1, len(request.document.shapes))
     price = cost.seconds(request.rays * share, COSTS.point)
-    request.listing.add(f"points on {family.kind}s", f"shapes.{family.kind}", detail, pointers, price)
-    return Location(family, local, framed)
+    request.listing.add(f"points on {family.plural}", f"shapes.{family.kind}", detail, pointers, price)
+    return Location(family, local, framed, sloped)
 
 
 def without_area(family: Family) -> int:

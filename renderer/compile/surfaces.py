@@ -4,13 +4,11 @@ import numpy as np
 
 from renderer import cost
 from renderer.arrays import Integers, Masks, column
-from renderer.assets import AssetError
 from renderer.compile.request import Request
 from renderer.compile.shapes import location
+from renderer.compile.textures import heights_of, texture_of
 from renderer.cost import COSTS
-from renderer.effects import TEXTURES
-from renderer.errors import SceneError
-from renderer.materials.maps import ColorTexture, NormalMap
+from renderer.materials.maps import BumpMap, ColorTexture, NormalMap
 from renderer.materials.phong import Ambient, Colors, Phong
 from renderer.pointers import escaped
 from renderer.shapes import Family
@@ -18,7 +16,9 @@ from renderer.shapes.triangles import Triangles
 from renderer.stages import Listing, PointStage
 from renderer.textures import Texture
 from schemas.plans import LeftOut
-from schemas.problems import Problem
+
+TEXTURED = ("color_texture", "normal_map", "bump_map", "displacement_map")
+"""Fields of a material that name a texture."""
 
 
 def surfaces(request: Request, families: list[Family], table: Phong) -> tuple[list[PointStage], bool]:
@@ -26,7 +26,10 @@ def surfaces(request: Request, families: list[Family], table: Phong) -> tuple[li
     if not families:
         return [], False
     maps = _textures_of(request, "normal_map")
-    stages: list[PointStage] = [location(request, family, framed=bool(maps)) for family in families]
+    bumps = _bumps(request)
+    stages: list[PointStage] = [
+        location(request, family, framed=bool(maps), sloped=bool(bumps)) for family in families
+    ]
     pointers = tuple(f"/materials/{escaped(name)}" for name in request.names)
     request.listing.add(
         "materials", "materials.phong", "each point takes its material's parameters", pointers
@@ -36,9 +39,10 @@ def surfaces(request: Request, families: list[Family], table: Phong) -> tuple[li
         stages.append(ColorTexture(_texture(request, name, "color_texture", used), used))
     for name, used in maps.items():
         stages.append(NormalMap(_texture(request, name, "normal_map", used), used))
+    stages.extend(bumps)
     stages.extend(_ambient(request, table))
     smooth = any(isinstance(family, Triangles) and bool(family.smooth.any()) for family in families)
-    return stages, bool(maps) or smooth
+    return stages, bool(maps or bumps) or smooth
 
 
 def _textures_of(request: Request, part: str) -> dict[str, Masks]:
@@ -60,14 +64,30 @@ def _texture(request: Request, name: str, part: str, used: Masks) -> Texture:
     request.listing.add(
         f"{part.replace('_', ' ')} {name}", effect, detail, (f"/textures/{escaped(name)}", *asking), price
     )
-    if part == "normal_map":
-        # Directions, not colours: the file is read as it is stored.
-        texture = texture.model_copy(update={"encoding": "linear"})
-    try:
-        return TEXTURES[type(texture)](texture, request.scene.assets)
-    except AssetError as error:
-        pointer = f"/textures/{escaped(name)}/asset"
-        raise SceneError((Problem(pointer=pointer, detail=str(error), code="asset"),)) from error
+    return texture_of(request, name, stored=part == "normal_map")
+
+
+def _bumps(request: Request) -> list[BumpMap]:
+    """One stage for each bump map and height that a shown material asks for."""
+    used: dict[tuple[str, float], list[int]] = {}
+    for i, name in enumerate(request.names):
+        material = request.document.materials[name]
+        if material.bump_map is not None and material.bump_height:
+            used.setdefault((material.bump_map, material.bump_height), []).append(i)
+        elif material.bump_map is not None:
+            pointer = f"/materials/{escaped(name)}/bump_height"
+            request.listing.leave_out("materials.phong.bump_map", "its height is 0", (pointer,))
+    return [_bump(request, name, height, materials) for (name, height), materials in used.items()]
+
+
+def _bump(request: Request, name: str, height: float, materials: list[int]) -> BumpMap:
+    asking = tuple(f"/materials/{escaped(request.names[i])}/bump_map" for i in materials)
+    price = cost.seconds(request.rays / len(request.names), 4 * COSTS.lookup * len(asking))
+    pointers = (f"/textures/{escaped(name)}", *asking)
+    request.listing.add(
+        f"bump map {name}", "materials.phong.bump_map", "tilts shading normals by heights", pointers, price
+    )
+    return BumpMap(heights_of(request, name, height), np.isin(np.arange(len(request.names)), materials))
 
 
 def _ambient(request: Request, table: Phong) -> list[Ambient]:
@@ -99,7 +119,7 @@ def unused(request: Request) -> list[LeftOut]:
             listing.leave_out(
                 "materials.phong", "no shape has this material", (f"/materials/{escaped(name)}",)
             )
-    parts = {*_textures_of(request, "color_texture"), *_textures_of(request, "normal_map")}
+    parts = {name for part in TEXTURED for name in _textures_of(request, part)}
     for name, texture in request.document.textures.items():
         if name not in parts:
             reason = "no material that is shown uses this texture"

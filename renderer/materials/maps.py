@@ -7,6 +7,7 @@ import numpy as np
 from renderer.arrays import Floats, Integers, Masks, cross, dot, unit
 from renderer.interaction import Points
 from renderer.textures import Texture
+from renderer.textures.heights import Heights
 
 FLAT = 1e-3
 """Squared length of a decoded normal below which it says nothing; mid grey, 128, decodes to 4.6e-5."""
@@ -57,6 +58,38 @@ class NormalMap:
         mapped = unit(decoded[0] * tangents + decoded[1] * cotangents + decoded[2] * outward)
         mapped *= np.where(points.flipped[chosen], -1.0, 1.0)
         points.shading_normals[:, chosen] = bent_to_viewer(mapped, points.viewers[:, chosen])
+
+
+@dataclass(frozen=True, slots=True)
+class BumpMap:
+    """Stage: shading normals of the materials that use one bump map; nothing is moved.
+
+    The normal is that of the surface moved by the heights H along its normal n, to first order:
+    (p_u + H_u n) x (p_v + H_v n) (Blinn 1978).
+
+    Attributes
+    ----------
+    heights : Heights
+    used : (materials,) bool
+    """
+
+    heights: Heights
+    used: Masks
+
+    def run(self, points: Points) -> None:
+        """Tilt the normals against the slopes of the heights."""
+        chosen = np.flatnonzero(self.used[points.materials])
+        if not chosen.size:
+            return
+        side = np.where(points.flipped[chosen], -1.0, 1.0)
+        normals = points.shading_normals[:, chosen] * side
+        by_u, by_v = points.by_u[:, chosen], points.by_v[:, chosen]
+        slope_u, slope_v = self.heights.slopes(points.coordinates[:, chosen])
+        area = dot(cross(by_u, by_v), normals)
+        tilt = slope_u * cross(normals, by_v) + slope_v * cross(by_u, normals)
+        tilted = unit(np.abs(area) * normals + np.where(area < 0, -1.0, 1.0) * tilt)
+        tilted = np.where(area == 0, normals, tilted) * side
+        points.shading_normals[:, chosen] = bent_to_viewer(tilted, points.viewers[:, chosen])
 
 
 def _frame(points: Points, chosen: Integers) -> tuple[Floats, Floats, Floats]:

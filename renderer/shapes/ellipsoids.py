@@ -128,6 +128,15 @@ class Ellipsoids(Family):
         normals = points.normals[:, chosen] * np.where(points.flipped[chosen], -1.0, 1.0)
         return tangents, cross(normals, tangents)
 
+    def derivatives(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
+        """Along the parallels and the meridians, by the turn: u = longitude / 2 pi, v = latitude / pi."""
+        longitude, latitude = points.coordinates[:, chosen] * np.array([[2 * np.pi], [np.pi]])
+        first, second, third = self.axes[:, :, shapes]
+        cosine, sine = np.cos(longitude), np.sin(longitude)
+        outward = cosine * first + sine * second
+        by_u = 2 * np.pi * np.sin(latitude) * (cosine * second - sine * first)
+        return by_u, np.pi * (np.cos(latitude) * outward + np.sin(latitude) * third)
+
 
 def _angles(where: Floats) -> tuple[Floats, Floats]:
     """Longitude about the third axis from the first, latitude from its lower end, both in [0, 1].

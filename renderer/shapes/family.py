@@ -72,6 +72,11 @@ class Family(ABC):
     numbers: Integers
     sizes: Floats
 
+    @property
+    def plural(self) -> str:
+        """Several of its kind, in words."""
+        return self.kind + ("es" if self.kind.endswith("sh") else "s")
+
     @abstractmethod
     def corners(self) -> Floats:
         """Corners of a convex hull of each shape, (V, 3, K)."""
@@ -90,6 +95,13 @@ class Family(ABC):
     @abstractmethod
     def frame(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
         """Unit tangents and cotangents (3, M) on the outward side, where the texture coordinates grow."""
+
+    @abstractmethod
+    def derivatives(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
+        """Derivatives (3, M) of the position by the texture coordinates u and v, scene units.
+
+        Zero where the texture coordinates do not say.
+        """
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,11 +132,14 @@ class Location:
         Place within the family of the first primitive of each shape of the scene, -1 for shapes of others.
     framed : bool
         Whether a normal map asked for tangents.
+    sloped : bool
+        Whether a bump map asked for derivatives.
     """
 
     family: Family
     local: Integers
     framed: bool
+    sloped: bool = False
 
     def run(self, points: Points) -> None:
         """Fill in the points that lie on this family."""
@@ -135,6 +150,8 @@ class Location:
             return
         self.family.locate(points, chosen, shapes)
         points.sizes[chosen] = self.family.sizes[shapes]
+        if self.sloped:
+            points.by_u[:, chosen], points.by_v[:, chosen] = self.family.derivatives(points, chosen, shapes)
         if self.framed:
             points.tangents[:, chosen], points.cotangents[:, chosen] = self.family.frame(
                 points, chosen, shapes

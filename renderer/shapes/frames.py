@@ -42,3 +42,19 @@ def frame_of_texture(vertices: Floats, texture: Floats, normals: Floats) -> tupl
     along = unit(gradient)
     rest = along - normals * dot(along, normals)
     return unit(rest), (turn != 0) & (lengths(rest) > SHORT)
+
+
+def derivatives_of_texture(vertices: Floats, texture: Floats) -> tuple[Floats, Floats]:
+    """Derivatives (3, N) of the position by the two texture coordinates, zero where these span no area.
+
+    Parameters
+    ----------
+    vertices : (3, 3, N) float64
+        Vertex, coordinate, point.
+    texture : (3, 2, N) float64
+    """
+    first, second = vertices[1] - vertices[0], vertices[2] - vertices[0]
+    du, dv = texture[1] - texture[0], texture[2] - texture[0]
+    turn = du[0] * dv[1] - du[1] * dv[0]
+    share = np.where(turn != 0, 1 / np.where(turn != 0, turn, 1.0), 0.0)
+    return (first * dv[1] - second * du[1]) * share, (second * du[0] - first * dv[0]) * share

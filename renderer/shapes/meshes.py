@@ -6,10 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 import schemas.shapes as language
-from renderer.arrays import Floats, Integers, column, cross, dot, magnitude, unit
+from renderer.arrays import Floats, Integers, column, cross, dot, lengths, magnitude, unit
 from renderer.assets import AssetError, AssetSource
 from renderer.shapes.mesh_files import read_mesh
 from renderer.shapes.triangles import Triangles, unit_normals
+from schemas.limits import MAX_TRIANGLES
 
 CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 """Texture coordinates of a triangle's vertices that has none."""
@@ -70,27 +71,59 @@ def smooth_normals(vertices: Floats, triangles: Integers) -> Floats:
     Vertices at the same place count as one, so that a seam in the texture is no seam in the shading. The
     angle makes the mean independent of how faces are cut into triangles (Thuermer and Wuethrich 1998).
     """
-    places, owner = np.unique(vertices, axis=1, return_inverse=True)
+    owner = _places(vertices)
     corners = [vertices[:, row] for row in triangles]
     normals = unit_normals(np.stack(corners))
-    total = np.zeros_like(places)
+    total = np.zeros((3, owner.max() + 1))
     for here in range(3):
         first, second = (unit(corners[(here + step) % 3] - corners[here]) for step in (1, 2))
-        angle = np.arctan2(np.sqrt(dot(cross(first, second), cross(first, second))), dot(first, second))
+        angle = np.arctan2(lengths(cross(first, second)), dot(first, second))
         for axis in range(3):
-            np.add.at(total[axis], owner.reshape(-1)[triangles[here]], normals[axis] * angle)
-    return unit(total)[:, owner.reshape(-1)]
+            np.add.at(total[axis], owner[triangles[here]], normals[axis] * angle)
+    return unit(total)[:, owner]
+
+
+def _places(vertices: Floats) -> Integers:
+    """Number of the place of each vertex (V,): equal for equal coordinates."""
+    order = np.lexsort(vertices)
+    ordered = vertices[:, order]
+    fresh = (ordered[:, 1:] != ordered[:, :-1]).any(axis=0)
+    places = np.zeros(order.size, dtype=np.int64)
+    places[order[1:]] = np.cumsum(fresh)
+    return places
 
 
 def build(
     numbers: Sequence[int], shapes: Sequence[language.Mesh | language.MeshFile], assets: AssetSource
 ) -> Triangles:
-    """The family of all triangles of some meshes of a scene, given with their numbers."""
-    parts = []
+    """The family of all triangles of some meshes of a scene, given with their numbers.
+
+    Raises
+    ------
+    AssetError
+        As for `surface_of`, or if the meshes have too many triangles together.
+    """
+    parts: list[Triangles] = []
+    files: dict[str | None, Surface] = {}
+    total = 0
     for number, shape in zip(numbers, shapes, strict=True):
-        surface = _surface_of(number, shape, assets)
+        name = getattr(shape, "asset", None)
+        surface = files.get(name) or _surface_of(number, shape, assets)
+        if name is not None:
+            files[name] = surface
+        total += surface.triangles.shape[1]
+        _refuse_too_many(number, shape, total)
         parts.append(triangles_of(number, placed(surface.vertices, shape), surface, smooth=shape.smooth))
     return joined(parts)
+
+
+def _refuse_too_many(number: int, shape: language.Mesh | language.MeshFile, total: int) -> None:
+    if total > MAX_TRIANGLES:
+        place = "asset" if isinstance(shape, language.MeshFile) else "triangles"
+        detail = (
+            f"The meshes up to here have {total} triangles together, more than the {MAX_TRIANGLES} allowed."
+        )
+        raise AssetError(detail, f"/shapes/{number}/{place}")
 
 
 def _surface_of(number: int, shape: language.Mesh | language.MeshFile, assets: AssetSource) -> Surface:
@@ -108,7 +141,6 @@ def triangles_of(number: int, vertices: Floats, surface: Surface, *, smooth: boo
     rows = surface.triangles
     corners = np.stack([np.take(vertices, row, axis=1) for row in rows])
     normals = unit_normals(corners)
-    at_vertices = smooth_normals(vertices, rows) if smooth else None
     count = rows.shape[1]
     return Triangles(
         kind="mesh",
@@ -117,10 +149,19 @@ def triangles_of(number: int, vertices: Floats, surface: Surface, *, smooth: boo
         primitives=np.arange(count),
         vertices=corners,
         normals=normals,
-        vertex_normals=np.stack([normals if at_vertices is None else at_vertices[:, row] for row in rows]),
+        vertex_normals=_vertex_normals(vertices, rows, normals, smooth=smooth),
         smooth=np.full(count, smooth),
         texture=_texture(surface.texture, rows),
     )
+
+
+def _vertex_normals(vertices: Floats, rows: Integers, normals: Floats, *, smooth: bool) -> Floats:
+    """Normals (3, 3, T) at the corners; the triangle's own where those of a vertex cancel."""
+    if not smooth:
+        return np.broadcast_to(normals, (3, *normals.shape))
+    at_vertices = smooth_normals(vertices, rows)
+    corners = [at_vertices[:, row] for row in rows]
+    return np.stack([np.where(corner.any(axis=0), corner, normals) for corner in corners])
 
 
 def _texture(texture: Floats | None, rows: Integers) -> Floats:

@@ -109,6 +109,11 @@ class Rectangles(Family):
         tangents = unit(self.first[:, shapes])
         return tangents, cross(self.normals[:, shapes], tangents)
 
+    def derivatives(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
+        """The edges."""
+        del points, chosen
+        return self.first[:, shapes], self.second[:, shapes]
+
     def occluders(self) -> Polygons:
         """The same rectangles as things that stand in the light."""
         across, along = unit(cross(self.second, self.normals)), unit(cross(self.normals, self.first))

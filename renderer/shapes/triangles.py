@@ -11,7 +11,7 @@ from renderer.assets import AssetSource
 from renderer.interaction import Points, Rays
 from renderer.shapes import woop
 from renderer.shapes.family import Family
-from renderer.shapes.frames import frame_of_normals, frame_of_texture
+from renderer.shapes.frames import derivatives_of_texture, frame_of_normals, frame_of_texture
 from renderer.shapes.polygons import Polygons
 
 
@@ -77,6 +77,12 @@ class Triangles(Family):
         tangents, valid = frame_of_texture(vertices, texture, normals)
         tangents = np.where(valid, tangents, frame_of_normals(normals))
         return tangents, cross(normals, tangents)
+
+    def derivatives(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
+        """Solved from the texture coordinates of the vertices."""
+        del points, chosen
+        vertices, texture = self.vertices[:, :, shapes], self.texture[:, :, shapes]
+        return derivatives_of_texture(vertices, texture)
 
     def occluders(self) -> Polygons:
         """The same triangles as things that stand in the light."""

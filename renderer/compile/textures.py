@@ -1,0 +1,36 @@
+"""Textures as they are built for a plan."""
+
+from renderer.assets import AssetError
+from renderer.compile.request import Request
+from renderer.effects import TEXTURES
+from renderer.errors import SceneError
+from renderer.pointers import escaped
+from renderer.textures import Texture
+from renderer.textures.heights import Heights
+from renderer.textures.image import ImageTexture
+from schemas.problems import Problem
+
+
+def texture_of(request: Request, name: str, *, stored: bool) -> Texture:
+    """A texture of the scene; `stored` for data, which is read as the file holds it.
+
+    Raises
+    ------
+    SceneError
+        If its file is missing or no picture.
+    """
+    texture = request.document.textures[name]
+    if stored:
+        texture = texture.model_copy(update={"encoding": "linear"})
+    try:
+        return TEXTURES[type(texture)](texture, request.scene.assets)
+    except AssetError as error:
+        pointer = f"/textures/{escaped(name)}/asset"
+        raise SceneError((Problem(pointer=pointer, detail=str(error), code="asset"),)) from error
+
+
+def heights_of(request: Request, name: str, scale: float) -> Heights:
+    """A texture of the scene as heights."""
+    texture = texture_of(request, name, stored=True)
+    assert isinstance(texture, ImageTexture)
+    return Heights(texture, scale)
