@@ -17,7 +17,7 @@ class Costs:
         A camera ray, a ray against a shape that its block may meet, a point's geometry, a texture look-up.
     faced : float
         A point and a light, apart from pairs.
-    diffuse, highlight, shadow : float
+    diffuse, highlight, falloff, shadow : float
         A pair of point and light point.
     """
 
@@ -28,6 +28,7 @@ class Costs:
     faced: float = 400.0
     diffuse: float = 1.6
     highlight: float = 2.0
+    falloff: float = 1.2
     shadow: float = 0.5
 
 

@@ -38,8 +38,8 @@ class Film:
         self._mean[y, x] = (total / self._samples).T
 
     def image(self) -> Image:
-        """The mean over the pass's samples."""
-        return self._mean.astype(np.float32)
+        """The mean over the pass's samples; what is brighter than float32 can say is as bright as it can."""
+        return np.minimum(self._mean, np.finfo(np.float32).max).astype(np.float32)
 
 
 def compose(parts: Sequence[tuple[Pass, Image]]) -> Image:

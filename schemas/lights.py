@@ -13,9 +13,7 @@ from schemas.unions import chosen_by, tag
 
 
 class _Light(Closed):
-    color: Color = Field(
-        description="Linear RGB, each 0 or more. Brightness does not fall with the distance."
-    )
+    color: Color = Field(description="Linear RGB, each 0 or more.")
 
 
 class _AreaLight(_Light):
@@ -26,6 +24,12 @@ class _AreaLight(_Light):
         default=True,
         strict=True,
         description="Whether it shines to both sides, or only where its normal points.",
+    )
+    falloff: Literal["none", "physical"] = Field(
+        default="none",
+        description="`none`: brightness does not fall with the distance. `physical`: every point of the "
+        "light counts cos(angle) area / (pi distance^2), angle at the light. Scaling the whole scene changes "
+        "nothing.",
     )
 
 
@@ -46,10 +50,15 @@ class PointLight(_Light):
 
     type: Literal["point"]
     position: Point = Field(description="Scene units.")
+    falloff: Literal["none", "physical"] = Field(
+        default="none",
+        description="`none`: brightness does not fall with the distance. `physical`: 1 / distance^2 in scene "
+        "units, so a scene written twice as large needs four times the colour.",
+    )
 
 
 class DirectionalLight(_Light):
-    """A light infinitely far away, like the sun. It casts hard shadows."""
+    """A light infinitely far away, like the sun. It casts hard shadows, and knows no falloff."""
 
     type: Literal["directional"]
     direction: Direction = Field(description="The direction in which the light travels, of any length.")

@@ -25,6 +25,7 @@ from renderer.visibility.trees import TreeShadows
 
 
 def emitter_of(request: Request, number: int) -> Emitter:
+    """A light of the scene, with its sampling."""
     light = request.document.lights[number]
     return LIGHTS[type(light)](number, light, request.sampling.light, request.sampling.seed)
 
@@ -65,6 +66,7 @@ def visible_lights(request: Request) -> list[light_surfaces.LightSurfaces]:
 
 
 def lighting(request: Request, emitter: Emitter, families: list[Family], table: Phong) -> Lighting:
+    """All stages of one light."""
     pointer = f"/lights/{emitter.number}"
     effect = f"lights.{request.document.lights[emitter.number].type}"
     detail = f"{emitter.count} {emitter.pattern} points" if emitter.count > 1 else "one point"

@@ -10,10 +10,29 @@ from renderer.arrays import Floats, Integers, Masks, Pairs, dot, magnitude
 from renderer.interaction import Points
 from renderer.lights.emitters import Emitter
 from renderer.lights.samples import Frame, LightPoints, Terms
-from renderer.numerics import gamma
+from renderer.numerics import gamma, halving_sum
 from renderer.workspace import Workspace
 
 Value = TypeVar("Value", bound=np.generic)
+
+
+@dataclass(frozen=True, slots=True)
+class Weights:
+    """What a light point's share in the mean is multiplied with: a pair's weight times a point's factor.
+
+    Attributes
+    ----------
+    pairs : (L, n) float32 or float64
+        From 0 to 1.
+    factors : (n,) float64
+    """
+
+    pairs: Pairs
+    factors: Floats
+
+    def part(self, index: Integers) -> "Weights":
+        """Those of some points (m,)."""
+        return Weights(np.take(self.pairs, index, axis=1), self.factors[index])
 
 
 @dataclass(slots=True)
@@ -36,6 +55,8 @@ class LightView:
         Of pair work.
     blocked : (L, n) bool or None
         Pairs with a shape between; None as long as nothing was found.
+    weights : Weights or None
+        Set by a stage of a light whose points do not all count alike.
     """
 
     emitter: Emitter
@@ -47,6 +68,7 @@ class LightView:
     dtype: np.dtype[np.floating]
     workspace: Workspace
     blocked: Masks | None = None
+    weights: Weights | None = None
     _inverse: Pairs | None = None
     _open: Masks | None = None
 
@@ -121,19 +143,22 @@ class LightView:
         np.multiply(out, self.inverse_distances(), out=out)
         return out
 
+    def frame(self) -> Frame:
+        """Where the light lies as seen from the points, in their own scale."""
+        emitter, scale = self.emitter, self.scale()
+        return Frame(
+            across=-dot(self.towards, emitter.across) * scale,
+            along=-dot(self.towards, emitter.along) * scale,
+            away=-dot(self.towards, emitter.normal) * scale,
+            first=dot(emitter.first, emitter.across) * scale,
+            second_across=dot(emitter.second, emitter.across) * scale,
+            second_along=dot(emitter.second, emitter.along) * scale,
+        )
+
     def inverse_distances(self) -> Pairs:
         """One over the distances, in the points' own scale, (L, n)."""
         if self._inverse is None:
-            emitter, scale = self.emitter, self.scale()
-            frame = Frame(
-                across=-dot(self.towards, emitter.across) * scale,
-                along=-dot(self.towards, emitter.along) * scale,
-                away=-dot(self.towards, emitter.normal) * scale,
-                first=dot(emitter.first, emitter.across) * scale,
-                second_across=dot(emitter.second, emitter.across) * scale,
-                second_along=dot(emitter.second, emitter.along) * scale,
-            )
-            squares = self.light_points.squared_distances(frame, self.pairs("inverse"), self.workspace)
+            squares = self.light_points.squared_distances(self.frame(), self.pairs("inverse"), self.workspace)
             np.maximum(squares, np.finfo(self.dtype).tiny, out=squares)
             np.sqrt(squares, out=squares)
             self._inverse = np.reciprocal(squares, out=squares)
@@ -157,7 +182,18 @@ class LightView:
         if positive is not None:
             self.block(~positive)
 
-    def keep_open(self, values: Pairs) -> None:
+    def mean(self, values: Pairs) -> Floats:
+        """Mean (n,) over the light points of V * g * values (L, n), where V and g are 1 unless set.
+
+        Overwrites `values`.
+        """
+        self._keep_open(values)
+        if self.weights is not None:
+            np.multiply(values, self.weights.pairs, out=values)
+        mean = halving_sum(values).astype(np.float64) / self.light_points.count
+        return mean if self.weights is None else mean * self.weights.factors
+
+    def _keep_open(self, values: Pairs) -> None:
         """Set the values (L, n) of blocked pairs to 0."""
         if self.blocked is None:
             return
@@ -177,6 +213,7 @@ class LightView:
             origins=self.origins if self.origins.shape[1] == 1 else self.origins[:, index],
             dtype=dtype,
             blocked=None if self.blocked is None else np.take(self.blocked, index, axis=1),
+            weights=None if self.weights is None else self.weights.part(index),
             _inverse=np.take(self.inverse_distances(), index, axis=1) if dtype == self.dtype else None,
             _open=None,
         )

@@ -15,7 +15,6 @@ import schemas.materials as language
 from renderer.arrays import Floats, Masks, Pairs, columns, dot
 from renderer.interaction import Points
 from renderer.lights.view import LightView
-from renderer.numerics import halving_sum
 
 SHARP = 128.0
 """Above this exponent a rounding of float32 in the cosine shows; highlights are then formed in float64."""
@@ -89,9 +88,7 @@ class Diffuse:
         """Add the mean over light points of V * light * diffuse * color * max(0, n . l)."""
         points, chosen = view.points, view.chosen
         cosines = view.cosines(view.of_points(points.shading_normals), view.pairs("cosines"))
-        view.keep_open(cosines)
-        mean = halving_sum(cosines).astype(np.float64) / view.light_points.count
-        share = mean * self.phong.diffuse[view.of_points(points.materials)]
+        share = view.mean(cosines) * self.phong.diffuse[view.of_points(points.materials)]
         points.radiance[:, chosen] += view.emitter.color * view.of_points(points.colors) * share
 
 
@@ -119,10 +116,8 @@ class Highlight:
         lit = part.positive_cosines(normals)
         if lit is not None:
             np.multiply(values, lit, out=values)
-        part.keep_open(values)
-        mean = halving_sum(values).astype(np.float64) / part.light_points.count
         part.points.radiance[:, part.chosen] += view.emitter.color * (
-            mean * self.phong.specular[materials[index]]
+            part.mean(values) * self.phong.specular[materials[index]]
         )
 
     def _mirrored(self, view: LightView) -> Masks:

@@ -271,7 +271,6 @@ def test_a_checker_is_no_normal_map(scene: dict[str, Any]) -> None:
         ("/camera/lens_radius", 0.1),
         ("/materials/plain/mirror", 0.5),
         ("/materials/plain/bump_map", "wood"),
-        ("/lights/0/falloff", "none"),
         ("/textures/board/filter", "box"),
         ("/layers", ["depth"]),
     ],
