@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import schemas.shapes as language
-from renderer.arrays import Floats, Integers, columns, lengths, unit
+from renderer.arrays import Floats, Integers, columns, dot, lengths, unit
 from renderer.assets import AssetSource
 from renderer.cameras import Pinhole
 from renderer.shapes import ellipsoids, rectangles
@@ -77,35 +77,41 @@ def _moved(part: Displaced, patch: Patch) -> Triangles:
 
 
 def _patch(shape: language.Shape, camera: Pinhole, assets: AssetSource) -> Patch:
-    if isinstance(shape, language.Ellipsoid | language.Sphere):
-        return _ellipsoid(shape, camera, assets)
-    surface, normals = _coarse(shape, assets)
-    return _subdivided(surface, normals, camera)
+    match shape:
+        case language.Ellipsoid() | language.Sphere():
+            return _ellipsoid(shape, camera, assets)
+        case language.Mesh() | language.MeshFile():
+            surface = _mesh(shape, assets)
+        case language.Triangle():
+            surface = Surface(
+                columns(shape.vertices), np.array([[0], [1], [2]]), np.array(shape.uvs or CORNERS).T
+            )
+        case _:
+            surface = _rectangle(shape)
+    return _subdivided(surface, _normals(shape, surface), camera)
 
 
-def _coarse(shape: language.Shape, assets: AssetSource) -> tuple[Surface, Floats]:
-    """A flat shape or a mesh as few triangles, with a normal at each vertex."""
-    if isinstance(shape, language.Mesh | language.MeshFile):
-        surface = surface_of(shape, assets)
-        vertices = placed(surface.vertices, shape)
-        if surface.texture is None:
-            rows = surface.triangles
-            texture = np.tile(CORNERS.T, rows.shape[1])
-            vertices = vertices[:, rows.T.reshape(-1)]
-            surface = Surface(vertices, np.arange(rows.size).reshape(-1, 3).T, texture)
-        return Surface(vertices, surface.triangles, surface.texture), smooth_normals(
-            vertices, surface.triangles
-        )
-    if isinstance(shape, language.Triangle):
-        surface = Surface(
-            columns(shape.vertices), np.array([[0], [1], [2]]), np.array(shape.uvs or CORNERS).T
-        )
-        given = smooth_normals(surface.vertices, surface.triangles)
-        return surface, given if shape.normals is None else unit(columns(shape.normals))
+def _normals(shape: language.Shape, surface: Surface) -> Floats:
+    """Normals at the vertices: those that a triangle states, else means of the faces'."""
+    if isinstance(shape, language.Triangle) and shape.normals is not None:
+        return unit(columns(shape.normals))
+    return smooth_normals(surface.vertices, surface.triangles)
+
+
+def _mesh(shape: language.Mesh | language.MeshFile, assets: AssetSource) -> Surface:
+    """A mesh in its place. Without texture coordinates, each triangle gets some of its own."""
+    surface = surface_of(shape, assets)
+    vertices, rows = placed(surface.vertices, shape), surface.triangles
+    if surface.texture is not None:
+        return Surface(vertices, rows, surface.texture)
+    apart = np.arange(rows.size).reshape(-1, 3).T
+    return Surface(vertices[:, rows.T.reshape(-1)], apart, np.tile(CORNERS.T, rows.shape[1]))
+
+
+def _rectangle(shape: language.Rectangle | language.Parallelogram) -> Surface:
     corner, first, second = rectangles.edges(shape)
     vertices = np.hstack((corner, corner + first, corner + second, corner + first + second))
-    surface = Surface(vertices, np.array([[0, 1], [1, 3], [2, 2]]), np.array([[0.0, 1, 0, 1], [0, 0, 1, 1]]))
-    return surface, smooth_normals(vertices, surface.triangles)
+    return Surface(vertices, np.array([[0, 1], [1, 3], [2, 2]]), np.array([[0.0, 1, 0, 1], [0.0, 0, 1, 1]]))
 
 
 def _subdivided(surface: Surface, normals: Floats, camera: Pinhole) -> Patch:
@@ -158,26 +164,31 @@ def _pixels(start: Floats, end: Floats, camera: Pinhole) -> Floats:
 def _ellipsoid(shape: language.Ellipsoid | language.Sphere, camera: Pinhole, assets: AssetSource) -> Patch:
     """A grid of longitudes and latitudes. Its first and last column, and each pole, are one place."""
     family = ellipsoids.build([0], [shape], assets)
-    axes, center = family.axes[:, :, 0], family.centers
+    axes, inverse = family.axes[:, :, 0], family.inverse[:, :, 0]
     radius = float(np.max([lengths(axis[:, None]) for axis in axes]))
     side = np.array([[radius], [0.0], [0.0]])
-    girth = np.pi * float(_pixels(center, center + side, camera).item())
-    rows = max(8, min(int(np.ceil(girth / PIXELS)), int(np.sqrt(MAX_TRIANGLES / 4))))
+    half_round = np.pi * float(_pixels(family.centers, family.centers + side, camera).item())
+    rows = max(8, min(int(np.ceil(half_round / PIXELS)), int(np.sqrt(MAX_TRIANGLES / 4))))
+    coordinates, triangles = _graticule(rows)
+    local = _on_sphere(coordinates)
+    positions = family.centers + np.stack([dot(local, axes[:, i, None]) for i in range(3)])
+    normals = unit(np.stack([dot(local, inverse[:, i, None]) for i in range(3)]))
+    return Patch(positions, normals, coordinates, triangles)
+
+
+def _graticule(rows: int) -> tuple[Floats, Integers]:
+    """Texture coordinates (2, V) and triangles (3, T) of a grid of 2 rows x rows cells."""
     turns = 2 * rows
-    v, u = (
-        part.reshape(-1)
-        for part in np.meshgrid(np.arange(rows + 1) / rows, np.arange(turns + 1) / turns, indexing="ij")
-    )
-    longitude = 2 * np.pi * np.where(u == 1, 0.0, u)
-    pole = (v == 0) | (v == 1)
-    ring = np.where(pole, 0.0, np.sin(np.pi * v))
-    local = np.stack((ring * np.cos(longitude), ring * np.sin(longitude), -np.cos(np.pi * v)))
-    inverse = family.inverse[:, :, 0]
-    positions = center + sum(local[i] * axes[i][:, None] for i in range(3))
-    normals = unit(np.asarray(sum(local[i] * inverse[i][:, None] for i in range(3))))
-    numbers = np.arange(u.size).reshape(rows + 1, turns + 1)
+    v, u = np.meshgrid(np.arange(rows + 1) / rows, np.arange(turns + 1) / turns, indexing="ij")
+    numbers = np.arange(u.size).reshape(u.shape)
     here, right, up, across = numbers[:-1, :-1], numbers[:-1, 1:], numbers[1:, :-1], numbers[1:, 1:]
-    triangles = np.hstack(
-        (np.stack((here, right, across)).reshape(3, -1), np.stack((here, across, up)).reshape(3, -1))
-    )
-    return Patch(np.asarray(positions), normals, np.stack((u, v)), triangles)
+    lower, upper = np.stack((here, right, across)), np.stack((here, across, up))
+    return np.stack((u.ravel(), v.ravel())), np.hstack((lower.reshape(3, -1), upper.reshape(3, -1)))
+
+
+def _on_sphere(coordinates: Floats) -> Floats:
+    """Points (3, V) of the unit sphere; longitude 1 has the bits of longitude 0, and a pole is one point."""
+    u, v = coordinates
+    longitude = 2 * np.pi * np.where(u == 1, 0.0, u)
+    ring = np.where((v == 0) | (v == 1), 0.0, np.sin(np.pi * v))
+    return np.stack((ring * np.cos(longitude), ring * np.sin(longitude), -np.cos(np.pi * v)))
