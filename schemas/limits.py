@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from pydantic import ValidationInfo
 from pydantic_core import PydanticCustomError
 
+MAX_TRIANGLES = 2_000_000
+"""Triangles of all meshes of a scene, those in files too: some 400 bytes each while rendering."""
+
 
 @dataclass(frozen=True, slots=True)
 class Limits:
@@ -22,6 +25,8 @@ class Limits:
     """Members of one object."""
     max_shapes: int = 20_000
     """Shapes of a scene."""
+    max_triangles: int = 200_000
+    """Triangles of a mesh that is written in the scene."""
     max_lights: int = 1_000
     """Lights of a scene."""
     max_materials: int = 10_000

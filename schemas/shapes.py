@@ -9,6 +9,7 @@ from pydantic import Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
 from schemas.base import Closed
+from schemas.limits import refuse_above
 from schemas.planar import CenterForm, CornerForm
 from schemas.quantities import (
     Asset,
@@ -116,7 +117,8 @@ class _Mesh(_Shape):
     smooth: bool = Field(
         default=False,
         strict=True,
-        description="Whether normals are interpolated between vertices, each the mean of its triangles' by angle.",
+        description="Whether normals are interpolated between vertices, each the mean of its triangles' "
+        "by angle.",
     )
 
 
@@ -134,17 +136,10 @@ class Mesh(_Mesh):
 
     @field_validator("triangles")
     @classmethod
-    def _known(
+    def _within_limits(
         cls, triangles: tuple[tuple[int, int, int], ...], info: ValidationInfo
     ) -> tuple[tuple[int, int, int], ...]:
-        count = len(info.data.get("vertices", ()))
-        for number, triangle in enumerate(triangles):
-            if count and max(triangle) >= count:
-                raise PydanticCustomError(
-                    "no_such_vertex",
-                    "Triangle {number} names vertex {vertex}, but there are only {count}, numbered from 0.",
-                    {"number": number, "vertex": max(triangle), "count": count},
-                )
+        refuse_above(len(triangles), info, "max_triangles", "triangles")
         return triangles
 
     @field_validator("uvs")

@@ -8,7 +8,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from renderer.arrays import Floats, Integers, Masks
 from renderer.numerics import gamma
@@ -18,6 +17,12 @@ LEAF = 4
 
 FAN = 3
 """Binary splits a level: 2**3 children a node."""
+
+WIDENING = gamma(16)
+"""Share of its longest side by which a box is widened on each."""
+
+AHEAD = 1 + gamma(32)
+"""A hit is not farther in front of the box around it than this, in shares of its distance."""
 
 NOTHING = -1
 """Item number of an empty place in a leaf."""
@@ -57,8 +62,12 @@ def build(low: Floats, high: Floats) -> Bvh:
 
     Splitting by number keeps the tree balanced and the depth bounded whatever the boxes are: flat, points,
     or all in one place. Cost T log T.
+
+    Boxes are widened by the rounding of a test of what they hold, which may find a hit just beyond them.
     """
     count = low.shape[1]
+    slack = WIDENING * (high - low).max(axis=0)
+    low, high = np.nextafter(low - slack, -np.inf), np.nextafter(high + slack, np.inf)
     splits = max(0, math.ceil(math.log2(max(1, count) / LEAF)))
     width = -(-count // (1 << splits))
     order = _sorted_by_medians((low + high) / 2, splits, width)
@@ -139,7 +148,7 @@ def visits_of_rays(
         for level in levels:
             begin = origins if origins.shape[1] == 1 else origins[:, rays]
             near, far = _slabs(level, nodes, begin, inverse[:, rays])
-            hit = (near <= far * (1 + 2 * gamma(3))) & (far >= 0) & (near <= t[rays, None])
+            hit = (near <= far * (1 + 2 * gamma(3))) & (far >= 0) & (near <= t[rays, None] * AHEAD)
             pair, child = np.nonzero(hit)
             rays, nodes, entries = rays[pair], nodes[pair] * level.children + child, near[pair, child]
     return Visits(rays, nodes, entries)
@@ -164,7 +173,9 @@ def _slabs(level: Level, nodes: Integers, origins: Floats, inverse: Floats) -> t
 def visits_of_shafts(
     levels: tuple[Level, ...], points: Floats, low: Floats, high: Floats, weight: float, start: Visits
 ) -> Visits:
-    """Nodes below the given levels that may lie between points (3, N) and a light within the bounds low..high, (3, 1).
+    """Nodes below the given levels that may lie between points (3, N) and a light.
+
+    The light is within the bounds low..high, (3, 1).
 
     A place on a segment is p + s (q - p), 0 <= s <= 1: on every axis between p + s (low - p) and
     p + s (high - p). A box is left out if no single s brings these bounds into it on all three axes. For a
@@ -189,7 +200,7 @@ def visits_of_shafts(
 def _between(
     level: Level, nodes: Integers, points: Floats, slopes: tuple[Floats, Floats], *, endless: bool
 ) -> Masks:
-    first: NDArray[np.float64] = np.zeros((nodes.size, level.children))
+    first: Floats = np.zeros((nodes.size, level.children))
     last = np.full(first.shape, np.inf if endless else 1.0)
     for axis in range(3):
         point = points[axis][:, None]

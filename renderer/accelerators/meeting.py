@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.accelerators.bvh import NOTHING, Bvh, Visits, from_root, visits_of_rays
+from renderer.accelerators.bvh import AHEAD, NOTHING, Bvh, Visits, from_root, visits_of_rays
 from renderer.arrays import Integers, Masks
 from renderer.interaction import Rays
 from renderer.shapes import woop
@@ -29,7 +29,10 @@ class TreeMeeting:
     tree: Bvh
 
     def run(self, rays: Rays) -> None:
-        """Offer hits, nearest leaves first, so that leaves behind them are left out."""
+        """Offer hits, nearest leaves first, so that leaves behind them are left out.
+
+        Leaves at the distance of a hit are not: of equal hits the first triangle counts.
+        """
         for start in range(0, rays.t.size, PORTION):
             chosen = np.arange(start, min(start + PORTION, rays.t.size))
             visits = visits_of_rays(
@@ -49,7 +52,7 @@ class TreeMeeting:
         first, last = 0, 1
         while first <= rank.max():
             now = np.flatnonzero((rank >= first) & (rank < last))
-            now = now[entries[now] <= rays.t[chosen[owners[now]]]]
+            now = now[entries[now] <= rays.t[chosen[owners[now]]] * AHEAD]
             self._meet_items(rays, chosen[owners[now]], self.tree.items[leaves[now]])
             first, last = last, 2 * last
 
@@ -57,14 +60,23 @@ class TreeMeeting:
         filled: Masks = items != NOTHING
         triangles = items[filled]
         owners = np.broadcast_to(owners[:, None], items.shape)[filled]
+        family, start = self.family, None
+        if rays.departure is not None:
+            start = woop.start_of(
+                rays.departure,
+                owners,
+                family.numbers[triangles],
+                family.primitives[triangles],
+                family.sizes[triangles],
+            )
         found = woop.hits(
-            self.family.vertices[:, :, triangles], rays.origins_at(owners), rays.directions[:, owners]
+            family.vertices[:, :, triangles], rays.origins_at(owners), rays.directions[:, owners], start
         )
         ray, triangle = owners[found.pairs], triangles[found.pairs]
         # Of the hits of one ray the nearest, and of equal ones the first triangle, comes first.
         order = np.lexsort((triangle, found.t, ray))
         best = order[np.flatnonzero(np.diff(ray[order], prepend=-1))]
-        family, triangle = self.family, triangle[best]
+        triangle = triangle[best]
         rays.offer(
             ray[best],
             found.t[best],

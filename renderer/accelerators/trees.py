@@ -20,7 +20,7 @@ _trees: OrderedDict[bytes, Bvh] = OrderedDict()
 
 def tree_of(family: Triangles) -> Bvh:
     """The tree of a family; one for the same vertices is used again."""
-    key = hashlib.sha256(np.ascontiguousarray(family.vertices)).digest()
+    key = hashlib.sha256(np.ascontiguousarray(family.vertices).data).digest()
     tree = _trees.pop(key, None)
     if tree is None:
         tree = bvh.build(family.vertices.min(axis=0), family.vertices.max(axis=0))

@@ -1,9 +1,9 @@
 """Shadows of many triangles where few of them may matter to a point.
 
-From the point p, an edge a, b of a triangle spans the plane through p with normal (a - p) x (b - p). The light
-point q is inside of the edge iff that normal . (q - p) has the sign of the other edges': a function affine on
-the light, formed in float64 and rounded once. For two triangles that share an edge it differs in sign alone,
-after rounding too, so no light passes between them.
+From the point p, an edge a, b of a triangle spans the plane through p with normal (a - p) x (b - p). The
+light point q is inside of the edge iff that normal . (q - p) has the sign of the other edges': a function
+affine on the light, formed in float64 and rounded once. For two triangles that share an edge it differs in
+sign alone, after rounding too, so no light passes between them.
 """
 
 from dataclasses import dataclass
@@ -82,7 +82,9 @@ class PairShadows:
         edges = []
         for start, end in ((0, 1), (1, 2), (2, 0)):
             normals = cross(corners[start], corners[end])
-            scale = side / (magnitude(normals) * (magnitude(towards) + emitter.extent))
+            size = magnitude(normals) * (magnitude(towards) + emitter.extent)
+            # A point on the edge's own line sees nothing of it: it is on its border.
+            scale = side / np.where(size > 0, size, np.inf)
             edges.append(
                 (
                     dot(normals, towards) * scale,

@@ -63,9 +63,11 @@ class RayShadows:
         origins = positions.repeat(lights, axis=1)
         reach = np.full(count * lights, 1.0 if self.emitter.weight else np.inf)
         blocked = np.zeros(count * lights, dtype=bool)
+        # A point on the light itself has no way to it that something could be in.
+        some = (directions != 0).any(axis=0)
         for part in _turns(owners):
             rays = (owners[part, None] * lights + np.arange(lights)).reshape(-1)
-            open_ = ~blocked[rays]
+            open_ = some[rays] & ~blocked[rays]
             begin = Visits(rays[open_], nodes[part].repeat(lights)[open_], np.zeros(np.count_nonzero(open_)))
             visits = visits_of_rays(self.tree.levels[self.level :], origins, directions, reach, begin)
             self._block(view, visits, origins, directions, index.repeat(lights), blocked)
@@ -90,8 +92,8 @@ class RayShadows:
         """Look into leaves, one a ray at a time, until the ray is blocked or has no more."""
         order = np.argsort(visits.rays, kind="stable")
         rays, leaves = visits.rays[order], visits.nodes[order]
-        for now in _turns(rays):
-            now = now[~blocked[rays[now]]]
+        for turn in _turns(rays):
+            now = turn[~blocked[rays[turn]]]
             items = self.tree.items[leaves[now]]
             filled = items != NOTHING
             ray, triangle = np.broadcast_to(rays[now, None], items.shape)[filled], items[filled]
@@ -115,7 +117,7 @@ class RayShadows:
 
 
 def _turns(owners: Integers) -> Iterator[Integers]:
-    """Places in a sorted list by turns: the first of every owner, then the next, then twice as many each time."""
+    """Places in a sorted list by turns: the first of every owner, the next, then twice as many each time."""
     rank = np.arange(owners.size) - np.searchsorted(owners, owners)
     first, last = 0, 1
     while rank.size and first <= rank.max():

@@ -1,9 +1,9 @@
 """Shadows of many triangles.
 
-Points walk the upper levels of the tree with the shaft to the whole light, which rules most of them out. What
-they meet there says how to go on: few nodes, and pairs of point and triangle are compared with all light points
-at once; many, and one ray a light point is sent. Which it is depends on the point alone, so no pixel depends on
-its neighbours.
+Points walk the upper levels of the tree with the shaft to the whole light, which rules most of them out.
+What they meet there says how to go on: few nodes, and pairs of point and triangle are compared with all light
+points at once; many, and one ray a light point is sent. Which it is depends on the point alone, so no pixel
+depends on its neighbours.
 """
 
 from dataclasses import dataclass, field

@@ -1,0 +1,266 @@
+"""What a tree finds is what comes of asking every triangle, bit for bit."""
+
+import itertools
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from renderer.accelerators import bvh
+from renderer.accelerators.meeting import TreeMeeting
+from renderer.accelerators.trees import FEW, tree_of
+from renderer.compile import compile_visibility
+from renderer.execute import shaded_points
+from renderer.interaction import Rays
+from renderer.shapes.family import Meeting
+from renderer.shapes.triangles import Triangles, build
+from renderer.visibility.polygon_scatter import ScatterPolygonShadows
+from renderer.visibility.trees import FEW_NODES, SHAFT_LEVELS, TreeShadows
+from renderer.workspace import Workspace
+from schemas.shapes import Triangle
+from tests.images.parts import DOUBLE, Files, Json, bulb, lamp, plan_of, sampled, scene, sun, triangle
+from tests.numerics import solids
+from tests.numerics.tracing import towards, traced
+
+Floats = np.ndarray
+FAR = [148376.0, 1234.0, -223423.0]
+PLACES = [[0.0, 0.0, 0.0], FAR]
+EVERYWHERE = pytest.mark.parametrize("place", PLACES, ids=["at the origin", "far away"])
+
+
+def mesh(vertices: Any, triangles: Any, **more: Any) -> Json:
+    vertices, triangles = np.asarray(vertices).tolist(), np.asarray(triangles).tolist()
+    return {"type": "mesh", "vertices": vertices, "triangles": triangles, "material": "plain", **more}
+
+
+def family(corners: Floats) -> Triangles:
+    """From triangles (K, 3, 3): triangle, vertex, coordinate."""
+    shapes = [Triangle(type="triangle", vertices=rows, material="plain") for rows in corners.tolist()]
+    return build(list(range(len(shapes))), shapes, Files())
+
+
+def met(corners: Floats, origins: Floats, directions: Floats, *, tree: bool) -> Rays:
+    shapes = family(corners)
+    numbers = np.arange(len(origins))
+    rays = Rays(np.array(origins).T.copy(), np.array(directions).T.copy(), numbers, np.zeros_like(numbers))
+    (TreeMeeting(shapes, tree_of(shapes)) if tree else Meeting(shapes, None)).run(rays)
+    return rays
+
+
+def both_ways(corners: Floats, origins: Floats, directions: Floats) -> Rays:
+    """The rays' hits, after it was seen that both ways agree in every bit."""
+    found, true = (met(corners, origins, directions, tree=tree) for tree in (True, False))
+    for name in ("t", "shapes", "primitives", "coordinates"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(true, name))
+    return found
+
+
+def soup(rng: np.random.Generator, count: int, size: float, place: Any = (0, 0, 0)) -> Floats:
+    return rng.uniform(-2, 2, (count, 1, 3)) + rng.normal(size=(count, 3, 3)) * size + place
+
+
+@EVERYWHERE
+@pytest.mark.parametrize("count", [1, 3, 4, 5, 33, 700])
+def test_random_rays(place: list[float], count: int) -> None:
+    rng = np.random.default_rng(count)
+    corners = soup(rng, count, 0.4, place)
+    origins = place + rng.normal(size=(3000, 3)) * 3
+    directions = corners[rng.integers(0, count, 3000)].mean(axis=1) - origins
+    directions[::2] = rng.normal(size=(1500, 3))
+    found = both_ways(corners, origins, directions * 10.0 ** rng.integers(-9, 9, (3000, 1)))
+    assert np.isfinite(found.t).any()
+
+
+def lattice(size: int) -> Floats:
+    """Triangles (K, 3, 3) of an even net of axis-parallel edges, in three planes: every box is flat."""
+    corners = []
+    for i, j in itertools.product(range(size), repeat=2):
+        a, b, c, d = ([i + x, j + y, 0] for x, y in ((0, 0), (1, 0), (1, 1), (0, 1)))
+        corners += [[a, b, c], [a, c, d]]
+    flat = np.array(corners, dtype=np.float64)
+    return np.concatenate([np.roll(flat, axis, axis=2) for axis in range(3)])
+
+
+@EVERYWHERE
+def test_rays_through_vertices_and_edges(place: list[float]) -> None:
+    rng = np.random.default_rng(1)
+    corners = np.concatenate((soup(rng, 150, 0.5), lattice(5))) + place
+    a, b, c = (corners[rng.integers(0, len(corners), 4000), i] for i in range(3))
+    share = rng.choice([0.0, 0.25, 1 / 3, 0.5, 1.0], (4000, 1))
+    targets = np.concatenate((a, a + share * (b - a), c + share * (a - c)))
+    origins = place + rng.normal(size=targets.shape) * 4
+    found = both_ways(corners, origins, targets - origins)
+    assert np.isfinite(found.t).mean() > 0.5
+
+
+@EVERYWHERE
+def test_axis_parallel_rays_in_the_planes_of_boxes(place: list[float]) -> None:
+    rng = np.random.default_rng(2)
+    corners = lattice(6) + place
+    # Whole and half numbers: in the planes of the boxes, on edges, on vertices, and between.
+    origins = place + rng.integers(-4, 16, (6000, 3)) / 2
+    directions = np.where(rng.random((6000, 3)) < 0.6, 0.0, rng.choice([-1.0, 1.0, 0.5], (6000, 3)))
+    directions[~directions.any(axis=1)] = [0, 0, 1]
+    signed = directions * np.where(directions == 0, rng.choice([-1.0, 1.0], (6000, 3)), 1)
+    assert np.signbit(signed[signed == 0]).any()
+    found = both_ways(corners, origins, signed)
+    np.testing.assert_array_equal(found.t, met(corners, origins, directions, tree=True).t)
+    assert np.isfinite(found.t).any()
+
+
+@EVERYWHERE
+def test_rays_a_hair_beside_vertices_edges_and_boxes(place: list[float]) -> None:
+    """Woop's test takes what is within its rounding of the border; a box must not be narrower."""
+    rng = np.random.default_rng(3)
+    corners = np.concatenate((lattice(4), soup(rng, 60, 1.0))) + place
+    vertex = corners[rng.integers(0, len(corners), 20000), rng.integers(0, 3, 20000)]
+    other = corners[rng.integers(0, len(corners), 20000), rng.integers(0, 3, 20000)]
+    share = rng.choice([0.0, 0.0, 0.5, 0.7], (20000, 1))
+    size = np.abs(corners).max()
+    hair = rng.integers(-9, 10, (20000, 3)) * size * 2.0**-54
+    targets = vertex + share * (other - vertex) + hair
+    reach = 10.0 ** rng.integers(-7, 4, (20000, 1))
+    directions = np.where(rng.random((20000, 3)) < 0.3, 0.0, rng.normal(size=(20000, 3)))
+    directions[~directions.any(axis=1)] = [1, 0, 0]
+    both_ways(corners, targets - reach * directions, directions)
+
+
+def test_of_equal_hits_the_first_shape_counts() -> None:
+    rng = np.random.default_rng(4)
+    corners = soup(rng, 90, 0.8)
+    twice = np.concatenate((corners, corners[::-1], corners))
+    origins = rng.normal(size=(3000, 3)) * 4
+    targets = corners[rng.integers(0, 90, 3000)].mean(axis=1)
+    found = both_ways(twice, origins, targets - origins)
+    assert (found.shapes < 90).all()
+    flat = both_ways(
+        np.concatenate((lattice(4), lattice(4))), origins, rng.integers(0, 4, (3000, 3)) - origins
+    )
+    assert flat.shapes.max() < len(lattice(4))
+
+
+def test_a_tree_of_equal_boxes_is_balanced() -> None:
+    corners = np.broadcast_to([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]], (1000, 3, 3))
+    tree = tree_of(family(corners))
+    assert len(tree.levels) == 3
+    assert sorted(tree.items[tree.items != bvh.NOTHING].tolist()) == list(range(1000))
+    found = both_ways(corners, np.full((5, 3), [0.2, 0.2, 1.0]), np.full((5, 3), [0.0, 0.0, -1.0]))
+    assert found.shapes.tolist() == [0] * 5
+
+
+@pytest.mark.parametrize("count", [1, 2, 4, 5, 7, 8, 9, 31, 32, 33, 255, 257, 1000])
+def test_every_item_is_in_one_leaf_and_in_the_boxes_above_it(count: int) -> None:
+    rng = np.random.default_rng(count)
+    low = rng.normal(size=(3, count))
+    high = low + rng.exponential(size=(3, count))
+    tree = bvh.build(low, high)
+    assert sorted(tree.items[tree.items != bvh.NOTHING].tolist()) == list(range(count))
+    assert tree.items.shape[1] <= bvh.LEAF
+    assert (tree.items != bvh.NOTHING).any(axis=1).all()
+    for leaf, items in enumerate(tree.items):
+        held = items[items != bvh.NOTHING]
+        node = leaf
+        for level in reversed(tree.levels):
+            node, child = divmod(node, level.children)
+            assert (level.low[:, node, child, None] <= low[:, held]).all()
+            assert (level.high[:, node, child, None] >= high[:, held]).all()
+        assert node == 0
+
+
+def test_points_and_slivers_are_met_by_nothing() -> None:
+    rng = np.random.default_rng(5)
+    points = np.repeat(rng.normal(size=(40, 1, 3)), 3, axis=1)
+    ends = rng.integers(-8, 9, (40, 2, 3)) / 4
+    lines = np.stack((ends[:, 0], ends[:, 1], (ends[:, 0] + ends[:, 1]) / 2), axis=1)
+    shape = mesh(np.concatenate((points, lines)).reshape(-1, 3), np.arange(240).reshape(-1, 3))
+    targets = np.concatenate((points, lines)).reshape(-1, 3)
+    assert (traced([shape], *towards([3.0, 4.0, 5.0], targets)).shape == -1).all()
+
+
+LIGHTS = {
+    "rectangle": lamp([-1, 5, -1], [2, 0, 0], [0, 0.2, 2]),
+    "small rectangle": lamp([0, 2.5, 0], [0.1, 0, 0], [0, 0, 0.1]),
+    "point": bulb([0.3, 2.2, 0.1]),
+    "directional": sun([0.1, -1, 0.2]),
+}
+
+
+def hidden_pairs(corners: Floats, light: Json, pattern: str, origins: Floats, targets: Floats) -> Any:
+    """Pairs (points, light points) hidden by the tree's way and by asking every triangle."""
+    sampling = sampled(1, 16, light=pattern)
+    plan = plan_of(
+        scene(*(triangle(*rows) for rows in corners.tolist()), lights=[light], sampling=sampling), DOUBLE
+    )
+    numbers = np.arange(len(origins))
+    rays = Rays(origins.T.copy(), (targets - origins).T.copy(), numbers, np.zeros_like(numbers))
+    for stage in plan.meetings:
+        stage.run(rays)
+    points = shaded_points(plan, rays)
+    (lighting,) = compile_visibility(plan)
+    (stage,) = lighting.shadows
+    assert isinstance(stage, TreeShadows)
+    one_by_one = ScatterPolygonShadows(stage.family.occluders(), lighting.emitter, lighting.dtype, False)
+    views = []
+    for shadows in (stage, one_by_one):
+        view = replace(lighting, shadows=(shadows,)).view(points, Workspace())
+        none = np.zeros((view.light_points.count, view.count), dtype=bool)
+        views.append(none if view.blocked is None else view.blocked)
+    return views
+
+
+@pytest.mark.parametrize("light", LIGHTS.values(), ids=LIGHTS)
+@pytest.mark.parametrize("pattern", ["uniform", "sobol"])
+@pytest.mark.parametrize("size", [0.1, 0.4, 1.0])
+@pytest.mark.parametrize("count", [33, 60, 2000])
+def test_shadows_are_those_of_every_triangle(light: Json, pattern: str, size: float, count: int) -> None:
+    """Light points within a rounding of a triangle's border do not come up in random scenes."""
+    rng = np.random.default_rng(6)
+    corners = soup(rng, count, size)
+    origins = rng.normal(size=(500, 3)) * [2, 0.5, 2] + [0, 3, 0]
+    targets = corners[rng.integers(0, count, 500)].mean(axis=1)
+    found, true = hidden_pairs(corners, light, pattern, origins, targets)
+    np.testing.assert_array_equal(found, true)
+    assert 0 < true.mean() < 1
+
+
+def test_points_go_both_ways() -> None:
+    """The scenes above have points that meet few nodes and points that meet many."""
+    rng = np.random.default_rng(6)
+    shapes = family(soup(rng, 2000, 0.4))
+    points = rng.uniform(-2, 2, (3, 500))
+    low, high = np.array([[-1.0], [5], [-1]]), np.array([[1.0], [5.2], [1]])
+    visits = bvh.visits_of_shafts(
+        tree_of(shapes).levels[:SHAFT_LEVELS], points, low, high, 1.0, bvh.from_root(500)
+    )
+    few = np.bincount(visits.rays, minlength=500) <= FEW_NODES
+    assert 0 < few.mean() < 1
+
+
+@EVERYWHERE
+def test_neither_ray_nor_light_leaves_a_closed_mesh(place: list[float]) -> None:
+    vertices, faces = solids.icosphere(place, 1.0, 3)
+    assert len(faces) > FEW
+    targets = solids.edge_places(vertices, faces, [0.0, 0.25, 1 / 3, 0.5])
+    outside = np.add(place, [0.3, 1.9, 0.4]).tolist()
+    corner = np.add(place, [-0.5, -2.5, -0.5]).tolist()
+    rng = np.random.default_rng(7)
+    for points in (1, 16):
+        hits = traced(
+            [mesh(vertices, faces)],
+            *towards((np.array(place) + rng.uniform(-0.3, 0.3, 3)).tolist(), targets),
+            lights=[bulb(outside), lamp(corner, [1, 0, 0], [0, 0, 1], visible=False), sun([1, 2, 3])],
+            points=points,
+        )
+        assert (hits.shape == 0).all()
+        assert (hits.visibility == 0).all()
+
+
+@pytest.mark.parametrize("light", LIGHTS.values(), ids=LIGHTS)
+def test_a_light_that_touches_the_mesh_gives_finite_answers(light: Json) -> None:
+    vertices, faces = solids.icosphere([0, 0, 0], 1.0, 2)
+    at = light.get("position") or light.get("corner") or [0, 1.5, 0]
+    vertices = vertices - vertices[5] + at
+    origin = [at[0] + 0.5, at[1] + 3, at[2] + 0.2]
+    hits = traced([mesh(vertices, faces)], *towards(origin, vertices), lights=[light], points=4)
+    assert np.isfinite(hits.visibility).all()
