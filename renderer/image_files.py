@@ -3,7 +3,9 @@
 import io
 import os
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +13,23 @@ from PIL import Image
 
 from renderer.colors import srgb_from_linear
 from renderer.errors import ImageFileError
+from renderer.exr_files import decode_exr, encode_exr, require_exr
 from schemas.display import Display
 
-SUFFIXES = (".png", ".npy")
+__all__ = [
+    "SUFFIXES",
+    "decode_exr",
+    "displayed",
+    "encode",
+    "encode_exr",
+    "encode_layer",
+    "encode_npy",
+    "encode_png",
+    "require_exr",
+    "write_image",
+]
+
+SUFFIXES = (".png", ".npy", ".exr")
 """Endings of picture files that can be written."""
 
 
@@ -43,18 +59,55 @@ def encode_npy(image: NDArray[np.floating]) -> bytes:
     return buffer.getvalue()
 
 
-def write_image(path: str | os.PathLike[str], image: NDArray[np.floating], display: Display) -> None:
-    """Write a linear image as .png or .npy; the file is there whole or not at all.
+def encode_layer(values: NDArray[Any]) -> bytes:
+    """A NumPy file of a layer, in its own dtype."""
+    buffer = io.BytesIO()
+    np.save(buffer, values, allow_pickle=False)
+    return buffer.getvalue()
+
+
+def encode(
+    suffix: str,
+    image: NDArray[np.floating],
+    display: Display,
+    layers: Mapping[str, NDArray[Any]] | None = None,
+) -> bytes:
+    """A picture file by its ending, one of `SUFFIXES`; only .exr has room for layers.
 
     Raises
     ------
+    MissingExtraError
+        If the library for .exr is not installed.
+    """
+    if suffix == ".png":
+        return encode_png(image, display)
+    return encode_exr(image, layers) if suffix == ".exr" else encode_npy(image)
+
+
+def write_image(
+    path: str | os.PathLike[str],
+    image: NDArray[np.floating],
+    display: Display,
+    layers: Mapping[str, NDArray[Any]] | None = None,
+) -> None:
+    """Write a linear image as .png, .npy or .exr; the file is there whole or not at all.
+
+    Parameters
+    ----------
+    layers
+        Written to .exr only.
+
+    Raises
+    ------
+    MissingExtraError
+        If the library for .exr is not installed.
     ImageFileError
         If the ending is not known, or the file cannot be written.
     """
     target = Path(path)
     if target.suffix not in SUFFIXES:
         raise ImageFileError(f"{target.name}: the name of a picture must end in {' or '.join(SUFFIXES)}.")
-    content = encode_png(image, display) if target.suffix == ".png" else encode_npy(image)
+    content = encode(target.suffix, image, display, layers)
     try:
         _replace(target, content)
     except OSError as error:

@@ -13,6 +13,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from schemas.base import Closed
+from schemas.layers import LayerNames
 from schemas.problems import Problem
 from schemas.quality import Quality
 from schemas.scene import Scene
@@ -29,6 +30,9 @@ class JobRequest(Closed):
 
     scene: Scene = Field(description="The scene to render.")
     quality: Quality | None = Field(default=None, description="Overrides the scene's `sampling`.")
+    layers: LayerNames = Field(
+        default=(), description="What to tell about each pixel beside its colour; each layer is an image."
+    )
 
 
 class JobState(StrEnum):
@@ -80,6 +84,8 @@ class JobLinks(Message):
     plan: str
     image_png: str
     image_npy: str
+    image_exr: str = ""
+    layers: dict[str, str] = Field(default={}, description="The layers that were asked for, by name.")
 
 
 class Job(Message):

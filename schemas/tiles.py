@@ -38,3 +38,8 @@ class Pass:
     stride: int
     first: int
     last: int
+
+    @property
+    def begins(self) -> bool:
+        """Whether the camera samples of all pixels begin in it; this pass also records the layers."""
+        return self.stride == 1 and self.first == 0

@@ -9,6 +9,7 @@ ServiceError
 ├── UnknownJobError
 ├── PictureNotReadyError
 ├── PictureGoneError
+├── UnknownLayerError           the job was not asked for it
 ├── UnknownAssetError
 ├── UploadError                 a texture is not kept
 │   ├── UploadMismatchError
@@ -72,6 +73,10 @@ class PictureNotReadyError(ServiceError):
 
 class PictureGoneError(ServiceError):
     """A job ended without a picture."""
+
+
+class UnknownLayerError(ServiceError):
+    """A job was not asked for this layer."""
 
 
 class UnknownAssetError(ServiceError):

@@ -55,6 +55,7 @@ def create(service: Service, admitted: Admitted, body: bytes) -> str:
         spec_sha256=hashlib.sha256(body).hexdigest(),
         passes=[asdict(pass_) for pass_ in plan.passes],
         display=admitted.request.scene.display.model_dump(),
+        layers=list(admitted.request.layers),
         plan=admitted.description.model_dump(mode="json"),
         warnings=[warning.model_dump() for warning in admitted.warnings],
         total_steps=len(steps),
@@ -197,7 +198,7 @@ def _document(session: Session, row: JobRow) -> Job:
             predicted_cpu_seconds=row.predicted_cpu_seconds, cpu_seconds=row.cpu_seconds, rays=row.rays
         ),
         warnings=tuple(Problem.model_validate(warning) for warning in row.warnings),
-        links=_links(row.id),
+        links=_links(row),
     )
 
 
@@ -206,8 +207,8 @@ def _queue_position(session: Session, row: JobRow) -> int:
     return session.scalar(select(func.count()).select_from(JobRow).where(*before)) or 0
 
 
-def _links(job_id: str) -> JobLinks:
-    path = f"/v1/jobs/{job_id}"
+def _links(row: JobRow) -> JobLinks:
+    path = f"/v1/jobs/{row.id}"
     return JobLinks(
         self=path,
         cancel=f"{path}/cancel",
@@ -216,4 +217,6 @@ def _links(job_id: str) -> JobLinks:
         plan=f"{path}/plan",
         image_png=f"{path}/image.png",
         image_npy=f"{path}/image.npy",
+        image_exr=f"{path}/image.exr",
+        layers={name: f"{path}/layers/{name}.npy" for name in row.layers},
     )

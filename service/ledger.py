@@ -121,7 +121,7 @@ def compose_claims(session: Session, composing: Collection[str]) -> Iterator[Com
         if job.id not in composing:
             job.compose_attempt += 1
             parts = tuple(sampled(session, job))
-            yield ComposeTask(job.id, job.width, job.height, parts, job.compose_attempt)
+            yield ComposeTask(job.id, job.width, job.height, parts, job.compose_attempt, tuple(job.layers))
 
 
 def complete(job: JobRow, done: ComposeDone) -> None:

@@ -1,7 +1,11 @@
-"""The picture of a job: final from its file, before that put together from the tiles finished so far."""
+"""The picture of a job and its layers.
+
+Final they come from their files, before that they are put together from the tiles finished so far.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
@@ -13,15 +17,28 @@ from sqlalchemy.orm import Session
 from renderer import film, image_files
 from schemas.display import Display
 from schemas.jobs import JobState
-from service import ledger
+from service import layers, ledger
 from service.context import Service
 from service.database.models import JobRow
-from service.errors import PictureGoneError, PictureNotReadyError
+from service.errors import PictureGoneError, PictureNotReadyError, UnknownLayerError
 from service.jobs import find
-from service.store.tiles import Pixels, StoredTile, TileStore
+from service.store.tiles import Layers, Pixels, StoredTile, TileStore
 
-Kind = Literal["png", "npy"]
-MEDIA_TYPES: dict[Kind, str] = {"png": "image/png", "npy": "application/octet-stream"}
+Kind = Literal["png", "npy", "exr"]
+MEDIA_TYPES: dict[Kind, str] = {"png": "image/png", "npy": "application/octet-stream", "exr": "image/x-exr"}
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Which file of a job is asked for: its picture in some form, or one of its layers."""
+
+    kind: Kind
+    layer: str | None = None
+
+    @property
+    def name(self) -> str:
+        """Name of the file in the store once it is final."""
+        return layers.file_name(self.layer) if self.layer else f"image.{self.kind}"
 
 
 @dataclass(frozen=True)
@@ -46,38 +63,51 @@ class _Finished:
     parts: tuple[StoredTile, ...]
 
 
-def etag_of(service: Service, job_id: str, kind: Kind) -> str | None:
-    """Return the tag that the picture would have now, without making it."""
+def etag_of(service: Service, job_id: str, wanted: Wanted) -> str | None:
+    """Return the tag that the file would have now, without making it."""
     with service.database.reading() as session:
-        row = find(session, job_id)
-        return _etag(row, kind) if row.image_sha256 or row.last_seq else None
+        row = _find(session, job_id, wanted)
+        return _etag(row, wanted) if row.image_sha256 or row.last_seq else None
 
 
-def picture(service: Service, job_id: str, kind: Kind) -> Picture:
-    """Give the picture of a job as it is now.
+def picture(service: Service, job_id: str, wanted: Wanted) -> Picture:
+    """Give the picture of a job, or one of its layers, as it is now.
 
     Raises
     ------
+    UnknownLayerError
+        If the job was not asked for this layer.
     PictureNotReadyError
         If nothing is finished yet.
     PictureGoneError
         If the job failed or was cancelled.
     """
     try:
-        return _picture(service, job_id, kind)
+        return _picture(service, job_id, wanted)
     except FileNotFoundError:
         # The job ended in between, and its tiles went into the final picture or away.
-        return _picture(service, job_id, kind)
+        return _picture(service, job_id, wanted)
 
 
-def _picture(service: Service, job_id: str, kind: Kind) -> Picture:
+def _picture(service: Service, job_id: str, wanted: Wanted) -> Picture:
     with service.database.reading() as session:
-        finished = _finished(session, find(session, job_id))
+        finished = _finished(session, _find(session, job_id, wanted))
     row = finished.row
     if row.image_sha256 is not None:
-        return Picture(_final(service.store, row, kind), _etag(row, kind), 1.0)
+        return Picture(_final(service.store, row, wanted), _etag(row, wanted), 1.0)
+    if wanted.layer:
+        return _layer_so_far(service.store, finished, wanted, wanted.layer)
     pixels = _so_far(service.store, finished)
-    return Picture(_encode(pixels, row, kind), _etag(row, kind), row.done_work / row.total_work)
+    sheets = _layers_so_far(service.store, finished, row.layers if wanted.kind == "exr" else ())
+    return Picture(_encode(pixels, sheets, row, wanted), _etag(row, wanted), row.done_work / row.total_work)
+
+
+def _find(session: Session, job_id: str, wanted: Wanted) -> JobRow:
+    row = find(session, job_id)
+    if wanted.layer and wanted.layer not in row.layers:
+        asked = ", ".join(row.layers) or "none"
+        raise UnknownLayerError(f"There is no such layer of this job. The layers asked for are: {asked}.")
+    return row
 
 
 def _finished(session: Session, row: JobRow) -> _Finished:
@@ -90,19 +120,37 @@ def _finished(session: Session, row: JobRow) -> _Finished:
     return _Finished(row, ledger.coarse(session, row), tuple(ledger.sampled(session, row)))
 
 
-def _etag(row: JobRow, kind: Kind) -> str:
-    return f'"{row.image_sha256 or f"{row.id}-{row.last_seq}"}-{kind}"'
+def _etag(row: JobRow, wanted: Wanted) -> str:
+    return f'"{row.image_sha256 or f"{row.id}-{row.last_seq}"}-{wanted.name}"'
 
 
-def _final(store: TileStore, row: JobRow, kind: Kind) -> Path:
-    npy, path = store.file(row.id, "image.npy"), store.file(row.id, f"image.{kind}")
-    return path if path.exists() else store.put_file(row.id, path.name, _encode(np.load(npy), row, kind))
+def _final(store: TileStore, row: JobRow, wanted: Wanted) -> Path:
+    path = store.file(row.id, wanted.name)
+    if path.exists():
+        return path
+    pixels = np.load(store.file(row.id, "image.npy"))
+    names = row.layers if wanted.kind == "exr" else ()
+    sheets = {name: np.load(store.file(row.id, layers.file_name(name))) for name in names}
+    return store.put_file(row.id, wanted.name, _encode(pixels, sheets, row, wanted))
 
 
-def _encode(pixels: Pixels, row: JobRow, kind: Kind) -> bytes:
-    if kind == "npy":
-        return image_files.encode_npy(pixels)
-    return image_files.encode_png(pixels, Display.model_validate(row.display))
+def _encode(pixels: Pixels, sheets: Layers, row: JobRow, wanted: Wanted) -> bytes:
+    display = Display.model_validate(row.display)
+    return image_files.encode(f".{wanted.kind}", pixels, display, sheets)
+
+
+def _layer_so_far(store: TileStore, finished: _Finished, wanted: Wanted, name: str) -> Picture:
+    row, parts = finished.row, layers.recorded(finished.parts)
+    if not parts:
+        raise PictureNotReadyError("Nothing of the layer is finished yet. Ask again in a moment.")
+    sheet = _layers_so_far(store, finished, (name,))[name]
+    share = sum(part.tile.width * part.tile.height for part in parts) / (row.width * row.height)
+    return Picture(image_files.encode_layer(sheet), _etag(row, wanted), share)
+
+
+def _layers_so_far(store: TileStore, finished: _Finished, names: Sequence[str]) -> Layers:
+    row = finished.row
+    return layers.composed(store, row.id, (row.height, row.width), names, finished.parts)
 
 
 def _so_far(store: TileStore, finished: _Finished) -> Pixels:

@@ -15,7 +15,7 @@ from starlette.exceptions import HTTPException
 
 import renderer
 from renderer.assets import AssetError
-from renderer.errors import ImageFileError
+from renderer.errors import ImageFileError, MissingExtraError
 from schemas.problems import Problem, ProblemDocument
 from service import errors
 
@@ -41,6 +41,7 @@ KINDS: dict[type[Exception], Kind] = {
     renderer.SceneError: Kind(422, "scene_not_usable"),
     renderer.RenderError: Kind(500, "render_failed", told=False),
     ImageFileError: Kind(500, "picture_failed", told=False),
+    MissingExtraError: Kind(501, "extra_missing"),
     AssetError: Kind(422, "asset_not_usable"),
     errors.ServiceError: Kind(500, "internal", told=False),
     errors.RequestError: Kind(400, "bad_request"),
@@ -51,6 +52,7 @@ KINDS: dict[type[Exception], Kind] = {
     errors.UnknownJobError: Kind(404, "unknown_job"),
     errors.PictureNotReadyError: Kind(404, "picture_not_ready", retry=True),
     errors.PictureGoneError: Kind(410, "picture_gone"),
+    errors.UnknownLayerError: Kind(404, "unknown_layer"),
     errors.UnknownAssetError: Kind(404, "unknown_asset"),
     errors.UploadError: Kind(422, "upload"),
     errors.UploadMismatchError: Kind(422, "upload_mismatch"),

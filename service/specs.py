@@ -9,14 +9,15 @@ from schemas.jobs import JobRequest
 
 
 def compile_request(request: JobRequest, assets: renderer.AssetSource) -> renderer.RenderPlan:
-    """Compile the scene of a request at the request's quality.
+    """Compile the scene of a request at the request's quality, with its layers.
 
     Raises
     ------
     renderer.SceneError
         If the scene cannot be compiled; pointers start at the scene.
     """
-    return renderer.compile_scene(renderer.load_scene(request.scene, assets=assets), request.quality)
+    scene = renderer.load_scene(request.scene, assets=assets)
+    return renderer.compile_scene(scene, request.quality, layers=request.layers)
 
 
 def compile_spec(spec: bytes, assets: renderer.AssetSource) -> renderer.RenderPlan:

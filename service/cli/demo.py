@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from schemas.jobs import Job, TileBatch
     from service.server import RunningServer
 
-OutOption = Annotated[Path, typer.Option("-o", "--out", help="Where the picture goes, .png or .npy.")]
+OutOption = Annotated[Path, typer.Option("-o", "--out", help="Where the picture goes, .png, .npy or .exr.")]
 SCENE = "basic.json"
 DEFAULT_OUT = Path("out/demo.png")
 

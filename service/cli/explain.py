@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
+from service.cli import layers as layer_files
 from service.cli import output, qualities, scene_files
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ def explain(
     light_samples: qualities.LightSamplesOption = None,
     light_pattern: qualities.LightPatternOption = None,
     precision: qualities.PrecisionOption = None,
+    layers: layer_files.LayersOption = None,
     as_json: output.JsonOption = False,
 ) -> None:
     """Show the plan of a scene: its stages, who asked for each, what is left out, the predicted cost."""
@@ -33,7 +35,7 @@ def explain(
         light_pattern=light_pattern,
         precision=precision,
     )
-    plan = file.plan(quality).describe()
+    plan = file.plan(quality, layer_files.parsed(layers)).describe()
     if as_json:
         output.document(plan.model_dump(mode="json"))
     elif output.on_terminal():

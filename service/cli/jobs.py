@@ -8,33 +8,43 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from service.cli import layers as layer_files
 from service.cli import output
 from service.cli.connection import DEFAULT_SERVER, JobArgument, ServerOption, connect
+from service.cli.errors import CommandError
 from service.cli.targets import PICTURES, check_target, write_whole
 
 if TYPE_CHECKING:
     from schemas.jobs import Job
     from service.client import Client
+    from service.client.pictures import PictureKind
 
 OutOption = Annotated[
-    Path | None, typer.Option("-o", "--out", help="Save the image: .png, or .npy for linear float32.")
+    Path | None,
+    typer.Option("-o", "--out", help="Save the image: .png, .npy for linear float32, or .exr."),
 ]
 LimitOption = Annotated[int, typer.Option(min=1, max=100, help="How many jobs, the newest first.")]
+KINDS: dict[str, PictureKind] = {".png": "png", ".npy": "npy", ".exr": "exr"}
 HEADINGS = ("id", "state", "done", "pixels", "submitted", "scene")
 
 
 def get(
     job_id: JobArgument,
     out: OutOption = None,
+    layers: layer_files.LayersOption = None,
     server: ServerOption = DEFAULT_SERVER,
     as_json: output.JsonOption = False,
 ) -> None:
     """Show a job, or save its image; of a running job what there is of it."""
+    names = layer_files.parsed(layers)
+    if names and out is None:
+        raise CommandError("--layers are saved beside the image. Give -o too.")
     if out is not None:
         check_target(out, PICTURES)
+        layer_files.check_targets(out, names)
     with connect(server) as client:
         if out is not None:
-            save_picture(client, job_id, out)
+            save_picture(client, job_id, out, names)
         job = client.get(job_id)
     if as_json:
         output.document(job.model_dump(mode="json"))
@@ -73,11 +83,13 @@ def ls(
             output.result("\t".join(_cells(job)))
 
 
-def save_picture(client: Client, job_id: str, out: Path) -> None:
-    """Write the image of a job, or what there is of it, to a file."""
-    picture = client.picture(job_id, "npy" if out.suffix.lower() == ".npy" else "png")
+def save_picture(client: Client, job_id: str, out: Path, layers: Iterable[str] = ()) -> None:
+    """Write the image of a job and some of its layers, or what there is of them, to files."""
+    picture = client.picture(job_id, KINDS[out.suffix.lower()])
     write_whole(out, picture.content)
     output.say(f"{out}: " + ("complete" if picture.complete else f"{picture.share:.0%} rendered so far"))
+    for name in layers:
+        layer_files.save(out, name, client.layer_file(job_id, name).content)
 
 
 def _show(job: Job) -> None:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from service.cli import layers as layer_files
 from service.cli import output, qualities, scene_files
-from service.cli.errors import RenderFailedError
+from service.cli.errors import CommandError, RenderFailedError
 from service.cli.progress import progress_bar
 from service.cli.targets import PICTURES, check_target, write_whole
 
@@ -17,7 +19,8 @@ if TYPE_CHECKING:
     from renderer import LoadedScene, RenderPlan, RenderResult, TileEvent
 
 OutOption = Annotated[
-    Path, typer.Option("-o", "--out", help="Where the picture goes: .png, or .npy for linear float32.")
+    Path,
+    typer.Option("-o", "--out", help="Where the picture goes: .png, .npy for linear float32, or .exr."),
 ]
 WorkersOption = Annotated[
     int | None, typer.Option(min=1, help="Worker processes; by default one for each processor.")
@@ -34,13 +37,15 @@ def render(  # noqa: PLR0913 - one argument for each option
     light_samples: qualities.LightSamplesOption = None,
     light_pattern: qualities.LightPatternOption = None,
     precision: qualities.PrecisionOption = None,
+    layers: layer_files.LayersOption = None,
     seed: scene_files.SeedOption = None,
     workers: WorkersOption = None,
     tile: TileOption = None,
     as_json: output.JsonOption = False,
 ) -> None:
     """Render a scene here, without a server. The bytes do not depend on workers and tiles."""
-    check_target(out, PICTURES)
+    names = layer_files.parsed(layers)
+    _check_targets(out, names)
     file = scene_files.load(scene, seed=seed)
     quality = qualities.quality(
         file.scene.document.model_dump(),
@@ -50,8 +55,8 @@ def render(  # noqa: PLR0913 - one argument for each option
         light_pattern=light_pattern,
         precision=precision,
     )
-    result = _run(file.plan(quality), workers, tile)
-    write_whole(out, _encoded(file.scene, result, out.suffix.lower()))
+    result = _run(file.plan(quality, names), workers, tile)
+    _save(file.scene, result, out)
     if as_json:
         output.document(result.report)
     else:
@@ -76,12 +81,25 @@ def _run(plan: RenderPlan, workers: int | None, tile: int | None) -> RenderResul
             raise RenderFailedError(str(error)) from error
 
 
-def _encoded(scene: LoadedScene, result: RenderResult, suffix: str) -> bytes:
-    from renderer.image_files import encode_npy, encode_png
+def _check_targets(out: Path, names: Sequence[str]) -> None:
+    check_target(out, PICTURES)
+    layer_files.check_targets(out, names)
+    if out.suffix.lower() == ".exr":
+        from renderer.errors import MissingExtraError
+        from renderer.image_files import require_exr
 
-    if suffix == ".npy":
-        return encode_npy(result.image)
-    return encode_png(result.image, scene.document.display)
+        try:
+            require_exr()
+        except MissingExtraError as error:
+            raise CommandError(str(error)) from error
+
+
+def _save(scene: LoadedScene, result: RenderResult, out: Path) -> None:
+    from renderer.image_files import encode, encode_layer
+
+    write_whole(out, encode(out.suffix.lower(), result.image, scene.document.display, result.layers))
+    for name, values in result.layers.items():
+        layer_files.save(out, name, encode_layer(values))
 
 
 def _cost(result: RenderResult) -> str:

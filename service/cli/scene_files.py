@@ -58,7 +58,7 @@ class SceneFile:
     text: bytes
     scene: LoadedScene
 
-    def plan(self, quality: FixedQuality | None = None) -> RenderPlan:
+    def plan(self, quality: FixedQuality | None = None, layers: Sequence[str] = ()) -> RenderPlan:
         """What runs for this scene.
 
         Raises
@@ -69,7 +69,7 @@ class SceneFile:
         from renderer import compile_scene
 
         with _showing(self.name, self.text):
-            return compile_scene(self.scene, quality)
+            return compile_scene(self.scene, quality, layers=layers)
 
 
 def load(name: str, *, seed: int | None = None) -> SceneFile:

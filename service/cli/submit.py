@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from service.cli import layers as layer_files
 from service.cli import output, qualities, scene_files
 from service.cli.connection import (
     DEFAULT_SERVER,
@@ -27,7 +29,8 @@ if TYPE_CHECKING:
 
 WaitOption = Annotated[bool, typer.Option("--wait", help="Stay until the image is complete.")]
 OutOption = Annotated[
-    Path | None, typer.Option("-o", "--out", help="Stay, and save the image: .png or .npy (linear float32).")
+    Path | None,
+    typer.Option("-o", "--out", help="Stay, and save the image: .png, .npy (linear float32) or .exr."),
 ]
 
 
@@ -42,12 +45,15 @@ def submit(  # noqa: PLR0913 - one argument for each option
     light_samples: qualities.LightSamplesOption = None,
     light_pattern: qualities.LightPatternOption = None,
     precision: qualities.PrecisionOption = None,
+    layers: layer_files.LayersOption = None,
     server: ServerOption = DEFAULT_SERVER,
     as_json: output.JsonOption = False,
 ) -> None:
     """Send a scene to a service and print the job's id."""
+    names = layer_files.parsed(layers)
     if out is not None:
         check_target(out, PICTURES)
+        layer_files.check_targets(out, names)
     stays = wait or out is not None
     if timeout is not None and not stays:
         raise CommandError("--timeout says how long to stay. Give --wait or -o too.")
@@ -59,21 +65,21 @@ def submit(  # noqa: PLR0913 - one argument for each option
         "precision": precision,
     }
     with connect(server, patience=LONG_PATIENCE if stays else SHORT_PATIENCE) as client:
-        job = send(client, scene, options)
+        job = send(client, scene, options, names)
         if not as_json:
             output.result(job.id)
         if stays:
             with detachable(job.id):
                 job = stay(client, job.id, timeout=timeout)
             if out is not None:
-                save_picture(client, job.id, out)
+                save_picture(client, job.id, out, names)
         if as_json:
             output.document(job.model_dump(mode="json"))
         elif stays:
             show_end(job, as_json=False)
 
 
-def send(client: Client, name: str, options: dict[str, Any]) -> Job:
+def send(client: Client, name: str, options: dict[str, Any], layers: Sequence[str]) -> Job:
     """Submit a scene file; what the service finds wrong is told with the lines of that file.
 
     Raises
@@ -91,6 +97,7 @@ def send(client: Client, name: str, options: dict[str, Any]) -> Job:
         job = client.submit(
             text,
             quality=None if quality is None else quality.model_dump(mode="json", exclude_none=True),
+            layers=layers,
             assets=FolderAssets(scene_files.folder_of(name)),
         )
     except SceneError as error:

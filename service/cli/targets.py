@@ -9,7 +9,7 @@ from pathlib import Path
 
 from service.cli.errors import CommandError
 
-PICTURES = (".png", ".npy")
+PICTURES = (".png", ".npy", ".exr")
 
 
 def check_target(path: Path, suffixes: Collection[str]) -> Path:

@@ -116,6 +116,12 @@ def get_picture(job_id: str, kind: PictureKind) -> Call[Picture]:
     return Call("GET", _job_path(job_id) + f"/image.{kind}", read_picture, job_id=job_id)
 
 
+def get_layer(job_id: str, name: str) -> Call[Picture]:
+    """A layer that the job was asked for, or what there is of it while the job is running."""
+    path = _job_path(job_id) + f"/layers/{quote(name, safe='')}.npy"
+    return Call("GET", path, read_picture, job_id=job_id)
+
+
 def get_plan(job_id: str) -> Call[PlanDocument]:
     """What runs for a job, and who asked."""
     return Call("GET", _job_path(job_id) + "/plan", _model(PlanDocument), job_id=job_id)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
@@ -90,6 +90,7 @@ class Client:
         scene: SceneSource,
         *,
         quality: Mapping[str, Any] | None = None,
+        layers: Iterable[str] = (),
         assets: AssetSource | None = None,
         wait: float = 0.0,
     ) -> Job:
@@ -103,6 +104,8 @@ class Client:
             Where its textures are looked up; by default in the folder of the scene file and nowhere else.
         quality
             Overrides the scene's ``sampling``.
+        layers
+            What to tell about each pixel beside its colour, such as ``depth``.
         wait
             Seconds to wait for the end before the answer comes, whatever the state is then.
 
@@ -115,7 +118,7 @@ class Client:
         """
         parcel = self._upload(pack(scene, assets=assets))
         with _placing(parcel):
-            call = calls.submit_job(_body(parcel, quality), wait=wait)
+            call = calls.submit_job(_body(parcel, quality, layers), wait=wait)
             job = self._send(call)
         return job.model_copy(update={"warnings": tuple(parcel.placed(job.warnings))})
 
@@ -210,15 +213,25 @@ class Client:
         """The image as linear RGB, shape (height, width, 3), float32, row 0 at the top."""
         return self.picture(job_id, "npy").array()
 
+    def layer_file(self, job_id: str, name: str) -> Picture:
+        """A layer that the job was asked for, as a file, or what there is of it while the job is running."""
+        return self._send(calls.get_layer(job_id, name))
+
+    def layer(self, job_id: str, name: str) -> npt.NDArray[Any]:
+        """A layer as an array, (height, width) or (height, width, channels), float32 or int32."""
+        return self.layer_file(job_id, name).array()
+
     def plan(self, job_id: str) -> PlanDocument:
         """What runs for a job, and who asked."""
         return self._send(calls.get_plan(job_id))
 
-    def explain(self, scene: SceneSource, *, quality: Mapping[str, Any] | None = None) -> PlanDocument:
+    def explain(
+        self, scene: SceneSource, *, quality: Mapping[str, Any] | None = None, layers: Iterable[str] = ()
+    ) -> PlanDocument:
         """What would run for a scene; renders nothing."""
         parcel = self._upload(pack(scene))
         with _placing(parcel):
-            return self._send(calls.make_plan(_body(parcel, quality)))
+            return self._send(calls.make_plan(_body(parcel, quality, layers)))
 
     def trace(self, scene: SceneSource, origins: npt.ArrayLike, directions: npt.ArrayLike) -> TraceAnswer:
         """What each ray hits first.
@@ -269,8 +282,9 @@ class Client:
         return call.read(check(answer, call))
 
 
-def _body(parcel: Parcel, quality: Mapping[str, Any] | None) -> dict[str, Any]:
-    return {"scene": parcel.document} | ({"quality": dict(quality)} if quality else {})
+def _body(parcel: Parcel, quality: Mapping[str, Any] | None, layers: Iterable[str] = ()) -> dict[str, Any]:
+    asked = {"quality": dict(quality) if quality else None, "layers": list(layers)}
+    return {"scene": parcel.document} | {name: value for name, value in asked.items() if value}
 
 
 @contextmanager

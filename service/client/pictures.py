@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import httpx2
 import numpy as np
@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from service.client.errors import UnexpectedAnswerError
 
-PictureKind = Literal["png", "npy"]
+PictureKind = Literal["png", "npy", "exr"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,13 +35,13 @@ class Picture:
         """Whether this is the final image."""
         return self.share >= 1.0
 
-    def array(self) -> npt.NDArray[np.float32]:
-        """The pixels of a ``.npy`` picture, linear RGB.
+    def array(self) -> npt.NDArray[Any]:
+        """The pixels of a ``.npy`` picture or layer.
 
         Returns
         -------
         numpy.ndarray
-            Shape (height, width, 3), float32, row 0 at the top.
+            Of a picture linear RGB, shape (height, width, 3), float32, row 0 at the top.
 
         Raises
         ------
@@ -49,10 +49,10 @@ class Picture:
             The content is not an array file.
         """
         try:
-            pixels = np.load(io.BytesIO(self.content), allow_pickle=False)
+            pixels: npt.NDArray[Any] = np.load(io.BytesIO(self.content), allow_pickle=False)
         except (ValueError, EOFError) as error:
             raise UnexpectedAnswerError("The server sent something else than an array file.") from error
-        return np.asarray(pixels, dtype=np.float32)
+        return pixels
 
 
 def read_picture(answer: httpx2.Response) -> Picture:

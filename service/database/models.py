@@ -81,6 +81,7 @@ class JobRow(Base):
     spec_sha256: Mapped[str] = mapped_column(String(64))
     passes: Mapped[list[dict[str, int]]] = mapped_column(JSON)
     display: Mapped[dict[str, Any]] = mapped_column(JSON)
+    layers: Mapped[list[str]] = mapped_column(JSON, default=list, server_default="[]")
     plan: Mapped[dict[str, Any]] = mapped_column(JSON, deferred=True)
     warnings: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
 

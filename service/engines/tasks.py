@@ -27,13 +27,14 @@ class TileTask:
 
 @dataclass(frozen=True, eq=False)
 class ComposeTask:
-    """Make the final picture of a job from its tiles."""
+    """Make the final picture of a job, and its layers, from its tiles."""
 
     job: str
     width: int
     height: int
     parts: tuple[StoredTile, ...]
     attempt: int
+    layers: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,6 +20,7 @@ import structlog
 
 import renderer
 from renderer import film, image_files
+from service import layers
 from service.engines.tasks import (
     ComposeDone,
     ComposeTask,
@@ -34,7 +35,7 @@ from service.engines.tasks import (
 from service.errors import StoreFullError
 from service.specs import compile_spec
 from service.store.assets import AssetStore
-from service.store.tiles import FileTileStore
+from service.store.tiles import FileTileStore, Layers
 
 PR_SET_PDEATHSIG = 1
 PLANS_KEPT = 4
@@ -69,6 +70,8 @@ class Worker:
     @execute.register
     def _(self, task: TileTask) -> TileDone:
         result = renderer.render_tile(self._plan(task), task.tile, task.pass_)
+        if result.layers:
+            self._store.put_layers(task.job, task.tile, task.pass_, task.attempt, result.layers)
         crc32 = self._store.put_tile(task.job, task.tile, task.pass_, task.attempt, result.pixels)
         return TileDone(crc32, result.counts, result.cpu_seconds)
 
@@ -80,6 +83,8 @@ class Worker:
             tile = parts[0].tile
             pixels = film.compose([(part.pass_, self._store.get_tile(task.job, part)) for part in parts])
             image[tile.y0 : tile.y1, tile.x0 : tile.x1] = pixels
+        for name, sheet in self._layers(task).items():
+            self._store.put_file(task.job, layers.file_name(name), image_files.encode_layer(sheet))
         data = image_files.encode_npy(image)
         self._store.put_file(task.job, "image.npy", data)
         return ComposeDone(hashlib.sha256(data).hexdigest())
@@ -90,6 +95,9 @@ class Worker:
         hits = renderer.trace(plan, task.origins, task.directions)
         names = ("t", "position", "normal", "uv", "shape", "primitive", "visibility")
         return TraceDone({name: getattr(hits, name) for name in names})
+
+    def _layers(self, task: ComposeTask) -> Layers:
+        return layers.composed(self._store, task.job, (task.height, task.width), task.layers, task.parts)
 
     def _plan(self, task: TileTask) -> renderer.RenderPlan:
         plan = self._plans.pop(task.spec_sha256, None)

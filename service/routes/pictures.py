@@ -1,21 +1,23 @@
-"""The picture of a job: partial while it runs, final afterwards."""
+"""The picture of a job and its layers: partial while it runs, final afterwards."""
 
 from __future__ import annotations
 
+import pathlib
 import re
-from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Path, Request
 from fastapi.responses import FileResponse, Response
 
 from service import pictures
 from service.context import Here, Service
 from service.errors import RangeError
+from service.pictures import Wanted
 from service.routes.parameters import JobId, not_modified, problem
 
 router = APIRouter(prefix="/v1/jobs/{job_id}", tags=["pictures"])
 
+LayerPart = Annotated[str, Path(description="Name of the layer.", max_length=64)]
 ONE_RANGE = r"\s*(?:\d{1,18}-\d{0,18}|-\d{1,18})\s*"
 RANGE = re.compile(f"bytes={ONE_RANGE}(?:,{ONE_RANGE}){{0,9}}")
 
@@ -28,41 +30,58 @@ def _responses(kind: pictures.Kind) -> dict[int | str, dict[str, Any]]:
             206: {"content": content, "description": "The bytes asked for."},
             304: {"description": "Not changed."},
         }
-        | problem(404, "There is no such job, or nothing of its picture yet.")
+        | problem(404, "There is no such job or layer, or nothing of its picture yet.")
         | problem(410, "The job failed or was cancelled.")
         | problem(416, "There are no such bytes.")
     )
+
+
+NO_EXR = problem(501, "The service was installed without the extra `exr`.")
 
 
 @router.head("/image.png", response_class=Response, include_in_schema=False)
 @router.get("/image.png", response_class=Response, responses=_responses("png"))
 def get_png(here: Here, request: Request, job_id: JobId) -> Response:
     """Get the picture as a PNG file, with the scene's display transfer and exposure."""
-    return _answer(here, request, job_id, "png")
+    return _answer(here, request, job_id, Wanted("png"))
 
 
 @router.head("/image.npy", response_class=Response, include_in_schema=False)
 @router.get("/image.npy", response_class=Response, responses=_responses("npy"))
 def get_npy(here: Here, request: Request, job_id: JobId) -> Response:
     """Get the picture as a NumPy file: float32, linear, height x width x 3."""
-    return _answer(here, request, job_id, "npy")
+    return _answer(here, request, job_id, Wanted("npy"))
 
 
-def _answer(service: Service, request: Request, job_id: str, kind: pictures.Kind) -> Response:
-    etag = pictures.etag_of(service, job_id, kind)
+@router.head("/image.exr", response_class=Response, include_in_schema=False)
+@router.get("/image.exr", response_class=Response, responses=_responses("exr") | NO_EXR)
+def get_exr(here: Here, request: Request, job_id: JobId) -> Response:
+    """Get the picture as an OpenEXR file: linear, with all layers of the job as further channels."""
+    return _answer(here, request, job_id, Wanted("exr"))
+
+
+@router.head("/layers/{name}.npy", response_class=Response, include_in_schema=False)
+@router.get("/layers/{name}.npy", response_class=Response, responses=_responses("npy"))
+def get_layer(here: Here, request: Request, job_id: JobId, name: LayerPart) -> Response:
+    """Get a layer that the job was asked for, as a NumPy file: height x width, or x channels."""
+    return _answer(here, request, job_id, Wanted("npy", name))
+
+
+def _answer(service: Service, request: Request, job_id: str, wanted: Wanted) -> Response:
+    etag = pictures.etag_of(service, job_id, wanted)
     unchanged = not_modified(request, etag) if etag else None
     if unchanged:
         return unchanged
-    picture = pictures.picture(service, job_id, kind)
+    picture = pictures.picture(service, job_id, wanted)
     headers = {"ETag": picture.etag, "X-Progress": f"{picture.share:.4f}", "Cache-Control": "no-cache"}
-    media_type = pictures.MEDIA_TYPES[kind]
+    media_type = pictures.MEDIA_TYPES[wanted.kind]
     if isinstance(picture.content, bytes):
         return Response(picture.content, media_type=media_type, headers=headers)
     _check_range(request, picture.content)
     return FileResponse(picture.content, media_type=media_type, headers=headers)
 
 
-def _check_range(request: Request, path: Path) -> None:
+def _check_range(request: Request, path: pathlib.Path) -> None:
     """Refuse ranges that make no sense or begin after the end; the others are the response's work."""
     asked = request.headers.get("range")
     if asked is None:

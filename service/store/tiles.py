@@ -5,12 +5,13 @@ from __future__ import annotations
 import errno
 import shutil
 import tempfile
+import zipfile
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Protocol
+from typing import IO, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from schemas.tiles import Pass, Tile
 from service.errors import StoreDamagedError, StoreFullError
 
 Pixels = NDArray[np.float32]
+Layers = dict[str, NDArray[Any]]
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,12 @@ class TileStore(Protocol):
 
     def get_tile(self, job: str, stored: StoredTile) -> Pixels:
         """Return the pixels of one step; raise StoreDamagedError if they are not what was written."""
+
+    def put_layers(self, job: str, tile: Tile, pass_: Pass, attempt: int, layers: Layers) -> None:
+        """Keep the layers that one step recorded, before its pixels."""
+
+    def get_layers(self, job: str, stored: StoredTile) -> Layers:
+        """Return the layers of one step; raise StoreDamagedError if they are not what was written."""
 
     def put_file(self, job: str, name: str, data: bytes) -> Path:
         """Keep a result of a job under a name and return where it lies."""
@@ -102,6 +110,22 @@ class FileTileStore:
             raise StoreDamagedError(f"Tile {stored.tile.index} of pass {stored.pass_.index} is damaged.")
         return np.frombuffer(data, dtype="<f4").reshape(stored.shape)
 
+    def put_layers(self, job: str, tile: Tile, pass_: Pass, attempt: int, layers: Layers) -> None:
+        """Keep the layers that one step recorded, before its pixels."""
+        with replacing(self._layers(job, tile, pass_, attempt)) as file:
+            members: dict[str, Any] = dict(layers)
+            np.savez(file, **members)
+
+    def get_layers(self, job: str, stored: StoredTile) -> Layers:
+        """Return the layers of one step; raise StoreDamagedError if they are not what was written."""
+        path = self._layers(job, stored.tile, stored.pass_, stored.attempt)
+        try:
+            # Every member of the archive has a CRC-32 of its own, which is checked.
+            with np.load(path, allow_pickle=False) as found:
+                return dict(found)
+        except (ValueError, EOFError, zipfile.BadZipFile) as error:
+            raise StoreDamagedError(f"Layers of tile {stored.tile.index} are damaged.") from error
+
     def put_file(self, job: str, name: str, data: bytes) -> Path:
         """Keep a result of a job under a name and return where it lies."""
         path = self.file(job, name)
@@ -130,6 +154,10 @@ class FileTileStore:
 
     def _tile(self, job: str, tile: Tile, pass_: Pass, attempt: int) -> Path:
         return self.folder / job / "tiles" / f"{pass_.index}-{tile.index}.{attempt}"
+
+    def _layers(self, job: str, tile: Tile, pass_: Pass, attempt: int) -> Path:
+        path = self._tile(job, tile, pass_, attempt)
+        return path.with_name(f"{path.name}.npz")
 
 
 def _shape(tile: Tile, pass_: Pass) -> tuple[int, int, int]:
