@@ -13,19 +13,21 @@ class Costs:
 
     Attributes
     ----------
-    camera, shape, point, lookup : float
-        A camera ray, a ray against a shape that its block may meet, a point's geometry, a texture look-up.
-    faced : float
-        A point and a light, apart from pairs.
+    camera, lens, shape, point, lookup : float
+        A camera ray, its place on a lens, a ray against a shape that its block may meet, a point's geometry, a texture look-up.
+    faced, bounce : float
+        A point and a light, apart from pairs; a further ray with all that it meets.
     diffuse, highlight, falloff, shadow : float
         A pair of point and light point.
     """
 
     camera: float = 120.0
+    lens: float = 180.0
     shape: float = 12.0
     point: float = 250.0
     lookup: float = 150.0
     faced: float = 400.0
+    bounce: float = 3000.0
     diffuse: float = 1.6
     highlight: float = 2.0
     falloff: float = 1.2

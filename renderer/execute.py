@@ -18,6 +18,7 @@ from renderer.plan import RenderPlan
 from renderer.samplers import PATTERNS
 from renderer.streams import keys
 from renderer.tiling import Block, blocks
+from renderer.waves import camera_wave
 from renderer.workspace import Workspace
 from schemas.tiles import Pass, Tile
 
@@ -40,7 +41,7 @@ class TileResult:
     pixels : (h, w, 3) float32
         Linear mean over the pass's samples; for the preview one value a stride x stride block.
     counts : dict
-        Rays by kind: camera, shadow; layers where they were asked for.
+        Rays by kind: camera, shadow, mirror, transmission; layers where they were asked for.
     cpu_seconds : float
         Of this thread's process.
     layers : dict of str to (h, w) or (h, w, channels) array
@@ -67,12 +68,11 @@ def render_tile(plan: RenderPlan, tile: Tile, pass_: Pass) -> TileResult:
         One of `plan.passes`.
     """
     begun = _cpu_seconds()
-    counts: Counter[str] = Counter(camera=0, shadow=0)
+    counts: Counter[str] = Counter(camera=0, shadow=0, mirror=0, transmission=0)
     film = Film(tile, pass_)
     for block in blocks(tile, pass_):
         rays = camera_rays(plan, block, pass_)
         film.add(block.columns, block.rows, radiance(plan, rays, counts))
-        counts["camera"] += rays.t.size
     layers = record(plan.layers_in(pass_), tile, partial(centre_points, plan, counts))
     return TileResult(film.image(), dict(counts), _cpu_seconds() - begun, layers)
 
@@ -88,9 +88,10 @@ def camera_rays(plan: RenderPlan, block: Block, pass_: Pass) -> Rays:
     )
     x0, y0, x1, y1 = block.bounds
     left, right = plan.camera.screen(np.array([x0, x1]), np.array([y1, y0]))
+    origins, directions = plan.camera.rays(columns + across, rows + down, pixels, samples)
     return Rays(
-        origins=plan.camera.position,
-        directions=plan.camera.directions(columns + across, rows + down),
+        origins=origins,
+        directions=directions,
         pixels=pixels,
         samples=samples,
         screen=np.concatenate((left, right)),
@@ -115,7 +116,25 @@ def centre_points(plan: RenderPlan, counts: Counter[str], block: Block) -> Point
 
 
 def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str]) -> Floats:
-    """Radiance (3, N) along rays (N,)."""
+    """Radiance (3, N) along camera rays (N,), over all bounces.
+
+    A wave's successors are worked on before its neighbours: few wait at a time, and what belongs to one ray
+    is added in an order that depends on its own path alone.
+    """
+    result = np.zeros((3, rays.t.size))
+    waves = [camera_wave(rays)]
+    while waves:
+        wave = waves.pop()
+        seen, points = local_radiance(plan, wave.rays, counts)
+        result[:, wave.targets] += wave.weights * seen
+        counts[wave.count_as] += wave.rays.t.size
+        for spawner in plan.spawners:
+            waves.extend(spawner.run(points, wave))
+    return result
+
+
+def local_radiance(plan: RenderPlan, rays: Rays, counts: Counter[str]) -> tuple[Floats, Points]:
+    """Radiance (3, N) of what rays meet without what comes by further rays, and the points met."""
     for stage in (*plan.meetings, *plan.visible_lights):
         stage.run(rays)
     result = plan.unshaded.radiance(rays.shapes)
@@ -124,7 +143,7 @@ def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str]) -> Floats:
         for lighting in plan.lightings:
             counts["shadow"] += lighting.run(chunk, workspace())
     result[:, points.rays] = points.radiance
-    return result
+    return result, points
 
 
 def shaded_points(plan: RenderPlan, rays: Rays) -> Points:

@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 
 from renderer.arrays import Floats, Integers, Masks, unit
+from renderer.departures import Departure
+from renderer.streams import Keys
 
 MISS = -1
 """Shape number of a ray that meets nothing."""
@@ -29,6 +31,8 @@ class Rays:
     screen : (4,) float64 or None
         Least and greatest place on the camera's screen, across and along; None for rays that do not
         come from the camera.
+    departure : Departure or None
+        The surfaces that they leave; None for rays that begin in the open.
     t : (N,) float64
         Distance of the nearest hit, inf for none.
     shapes, primitives : (N,) int64
@@ -41,6 +45,7 @@ class Rays:
     pixels: Integers
     samples: Integers
     screen: Floats | None = None
+    departure: Departure | None = None
     t: Floats = field(init=False)
     shapes: Integers = field(init=False)
     primitives: Integers = field(init=False)
@@ -99,6 +104,8 @@ class Points:
         Which ray of the block.
     pixels, samples : (M,) int64
         Those of the ray.
+    paths : (M,) uint64
+        Name of the bounces before; 0 where the camera looks at the point.
     origins : (3, 1) or (3, M) float64
     directions : (3, M) float64
     t : (M,) float64
@@ -134,6 +141,7 @@ class Points:
     rays: Integers
     pixels: Integers
     samples: Integers
+    paths: Keys
     origins: Floats
     directions: Floats
     t: Floats
@@ -193,6 +201,7 @@ def points_of(rays: Rays, materials: Integers, *, bent: bool) -> Points:
         rays=hit,
         pixels=rays.pixels[hit],
         samples=rays.samples[hit],
+        paths=np.zeros(count, dtype=np.uint64) if rays.departure is None else rays.departure.paths[hit],
         origins=rays.origins_at(hit),
         directions=directions,
         t=rays.t[hit],

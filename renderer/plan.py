@@ -9,7 +9,7 @@ from renderer.cameras import Pinhole
 from renderer.layers import Layer
 from renderer.lights.surfaces import Unshaded
 from renderer.scenes import LoadedScene
-from renderer.stages import Entry, Lighting, PointStage, RayStage
+from renderer.stages import Entry, Lighting, PointStage, RayStage, Spawner
 from schemas.plans import LeftOut, PlanCost, PlanDocument, PlanStage
 from schemas.quality import Quality
 from schemas.sampling import Antialiasing
@@ -35,6 +35,8 @@ class RenderPlan:
         For rays: hits with shapes, and lights that the camera sees.
     surfaces, lightings : tuples of stages
         For points, and for points and one light.
+    spawners : tuple of stages
+        Send new rays from points.
     unshaded : Unshaded
     materials : (shapes,) int64
         Material of each shape.
@@ -62,6 +64,7 @@ class RenderPlan:
     visible_lights: tuple[RayStage, ...]
     surfaces: tuple[PointStage, ...]
     lightings: tuple[Lighting, ...]
+    spawners: tuple[Spawner, ...]
     unshaded: Unshaded
     materials: Integers
     bent: bool
@@ -94,7 +97,7 @@ class RenderPlan:
 
     def layers_in(self, pass_: Pass) -> tuple[Layer, ...]:
         """Layers that a pass records: all of them where the camera samples begin, none elsewhere."""
-        return self.layers if pass_.stride == 1 and pass_.first == 0 else ()
+        return self.layers if pass_.begins else ()
 
     def describe(self) -> PlanDocument:
         """The plan for people and programs: stages with who asked, what was left out, predicted cost."""

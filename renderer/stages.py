@@ -1,5 +1,6 @@
 """What a plan is made of: stages that run, each with the lines of the scene that asked for it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -9,6 +10,7 @@ from renderer.arrays import Floats
 from renderer.interaction import Points, Rays
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView, facing
+from renderer.waves import Wave
 from renderer.workspace import Workspace
 from schemas.plans import LeftOut
 
@@ -37,6 +39,14 @@ class LightStage(Protocol):
         ...
 
 
+class Spawner(Protocol):
+    """Sends new rays from points."""
+
+    def run(self, points: Points, wave: Wave) -> Sequence[Wave]:
+        """Rays that leave the points that a wave has met."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class Lighting:
     """All that one light does: who faces it, what blocks it, and what it adds.
@@ -62,7 +72,9 @@ class Lighting:
             emitter=self.emitter,
             points=points,
             chosen=chosen,
-            light_points=self.emitter.points(points.pixels[chosen], points.samples[chosen], self.dtype),
+            light_points=self.emitter.points(
+                points.pixels[chosen], points.samples[chosen], points.paths[chosen], self.dtype
+            ),
             towards=towards[:, chosen],
             origins=points.origins if points.origins.shape[1] == 1 else points.origins[:, chosen],
             dtype=self.dtype,

@@ -39,6 +39,12 @@ def keys(seed: int, *counters: NDArray[np.integer] | int) -> Keys:
     return key
 
 
+def branch(paths: Keys, kind: int) -> Keys:
+    """Names of paths that go on by a bounce of some kind, (N,); no two histories share one, but by chance."""
+    with np.errstate(over="ignore"):
+        return _mixed(paths + _GOLDEN * np.uint64(kind + 1))
+
+
 def bits(key: Keys, counter: NDArray[np.integer] | int) -> Bits:
     """32 random bits for each key and counter; the shapes broadcast."""
     low = (key & np.uint64(0xFFFFFFFF)).astype(np.uint32)

@@ -9,13 +9,15 @@ from pydantic_core import PydanticCustomError
 
 from schemas.base import Closed
 from schemas.limits import refuse_above
-from schemas.quantities import Count, Direction, Point, Size
+from schemas.quantities import LARGEST, Count, Direction, Point, Size
 
 FieldOfView = Annotated[float, Field(strict=True, gt=0, lt=180, allow_inf_nan=False)]
 
+LensRadius = Annotated[float, Field(strict=True, ge=0, le=LARGEST, allow_inf_nan=False)]
+
 
 class Camera(Closed):
-    """A pinhole camera.
+    """A pinhole camera, or one with a thin lens.
 
     With f = unit(look_at - position), r = unit(f x up), u = r x f and h = tan(vertical_fov / 2), the ray
     through column i, row j from the top and sub-pixel (a, b) in [0, 1) has the direction
@@ -36,6 +38,17 @@ class Camera(Closed):
     focal_length: Size = Field(
         default=1.0,
         description="Distance of the virtual screen, scene units. It does not change the image of a pinhole.",
+    )
+    lens_radius: LensRadius = Field(
+        default=0.0,
+        description="Radius of a thin lens, scene units, 0 or more. More than 0 blurs what is nearer or "
+        "farther than the focus; 0 is a pinhole. Places on the lens are random with antialiasing `random`, "
+        "else scrambled Sobol points in an order of their own in each pixel.",
+    )
+    focus_distance: Size | None = Field(
+        default=None,
+        description="Distance along the view of the plane in focus, scene units; without it the distance to "
+        "`look_at`.",
     )
     width: Count = Field(default=512, description="Columns, pixels, 1 to 65536.")
     height: Count = Field(default=512, validate_default=True, description="Rows, pixels, 1 to 65536.")

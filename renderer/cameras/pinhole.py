@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import schemas.cameras as language
-from renderer.arrays import Floats, column, cross, dot, unit
+from renderer.arrays import Floats, Integers, column, cross, dot, unit
 
 PARALLEL = 1e-9
 """Below this sine between view and up there is no usable up; float64 still gives 7 digits above it."""
@@ -52,6 +52,15 @@ class Pinhole:
         """Ray directions (3, N), not normalised, through raster positions (N,) and (N,)."""
         across, along = self.screen(x, y)
         return self.forward + self.right * across + self.up * along
+
+    def rays(self, x: Floats, y: Floats, pixels: Integers, samples: Integers) -> tuple[Floats, Floats]:
+        """Origins (3, 1) or (3, N) and directions (3, N) of samples at raster positions (N,) and (N,)."""
+        del pixels, samples
+        return self.position, self.directions(x, y)
+
+    def blur(self, forward: Floats) -> Floats:
+        """How far a ray may pass from the one through the middle of the lens: nothing."""
+        return np.zeros_like(forward)
 
 
 def basis(look: Floats, up: Floats) -> tuple[Floats, Floats, Floats]:

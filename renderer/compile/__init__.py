@@ -6,11 +6,12 @@ highlight of strength 0. What is built carries the lines of the scene that asked
 
 from collections.abc import Iterable
 
+import schemas.cameras as language
 from renderer import cost, tiling
 from renderer.arrays import column
-from renderer.cameras import Pinhole, pinhole
+from renderer.cameras import Pinhole, pinhole, thin_lens
 from renderer.compile import layers as layer_stages
-from renderer.compile import lights, shapes, surfaces
+from renderer.compile import lights, shapes, spawners, surfaces
 from renderer.compile.request import Request
 from renderer.cost import COSTS
 from renderer.lights import surfaces as light_surfaces
@@ -72,6 +73,7 @@ def _plan(request: Request) -> RenderPlan:
     visible = lights.visible_lights(request)
     table = phong.build([request.document.materials[name] for name in request.names])
     points, bent = surfaces.surfaces(request, families, table)
+    bounces = spawners.spawners(request)
     antialiasing = request.sampling.antialiasing
     return RenderPlan(
         scene=request.scene,
@@ -84,6 +86,7 @@ def _plan(request: Request) -> RenderPlan:
         visible_lights=tuple(visible),
         surfaces=tuple(points),
         lightings=tuple(lights.lighting(request, emitter, families, table) for emitter in emitters),
+        spawners=bounces,
         unshaded=light_surfaces.Unshaded(
             column(request.document.background),
             light_surfaces.colors([light.color for light in request.document.lights]),
@@ -105,4 +108,19 @@ def _camera(request: Request) -> Pinhole:
     request.listing.add(
         "camera rays", "camera", detail, ("/camera",), cost.seconds(request.rays, COSTS.camera)
     )
-    return pinhole.build(request.document.camera)
+    camera = request.document.camera
+    if camera.lens_radius > 0:
+        return _lens(request, camera)
+    for name in ("lens_radius", "focus_distance"):
+        if name in camera.model_fields_set:
+            request.listing.leave_out("camera.lens", "/camera/lens_radius is 0", (f"/camera/{name}",))
+    return pinhole.build(camera)
+
+
+def _lens(request: Request, camera: language.Camera) -> Pinhole:
+    """A lens asks for two more sample dimensions."""
+    lens = thin_lens.build(camera, request.sampling.antialiasing, request.sampling.seed)
+    pointers = tuple(f"/camera/{name}" for name in ("lens_radius", "focus_distance") if getattr(camera, name))
+    detail = f"a place on the lens for each ray, in focus at a distance of {lens.focus:.6g}"
+    request.listing.add("lens", "camera.lens", detail, pointers, cost.seconds(request.rays, COSTS.lens))
+    return lens

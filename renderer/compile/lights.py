@@ -6,6 +6,7 @@ from renderer import cost
 from renderer.accelerators.trees import FEW, tree_of
 from renderer.arrays import column
 from renderer.compile.request import Request
+from renderer.compile.spawners import transparent
 from renderer.cost import COSTS
 from renderer.effects import LIGHTS
 from renderer.lights import surfaces as light_surfaces
@@ -108,11 +109,16 @@ def _shadows(request: Request, emitter: Emitter, families: list[Family]) -> list
 
 
 def _shades_nothing(request: Request, families: list[Family]) -> bool:
-    """A single shape shades nothing, but for an ellipsoid seen from inside: it hides what is outside."""
+    """A single shape shades nothing, but for an ellipsoid seen from inside: it hides what is outside.
+
+    Some place of a lens may be inside where its middle is not, and rays go through glass.
+    """
+    if transparent(request):
+        return False
     if sum(family.numbers.size for family in families) > 1:
         return False
-    position = column(request.document.camera.position)
-    return not any(isinstance(family, Ellipsoids) and family.holds(position) for family in families)
+    position, lens = column(request.document.camera.position), request.document.camera.lens_radius > 0
+    return not any(isinstance(family, Ellipsoids) and (lens or family.holds(position)) for family in families)
 
 
 def _shadow_stages(request: Request, emitter: Emitter, families: list[Family]) -> list[LightStage]:

@@ -17,7 +17,7 @@ from renderer.samplers import FIXED, PATTERNS
 from renderer.samplers.patterns import strata
 from renderer.shapes.frames import frame_of_normals
 from renderer.shapes.rectangles import edges_of
-from renderer.streams import keys
+from renderer.streams import Keys, keys
 from schemas.sampling import LightSampling
 
 PIXEL_DIMENSIONS = 0
@@ -92,14 +92,16 @@ class Emitter:
         u, v = self.grid()
         return self.centre + self.first * u.repeat(v.size) + self.second * np.tile(v, u.size)
 
-    def points(self, pixels: Integers, samples: Integers, dtype: np.dtype[np.floating]) -> LightPoints:
-        """Light points for each camera sample, (n,) pixel and sample numbers."""
+    def points(
+        self, pixels: Integers, samples: Integers, paths: Keys, dtype: np.dtype[np.floating]
+    ) -> LightPoints:
+        """Light points for each bounce of each camera sample, (n,) pixel, sample and path numbers."""
         if self.shared:
             u, v = self.grid()
             if self.orthogonal:
                 return Grid(u, v)
             return Scatter(u.repeat(v.size)[:, None].astype(dtype), np.tile(v, u.size)[:, None].astype(dtype))
-        key = keys(self.seed, 1 + self.number, pixels, samples)
+        key = keys(self.seed, paths + np.uint64(1 + self.number), pixels, samples)
         index = np.arange(self.count, dtype=np.int64)[:, None]
         a, b = PATTERNS[self.pattern](key[None, :], index, self.count)
         return Scatter((a - 0.5).astype(dtype), (b - 0.5).astype(dtype))

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 import schemas.shapes as language
-from renderer.arrays import Floats, Integers, columns, cross, dot, lengths, magnitude, unit
+from renderer.arrays import Floats, Integers, Masks, columns, cross, dot, lengths, magnitude, unit
 from renderer.assets import AssetSource
+from renderer.departures import Departure, settled
 from renderer.interaction import Points, Rays
 from renderer.numerics import gamma
 from renderer.shapes.family import MARGIN, WHOLE, Family
@@ -88,14 +89,32 @@ class Ellipsoids(Family):
         power = (distance - 1) * (distance + 1)
         on_surface = np.abs(power) <= gamma(16) * (1 + distance * distance)
         power = np.where(on_surface, 0.0, power)
+        inward = np.ones(found.size, dtype=bool)
+        if rays.departure is not None:
+            power, inward = self._departed(shape, rays.departure, found, power)
         far = -(along + np.copysign(half_chord, along))
         with np.errstate(divide="ignore", invalid="ignore"):
             near = np.where(far == 0, 0.0, power / far)
         t = np.where(np.minimum(near, far) > 0, np.minimum(near, far), np.maximum(near, far))
-        ahead = t > 0
+        ahead = (t > 0) & inward
         t = t[ahead]
         where = origin[:, ahead] + t * direction[:, ahead]
         rays.offer(found[ahead], t / length[ahead], _angles(where), self.numbers[shape : shape + 1], WHOLE)
+
+    def _departed(
+        self, shape: int, departure: Departure, found: Integers, power: Floats
+    ) -> tuple[Floats, Masks]:
+        """Powers whose sign holds, 0 for the rays that leave this ellipsoid, and which rays may meet it.
+
+        A ray that leaves it meets it again only from inside, at the far root.
+        """
+        own = departure.shapes[found] == self.numbers[shape]
+        before = self.to_sphere(departure.before_at(found) - self.centers[:, shape, None], shape)
+        distance = lengths(before)
+        shortest = 1 / lengths(self.inverse[:, :, shape].T).max()
+        bound = gamma(48) * (departure.sizes[found] + self.sizes[shape]) / shortest
+        power = np.where(own, 0.0, settled(power, bound, (distance - 1) * (distance + 1)))
+        return power, ~(own & departure.outside[found])
 
     def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
         """Positions put back on the sphere, normals by the inverse transposed, never by the axes."""

@@ -19,11 +19,15 @@ WHOLE = np.zeros(1, dtype=np.int64)
 
 @dataclass(frozen=True, slots=True)
 class Outline:
-    """Corners of the convex hulls of K shapes in the camera's coordinates, each (V, K)."""
+    """Corners of the convex hulls of K shapes in the camera's coordinates, each (V, K).
+
+    `blur` is how far a ray through the lens may pass from the one through its middle, at the corner's depth.
+    """
 
     right: Floats
     up: Floats
     forward: Floats
+    blur: Floats
 
     @classmethod
     def of(cls, corners: Floats, camera: Pinhole) -> "Outline":
@@ -33,17 +37,20 @@ class Outline:
         def along(axis: Floats) -> Floats:
             return relative[:, 0] * axis[0] + relative[:, 1] * axis[1] + relative[:, 2] * axis[2]
 
-        return cls(along(camera.right), along(camera.up), along(camera.forward))
+        forward = along(camera.forward)
+        return cls(along(camera.right), along(camera.up), forward, camera.blur(forward))
 
     def inside(self, screen: Floats) -> Masks:
         """Shapes that rays through a part of the screen may meet, (K,); never leaves one out that they do.
 
-        A ray through (x, y) keeps right = x * forward and up = y * forward. If all corners of a hull lie
-        on one side of a plane that bounds all rays, so does every point of the hull.
+        A ray through (x, y) keeps right = x * forward and up = y * forward, give or take the blur. If all
+        corners of a hull lie beyond it on one side of a plane that bounds all rays, so does every point of
+        the hull, because the blur is convex in the depth.
         """
         slack = MARGIN * (
             np.abs(self.right) + np.abs(self.up) + np.abs(self.forward) * (1 + np.abs(screen).max())
         )
+        slack = slack + self.blur
         left, right, bottom, top = screen
         return ~(
             np.all(self.right - left * self.forward < -slack, axis=0)

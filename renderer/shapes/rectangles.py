@@ -8,8 +8,9 @@ import numpy as np
 import schemas.shapes as language
 from renderer.arrays import Floats, Integers, column, cross, dot, lengths, magnitude, unit
 from renderer.assets import AssetSource
+from renderer.departures import settled
 from renderer.interaction import Points, Rays
-from renderer.numerics import gamma
+from renderer.numerics import SURFACE, gamma
 from renderer.shapes.family import WHOLE, Family
 from renderer.shapes.polygons import Polygons
 
@@ -66,7 +67,7 @@ class Rectangles(Family):
         Projection on the edges would be wrong where they are not perpendicular, even by a rounding.
         The border is wider by what rounding can move it, so that rectangles that meet at an edge leave no
         gap, in whichever form they are given. A start closer to the plane than rounding can tell is on it,
-        and on it is no hit.
+        and on it is no hit, unless the ray before came from the other side (`departures`).
         """
         anchor, first, second, product = (
             array[:, shape : shape + 1] for array in (self.anchors, self.first, self.second, self.products)
@@ -79,6 +80,11 @@ class Rectangles(Family):
         u, v = -side * dot(moment, second), side * dot(moment, first)
         depth = -side * dot(from_anchor, product)
         rounding = gamma(8) * dot(np.abs(from_anchor), _absolute_cross(first, second))
+        if rays.departure is not None:
+            bound = rounding + SURFACE * (rays.departure.sizes + self.sizes[shape]) * magnitude(product)
+            before = -side * dot(rays.departure.before - anchor, product)
+            own = rays.departure.shapes == self.numbers[shape]
+            depth = np.where(own, 0.0, settled(depth, bound, before))
         border = magnitude(rays.directions) * (gamma(4) * lengths(from_anchor) + gamma(1) * self.sizes[shape])
         beside, above = border * lengths(second), border * lengths(first)
         hit = (

@@ -49,7 +49,13 @@ class Triangles(Family):
     def meet(self, shape: int, rays: Rays) -> None:
         """Hits with one triangle."""
         one = slice(shape, shape + 1)
-        found = woop.hits(self.vertices[:, :, one], rays.origins, rays.directions)
+        start = None
+        if rays.departure is not None:
+            every = np.arange(rays.t.size)
+            start = woop.start_of(
+                rays.departure, every, self.numbers[one], self.primitives[one], self.sizes[one]
+            )
+        found = woop.hits(self.vertices[:, :, one], rays.origins, rays.directions, start)
         rays.offer(found.pairs, found.t, (found.u, found.v), self.numbers[one], self.primitives[one])
 
     def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:

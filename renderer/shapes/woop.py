@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers
-from renderer.numerics import gamma
+from renderer.arrays import Floats, Integers, Masks, cross, dot, magnitude
+from renderer.departures import Departure, settled
+from renderer.numerics import SURFACE, gamma
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +30,36 @@ class PairHits:
 
 
 @dataclass(frozen=True, slots=True)
+class Start:
+    """Where the rays of P pairs begin that leave a surface.
+
+    Attributes
+    ----------
+    own : (P,) bool
+        Whether the ray leaves this very triangle, which it then never meets.
+    before : (3, P) or (3, 1) float64
+        Origin of the ray before.
+    sizes : (P,) float64
+        Magnitudes that formed origin and triangle, scene units.
+    """
+
+    own: Masks
+    before: Floats
+    sizes: Floats
+
+
+def start_of(
+    departure: Departure, rays: Integers, shapes: Integers, primitives: Integers, sizes: Floats
+) -> Start:
+    """The start of pairs of rays (P,) with triangles, numbers and sizes (P,) or (1,)."""
+    return Start(
+        own=departure.leaves(rays, shapes, primitives),
+        before=departure.before_at(rays),
+        sizes=departure.sizes[rays] + sizes,
+    )
+
+
+@dataclass(frozen=True, slots=True)
 class _Sheared:
     """Edge functions of P pairs in a frame sheared so that the ray is its axis.
 
@@ -46,7 +77,7 @@ class _Sheared:
         """Pairs whose line passes through the triangle, border included."""
         least = np.minimum(np.minimum(self.weights[0], self.weights[1]), self.weights[2])
         greatest = np.maximum(np.maximum(self.weights[0], self.weights[1]), self.weights[2])
-        return np.flatnonzero(((least >= 0) | (greatest <= 0)) & (least != greatest))
+        return np.flatnonzero(((least >= 0) & (greatest > 0)) | ((greatest <= 0) & (least < 0)))
 
 
 def _sheared(axis: int, vertices: Floats, origins: Floats, directions: Floats, chosen: Integers) -> _Sheared:
@@ -82,7 +113,7 @@ def inside(vertices: Floats, origins: Floats, directions: Floats) -> Integers:
     return np.concatenate(parts) if parts else np.zeros(0, dtype=np.int64)
 
 
-def hits(vertices: Floats, origins: Floats, directions: Floats) -> PairHits:
+def hits(vertices: Floats, origins: Floats, directions: Floats, start: Start | None = None) -> PairHits:
     """Hits of P pairs.
 
     Parameters
@@ -92,6 +123,8 @@ def hits(vertices: Floats, origins: Floats, directions: Floats) -> PairHits:
     origins : (3, P) or (3, 1) float64
     directions : (3, P) float64
         Finite, not zero.
+    start : Start, optional
+        For rays that leave a surface.
 
     Notes
     -----
@@ -99,7 +132,8 @@ def hits(vertices: Floats, origins: Floats, directions: Floats) -> PairHits:
     that keeps neighbours tight.
     """
     parts = [
-        _hits_along(axis, vertices, origins, directions, chosen) for axis, chosen in _by_axis(directions)
+        _hits_along(axis, vertices, origins, directions, chosen, start)
+        for axis, chosen in _by_axis(directions)
     ]
     if len(parts) == 1:
         return parts[0]
@@ -114,7 +148,12 @@ def hits(vertices: Floats, origins: Floats, directions: Floats) -> PairHits:
 
 
 def _hits_along(
-    axis: int, vertices: Floats, origins: Floats, directions: Floats, chosen: Integers
+    axis: int,
+    vertices: Floats,
+    origins: Floats,
+    directions: Floats,
+    chosen: Integers,
+    start: Start | None,
 ) -> PairHits:
     pairs = _sheared(axis, vertices, origins, directions, chosen)
     found = pairs.found()
@@ -124,8 +163,27 @@ def _hits_along(
     total = a + b + c
     height = a * depths[0] + b * depths[1] + c * depths[2]
     distance = height / total / pairs.along[found]
-    ahead = (distance > 0) & (np.abs(height) > _rounding(sheared, depths))
+    rounding = _rounding(sheared, depths)
+    if start is None:
+        ahead = (distance > 0) & (np.abs(height) > rounding)
+    else:
+        bound = rounding / np.abs(total * pairs.along[found])
+        distance = _settled(distance, bound, vertices, directions, chosen[found], start)
+        ahead = distance > 0
     return PairHits(chosen[found[ahead]], distance[ahead], (b / total)[ahead], (c / total)[ahead])
+
+
+def _settled(
+    distances: Floats, bounds: Floats, vertices: Floats, directions: Floats, pairs: Integers, start: Start
+) -> Floats:
+    """Distances along rays that leave a surface, 0 where they leave this triangle."""
+    first, second, third = (_at(vertex, pairs) for vertex in vertices)
+    product = cross(second - first, third - first)
+    slope = dot(product, _at(directions, pairs))
+    safe = np.where(slope == 0, 1.0, slope)
+    before = dot(product, first - _at(start.before, pairs)) / safe
+    bounds = bounds + SURFACE * start.sizes[pairs] * magnitude(product) / np.abs(safe)
+    return np.where(start.own[pairs] | (slope == 0), 0.0, settled(distances, bounds, before))
 
 
 def _at(vectors: Floats, chosen: Integers) -> Floats:

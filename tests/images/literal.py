@@ -16,6 +16,9 @@ V = tuple[float, float, float]
 Codes = Sequence[Sequence[Sequence[int]]]
 """A picture file as rows of pixels of three codes 0..255, the top row first."""
 
+FAINTEST = 2.0**-10
+"""Rays of less weight are not followed."""
+
 TOUCH = 1e-11
 """What lies this close to an end of a segment, in shares of it, touches the end and is not between."""
 
@@ -201,13 +204,12 @@ class Drawing:
             rows.append(row)
         return rows
 
-    def seen(self, origin: V, direction: V) -> V:
-        """Radiance along a ray: a shape's, a visible light's, or the background's."""
-        nearest, number = math.inf, -1
-        for i, surface in enumerate(self.surfaces):
-            for t in surface.distances(origin, direction):
-                if 0 < t < nearest:
-                    nearest, number = t, i
+    def seen(self, origin: V, direction: V, bounced: tuple[int, int, float] = (-1, 0, 1.0)) -> V:
+        """Radiance along a ray: a shape's, a visible light's, or the background's.
+
+        `bounced` is what the ray leaves, how many bounces came before, and its weight.
+        """
+        nearest, number = self.nearest(origin, direction, bounced[0])
         glow, light = math.inf, None
         for source, lamp in zip(self.scene.lights, self.lamps, strict=True):
             for t in lamp.distances(origin, direction) if lamp and getattr(source, "visible", False) else ():
@@ -217,10 +219,66 @@ class Drawing:
             return light.color
         if number < 0:
             return self.scene.background
-        return self.shaded(number, add(origin, mul(direction, nearest)), mul(unit(direction), -1))
+        place, viewer = add(origin, mul(direction, nearest)), mul(unit(direction), -1)
+        total = self.shaded(number, place, viewer)
+        for share, onward in self.onward(number, place, viewer, bounced[1]):
+            if bounced[2] * share >= FAINTEST:
+                there = self.seen(place, onward, (number, bounced[1] + 1, bounced[2] * share))
+                total = add(total, mul(there, share))
+        return total
 
-    def shaded(self, number: int, place: V, viewer: V) -> V:
-        """Ambient term plus, for each light, the mean over its points."""
+    def nearest(self, origin: V, direction: V, left: int) -> tuple[float, int]:
+        """Distance and number of the nearest shape; `left` is the shape that the ray leaves, or -1.
+
+        A plane is not met by the rays that leave it, and an ellipsoid not where they do.
+        """
+        nearest, number = math.inf, -1
+        for i, surface in enumerate(self.surfaces):
+            if i == left and surface.planar:
+                continue
+            least = TOUCH if left >= 0 else 0
+            for t in surface.distances(origin, direction):
+                if least < t < nearest:
+                    nearest, number = t, i
+        return nearest, number
+
+    def onward(self, number: int, place: V, viewer: V, bounces: int) -> Iterator[tuple[float, V]]:
+        """Shares and directions of the rays that Whitted's model sends on: mirrored, reflected, refracted."""
+        material = self.scene.materials[self.scene.shapes[number].material]
+        if bounces >= material.max_depth:
+            return
+        outward, normal, side = self.turned(number, place, viewer)[:3]
+        front = mul(outward, side)
+        mirrored = sub(mul(normal, 2 * dot(normal, viewer)), viewer)
+        if dot(mirrored, front) < 0:
+            mirrored = sub(mirrored, mul(front, 2 * dot(mirrored, front)))
+        yield material.mirror, mirrored
+        if material.transmission == 0:
+            return
+        before, behind = (1.0, material.ior) if side > 0 else (material.ior, 1.0)
+        entering = math.acos(max(0.0, min(1.0, dot(normal, viewer))))
+        sine = before * math.sin(entering) / behind
+        if sine >= 1:
+            yield material.transmission, mirrored
+            return
+        leaving = math.asin(sine)
+        # Fresnel's formulas as in text books, by sine and tangent of the sum and difference of the angles.
+        share = ((before - behind) / (before + behind)) ** 2
+        if entering > 1e-4:
+            across = math.sin(entering - leaving) / math.sin(entering + leaving)
+            along = math.tan(entering - leaving) / math.tan(entering + leaving)
+            share = (across**2 + along**2) / 2
+        yield material.transmission * share, mirrored
+        sideways = sub(mul(normal, math.cos(entering)), viewer)
+        refracted = mul(normal, -math.cos(leaving))
+        if dot(sideways, sideways) > 0:
+            refracted = add(refracted, mul(unit(sideways), math.sin(leaving)))
+        if dot(refracted, front) > 0:
+            refracted = sub(refracted, mul(front, 2 * dot(refracted, front)))
+        yield material.transmission * (1 - share), refracted
+
+    def turned(self, number: int, place: V, viewer: V) -> tuple[V, V, float, tuple[float, float]]:
+        """Outward normal, shading normal on the viewer's side, which side that is, and uv."""
         material = self.scene.materials[self.scene.shapes[number].material]
         outward, shading, tangent, u, v = self.surfaces[number].details(place)
         side = 1.0 if dot(outward, viewer) > 0 else -1.0
@@ -229,6 +287,12 @@ class Drawing:
         normal = mul(shading, side)
         if material.normal_map:
             normal = self.mapped(material.normal_map, (shading, tangent, viewer), side, (u, v))
+        return outward, normal, side, (u, v)
+
+    def shaded(self, number: int, place: V, viewer: V) -> V:
+        """Ambient term plus, for each light, the mean over its points."""
+        material = self.scene.materials[self.scene.shapes[number].material]
+        outward, normal, side, (u, v) = self.turned(number, place, viewer)
         color = material.color or self.looked_up(material.color_texture or "", u, v)
         total = product(product(self.scene.ambient, color), mul((1.0, 1.0, 1.0), material.ambient))
         for light in self.scene.lights:

@@ -1,0 +1,54 @@
+"""Where rays begin that leave a surface: what they must not meet at once, and which side they came from."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.arrays import Floats, Integers, Masks
+from renderer.streams import Keys
+
+
+@dataclass(frozen=True, slots=True)
+class Departure:
+    """The surfaces that N rays leave.
+
+    No ray is moved off its surface by any length: shapes know the rays that begin on them.
+
+    Attributes
+    ----------
+    shapes, primitives : (N,) int64
+        What each ray leaves.
+    outside : (N,) bool
+        Whether it goes to the outward side.
+    sizes : (N,) float64
+        Sum of the magnitudes that formed the origin, scene units.
+    before : (3, 1) or (3, N) float64
+        Origin of the ray that came before. A plane that the new origin touches is on the side that this
+        ray came from, because it did not pass the plane.
+    paths : (N,) uint64
+        Name of the bounces so far; 0 is that of camera rays.
+    """
+
+    shapes: Integers
+    primitives: Integers
+    outside: Masks
+    sizes: Floats
+    before: Floats
+    paths: Keys
+
+    def before_at(self, index: Integers) -> Floats:
+        """Origins before of some rays, (3, 1) if all share one."""
+        return self.before if self.before.shape[1] == 1 else self.before[:, index]
+
+    def leaves(self, rays: Integers, shapes: Integers, primitives: Integers) -> Masks:
+        """Whether some rays leave these primitives, (M,)."""
+        return (self.shapes[rays] == shapes) & (self.primitives[rays] == primitives)
+
+
+def settled(distances: Floats, bounds: Floats, before: Floats) -> Floats:
+    """Signed distances of origins, those within `bounds` moved to the side of the origins before.
+
+    Where these touch as well, the plane is met no more: the result is 0.
+    """
+    sides = np.where(np.abs(before) <= bounds, 0.0, np.sign(before))
+    return np.where(np.abs(distances) <= bounds, sides * bounds, distances)

@@ -1,0 +1,46 @@
+"""Transparent materials: light goes through by Snell's law, and is reflected by Fresnel's formulas."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.arrays import Floats, Integers
+from renderer.interaction import Points
+from renderer.materials.optics import fresnel, reflected, refracted
+from renderer.waves import Wave, leaving
+
+
+@dataclass(frozen=True, slots=True)
+class TransmittedRays:
+    """Stage: a reflected and a refracted ray from every point of a transparent material.
+
+    Attributes
+    ----------
+    strengths : (materials,) float64
+    indices : (materials,) float64
+        Refractive index inside relative to outside; inside is behind the outward normal.
+    depths : (materials,) int64
+        Most bounces of a path, where it bounces.
+    """
+
+    strengths: Floats
+    indices: Floats
+    depths: Integers
+
+    def run(self, points: Points, wave: Wave) -> tuple[Wave, ...]:
+        """Rays from the points of a wave whose materials are transparent."""
+        materials = points.materials
+        chosen = np.flatnonzero((self.strengths[materials] > 0) & (self.depths[materials] > wave.depth))
+        strengths, indices = self.strengths[materials[chosen]], self.indices[materials[chosen]]
+        viewers, shading = points.viewers[:, chosen], points.shading_normals[:, chosen]
+        normals, inside = points.normals[:, chosen], points.flipped[chosen]
+        ratio = np.where(inside, indices, 1 / indices)
+        share = fresnel(viewers, shading, ratio)
+        back = reflected(viewers, shading, normals)
+        through = refracted(viewers, shading, normals, ratio)
+        return (
+            *leaving(wave, points, chosen, back, strengths * share, ~inside, "reflection", "transmission"),
+            *leaving(
+                wave, points, chosen, through, strengths * (1 - share), inside, "refraction", "transmission"
+            ),
+        )

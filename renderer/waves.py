@@ -1,0 +1,96 @@
+"""Rays of one kind and depth, and how much of what they see reaches the camera."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.arrays import Floats, Integers, Masks
+from renderer.departures import Departure
+from renderer.interaction import Points, Rays
+from renderer.streams import branch
+
+FAINTEST = 2.0**-10
+"""Paths of less weight end: a quarter of the step between two codes of a picture of 8 bits."""
+
+KINDS = ("mirror", "reflection", "refraction")
+"""Ways in which a path goes on; the place of each names its random numbers."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wave:
+    """Rays (N,) that have bounced equally often, and alike.
+
+    Attributes
+    ----------
+    count_as : str
+        Kind of rays in the report: camera, mirror or transmission.
+    rays : Rays
+    weights : (N,) float64
+        Share of their radiance that reaches the camera.
+    targets : (N,) int64
+        Which camera ray each belongs to.
+    depth : int
+        Bounces so far.
+    """
+
+    count_as: str
+    rays: Rays
+    weights: Floats
+    targets: Integers
+    depth: int
+
+
+def camera_wave(rays: Rays) -> Wave:
+    """Rays from the camera."""
+    count = rays.t.size
+    return Wave("camera", rays, np.ones(count), np.arange(count), 0)
+
+
+def leaving(
+    wave: Wave,
+    points: Points,
+    chosen: Integers,
+    directions: Floats,
+    shares: Floats,
+    outside: Masks,
+    kind: str,
+    count_as: str,
+) -> tuple[Wave, ...]:
+    """Rays from some of the points that a wave has met, without those that have become too faint.
+
+    Parameters
+    ----------
+    wave : Wave
+    points : Points
+    chosen : (M,) int64
+        Which of the points.
+    directions : (3, M) float64
+    shares : (M,) float64
+        Of the rays' weights.
+    outside : (M,) bool
+        Whether the new rays go to the outward side.
+    kind : str
+        One of `KINDS`.
+    count_as : str
+    """
+    weights = wave.weights[points.rays[chosen]] * shares
+    bright = np.flatnonzero(weights >= FAINTEST)
+    if not bright.size:
+        return ()
+    start = chosen[bright]
+    departure = Departure(
+        shapes=points.shapes[start],
+        primitives=points.primitives[start],
+        outside=outside[bright],
+        sizes=points.sizes[start],
+        before=points.origins if points.origins.shape[1] == 1 else points.origins[:, start],
+        paths=branch(points.paths[start], KINDS.index(kind)),
+    )
+    rays = Rays(
+        origins=points.positions[:, start],
+        directions=directions[:, bright],
+        pixels=points.pixels[start],
+        samples=points.samples[start],
+        departure=departure,
+    )
+    return (Wave(count_as, rays, weights[bright], wave.targets[points.rays[start]], wave.depth + 1),)
