@@ -14,7 +14,8 @@ class Costs:
     Attributes
     ----------
     camera, lens, shape, point, lookup : float
-        A camera ray, its place on a lens, a ray against a shape that its block may meet, a point's geometry, a texture look-up.
+        A camera ray, its place on a lens, a ray against a shape that its block may meet, a point's geometry,
+        a texture look-up.
     faced, bounce : float
         A point and a light, apart from pairs; a further ray with all that it meets.
     diffuse, highlight, falloff, shadow : float

@@ -268,7 +268,6 @@ def test_a_checker_is_no_normal_map(scene: dict[str, Any]) -> None:
 @pytest.mark.parametrize(
     ("place", "value"),
     [
-        ("/camera/lens_radius", 0.1),
         ("/materials/plain/mirror", 0.5),
         ("/materials/plain/bump_map", "wood"),
         ("/textures/board/filter", "box"),
