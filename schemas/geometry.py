@@ -12,14 +12,20 @@ from schemas.scene import Scene
 from schemas.shapes import Ellipsoid, Mesh, MeshFile, Shape, Sphere, Triangle
 from schemas.vectors import Vector, add, cross, difference, dot, length, scaled, sine_between, times
 
-_CLEARLY_AN_AREA = 1e-12
+CLEARLY_AN_AREA = 1e-12
+"""Sine of the angle between two edges of a triangle that surely has an area."""
 
 
 def no_area(triangle: Triangle) -> bool:
     """Whether three vertices lie exactly on one line. No tolerance: a sliver is a triangle."""
     a, b, c = triangle.vertices
-    if sine_between(difference(b, a), difference(c, a)) > _CLEARLY_AN_AREA:
+    if sine_between(difference(b, a), difference(c, a)) > CLEARLY_AN_AREA:
         return False
+    return on_one_line(a, b, c)
+
+
+def on_one_line(a: Vector, b: Vector, c: Vector) -> bool:
+    """Whether three points lie exactly on one line."""
     exact_a, exact_b, exact_c = (tuple(map(Fraction, vertex)) for vertex in (a, b, c))
     e, f = ([q - p for p, q in zip(exact_a, end, strict=True)] for end in (exact_b, exact_c))
     return all(e[i] * f[j] == e[j] * f[i] for i, j in ((0, 1), (0, 2), (1, 2)))

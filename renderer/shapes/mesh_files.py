@@ -6,6 +6,7 @@ Nothing but the file itself is read. What it announces is counted before anythin
 import io
 import re
 import warnings
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from schemas.quantities import LARGEST
 
 _PLY_COUNTS = re.compile(rb"(?m)^element[ \t]+(?:face|vertex)[ \t]+(\d+)")
 _OBJ_VERTEX = re.compile(rb"(?m)^[ \t]*v[ \t]+[-+.\d]")
+_OBJ_GROUP = re.compile(rb"(?m)^[ \t]*(?:mtllib|usemtl|o|g|s)(?:[ \t].*)?$")
 _BEGINNING = 1 << 16
 
 
@@ -34,7 +36,19 @@ def read_mesh(name: str, assets: AssetSource) -> tuple[Floats, Integers, Floats 
     content = content_of(name, assets)
     kind = file_kind(content)
     announced(content)
-    return _arrays(_load(kind, gltf.geometry_alone(content) if kind == "glb" else content))
+    return _arrays(_load(kind, _GEOMETRY[kind](content)))
+
+
+def _without_groups(content: bytes) -> bytes:
+    """An OBJ file as one mesh, its triangles in the order in which they stand."""
+    return _OBJ_GROUP.sub(b"", content)
+
+
+_GEOMETRY: dict[str, Callable[[bytes], bytes]] = {
+    "glb": gltf.geometry_alone,
+    "obj": _without_groups,
+    "ply": bytes,
+}
 
 
 def content_of(name: str, assets: AssetSource) -> bytes:
@@ -103,8 +117,7 @@ def _load(kind: str, content: bytes) -> Any:
         import trimesh  # noqa: PLC0415
     except ImportError as error:
         raise AssetError("Reading mesh files needs trimesh: pip install 'penumbra-render[mesh]'.") from error
-    # Of the three, OBJ alone may come out in another order, or in parts.
-    options: Any = {"maintain_order": True, "group_material": False} if kind == "obj" else {}
+    options: Any = {"maintain_order": True} if kind == "obj" else {}
     try:
         with warnings.catch_warnings():
             # NumPy tells by this that an OBJ has words where it should have numbers.

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 import schemas.shapes as language
-from renderer.arrays import Floats, Integers, column, cross, dot, lengths, magnitude, unit
+from renderer.arrays import Floats, Integers, Masks, column, cross, dot, lengths, magnitude, unit
 from renderer.assets import AssetError, AssetSource
 from renderer.shapes.mesh_files import read_mesh
 from renderer.shapes.triangles import Triangles, unit_normals
+from schemas.geometry import CLEARLY_AN_AREA, on_one_line
 from schemas.limits import MAX_TRIANGLES
 
 CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
@@ -136,10 +137,11 @@ def _surface_of(number: int, shape: language.Mesh | language.MeshFile, assets: A
 def triangles_of(number: int, vertices: Floats, surface: Surface, *, smooth: bool) -> Triangles:
     """The triangles of one mesh whose vertices have been placed.
 
-    Those without area stay, so that primitive numbers are those of the file; nothing meets them.
+    Those without area stay as points, so that primitive numbers are those of the file; nothing meets them.
     """
     rows = surface.triangles
     corners = np.stack([np.take(vertices, row, axis=1) for row in rows])
+    corners = np.where(_without_area(corners), corners[0], corners)
     normals = unit_normals(corners)
     count = rows.shape[1]
     return Triangles(
@@ -153,6 +155,16 @@ def triangles_of(number: int, vertices: Floats, surface: Surface, *, smooth: boo
         smooth=np.full(count, smooth),
         texture=_texture(surface.texture, rows),
     )
+
+
+def _without_area(corners: Floats) -> Masks:
+    """Triangles (T,) whose corners lie exactly on one line; rounding alone would give them an area."""
+    a, b, c = corners
+    product = cross(unit(b - a), unit(c - a))
+    flat = lengths(product) <= CLEARLY_AN_AREA
+    for number in np.flatnonzero(flat).tolist():
+        flat[number] = on_one_line(*corners[:, :, number].tolist())
+    return flat
 
 
 def _vertex_normals(vertices: Floats, rows: Integers, normals: Floats, *, smooth: bool) -> Floats:

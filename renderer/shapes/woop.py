@@ -79,6 +79,16 @@ class _Sheared:
         greatest = np.maximum(np.maximum(self.weights[0], self.weights[1]), self.weights[2])
         return np.flatnonzero(((least >= 0) & (greatest > 0)) | ((greatest <= 0) & (least < 0)))
 
+    def within(self, rounding: Floats) -> Integers:
+        """Pairs whose line passes through the triangle, or beside it by less than `rounding` (P,)."""
+        front = np.ones(rounding.shape, dtype=bool)
+        back = front.copy()
+        for weight, start, end in zip(self.weights, (1, 2, 0), (2, 0, 1), strict=True):
+            edge = np.abs(self.x[end] - self.x[start]) + np.abs(self.y[end] - self.y[start])
+            front &= weight >= -rounding * edge
+            back &= weight <= rounding * edge
+        return np.flatnonzero(front | back)
+
 
 def _sheared(axis: int, vertices: Floats, origins: Floats, directions: Floats, chosen: Integers) -> _Sheared:
     x_axis, y_axis = (axis + 1) % 3, (axis + 2) % 3
@@ -104,10 +114,13 @@ def _by_axis(directions: Floats) -> Iterator[tuple[int, Integers]]:
             yield axis, chosen
 
 
-def inside(vertices: Floats, origins: Floats, directions: Floats) -> Integers:
-    """Pairs whose line passes through the triangle, border included; arguments as for `hits`."""
+def inside(vertices: Floats, origins: Floats, directions: Floats, rounding: Floats) -> Integers:
+    """Pairs whose line passes through the triangle, border included, or within `rounding` (P,) of it.
+
+    Other arguments as for `hits`. The sheared frame makes an error of an origin at most twice as long.
+    """
     parts = [
-        chosen[_sheared(axis, vertices, origins, directions, chosen).found()]
+        chosen[_sheared(axis, vertices, origins, directions, chosen).within(2 * rounding[chosen])]
         for axis, chosen in _by_axis(directions)
     ]
     return np.concatenate(parts) if parts else np.zeros(0, dtype=np.int64)

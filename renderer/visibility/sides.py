@@ -1,4 +1,4 @@
-"""Which side of a triangle's plane points and light points are on, told apart without a length to step over."""
+"""Which side of a triangle's plane points and light points are on, told without a length to step over."""
 
 import numpy as np
 
@@ -25,7 +25,7 @@ def start_sides(
         Which of the view's points, and which of the family's triangles.
     """
     normals, anchors = family.normals[:, triangles], family.vertices[0][:, triangles]
-    rounding = SURFACE * (view.of_points(view.points.sizes)[points] + family.sizes[triangles])
+    rounding = rounding_of(family, view, points, triangles)
     origins = view.origins if view.origins.shape[1] == 1 else view.origins[:, points]
     sides = np.sign(dot(normals, origins - anchors))
     own = (family.numbers[triangles] == view.of_points(view.points.shapes)[points]) & (
@@ -33,6 +33,11 @@ def start_sides(
     )
     distances = snapped(dot(normals, positions - anchors), rounding, sides)
     return np.where(own, 0.0, np.sign(distances))
+
+
+def rounding_of(family: Triangles, view: LightView, points: Integers, triangles: Integers) -> Floats:
+    """How far rounding may have moved points (P,) against triangles (P,), scene units."""
+    return SURFACE * (view.of_points(view.points.sizes)[points] + family.sizes[triangles])
 
 
 def end_sides(

@@ -3,7 +3,8 @@
 From the point p, an edge a, b of a triangle spans the plane through p with normal (a - p) x (b - p). The
 light point q is inside of the edge iff that normal . (q - p) has the sign of the other edges': a function
 affine on the light, formed in float64 and rounded once. For two triangles that share an edge it differs in
-sign alone, after rounding too, so no light passes between them.
+sign alone, after rounding too, so no light passes between them. A point on the edge itself may have been
+rounded to either side of it: edges are moved out by as much, or light would leave a closed mesh there.
 """
 
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ from renderer.lights.view import LightView
 from renderer.numerics import SURFACE
 from renderer.shapes.triangles import Triangles
 from renderer.visibility.polygon_scatter import highest, lowest
-from renderer.visibility.sides import start_sides
+from renderer.visibility.sides import rounding_of, start_sides
 
 PAIRS = 16384
 """Pairs of point and triangle worked on at once: their some forty temporaries stay in cache."""
@@ -49,7 +50,8 @@ class PairShadows:
         sides = start_sides(self.family, view, positions[:, points], points, triangles)
         crossing = self._crossing(sides, triangles)
         points, triangles, sides = points[crossing], triangles[crossing], sides[crossing]
-        edges = self._edges(positions[:, points], sides, triangles)
+        rounding = rounding_of(self.family, view, points, triangles)
+        edges = self._edges(positions[:, points], sides, triangles, rounding)
         possible = np.logical_and.reduce([highest(terms) >= 0 for terms in edges])
         if not possible.any():
             return
@@ -72,7 +74,7 @@ class PairShadows:
         constant = dot(normals, emitter.centre - emitter.weight * anchors)
         return constant, dot(normals, emitter.first), dot(normals, emitter.second)
 
-    def _edges(self, positions: Floats, sides: Floats, triangles: Integers) -> list[Terms]:
+    def _edges(self, positions: Floats, sides: Floats, triangles: Integers, rounding: Floats) -> list[Terms]:
         """Functions on the light that are not negative inside of each edge, as seen from the points."""
         emitter = self.emitter
         towards = emitter.centre - emitter.weight * positions
@@ -82,12 +84,14 @@ class PairShadows:
         edges = []
         for start, end in ((0, 1), (1, 2), (2, 0)):
             normals = cross(corners[start], corners[end])
-            size = magnitude(normals) * (magnitude(towards) + emitter.extent)
-            # A point on the edge's own line sees nothing of it: it is on its border.
-            scale = side / np.where(size > 0, size, np.inf)
+            size = magnitude(normals)
+            # A point on the line of the edge has no plane through both: it is on the border.
+            size = np.where(size > 0, size, np.inf)
+            scale = side / (size * (magnitude(towards) + emitter.extent))
+            slack = rounding * magnitude(corners[end] - corners[start]) / size
             edges.append(
                 (
-                    dot(normals, towards) * scale,
+                    dot(normals, towards) * scale + slack,
                     dot(normals, emitter.first) * scale,
                     dot(normals, emitter.second) * scale,
                 )

@@ -15,7 +15,7 @@ from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
 from renderer.shapes import woop
 from renderer.shapes.triangles import Triangles
-from renderer.visibility.sides import end_sides, start_sides
+from renderer.visibility.sides import end_sides, rounding_of, start_sides
 
 RAYS = 8192
 """Rays that walk the tree together."""
@@ -109,7 +109,9 @@ class RayShadows:
         triangles: Integers,
     ) -> Integers:
         """Rays of the pairs (ray, triangle) in which the triangle is in the way."""
-        inside = woop.inside(self.family.vertices[:, :, triangles], origins[:, rays], directions[:, rays])
+        rounding = rounding_of(self.family, view, points[rays], triangles)
+        vertices = self.family.vertices[:, :, triangles]
+        inside = woop.inside(vertices, origins[:, rays], directions[:, rays], rounding)
         rays, triangles = rays[inside], triangles[inside]
         start = start_sides(self.family, view, origins[:, rays], points[rays], triangles)
         end = end_sides(self.family, self.emitter, origins[:, rays], directions[:, rays], triangles)

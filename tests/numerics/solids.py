@@ -84,6 +84,14 @@ def icosphere(center: list[float], radius: float, rounds: int) -> tuple[Floats, 
     return places, np.array(faces)
 
 
+def outward(center: list[float], radius: float, rounds: int) -> tuple[Floats, Floats]:
+    """The same mesh with all triangles counter-clockwise seen from outside."""
+    vertices, faces = icosphere(center, radius, rounds)
+    a, b, c = (vertices[column] for column in faces.T)
+    inward = ((np.cross(b - a, c - a)) * (a - center)).sum(axis=1) < 0
+    return vertices, np.where(inward[:, None], faces[:, ::-1], faces)
+
+
 def _divided(vertices: list[Floats], faces: list[tuple[int, ...]]) -> list[tuple[int, ...]]:
     middles: dict[tuple[int, int], int] = {}
 
