@@ -258,10 +258,10 @@ class Drawing:
         before, behind = (1.0, material.ior) if side > 0 else (material.ior, 1.0)
         entering = math.acos(max(0.0, min(1.0, dot(normal, viewer))))
         sine = before * math.sin(entering) / behind
-        if sine >= 1:
+        if sine >= 1 and before != behind:
             yield material.transmission, mirrored
             return
-        leaving = math.asin(sine)
+        leaving = math.asin(min(1.0, sine))
         # Fresnel's formulas as in text books, by sine and tangent of the sum and difference of the angles.
         share = ((before - behind) / (before + behind)) ** 2
         if entering > 1e-4:

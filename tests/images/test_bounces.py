@@ -1,0 +1,288 @@
+"""Mirrors and glass in pictures: against the literal drawing, mirrored geometry, and themselves."""
+
+import random
+from collections import Counter
+
+import numpy as np
+import pytest
+
+import renderer
+from renderer.execute import camera_rays, local_radiance, radiance
+from renderer.tiling import blocks
+from schemas.reading import read_scene
+from schemas.tiles import Pass, Tile
+from tests.images import pictures
+from tests.images.literal import Drawing
+from tests.images.parts import (
+    DOUBLE,
+    Json,
+    bulb,
+    camera,
+    image_of,
+    lamp,
+    phong,
+    plan_of,
+    png,
+    rectangle,
+    sampled,
+    samples_of,
+    scene,
+    sphere,
+    sun,
+    triangle,
+)
+from tests.images.test_literal_random import BUMPS, any_scene
+
+COLORED = {"plain": phong(), "red": phong([0.9, 0.1, 0.1], specular=0.4, shininess=9)}
+SILVER = phong([0, 0, 0], ambient=0, diffuse=0, mirror=1)
+GLASS = phong([0, 0, 0], ambient=0, diffuse=0, transmission=1, ior=1.5)
+
+
+def bouncing(seed: int) -> Json:
+    """A random scene whose materials are mirrors, glass, and mirrors with a normal map."""
+    document = any_scene(seed)
+    chosen = random.Random(seed)
+    document["materials"]["plain"].update(mirror=0.4)
+    document["materials"]["glossy"].update(transmission=0.9, ior=chosen.choice([0.7, 1.0, 1.5]))
+    document["materials"]["rough"].update(mirror=0.7, max_depth=3)
+    return document
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_random_scene_with_mirrors_and_glass_is_what_the_scene_language_says(seed: int) -> None:
+    """1e-9 after up to five bounces; no sample is left out."""
+    document = bouncing(seed)
+    expected = np.array(Drawing(read_scene(document)[0], {"bumps.png": BUMPS.tolist()}).samples())
+    plan = plan_of(document, DOUBLE, files={"bumps.png": png(BUMPS)})
+    assert np.abs(samples_of(plan) - expected).max() <= 1e-9
+
+
+def furniture(z: float) -> list[Json]:
+    """Shapes before a mirror in the plane z = 0, or behind it with z = -1."""
+
+    def at(x: float, y: float, depth: float) -> list[float]:
+        return [x, y, z * depth]
+
+    return [
+        sphere(at(-0.5, 1, 1.25), 0.5, material="red"),
+        triangle(at(0.5, 0.5, 0.5), at(1.5, 0.75, 1), at(0.75, 2, 1.5)),
+        rectangle(at(-2, 0, 0), [4, 0, 0], at(0, 0, 3)),
+    ]
+
+
+@pytest.mark.parametrize("light", ["lamp", "bulb", "sun"])
+def test_a_planar_mirror_shows_the_scene_turned_over_at_its_plane(light: str) -> None:
+    """What is seen behind a frame is the scene built a second time beyond it, seen without the mirror."""
+
+    def lit(z: float) -> list[Json]:
+        kinds = {
+            "lamp": lamp([-0.5, 3, z * 1.5], [1, 0, 0], [0, 0, z * 0.75]),
+            "bulb": bulb([0.25, 2.5, z * 2]),
+            "sun": sun([0.25, -1, -z * 0.5]),
+        }
+        return [kinds[light]]
+
+    view = {
+        "camera": camera(position=[0.3, 1.5, 4], look_at=[0, 1.25, 0], vertical_fov=20),
+        "sampling": sampled(1, 9),
+        "materials": {**COLORED, "silver": SILVER},
+    }
+    hidden = rectangle([-1, 0.6, 0], [2, 0, 0], [0, 1.2, 0], material="silver")
+    mirrored = samples_of(plan_of(scene(*furniture(1), hidden, lights=lit(1), **view), DOUBLE))
+    behind = samples_of(plan_of(scene(*furniture(-1), lights=lit(-1), **view), DOUBLE))
+    assert len(np.unique(behind.reshape(-1, 3).round(6), axis=0)) > 20
+    reached = by_mirror(scene(*furniture(1), hidden, lights=lit(1), **view))
+    assert reached.sum() > 100
+    assert np.abs(mirrored - behind)[reached].max() <= 1e-9
+
+
+def by_mirror(document: Json) -> np.ndarray:
+    """Camera samples (H, W, 1) whose rays meet the mirror first."""
+    plan = plan_of(document, DOUBLE)
+    rays = np.stack(np.meshgrid(np.arange(plan.width) + 0.5, np.arange(plan.height) + 0.5), axis=-1)
+    directions = plan.camera.directions(rays[..., 0].ravel(), rays[..., 1].ravel())
+    origins = np.broadcast_to(plan.camera.position, directions.shape)
+    hits = renderer.trace(plan, origins.T, directions.T)
+    return (hits.shape == len(document["shapes"]) - 1).reshape(plan.height, plan.width, 1)
+
+
+def test_glass_of_index_1_is_not_seen() -> None:
+    around = [*furniture(1), rectangle([-3, 0, -1], [6, 0, 0], [0, 3, 0], material="red")]
+    materials = {**COLORED, "air": {**GLASS, "ior": 1.0}}
+    view = {"materials": materials, "camera": camera(width=48, height=32)}
+    with_ball = image_of(scene(*around, sphere([0.2, 1.5, 2.5], 0.8, material="air"), **view), DOUBLE)
+    without = image_of(scene(*around, **view), DOUBLE)
+    assert np.abs(with_ball - without).max() <= 1 / 255
+    assert np.abs(with_ball - without).max() <= 1e-6
+
+
+def depths_of(document: Json) -> list[tuple[str, int]]:
+    """Kind and number of rays of all waves of a picture of one block."""
+    counts = renderer.render(plan_of(document, DOUBLE)).report["rays"]
+    return [(kind, counts[kind]) for kind in ("camera", "mirror", "transmission")]
+
+
+def corridor(depth: int, mirror: float = 1.0) -> Json:
+    """A camera between two facing mirrors that fill its view."""
+    materials = {"plain": phong(mirror=mirror, max_depth=depth)}
+    walls = [rectangle([-50, -50, z], [100, 0, 0], [0, 100, 0]) for z in (-1, 1)]
+    view = camera(position=[0, 0, 0.5], look_at=[0.02, 0.01, 0], vertical_fov=4, width=6, height=4)
+    return scene(*walls, lights=[bulb([0.5, 0.5, 0])], materials=materials, camera=view)
+
+
+@pytest.mark.parametrize("depth", [1, 2, 7, 64])
+def test_facing_mirrors_stop_after_as_many_bounces_as_the_material_allows(depth: int) -> None:
+    document = corridor(depth)
+    assert dict(depths_of(document))["mirror"] == 6 * 4 * depth
+    assert np.isfinite(image_of(document)).all()
+
+
+def test_facing_mirrors_stop_when_a_path_weighs_less_than_the_bound() -> None:
+    """0.5 ** 10 is the bound itself, which still goes on."""
+    assert dict(depths_of(corridor(64, mirror=0.5)))["mirror"] == 6 * 4 * 10
+
+
+def test_radiance_between_facing_mirrors_is_the_geometric_sum() -> None:
+    """Without light but the ambient, every bounce sees the same wall."""
+    document = {**corridor(5, mirror=0.75), "lights": []}
+    one = np.array([0.8 * 1, 0.7 * 0.9, 0.6 * 0.8]) * 0.2
+    expected = one * sum(0.75**k for k in range(6))
+    assert np.allclose(samples_of(plan_of(document, DOUBLE)), expected, rtol=1e-14, atol=0)
+
+
+@pytest.mark.parametrize("part", ["mirror", "transmission"])
+def test_strength_0_is_left_out_and_leaves_the_bytes_as_they_are(part: str) -> None:
+    document = scene(*furniture(1), lights=[bulb([0.5, 3, 2])], materials=COLORED)
+    asked = {**document, "materials": {**COLORED, "plain": phong(**{part: 0})}}
+    assert image_of(asked).tobytes() == image_of(document).tobytes()
+    plan = plan_of(asked)
+    assert plan.spawners == ()
+    left = [(item.effect, item.pointers) for item in plan.left_out]
+    assert (f"materials.phong.{part}", (f"/materials/plain/{part}",)) in left
+
+
+def test_the_plan_names_who_asked_for_rays() -> None:
+    materials = {"plain": phong(mirror=0.5), "red": {**GLASS}}
+    entries = {entry.name: entry for entry in plan_of(scene(*furniture(1), materials=materials)).entries}
+    assert entries["mirror rays"].pointers == ("/materials/plain/mirror",)
+    assert entries["transmitted rays"].pointers == ("/materials/red/transmission",)
+    assert entries["transmitted rays"].effect == "materials.phong.transmission"
+
+
+def glassy(pattern: str = "random") -> Json:
+    materials = {"plain": phong(mirror=0.3), "red": phong([0.9, 0.1, 0.1], transmission=0.8, specular=0.3)}
+    ball = sphere([0.4, 1.2, 2.2], 0.7, material="red")
+    return scene(
+        *furniture(1),
+        ball,
+        lights=[lamp([-0.5, 3, 1.5], [1, 0, 0], [0, 0, 0.75])],
+        materials=materials,
+        camera=camera(width=40, height=32),
+        sampling=sampled(4, 4, pattern, pattern),
+    )
+
+
+@pytest.mark.parametrize("pattern", ["uniform", "random"])
+def test_no_pixel_depends_on_tiles_or_on_how_points_are_grouped(
+    pattern: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan = plan_of(glassy(pattern))
+    whole = renderer.render(plan).image
+    assert renderer.render(plan, tile_size=7).image.tobytes() == whole.tobytes()
+    monkeypatch.setattr("renderer.execute.PAIRS", 256)
+    monkeypatch.setattr("renderer.tiling.BLOCK_RAYS", 512)
+    assert renderer.render(plan, tile_size=16).image.tobytes() == whole.tobytes()
+
+
+@pytest.mark.slow
+def test_no_pixel_depends_on_workers() -> None:
+    plan = plan_of(glassy())
+    assert renderer.render(plan, workers=2).image.tobytes() == renderer.render(plan).image.tobytes()
+
+
+def test_bounces_have_light_points_of_their_own() -> None:
+    """The same wall seen twice by one camera sample, once in a mirror, is lit by other random points."""
+    plan = plan_of(glassy())
+    emitter = plan.lightings[0].emitter
+    pixels = samples = np.zeros(2, dtype=np.int64)
+    points = emitter.points(pixels, samples, np.array([0, 1 << 50], dtype=np.uint64), np.dtype(np.float64))
+    u, v = points.places(np.arange(2))
+    assert np.ptp(u, axis=1).min() > 0
+    assert np.ptp(v, axis=1).min() > 0
+
+
+def test_normal_mapped_mirrors_send_no_ray_below_their_surface() -> None:
+    """A mirror over a black floor that would be seen if a ray went through the mirror."""
+    relief = {"type": "image", "asset": "bumps.png", "encoding": "linear", "filter": "nearest"}
+    materials = {
+        "plain": {**SILVER, "normal_map": "bumps"},
+        "red": phong([1, 1, 1], ambient=1, diffuse=0),
+    }
+    shapes = [
+        rectangle([-2, 0.5, -2], [0, 0, 4], [4, 0, 0]),
+        rectangle([-90, 0.49, -90], [0, 0, 180], [180, 0, 0], material="red"),
+    ]
+    view = camera(position=[0, 0.8, 4], look_at=[0, 0.5, 0], vertical_fov=12, width=64, height=8)
+    document = scene(
+        *shapes,
+        materials=materials,
+        textures={"bumps": relief},
+        camera=view,
+        background=[0, 0, 0],
+        ambient=[1, 1, 1],
+    )
+    plan = plan_of(document, DOUBLE, files={"bumps.png": png(pictures.bumps())})
+    image = samples_of(plan)
+    on_mirror = by_first_shape(plan, 0)
+    assert on_mirror.sum() > 50
+    assert image[on_mirror].max() == 0
+
+
+def by_first_shape(plan: renderer.RenderPlan, shape: int) -> np.ndarray:
+    """Pixels (H, W) whose centre meets a shape first."""
+    x, y = np.meshgrid(np.arange(plan.width) + 0.5, np.arange(plan.height) + 0.5)
+    directions = plan.camera.directions(x.ravel(), y.ravel())
+    hits = renderer.trace(plan, np.broadcast_to(plan.camera.position, directions.shape).T, directions.T)
+    return (hits.shape == shape).reshape(plan.height, plan.width)
+
+
+def test_a_mirror_shows_the_colour_of_a_visible_light() -> None:
+    shining = lamp([-5, -5, 2], [10, 0, 0], [0, 10, 0], color=(0.25, 0.5, 0.75))
+    document = scene(
+        rectangle([-9, -9, 0], [18, 0, 0], [0, 18, 0]),
+        lights=[shining],
+        materials={"plain": SILVER},
+        camera=camera(position=[0, 0, 1], look_at=[0, 0, 0], vertical_fov=20),
+    )
+    assert np.all(samples_of(plan_of(document, DOUBLE)) == [0.25, 0.5, 0.75])
+
+
+def test_inside_of_a_mirror_ball_every_ray_comes_to_its_limit() -> None:
+    """The mirror meets its own inner side at every bounce, and never at distance 0."""
+    document = scene(
+        sphere([0, 0, 0], 2),
+        materials={"plain": phong(mirror=1, max_depth=9)},
+        camera=camera(position=[0.3, 0.2, 0.7], look_at=[1, 0.3, 0.1], vertical_fov=90),
+    )
+    assert dict(depths_of(document))["mirror"] == 24 * 16 * 9
+    one = np.array([0.8 * 1, 0.7 * 0.9, 0.6 * 0.8]) * 0.2
+    assert np.allclose(samples_of(plan_of(document, DOUBLE)), 10 * one, rtol=1e-13, atol=0)
+
+
+def test_camera_rays_alone_are_what_a_scene_without_bounces_shows() -> None:
+    """The loop over waves adds nothing to the first one, bit for bit."""
+    plan = plan_of(any_plain())
+    whole = Pass(1, 1, 0, 4)
+    for block in blocks(Tile(0, 0, 0, plan.width, plan.height), whole):
+        rays, again = camera_rays(plan, block, whole), camera_rays(plan, block, whole)
+        local, _ = local_radiance(plan, rays, Counter())
+        assert radiance(plan, again, Counter()).tobytes() == local.tobytes()
+
+
+def any_plain() -> Json:
+    return scene(
+        *furniture(1),
+        lights=[lamp([-0.5, 3, 1.5], [1, 0, 0], [0, 0, 0.75])],
+        materials=COLORED,
+        sampling=sampled(4, 4, "random", "random"),
+    )

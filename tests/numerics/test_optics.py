@@ -1,0 +1,232 @@
+"""Reflection and refraction against Snell and Fresnel in exact arithmetic."""
+
+from collections import Counter
+
+import mpmath
+import numpy as np
+import pytest
+
+from renderer.arrays import dot, unit
+from renderer.execute import local_radiance
+from renderer.interaction import Rays
+from renderer.materials.optics import fresnel, reflected, refracted, transmitted_cosine
+from renderer.waves import Wave, camera_wave
+from tests.images.parts import DOUBLE, Json, bulb, phong, plan_of, rectangle, scene, sphere, triangle
+
+EPS = float(np.finfo(np.float64).eps)
+mpmath.mp.dps = 50
+GLASS = phong([0, 0, 0], ambient=0, diffuse=0, transmission=1, ior=1.5, max_depth=64)
+UP = np.array([[0.0], [1.0], [0.0]])
+
+
+def vectors(count: int, seed: int) -> np.ndarray:
+    return unit(np.random.default_rng(seed).normal(size=(3, count)))
+
+
+def facing(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Viewers and normals on their side."""
+    viewers, normals = vectors(count, seed), vectors(count, seed + 1)
+    return viewers, normals * np.where(dot(viewers, normals) < 0, -1.0, 1.0)
+
+
+def exact(cosine: float, ratio: float) -> tuple[mpmath.mpf, mpmath.mpf]:
+    """Reflected share, and transmitted share by the transmitted amplitudes, of angles in 50 digits."""
+    c, n = mpmath.mpf(cosine), mpmath.mpf(ratio)
+    inner = mpmath.sqrt(1 - n**2 * (1 - c**2))
+    across, along = (n * c - inner) / (n * c + inner), (c - n * inner) / (c + n * inner)
+    through = [2 * n * c / (n * c + inner), 2 * n * c / (c + n * inner)]
+    flux = inner / (n * c)
+    return (across**2 + along**2) / 2, flux * (through[0] ** 2 + through[1] ** 2) / 2
+
+
+@pytest.mark.parametrize("ratio", [1 / 1.5, 1 / 1.33, 1.2, 1.0])
+def test_reflected_and_transmitted_shares_sum_to_1_as_fresnel_says(ratio: float) -> None:
+    viewers = np.stack((np.sqrt(1 - np.linspace(0.6, 1, 200) ** 2), np.linspace(0.6, 1, 200), np.zeros(200)))
+    shares = fresnel(viewers, UP, np.full(200, ratio))
+    for cosine, share in zip(viewers[1], shares, strict=True):
+        back, through = exact(cosine, ratio)
+        assert abs(back + through - 1) < 1e-40
+        assert abs(mpmath.mpf(share) - back) <= 4 * EPS
+        assert abs(mpmath.mpf(share) + through - 1) <= 4 * EPS
+
+
+def test_at_right_angles_glass_reflects_4_percent() -> None:
+    assert fresnel(UP, UP, np.array([1 / 1.5])) == pytest.approx(0.04, rel=4 * EPS)
+
+
+def test_all_is_reflected_at_the_critical_angle_and_beyond_and_nearly_all_just_before() -> None:
+    """From glass of index 1.5 the sine is 2/3; the share grows with the root of what the cosine lacks."""
+    critical = np.sqrt(5) / 3
+    steps = np.array([-1e-2, -1e-6, -1e-12, -1e-15, 0, 1e-15, 1e-12, 1e-6, 1e-2])
+    cosines = critical + steps
+    viewers = np.stack((np.sqrt(1 - cosines**2), cosines, np.zeros(9)))
+    shares = fresnel(viewers, UP, np.full(9, 1.5))
+    assert np.isfinite(shares).all()
+    assert np.all(shares[steps < -1e-14] == 1)
+    gaps = np.sqrt(np.maximum(steps, 4 * EPS))
+    assert np.all(1 - shares <= 12 * gaps)
+    assert np.all(np.diff(shares) <= 12 * np.sqrt(4 * EPS))
+    directions = refracted(viewers, UP, UP, np.full(9, 1.5))
+    assert np.isfinite(directions).all()
+
+
+@pytest.mark.parametrize(("ratio", "share"), [(1.0, 0.0), (1.5, 1.0), (1 / 1.5, 1.0)])
+def test_along_the_surface_all_is_reflected_but_by_index_1(ratio: float, share: float) -> None:
+    viewers = np.array([[1.0], [0.0], [0.0]])
+    assert fresnel(viewers, UP, np.array([ratio])) == share
+
+
+@pytest.mark.parametrize("ratio", [1 / 2.4, 1 / 1.5, 1.0, 1.3])
+def test_refracted_directions_obey_snell_in_the_plane_of_incidence(ratio: float) -> None:
+    """Each component within 16 eps of the direction in 50 digits, where the root is not near 0."""
+    viewers, normals = facing(200, 3)
+    steep = transmitted_cosine(dot(viewers, normals), np.full(200, ratio)) > 0.3
+    viewers, normals = viewers[:, steep], normals[:, steep]
+    through = refracted(viewers, normals, normals, np.full(viewers.shape[1], ratio))
+    for viewer, normal, got in zip(viewers.T, normals.T, through.T, strict=True):
+        v, n = (mpmath.matrix(w.tolist()) for w in (viewer, normal))
+        v, n = v / mpmath.norm(v), n / mpmath.norm(n)
+        c = (v.T * n)[0]
+        wanted = ratio * (c * n - v) - mpmath.sqrt(1 - mpmath.mpf(ratio) ** 2 * (1 - c**2)) * n
+        assert max(abs(mpmath.mpf(got[i]) - wanted[i]) for i in range(3)) <= 16 * EPS
+
+
+def test_index_1_bends_nothing() -> None:
+    viewers, normals = facing(1000, 5)
+    one = np.ones(1000)
+    assert np.abs(refracted(viewers, normals, normals, one) + viewers).max() <= 2 * EPS
+    assert np.all(fresnel(viewers, normals, one) == 0)
+
+
+def test_rays_stay_on_their_side_of_the_true_surface() -> None:
+    viewers, normals = facing(5000, 7)
+    bent = vectors(5000, 9)
+    back = dot(reflected(viewers, bent, normals), normals)
+    through = dot(refracted(viewers, bent, normals, np.full(5000, 1 / 1.5)), normals)
+    assert back.min() >= -4 * EPS
+    assert through.max() <= 4 * EPS
+    straight = 2 * dot(bent, viewers) * bent - viewers
+    assert np.count_nonzero(dot(straight, normals) < 0) > 500
+
+
+def waves(document: Json, origins: np.ndarray, directions: np.ndarray) -> list[Wave]:
+    """All waves of some rays."""
+    plan = plan_of(document, DOUBLE)
+    numbers = np.arange(directions.shape[1])
+    waiting, done = [camera_wave(Rays(origins, directions, numbers, np.zeros_like(numbers)))], []
+    while waiting:
+        wave = waiting.pop()
+        _, points = local_radiance(plan, wave.rays, Counter())
+        done.append(wave)
+        for spawner in plan.spawners:
+            waiting.extend(spawner.run(points, wave))
+    return done
+
+
+def through(document: Json, origins: np.ndarray, directions: np.ndarray) -> list[Wave]:
+    """The waves of refracted rays that were never reflected, the first from the camera."""
+    chain = waves(document, origins, directions)
+    ways = {0: chain[0]}
+    for wave in chain[1:]:
+        before = ways.get(wave.depth - 1)
+        if before is not None and wave.weights.min() > 0.5:
+            ways[wave.depth] = wave
+    return [ways[depth] for depth in sorted(ways)]
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e3])
+@pytest.mark.parametrize("radius", [1e-6, 1.0, 1e4])
+def test_a_ray_meets_a_glass_sphere_exactly_twice(offset: float, radius: float) -> None:
+    """In at one side, out at the other, and no more: reflected paths are too faint or go on inside."""
+    rng = np.random.default_rng(1)
+    turns = rng.uniform(0, 2 * np.pi, 400)
+    away = np.sqrt(rng.uniform(0, 0.8**2, 400))
+    centre = np.array([[offset], [-offset], [offset]])
+    origins = centre + radius * np.stack((away * np.cos(turns), away * np.sin(turns), np.full(400, 3.0)))
+    directions = np.broadcast_to([[0.0], [0.0], [-1.0]], (3, 400)).copy()
+    ball = sphere(centre[:, 0].tolist(), radius)
+    chain = through(scene(ball, materials={"plain": GLASS}), origins, directions)
+    assert [wave.rays.t.size for wave in chain] == [400, 400, 400]
+    assert [int(np.isfinite(wave.rays.t).sum()) for wave in chain] == [400, 400, 0]
+
+
+def test_directions_behind_a_glass_sphere_are_those_of_exact_arithmetic() -> None:
+    """At most 16 eps for each of the two bounces."""
+    heights = np.linspace(0.05, 0.8, 40)
+    origins = np.stack((heights, np.zeros(40), np.full(40, 2.0)))
+    directions = np.broadcast_to([[0.0], [0.0], [-1.0]], (3, 40)).copy()
+    behind = through(scene(sphere([0, 0, 0], 1), materials={"plain": GLASS}), origins, directions)[2]
+    assert behind.targets.tolist() == list(range(40))
+    for height, got in zip(heights, behind.rays.directions.T, strict=True):
+        entering = mpmath.asin(mpmath.mpf(height))
+        turn = 2 * (entering - mpmath.asin(mpmath.mpf(height) / mpmath.mpf(1.5)))
+        wanted = (-mpmath.sin(turn), 0, -mpmath.cos(turn))
+        assert max(abs(mpmath.mpf(got[i]) - wanted[i]) for i in range(3)) <= 2 * 16 * EPS
+
+
+def test_a_slab_moves_rays_sideways_and_keeps_their_direction() -> None:
+    """The upper face enters, the lower one, whose front is below, leaves: both fronts are outside."""
+    slab = [rectangle([-9, 0, -9], [0, 0, 18], [18, 0, 0]), rectangle([-9, -1, -9], [18, 0, 0], [0, 0, 18])]
+    angles = np.linspace(0.05, 1.3, 30)
+    directions = np.stack((np.sin(angles), -np.cos(angles), np.zeros(30)))
+    chain = through(scene(*slab, materials={"plain": GLASS}), np.array([[0.0], [1.0], [0.0]]), directions)
+    inside, behind = chain[1], chain[2]
+    assert behind.targets.size >= 25
+    assert np.abs(behind.rays.directions - directions[:, behind.targets]).max() <= 32 * EPS
+    for target, start in zip(behind.targets, behind.rays.origins.T, strict=True):
+        wanted = np.tan(angles[target]) + np.tan(np.arcsin(np.sin(angles[target]) / 1.5))
+        assert start[0] == pytest.approx(wanted, rel=1e-13)
+    assert inside.rays.t.size >= behind.targets.size
+
+
+def folded() -> list[Json]:
+    """A mirror of two coplanar triangles and a rectangle that touches them at a right angle."""
+    return [
+        triangle([0, 0, 0], [0, 0, 3], [3, 0, 0]),
+        triangle([3, 0, 3], [3, 0, 0], [0, 0, 3]),
+        rectangle([0, 0, 0], [3, 0, 0], [0, 3, 0]),
+    ]
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e3, 1e6])
+def test_no_ray_slips_through_the_fold_of_two_mirrors(offset: float) -> None:
+    """Aimed at the very line where mirrors meet, and at the seam of two triangles: nothing gets below."""
+    move = np.array([[offset], [offset], [offset]])
+    shapes = [moved(shape, offset) for shape in folded()]
+    mirror = {"plain": phong([0, 0, 0], ambient=0, diffuse=0, mirror=1, max_depth=64)}
+    x = np.random.default_rng(4).uniform(0.1, 2.9, 500)
+    seam = np.stack((x, np.zeros(500), 3 - x))
+    fold = np.stack((x, np.zeros(500), np.zeros(500)))
+    origins = np.array([[1.3], [1.1], [1.7]]) + move
+    for places in (seam, fold):
+        done = waves(scene(*shapes, materials=mirror), origins, places + move - origins)
+        ending = [wave for wave in done if np.isinf(wave.rays.t).any()]
+        assert sum(int(np.isinf(wave.rays.t).sum()) for wave in ending) == 500
+        for wave in ending:
+            lost = wave.rays.directions[:, np.isinf(wave.rays.t)]
+            assert lost[1].min() > 0
+        assert max(wave.depth for wave in done) <= 2
+
+
+def moved(shape: Json, offset: float) -> Json:
+    if "vertices" in shape:
+        return {**shape, "vertices": [[x + offset for x in vertex] for vertex in shape["vertices"]]}
+    return {**shape, "corner": [x + offset for x in shape["corner"]]}
+
+
+def test_a_lit_point_behind_glass_is_in_its_shadow() -> None:
+    """Every shape blocks light, glass too, though the point is seen through it."""
+    floor = {**phong([1, 1, 1], ambient=0, diffuse=1)}
+    document = scene(
+        rectangle([-5, 0, -5], [0, 0, 10], [10, 0, 0], material="floor"),
+        sphere([0, 1.5, 0], 1),
+        lights=[bulb([0, 9, 0])],
+        materials={"plain": GLASS, "floor": floor},
+    )
+    plan = plan_of(document, DOUBLE)
+    down = np.array([[0.0], [-1.0], [0.0]])
+    seen, points = local_radiance(
+        plan, Rays(np.array([[0.1], [0.3], [0.0]]), down, np.zeros(1, int), np.zeros(1, int)), Counter()
+    )
+    assert points.count == 1
+    assert seen.max() == 0
