@@ -1,7 +1,7 @@
 """Running a plan: one loop over its stages, and no question about effects in it."""
 
-import os
 import threading
+import time
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import partial
@@ -168,5 +168,4 @@ def workspace() -> Workspace:
 
 
 def _cpu_seconds() -> float:
-    used = os.times()
-    return used.user + used.system
+    return time.process_time()

@@ -3,18 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+import typer
 
 from service.cli import layers as layer_files
-from service.cli import output, qualities, scene_files
+from service.cli import measured_costs, output, qualities, scene_files
 
 if TYPE_CHECKING:
     from schemas.plans import PlanDocument
 
 MOST_POINTERS = 3
 
+CostOption = Annotated[
+    bool,
+    typer.Option(
+        "--cost",
+        help="Also measure what each effect costs: a small picture is rendered with and without it.",
+    ),
+]
 
-def explain(
+
+def explain(  # noqa: PLR0913 - one argument for each option
     *,
     scene: scene_files.SceneArgument,
     samples: qualities.SamplesOption = None,
@@ -23,6 +33,7 @@ def explain(
     light_pattern: qualities.LightPatternOption = None,
     precision: qualities.PrecisionOption = None,
     layers: layer_files.LayersOption = None,
+    cost: CostOption = False,
     as_json: output.JsonOption = False,
 ) -> None:
     """Show the plan of a scene: its stages, who asked for each, what is left out, the predicted cost."""
@@ -36,13 +47,16 @@ def explain(
         precision=precision,
     )
     plan = file.plan(quality, layer_files.parsed(layers)).describe()
+    measured = measured_costs.measure(file.scene) if cost else None
     if as_json:
-        output.document(plan.model_dump(mode="json"))
+        output.document(plan.model_dump(mode="json") | ({"measured": measured} if measured else {}))
     elif output.on_terminal():
         _show_tables(plan)
     else:
         for line in _plain(plan):
             output.result(line)
+    if measured and not as_json:
+        measured_costs.show(measured)
 
 
 def _plain(plan: PlanDocument) -> Iterable[str]:

@@ -20,3 +20,16 @@ def test_more_samples_are_predicted_to_cost_more(penumbra: Penumbra, scene_file:
     )
     assert nine.document["cost"]["camera_rays"] == 9 * one.document["cost"]["camera_rays"]
     assert nine.document["cost"]["cpu_seconds"] > one.document["cost"]["cpu_seconds"]
+
+
+def test_costs_are_measured_for_each_effect_with_who_asked(penumbra: Penumbra, scene_file: Path) -> None:
+    plain = penumbra("explain", scene_file, "--json").document
+    whole = penumbra("explain", scene_file, "--json", "--cost").document
+    measured = whole.pop("measured")
+    assert whole == plain
+    assert measured["cpu_seconds"] > 0
+    effects = {row["effect"]: row for row in measured["effects"]}
+    assert effects["light 0"]["pointers"] == ["/lights/0"]
+    assert effects["light 0"]["difference"] > 0
+    lines = penumbra("explain", scene_file, "--cost").out.splitlines()
+    assert sum(line.startswith("measured\t") for line in lines) == len(effects)
