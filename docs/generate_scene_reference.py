@@ -6,7 +6,7 @@ import inspect
 import json
 import re
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from schemas.base import Closed, fields_of
 from schemas.cameras import Camera
@@ -16,11 +16,17 @@ from schemas.lights import DirectionalLight, ParallelogramLight, PointLight, Rec
 from schemas.materials import PhongMaterial
 from schemas.sampling import Antialiasing, LightSampling, Sampling
 from schemas.scene import Scene
-from schemas.shapes import Ellipsoid, Parallelogram, Rectangle, Sphere, Triangle
+from schemas.shapes import Ellipsoid, Mesh, MeshFile, Parallelogram, Rectangle, Sphere, Triangle, Turn
 from schemas.textures import CheckerTexture, ImageTexture
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 PAGE = Path(__file__).with_name("scenes.md")
 
+SCENES = PAGE.parent.parent / "scenes" / "gallery"
+
+_GALLERY_ROW = re.compile(r"\| \[(\w+)\.json\]\([^)]*\) \| (.*) \|")
 _VECTOR = re.compile(r"\[([^\[\]{}]*)\]")
 
 INTRODUCTION = """\
@@ -60,6 +66,9 @@ SECTIONS: dict[str, list[tuple[str, type[Closed]]]] = {
         ("Rectangle by a corner", Parallelogram),
         ("Ellipsoid", Ellipsoid),
         ("Sphere", Sphere),
+        ("Mesh", Mesh),
+        ("Mesh in a file", MeshFile),
+        ("Turn of a mesh", Turn),
     ],
     "Materials": [("Phong", PhongMaterial)],
     "Textures": [("Image", ImageTexture), ("Checker", CheckerTexture)],
@@ -84,7 +93,15 @@ def page() -> str:
             if heading:
                 parts.append(f"### {heading}\n")
             parts += [f"{inspect.getdoc(model)}\n", table(model)]
-    return "\n".join([*parts, CLOSING])
+    return "\n".join([*parts, CLOSING, *pictures()])
+
+
+def pictures() -> Iterator[str]:
+    """Show the gallery: one picture an effect, each with what to notice."""
+    yield "## What the effects look like\n"
+    yield "`make gallery` renders these pictures from the scenes in `scenes/gallery`.\n"
+    for name, notice in _GALLERY_ROW.findall((SCENES / "README.md").read_text(encoding="utf-8")):
+        yield f"### {name}\n\n![{name}](images/gallery/{name}.png)\n\n{notice}\n"
 
 
 def in_one_line(vector: re.Match[str]) -> str:
