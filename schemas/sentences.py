@@ -19,6 +19,7 @@ SENTENCES: dict[str, tuple[str, str]] = {
     "extra_forbidden": ("unknown_field", "This field is not known here. The fields are {fields}."),
     "invalid_key": ("unknown_field", "A field name must be text."),
     "tuple_type": _ARRAY,
+    "too_short": ("wrong_length", "This array has too few entries: at least {min_length} are needed."),
     "too_long": ("wrong_length", "This array has too many entries: {max_length} are allowed."),
     "dict_type": _OBJECT,
     "model_type": _OBJECT,

@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 
 import scenes
-from scenes import make_textures, scene_path
+from scenes import make_meshes, make_textures, scene_path
 from schemas.reading import read_scene
 from schemas.scene import Scene
 from schemas.shapes import Parallelogram, Triangle
@@ -77,6 +77,22 @@ def test_the_texture_files_are_what_the_script_draws(tmp_path: Path, monkeypatch
         drawn, kept = (np.asarray(Image.open(file)).astype(int) for file in (tmp_path / path.name, path))
         # sin and sqrt may differ by an ulp between machines, so a value on the border of two codes may too.
         assert abs(drawn - kept).max() <= 1
+
+
+def test_the_shell_is_what_the_script_makes() -> None:
+    """Closed but for its mouth, and equal to its file but for an ulp of sin, cos and exp."""
+    vertices, triangles = make_meshes.shell()
+    made, kept = make_meshes.ply(vertices, triangles), make_meshes.FILE.read_bytes()
+    body = len(kept.partition(b"end_header\n")[0]) + len(b"end_header\n")
+    places = slice(body, body + 12 * len(vertices))
+    assert kept[:body] == made[:body]
+    assert kept[places.stop :] == made[places.stop :]
+    found, expected = (np.frombuffer(content[places], "<f4") for content in (kept, made))
+    np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-6)
+    edges = np.sort(np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)]), axis=1)
+    _, uses = np.unique(edges, axis=0, return_counts=True)
+    assert set(uses.tolist()) == {1, 2}
+    assert (uses == 1).sum() == make_meshes.AROUND
 
 
 def test_every_normal_of_the_relief_points_outwards_with_unit_length() -> None:

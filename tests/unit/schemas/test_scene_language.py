@@ -268,9 +268,7 @@ def test_a_checker_is_no_normal_map(scene: dict[str, Any]) -> None:
 @pytest.mark.parametrize(
     ("place", "value"),
     [
-        ("/materials/plain/mirror", 0.5),
-        ("/materials/plain/bump_map", "wood"),
-        ("/textures/board/filter", "box"),
+        ("/materials/plain/sheen", 0.5),
         ("/layers", ["depth"]),
     ],
 )
@@ -281,8 +279,8 @@ def test_a_field_that_is_not_in_the_language_is_unknown(
 
 
 def test_a_shape_that_is_not_in_the_language_is_unknown(scene: dict[str, Any]) -> None:
-    mesh = {"type": "mesh", "asset": "bunny.ply", "material": "plain"}
-    assert problems(changed(scene, "/shapes/0", mesh)) == {"/shapes/0/type": "unknown_type"}
+    torus = {"type": "torus", "radius": 1, "material": "plain"}
+    assert problems(changed(scene, "/shapes/0", torus)) == {"/shapes/0/type": "unknown_type"}
 
 
 @pytest.mark.parametrize("place", ["/camera", "/camera/position", "/version", "/shapes/4/material"])
@@ -320,3 +318,45 @@ def test_a_scene_exactly_at_its_limits_is_accepted(scene: dict[str, Any]) -> Non
         max_textures=2,
     )
     read_scene(json.dumps(scene), limits=limits)
+
+
+def mesh(**changes: Any) -> dict[str, Any]:
+    corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    faces = [[0, 1, 2], [0, 1, 3]]
+    return {"type": "mesh", "vertices": corners, "triangles": faces, "material": "plain", **changes}
+
+
+def with_shape(scene: dict[str, Any], shape: dict[str, Any]) -> dict[str, Any]:
+    name = next(iter(scene["materials"]))
+    return {**scene, "shapes": [{**shape, "material": name}]}
+
+
+@pytest.mark.parametrize(
+    ("shape", "pointer", "code"),
+    [
+        (mesh(triangles=[[0, 1, 2], [0, 4, 1]]), "/shapes/0/triangles/1/1", "no_such_vertex"),
+        (mesh(triangles=[[0, 1, 2], [0, -1, 1]]), "/shapes/0/triangles/1/1", "out_of_range"),
+        (mesh(triangles=[[0, 1, 2], [0, 1.5, 1]]), "/shapes/0/triangles/1/1", "not_whole"),
+        (mesh(triangles=[]), "/shapes/0/triangles", "wrong_length"),
+        (mesh(uvs=[[0, 0]] * 3), "/shapes/0/uvs", "not_one_each"),
+        (mesh(scale=[1, 1, -1]), "/shapes/0/scale", "out_of_range"),
+        (mesh(rotate={"axis": [0, 0, 0], "degrees": 3}), "/shapes/0/rotate/axis", "zero_vector"),
+        ({"type": "mesh", "asset": ""}, "/shapes/0/asset", "wrong_length"),
+    ],
+)
+def test_a_wrong_mesh_is_told_by_its_place(
+    scene: dict[str, Any], shape: dict[str, Any], pointer: str, code: str
+) -> None:
+    found = problems(with_shape(scene, shape))
+    assert list(found) == [pointer], found
+    assert found[pointer] == code
+
+
+def test_a_mesh_in_the_scene_has_a_limit(scene: dict[str, Any]) -> None:
+    document = json.dumps(with_shape(scene, mesh()))
+    read_scene(document, limits=Limits(max_triangles=2))
+    with pytest.raises(SceneError) as caught:
+        read_scene(document, limits=Limits(max_triangles=1))
+    assert [(found.pointer, found.code) for found in caught.value.errors] == [
+        ("/shapes/0/triangles", "over_limit")
+    ]
