@@ -8,6 +8,7 @@ import pytest
 
 import renderer
 from renderer.execute import camera_rays, local_radiance, radiance
+from renderer.streams import branch, keys
 from renderer.tiling import blocks
 from schemas.reading import read_scene
 from schemas.tiles import Pass, Tile
@@ -209,6 +210,14 @@ def test_bounces_have_light_points_of_their_own() -> None:
     u, v = points.places(np.arange(2))
     assert np.ptp(u, axis=1).min() > 0
     assert np.ptp(v, axis=1).min() > 0
+
+
+def test_what_the_camera_sees_keeps_the_random_numbers_of_its_pixel_and_sample() -> None:
+    """Bounces are named in the same counter as lights; the name of no bounce adds nothing."""
+    pixels, lights = np.arange(100), np.uint64(3)
+    assert np.array_equal(keys(7, 3, pixels, 2), keys(7, np.zeros(100, dtype=np.uint64) + lights, pixels, 2))
+    names = branch(np.zeros(3, dtype=np.uint64), 0), branch(np.zeros(3, dtype=np.uint64), 1)
+    assert len({0, int(names[0][0]), int(names[1][0]), int(branch(names[0], 0)[0])}) == 4
 
 
 def test_normal_mapped_mirrors_send_no_ray_below_their_surface() -> None:

@@ -12,6 +12,7 @@ from renderer.interaction import Rays
 from renderer.materials.optics import fresnel, reflected, refracted, transmitted_cosine
 from renderer.waves import Wave, camera_wave
 from tests.images.parts import DOUBLE, Json, bulb, phong, plan_of, rectangle, scene, sphere, triangle
+from tests.numerics.solids import outward
 
 EPS = float(np.finfo(np.float64).eps)
 mpmath.mp.dps = 50
@@ -212,6 +213,53 @@ def moved(shape: Json, offset: float) -> Json:
     if "vertices" in shape:
         return {**shape, "vertices": [[x + offset for x in vertex] for vertex in shape["vertices"]]}
     return {**shape, "corner": [x + offset for x in shape["corner"]]}
+
+
+def within_one_turn(vertices: np.ndarray, faces: np.ndarray, eye: np.ndarray, fewest: int) -> np.ndarray:
+    """Places (3, N) on edges, and if `fewest` is 1 vertices, whose triangles turn the same side to an eye (3,).
+
+    The outline is left out: there a ray touches the solid without going through.
+    """
+    corners = vertices[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    front = ((eye - corners[:, 0]) * normals).sum(axis=1) > 0
+    sides: dict[tuple[int, ...], set[bool]] = {}
+    for face, turned in zip(faces.tolist(), front.tolist(), strict=True):
+        for i in range(3):
+            sides.setdefault((face[i],), set()).add(turned)
+            sides.setdefault(tuple(sorted((face[i], face[i - 1]))), set()).add(turned)
+    return np.stack(
+        [
+            vertices[list(key)].mean(axis=0)
+            for key, both in sides.items()
+            if len(both) == 1 and len(key) >= fewest
+        ],
+        axis=1,
+    )
+
+
+@pytest.mark.parametrize("ior", [1.0, 1.5])
+@pytest.mark.parametrize("place", [0.0, 1e3, 1e6])
+@pytest.mark.parametrize("rounds", [0, 1, 2], ids=["few", "some", "in a tree"])
+def test_no_ray_stays_in_a_closed_mesh_of_glass(ior: float, place: float, rounds: int) -> None:
+    """Aimed at its very edges and vertices: whatever leaves the scene leaves it outside of the glass.
+
+    Without vertices where rays are bent: at a sharp one a ray may enter and leave in one place.
+    """
+    vertices, faces = outward([place] * 3, 1, rounds)
+    eye = np.array([3.1, 2.2, 1.7]) + place
+    targets = within_one_turn(vertices, faces, eye, fewest=1 if ior == 1 else 2)
+    shape = {
+        "type": "mesh",
+        "vertices": vertices.tolist(),
+        "triangles": faces.tolist(),
+        "material": "plain",
+    }
+    glass = {"plain": {**GLASS, "ior": ior, "max_depth": 12}}
+    done = waves(scene(shape, materials=glass), eye[:, None], targets - eye[:, None])
+    away = [wave.rays.departure.outside[np.isinf(wave.rays.t)] for wave in done if wave.rays.departure]
+    assert np.concatenate(away).all()
+    assert np.concatenate(away).size >= targets.shape[1]
 
 
 def test_a_lit_point_behind_glass_is_in_its_shadow() -> None:
