@@ -121,7 +121,7 @@ class FileTileStore:
         path = self._layers(job, stored.tile, stored.pass_, stored.attempt)
         try:
             # Every member of the archive has a CRC-32 of its own, which is checked.
-            with np.load(path, allow_pickle=False) as found:
+            with path.open("rb") as file, np.load(file, allow_pickle=False) as found:
                 return dict(found)
         except (ValueError, EOFError, zipfile.BadZipFile) as error:
             raise StoreDamagedError(f"Layers of tile {stored.tile.index} are damaged.") from error

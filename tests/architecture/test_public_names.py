@@ -24,6 +24,8 @@ CALLS = {
     ("get", "/v1/jobs/{}/events"),
     ("get", "/v1/jobs/{}/image.png"),
     ("get", "/v1/jobs/{}/image.npy"),
+    ("get", "/v1/jobs/{}/image.exr"),
+    ("get", "/v1/jobs/{}/layers/{}"),
     ("get", "/v1/jobs/{}/plan"),
     ("post", "/v1/plans"),
     ("post", "/v1/traces"),

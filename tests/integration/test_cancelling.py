@@ -53,7 +53,7 @@ def test_a_queued_job_is_cancelled_before_it_begins(start: Start) -> None:
         assert (cancelled["state"], cancelled["started_at"]) == ("cancelled", None)
 
 
-@pytest.mark.parametrize("path", ["/image.png", "/image.npy"])
+@pytest.mark.parametrize("path", ["/image.png", "/image.npy", "/image.exr"])
 def test_a_cancelled_job_has_no_picture(client: httpx2.Client, path: str) -> None:
     job = submit(client, long_scene())
     client.post(f"/v1/jobs/{job}/cancel")

@@ -1,8 +1,9 @@
-"""Layers over HTTP: the arrays that the renderer makes, whatever the tiles, and the picture with them as EXR."""
+"""Layers over HTTP: the arrays that the renderer makes, and the picture with them as EXR."""
 
 from __future__ import annotations
 
 import io
+from pathlib import Path
 from typing import Any
 
 import httpx2
@@ -12,6 +13,9 @@ import pytest
 import renderer
 from renderer.image_files import decode_exr
 from schemas.layers import LAYER_NAMES
+from schemas.tiles import Pass, Tile
+from service.errors import StoreDamagedError
+from service.store.tiles import FileTileStore, StoredTile
 from tests.integration.conftest import Start
 from tests.integration.support import (
     PATIENCE,
@@ -23,7 +27,6 @@ from tests.integration.support import (
     scene,
     submit,
     wait,
-    workers_of,
 )
 
 ALL = list(LAYER_NAMES)
@@ -126,8 +129,9 @@ def test_the_plan_of_a_request_names_its_layers(client: httpx2.Client) -> None:
 def test_layers_are_there_while_the_picture_is_being_rendered(client: httpx2.Client) -> None:
     document = long_scene()
     job = submit(client, document, layers=["depth"])
-    wait(client, job, lambda found: client.get(f"/v1/jobs/{job}/layers/depth.npy").status_code == 200)
-    answer = client.get(f"/v1/jobs/{job}/layers/depth.npy")
+    path = f"/v1/jobs/{job}/layers/depth.npy"
+    wait(client, job, lambda _: client.get(path).status_code == 200)
+    answer = client.get(path)
     partial = np.load(io.BytesIO(answer.content))
     running = not ended(job_of(client, job))
     exr = client.get(f"/v1/jobs/{job}/image.exr")
@@ -135,7 +139,7 @@ def test_layers_are_there_while_the_picture_is_being_rendered(client: httpx2.Cli
     assert running
     whole = renderer.render(renderer.compile_scene(document | {"sampling": {}}, layers=["depth"])).layers
     there = np.isfinite(partial)
-    assert 0 < np.count_nonzero(there)
+    assert there.any()
     assert np.array_equal(partial[there], whole["depth"][there])
     assert float(answer.headers["X-Progress"]) > 0
     assert list(decode_exr(exr.content)[1]) == ["depth"]
@@ -152,3 +156,35 @@ def test_layers_do_not_depend_on_tiles_and_workers(start: Start, tile_size: int,
         wanted = rendered(document).layers
         for name in LAYER_NAMES:
             assert layer(client, job, name).tobytes() == wanted[name].tobytes(), name
+
+
+@pytest.mark.slow
+def test_layers_outlast_a_killed_server(start: Start) -> None:
+    """Tiles recorded before the end are not rendered again, and are not missing."""
+    document = long_scene()
+    first = start(tile_size=64)
+    with httpx2.Client(base_url=first.url, timeout=PATIENCE) as client:
+        job = submit(client, document, layers=["position", "primitive"])
+        wait(client, job, lambda found: found["progress"]["done"] >= 6)
+    first.process.kill()
+    first.process.wait()
+    with httpx2.Client(base_url=start(tile_size=64).url, timeout=PATIENCE) as client:
+        finish(client, job)
+        whole = renderer.render(renderer.compile_scene(document | {"sampling": {}}, layers=ALL)).layers
+        for name in ("position", "primitive"):
+            assert layer(client, job, name).tobytes() == whole[name].tobytes()
+
+
+@pytest.mark.parametrize("harm", ["bit", "end"])
+def test_damaged_layers_of_a_tile_are_noticed(tmp_path: Path, harm: str) -> None:
+    store, tile, pass_ = FileTileStore(tmp_path), Tile(0, 0, 0, 4, 3), Pass(1, 1, 0, 1)
+    store.put_spec("job", b"{}")
+    store.put_layers("job", tile, pass_, 1, {"depth": np.ones((3, 4), np.float32)})
+    stored = StoredTile(tile, pass_, 1, 0)
+    assert np.all(store.get_layers("job", stored)["depth"] == 1)
+    (file,) = (tmp_path / "job" / "tiles").iterdir()
+    data = bytearray(file.read_bytes())
+    place = data.index(np.float32(1).tobytes())
+    file.write_bytes(data[:place] if harm == "end" else data[:place] + b"\x01" + data[place + 1 :])
+    with pytest.raises(StoreDamagedError):
+        store.get_layers("job", stored)

@@ -50,6 +50,8 @@ def test_every_route_of_the_contract_is_documented(client: httpx2.Client) -> Non
         "GET /v1/jobs/{job_id}/events",
         "GET /v1/jobs/{job_id}/image.png",
         "GET /v1/jobs/{job_id}/image.npy",
+        "GET /v1/jobs/{job_id}/image.exr",
+        "GET /v1/jobs/{job_id}/layers/{name}.npy",
         "GET /v1/jobs/{job_id}/plan",
         "POST /v1/plans",
         "POST /v1/traces",
