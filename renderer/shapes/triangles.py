@@ -71,7 +71,7 @@ class Triangles(Family):
         weights = [x[2] * y[1] - y[2] * x[1], x[0] * y[2] - y[0] * x[2], x[1] * y[0] - y[1] * x[0]]
         least = np.minimum(np.minimum(weights[0], weights[1]), weights[2])
         greatest = np.maximum(np.maximum(weights[0], weights[1]), weights[2])
-        found = np.flatnonzero(((least >= 0) | (greatest <= 0)) & (least != greatest))
+        found = np.flatnonzero(((least >= 0) & (greatest > 0)) | ((greatest <= 0) & (least < 0)))
         if not found.size:
             return
         a, b, c = (weight[found] for weight in weights)
