@@ -1,13 +1,14 @@
 """Files that a scene names: where they come from, and pictures among them."""
 
 import io
+import struct
 import warnings
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, UnidentifiedImageError
+from PIL import Image
 
 MAX_PIXELS = 64 * 1024 * 1024
 """Largest picture that is decoded, by the size that its header states."""
@@ -62,10 +63,14 @@ class FolderAssets:
 
     def read(self, name: str) -> bytes:
         """Content of the file; KeyError if it is missing, no plain file, or outside of the folder."""
-        path = (self.folder / name).resolve()
-        if not path.is_relative_to(self.folder) or not path.is_file():
-            raise KeyError(name)
-        return path.read_bytes()
+        try:
+            path = (self.folder / name).resolve()
+            if path.is_relative_to(self.folder) and path.is_file():
+                return path.read_bytes()
+        except (OSError, RuntimeError, ValueError) as error:
+            # A loop of links, a name too long or one that no file can have, a file that may not be read.
+            raise KeyError(name) from error
+        raise KeyError(name)
 
 
 def image_size(content: bytes, max_pixels: int = MAX_PIXELS) -> tuple[int, int]:
@@ -90,20 +95,34 @@ def decode_image(content: bytes, max_pixels: int = MAX_PIXELS) -> NDArray[np.flo
     """
     with _opened(content, max_pixels) as image:
         try:
-            if image.mode in {"I;16", "I;16B", "I"}:
-                grey = np.asarray(image, dtype=np.float32) / np.float32(65535)
-                return np.repeat(grey[:, :, None], 3, axis=2)
-            return np.asarray(image.convert("RGB"), dtype=np.float32) / np.float32(255)
-        except (OSError, SyntaxError, ValueError) as error:
+            return _values(image)
+        except _DAMAGE as error:
             raise AssetError("The picture is damaged. Save it again as PNG or JPEG.") from error
+
+
+_DAMAGE = (OSError, SyntaxError, ValueError, EOFError, LookupError, TypeError, struct.error)
+"""What Pillow raises for content that makes no sense, depending on the format."""
+
+
+def _values(image: Image.Image) -> NDArray[np.float32]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        if image.mode in {"I;16", "I;16B", "I"}:
+            grey = np.asarray(image, dtype=np.float32) / np.float32(65535)
+            return np.repeat(grey[:, :, None], 3, axis=2)
+        return np.asarray(image.convert("RGB"), dtype=np.float32) / np.float32(255)
 
 
 def _opened(content: bytes, max_pixels: int) -> Image.Image:
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            warnings.simplefilter("ignore")
             image = Image.open(io.BytesIO(content), formats=FORMATS)
-    except (UnidentifiedImageError, OSError, Image.DecompressionBombError, SyntaxError, ValueError) as error:
+    except Image.DecompressionBombError as error:
+        raise AssetError(
+            f"The picture has more than the {max_pixels} pixels allowed. Make it smaller."
+        ) from error
+    except _DAMAGE as error:
         raise AssetError(f"This is no picture that can be read. Use one of {', '.join(FORMATS)}.") from error
     width, height = image.size
     if width * height > max_pixels:

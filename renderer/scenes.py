@@ -73,10 +73,10 @@ def load_scene(
     if isinstance(source, LoadedScene):
         return source
     if isinstance(source, Scene):
-        return LoadedScene(source, assets or NoAssets())
+        return LoadedScene(source, NoAssets() if assets is None else assets)
     if isinstance(source, (bytes, Mapping)):
         document, warnings = read_scene(source, limits=limits)
-        return LoadedScene(document, assets or NoAssets(), warnings)
+        return LoadedScene(document, NoAssets() if assets is None else assets, warnings)
     path = Path(source)
     document, warnings = read_scene(path.read_bytes(), limits=limits)
-    return LoadedScene(document, assets or FolderAssets(path.parent), warnings)
+    return LoadedScene(document, FolderAssets(path.parent) if assets is None else assets, warnings)

@@ -25,13 +25,20 @@ def reversed_bits(x: Bits) -> Bits:
 
 
 def second_dimension(index: Bits) -> Bits:
-    """Sobol's second coordinate: direction numbers v, v ^ v >> 1 (the primitive polynomial x + 1)."""
-    result = np.zeros_like(index)
-    direction = 0x80000000
-    for bit in range(32):
-        result ^= np.where((index >> _U(bit)) & _U(1) != 0, _U(direction), _U(0))
-        direction ^= direction >> 1
-    return result
+    """Sobol's second coordinate, of the primitive polynomial x + 1.
+
+    Its matrix is Pascal's triangle modulo 2, which is a product of five sparse ones: where bit b of a row's
+    number is set, add the bits 2**b places up.
+    """
+    for shift, mask in (
+        (1, 0x55555555),
+        (2, 0x33333333),
+        (4, 0x0F0F0F0F),
+        (8, 0x00FF00FF),
+        (16, 0x0000FFFF),
+    ):
+        index = index ^ ((index >> _U(shift)) & _U(mask))
+    return reversed_bits(index)
 
 
 def scrambled(x: Bits, seed: Bits) -> Bits:

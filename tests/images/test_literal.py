@@ -57,6 +57,8 @@ SCENES: dict[str, Json] = {
     ),
     "smooth normals": pictures.smooth(),
     **{f"shininess {power}": pictures.gloss(power) for power in (0, 20, 128, 500, 10000)},
+    "shininess 0 with lamps on all sides": pictures.many_lights()
+    | {"materials": {name: phong(specular=0.5, shininess=0) for name in ("plain", "shiny")}},
     "checker": pictures.checkered(),
     "normal map": pictures.carved(),
     "normal map, nearest": pictures.carved("nearest"),

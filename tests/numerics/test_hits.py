@@ -127,6 +127,13 @@ REGRESSION = [
 ]
 
 
+def test_a_ray_through_the_very_middle_of_a_triangle_hits_it() -> None:
+    # All three edge functions are the same number there.
+    found = traced([triangle([3, 0, 0], [0, 3, 0], [0, 0, 3])], [(0, 0, 0)], [(1, 1, 1)])
+    assert found.t.tolist() == [1]
+    assert found.uv.tolist() == [[1 / 3, 1 / 3]]
+
+
 def test_a_triangle_without_area_is_never_hit() -> None:
     """Vertices on one line; the first was hit by a renderer whose determinant was rounding."""
     line = triangle([0, 0, 0], [1, 1, 1], [3, 3, 3])
@@ -175,10 +182,11 @@ def test_a_ray_that_starts_on_a_flat_shape_does_not_hit_it(kind: str) -> None:
 
 
 @pytest.mark.parametrize("power", [-30, 0, 30])
-def test_a_ray_that_starts_on_a_sphere_leaves_it_or_goes_through(power: int) -> None:
-    """(7, 24, 0) is on the sphere of radius 25, without any rounding."""
+@pytest.mark.parametrize("place", [(7, 24, 0), (-15, 0, 20), (9, 12, 20), (12, -15, 16), (0, 0, -25)])
+def test_a_ray_that_starts_on_a_sphere_leaves_it_or_goes_through(place: tuple[int, ...], power: int) -> None:
+    """Whole numbers on the sphere of radius 25, without any rounding."""
     unit = 2.0**power
-    origin = np.array([7.0, 24.0, 0.0]) * unit
+    origin = np.array(place) * unit
     rng = np.random.default_rng(4)
     directions = rng.normal(size=(400, 3))
     hits = traced([sphere([0, 0, 0], 25 * unit)], np.tile(origin, (400, 1)), directions)
@@ -186,7 +194,10 @@ def test_a_ray_that_starts_on_a_sphere_leaves_it_or_goes_through(power: int) -> 
     assert (hits.shape[~inwards] == -1).all()
     assert (hits.shape[inwards] == 0).all()
     chord = -2 * (directions @ origin) / (directions**2).sum(axis=1)
-    assert np.abs(hits.t - chord)[inwards].max() <= 32 * EPS * 50 * unit
+    lengths = np.linalg.norm(directions, axis=1)
+    cosine = np.abs(directions @ origin) / lengths / (25 * unit)
+    error = np.abs(hits.t - chord)[inwards] * (lengths * cosine)[inwards]
+    assert error.max() <= 8 * EPS * 25 * unit
 
 
 def test_a_ray_that_touches_a_sphere_gives_no_nan() -> None:

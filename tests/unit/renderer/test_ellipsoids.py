@@ -1,0 +1,70 @@
+"""Ellipsoids: normals, and frames for normal maps."""
+
+import numpy as np
+import pytest
+
+from tests.images.parts import DOUBLE, ellipsoid, image_of, phong, png, scene, sphere, sun
+from tests.numerics.tracing import EPS, traced
+
+AXES = [[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1e-6]]
+
+
+def test_the_normal_of_a_flat_ellipsoid_is_upright_but_at_its_rim() -> None:
+    """At (.6, 0, .8) of the unit sphere it is (.6, 0, 8e5), not (.6, 0, 8e-7)."""
+    hits = traced([ellipsoid([0, 0, 0], *AXES)], [[0.6, 0, 1]], [[0, 0, -1]])
+    expected = np.array([0.6, 0, 0.8e6]) / np.hypot(0.6, 0.8e6)
+    assert np.abs(hits.normal[0] - expected).max() <= 16 * EPS
+
+
+def test_mirrored_axes_do_not_turn_the_normal_inwards() -> None:
+    axes = [[1.0, 0, 0], [0, 2.0, 0], [0, 0, 0.5]]
+    mirrored = [[-1.0, 0, 0], *axes[1:]]
+    origins = np.random.default_rng(1).normal(size=(100, 3)) * 6
+    a, b = (traced([ellipsoid([0, 0, 0], *x)], origins, -origins) for x in (axes, mirrored))
+    assert (a.shape == 0).all()
+    assert (a.normal == b.normal).all()
+    assert ((a.normal * a.position).sum(axis=1) > 0).all()
+
+
+def test_a_sphere_is_the_ellipsoid_with_equal_axes() -> None:
+    origins = np.random.default_rng(2).normal(size=(100, 3)) * 6
+    other = ellipsoid([0.1, 0.2, 0.3], [1.5, 0, 0], [0, 1.5, 0], [0, 0, 1.5])
+    a, b = (traced([shape], origins, -origins) for shape in (sphere([0.1, 0.2, 0.3], 1.5), other))
+    for name in ("t", "position", "normal", "uv", "shape"):
+        assert getattr(a, name).tobytes() == getattr(b, name).tobytes()
+
+
+def test_the_order_of_the_axes_turns_the_texture_and_nothing_else() -> None:
+    axes = [[1.0, 0, 0], [0, 2.0, 0], [0, 0, 0.5]]
+    origins = np.random.default_rng(3).normal(size=(100, 3)) * 6
+    a, b = (traced([ellipsoid([0, 0, 0], *x)], origins, -origins) for x in (axes, axes[1:] + axes[:1]))
+    assert np.abs(a.t / b.t - 1).max() <= 16 * EPS
+    assert np.abs(a.normal - b.normal).max() <= 64 * EPS
+    assert not np.allclose(a.uv, b.uv)
+
+
+@pytest.mark.parametrize("angle", [1e-3, 1e-5, 1e-7])
+def test_latitude_keeps_its_digits_at_the_poles(angle: float) -> None:
+    """An arc cosine would lose all of them at 1e-8."""
+    place = np.array([np.sin(angle), 0, np.cos(angle)])
+    hits = traced([sphere([0, 0, 0], 1)], [3 * place], [-place])
+    assert (1 - hits.uv[0, 1]) * np.pi == pytest.approx(angle, rel=1e-6, abs=4 * EPS)
+    assert hits.uv[0, 0] == 0
+
+
+def test_longitude_is_continuous_but_for_its_seam() -> None:
+    turn = np.linspace(1e-9, 2 * np.pi - 1e-9, 1001)
+    places = np.column_stack((np.cos(turn), np.sin(turn), np.full(1001, 0.3)))
+    hits = traced([sphere([0, 0, 0], 1)], 3 * places, -places)
+    assert np.abs(hits.uv[:, 0] - turn / (2 * np.pi)).max() <= 1e-15
+    assert (hits.uv[:, 0] < 1).all()
+
+
+def test_a_flat_normal_map_leaves_a_ball_as_it_is_also_at_its_poles() -> None:
+    """Grey 128 says nothing, whatever the tangents are."""
+    flat = {"n.png": png(np.full((2, 2, 3), 128, dtype=np.uint8))}
+    texture = {"n": {"type": "image", "asset": "n.png", "encoding": "linear"}}
+    view = {"position": [0, 0, 5], "look_at": [0, 0, 0], "width": 33, "height": 33, "vertical_fov": 30}
+    document = scene(sphere([0, 0, 0], 1), lights=[sun([-0.3, -0.5, -1])], camera=view)
+    mapped = document | {"textures": texture, "materials": {"plain": phong(normal_map="n")}}
+    assert np.abs(image_of(mapped, DOUBLE, files=flat) - image_of(document, DOUBLE)).max() <= 2.0**-23

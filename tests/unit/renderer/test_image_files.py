@@ -1,0 +1,117 @@
+"""Pictures as files."""
+
+import io
+import math
+import stat
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from renderer.colors import linear_from_srgb, srgb_from_linear
+from renderer.errors import ImageFileError, RenderError
+from renderer.image_files import displayed, encode_npy, encode_png, write_image
+from schemas.display import Display
+
+SRGB, LINEAR = Display(), Display(transfer="linear")
+CODES = np.arange(256, dtype=np.uint8)
+
+
+def gray(values: object) -> np.ndarray:
+    return np.repeat(np.asarray(values, dtype=np.float32).reshape(1, -1, 1), 3, axis=2)
+
+
+def read_back(content: bytes) -> np.ndarray:
+    with Image.open(io.BytesIO(content)) as picture:
+        assert (picture.format, picture.mode) == ("PNG", "RGB")
+        return np.asarray(picture)
+
+
+def test_all_codes_of_an_srgb_picture_come_back() -> None:
+    linear = gray(linear_from_srgb(CODES.astype(np.float32) / np.float32(255)))
+    assert (displayed(linear, SRGB)[0, :, 0] == CODES).all()
+    assert (read_back(encode_png(linear, SRGB))[0, :, 1] == CODES).all()
+
+
+def test_all_codes_of_a_linear_picture_come_back() -> None:
+    assert (displayed(gray(CODES / np.float32(255)), LINEAR)[0, :, 2] == CODES).all()
+
+
+@pytest.mark.parametrize("display", [SRGB, LINEAR], ids=["srgb", "linear"])
+def test_values_out_of_range_are_clipped_and_nan_is_black(display: Display) -> None:
+    values = [math.nan, math.inf, -math.inf, -0.2, 1.7, 1e30, 0, 1, -0.0]
+    assert displayed(gray(values), display)[0, :, 0].tolist() == [0, 255, 0, 0, 255, 255, 0, 255, 0]
+
+
+def test_codes_are_rounded_to_the_nearest() -> None:
+    halves = (np.arange(255) + 0.5) / 255
+    below, above = halves - 1e-6, halves + 1e-6
+    assert (displayed(gray(below), LINEAR)[0, :, 0] == CODES[:-1]).all()
+    assert (displayed(gray(above), LINEAR)[0, :, 0] == CODES[1:]).all()
+
+
+def test_the_curve_of_srgb_is_monotone_and_meets_at_its_toe() -> None:
+    toe = 0.0031308
+    near = np.array([np.nextafter(toe, 0), toe, np.nextafter(toe, 1)])
+    assert np.ptp(srgb_from_linear(near)) <= 3e-8
+    grid = srgb_from_linear(np.linspace(0, 1, 100001))
+    assert (np.diff(grid) >= 0).all()
+    assert grid[0] == 0
+    assert grid[-1] == pytest.approx(1, abs=1e-15)
+
+
+@pytest.mark.parametrize(("stops", "code"), [(1, 255), (0, 128), (-1, 64), (-100, 0), (100, 255)])
+def test_exposure_counts_in_stops(stops: float, code: int) -> None:
+    exposed = displayed(gray([128 / 255]), Display(transfer="linear", exposure=stops))
+    assert exposed[0, 0, 0] == code
+
+
+def test_the_largest_exposure_of_the_brightest_light_is_white() -> None:
+    assert (displayed(gray([3e38]), Display(exposure=100)) == 255).all()
+
+
+def test_a_npy_file_holds_the_linear_picture_bit_for_bit() -> None:
+    image = np.random.default_rng(1).normal(size=(3, 4, 3)).astype(np.float32)
+    read = np.load(io.BytesIO(encode_npy(image)), allow_pickle=False)
+    assert (read.dtype, read.tobytes()) == (np.float32, image.tobytes())
+
+
+@pytest.mark.parametrize("name", ["a.png", "a.npy"])
+def test_a_file_is_written_whole_and_replaces_the_old_one(name: str, tmp_path: Path) -> None:
+    target = tmp_path / name
+    target.write_bytes(b"old")
+    write_image(target, gray([0, 0.5, 1]), SRGB)
+    content = target.read_bytes()
+    assert content == (encode_png if name.endswith("png") else lambda image, _: encode_npy(image))(
+        gray([0, 0.5, 1]), SRGB
+    )
+    assert list(tmp_path.iterdir()) == [target]
+    assert stat.S_IMODE(target.stat().st_mode) & 0o600 == 0o600
+
+
+def test_the_same_picture_is_the_same_file(tmp_path: Path) -> None:
+    for name in ("a.png", "b.png"):
+        write_image(tmp_path / name, gray([0.1, 0.7]), SRGB)
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+
+
+@pytest.mark.parametrize("name", ["a.jpg", "a", ".png", "a.png.gz"])
+def test_an_unknown_ending_is_refused_and_the_known_ones_named(name: str, tmp_path: Path) -> None:
+    with pytest.raises(ImageFileError, match=r"must end in \.png or \.npy") as caught:
+        write_image(tmp_path / name, gray([0]), SRGB)
+    assert isinstance(caught.value, RenderError)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ImageFileError, match=r"nowhere/a\.png: cannot be written"):
+        write_image(tmp_path / "nowhere" / "a.png", gray([0]), SRGB)
+
+
+def test_a_file_that_cannot_be_replaced_leaves_nothing_behind(tmp_path: Path) -> None:
+    """A folder has the name already."""
+    (tmp_path / "a.png").mkdir()
+    with pytest.raises(ImageFileError, match="cannot be written"):
+        write_image(tmp_path / "a.png", gray([0]), SRGB)
+    assert [path.name for path in tmp_path.iterdir()] == ["a.png"]

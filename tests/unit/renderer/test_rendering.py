@@ -1,0 +1,114 @@
+"""A whole picture: its report, and how a failure is told."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import renderer
+from renderer import rendering
+from renderer.interaction import Rays
+from tests.images import pictures
+from tests.images.parts import SINGLE, image_of, plan_of, rectangle, scene, triangle
+
+SMALL = pictures.of_room()
+
+
+def test_the_report_says_what_was_done() -> None:
+    result = renderer.render(plan_of(SMALL))
+    report = result.report
+    assert (report["width"], report["height"]) == (24, 16)
+    assert report["rays"]["camera"] == 24 * 16 * 4
+    assert 0 < report["rays"]["shadow"] <= 24 * 16 * 4 * 9
+    assert report["seconds"] >= 0
+    assert report["cpu_seconds"] >= 0
+    assert report["error"] is None
+    assert report["numerics"] == {"non_finite": 0, "degenerate_dropped": 0}
+    assert report["plan"] == plan_of(SMALL).describe().model_dump(mode="json")
+    assert (result.image.dtype, result.image.shape) == (np.float32, (16, 24, 3))
+
+
+def test_triangles_without_area_are_counted() -> None:
+    lines = [triangle([0, 0, 0], [1, 1, 1], [2, 2, 2]), triangle([1, 2, 3], [1, 2, 3], [4, 5, 6])]
+    result = renderer.render(plan_of(scene(*lines, rectangle([0, 0, 0], [1, 0, 0], [0, 1, 0]))))
+    assert result.report["numerics"]["degenerate_dropped"] == 2
+
+
+def test_the_brightest_lights_give_no_number_that_is_none() -> None:
+    document = SMALL | {"lights": [{**light, "color": [1e30, 0, 1e30]} for light in SMALL["lights"]]}
+    result = renderer.render(plan_of(document))
+    assert result.report["numerics"]["non_finite"] == 0
+    assert np.isfinite(result.image).all()
+    assert result.image.max() > 1e28
+
+
+def test_pixels_beyond_single_precision_are_counted_not_hidden() -> None:
+    bright = [1e30] * 3
+    materials = {"plain": {"type": "phong", "color": bright, "ambient": 1e30}}
+    document = scene(rectangle([-9, -9, 0], [18, 0, 0], [0, 18, 0]), ambient=bright, materials=materials)
+    with np.errstate(over="ignore"):
+        result = renderer.render(plan_of(document))
+    assert (
+        result.report["numerics"]["non_finite"]
+        == np.count_nonzero(~np.isfinite(result.image).all(axis=2))
+        > 0
+    )
+
+
+def test_black_lights_and_no_ambient_light_give_black() -> None:
+    lights = [{**light, "color": [0, 0, 0], "visible": False} for light in SMALL["lights"]]
+    assert not image_of(SMALL | {"lights": lights, "ambient": [0, 0, 0], "background": [0, 0, 0]}).any()
+
+
+def test_a_quality_given_to_render_takes_the_place_of_the_plans() -> None:
+    plan = plan_of(SMALL)
+    again = plan_of(SMALL, SINGLE.model_copy(update={"precision": "double"}))
+    changed = renderer.render(plan, again.quality).image
+    assert changed.tobytes() == renderer.render(again).image.tobytes()
+    assert changed.tobytes() != renderer.render(plan).image.tobytes()
+
+
+class Broken:
+    """A stage that fails as arithmetic or memory may."""
+
+    def __init__(self, error: Exception) -> None:
+        self.error = error
+
+    def run(self, rays: Rays) -> None:
+        raise self.error
+
+
+@pytest.mark.parametrize("error", [ArithmeticError("overflow"), MemoryError("too much"), ValueError("wrong")])
+def test_a_tile_that_fails_is_named_with_what_repeats_it(error: Exception) -> None:
+    plan: Any = plan_of({**SMALL, "sampling": {**SMALL["sampling"], "seed": 12}})
+    object.__setattr__(plan, "meetings", (Broken(error),))
+    with pytest.raises(renderer.RenderError) as caught:
+        renderer.render(plan, tile_size=10)
+    told = str(caught.value)
+    for part in ("pixels 0..10 x 0..10", "samples 0..1", "seed 12", type(error).__name__, str(error)):
+        assert part in told
+
+
+def test_what_on_tile_raises_stops_the_render() -> None:
+    class EnoughError(Exception):
+        pass
+
+    def stop(event: renderer.TileEvent) -> None:
+        raise EnoughError
+
+    with pytest.raises(EnoughError):
+        renderer.render(plan_of(SMALL), on_tile=stop)
+
+
+@pytest.mark.slow
+def test_a_worker_that_dies_is_told_and_nothing_hangs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first task that reaches a worker ends its process."""
+    monkeypatch.setattr(rendering, "_render", _die)
+    with pytest.raises(renderer.RenderError, match="worker process died"):
+        renderer.render(plan_of(SMALL), workers=2, tile_size=8)
+
+
+def _die(*_: object) -> None:
+    import os
+
+    os._exit(1)

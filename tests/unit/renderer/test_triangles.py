@@ -1,0 +1,104 @@
+"""Triangles: normals, weights, and frames for normal maps."""
+
+import itertools
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from renderer.shapes.frames import frame_of_normals, frame_of_texture
+from renderer.shapes.triangles import unit_normals
+from tests.images.parts import triangle
+from tests.numerics import families, oracle
+from tests.numerics.tracing import EPS, traced
+
+
+def exact_normal(vertices: list[list[float]]) -> tuple[float, ...]:
+    a, b, c = (oracle.exact(vertex) for vertex in vertices)
+    return oracle.unit(oracle.cross(oracle.minus(b, a), oracle.minus(c, a)))
+
+
+@pytest.mark.parametrize(
+    ("family", "bound"),
+    [
+        (families.ordinary, 64 * EPS),
+        (families.tiny, 64 * EPS),
+        (families.huge, 64 * EPS),
+        (families.sliver, 1e-8),
+        (families.needle, 1e-9),
+    ],
+)
+def test_normals_are_those_of_the_exact_triangle(family: object, bound: float) -> None:
+    """From the two longest edges: the short one of a needle has few digits."""
+    import random
+
+    chosen = random.Random(1)
+    for _ in range(100):
+        vertices = family(chosen)  # type: ignore[operator]
+        found = unit_normals(np.array(vertices)[:, :, None])[:, 0]
+        assert np.abs(found - exact_normal(vertices)).max() <= bound
+
+
+def test_the_normal_turns_with_the_order_of_the_vertices() -> None:
+    vertices = np.array([[0.1, 0.2, 0.3], [1.5, 0.1, -0.7], [-0.4, 1.9, 0.6]])
+    normal = unit_normals(vertices[:, :, None])[:, 0]
+    for order in itertools.permutations(range(3)):
+        sign = np.linalg.det(np.eye(3)[list(order)])
+        assert np.abs(unit_normals(vertices[list(order)][:, :, None])[:, 0] - sign * normal).max() <= 4 * EPS
+
+
+def test_texture_coordinates_of_the_vertices_are_mixed_by_weight() -> None:
+    uvs = [[0.25, -3], [2, 0.5], [-1, 7]]
+    vertices = [[0, 0, 0], [4, 0, 0], [0, 4, 0]]
+    for i, j in itertools.product(range(1, 4), range(1, 4)):
+        if i + j < 4:
+            hits = traced([triangle(*vertices, uvs=uvs)], [[i, j, 5]], [[0, 0, -1]])
+            weights = (1 - Fraction(i + j, 4), Fraction(i, 4), Fraction(j, 4))
+            expected = [
+                float(sum(w * Fraction(uv[k]) for w, uv in zip(weights, uvs, strict=True))) for k in (0, 1)
+            ]
+            assert hits.uv[0].tolist() == expected
+
+
+def normals_everywhere() -> np.ndarray:
+    rng = np.random.default_rng(1)
+    tilt = 10 ** rng.uniform(-9, 0, 500)
+    turn = rng.uniform(0, 2 * np.pi, 500)
+    down = np.array([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), -np.cos(tilt)])
+    special = np.array([[0, 0, 1], [0, 0, -1], [1, 0, 0], [0, -1, 0], [0, 0.0, -1.0], [-0.0, 0, -1]]).T
+    regression = np.array([[0.00038527316], [0.00038460016], [-0.99999988079]])
+    anywhere = rng.normal(size=(3, 500))
+    return np.hstack(
+        (down, special, regression / np.linalg.norm(regression), anywhere / np.linalg.norm(anywhere, axis=0))
+    )
+
+
+def test_every_normal_has_a_frame_also_close_to_the_lower_pole() -> None:
+    normals = normals_everywhere()
+    tangents = frame_of_normals(normals)
+    assert np.abs((tangents * normals).sum(axis=0)).max() <= 8 * EPS
+    assert np.abs((tangents**2).sum(axis=0) - 1).max() <= 8 * EPS
+
+
+def test_a_tangent_points_where_the_first_texture_coordinate_grows() -> None:
+    rng = np.random.default_rng(2)
+    for _ in range(200):
+        vertices, texture = rng.normal(size=(3, 3)), rng.normal(size=(3, 2))
+        normal = unit_normals(vertices[:, :, None])
+        tangent, valid = frame_of_texture(vertices[:, :, None], texture[:, :, None], normal)
+        assert valid.all()
+        first, second = vertices[1] - vertices[0], vertices[2] - vertices[0]
+        solved = np.linalg.solve((texture[1:] - texture[0]), np.array([first, second]))
+        assert np.dot(tangent[:, 0], solved[0]) == pytest.approx(np.linalg.norm(solved[0]), rel=1e-9)
+        assert abs(np.dot(tangent[:, 0], normal[:, 0])) <= 8 * EPS
+
+
+@pytest.mark.parametrize(
+    "texture", [[[0, 0], [0, 0], [0, 0]], [[0, 0], [1, 1], [2, 2]], [[0, 1], [0, 2], [0, 3]]]
+)
+def test_texture_coordinates_without_area_give_no_tangent(texture: list[list[float]]) -> None:
+    vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype=float)[:, :, None]
+    _, valid = frame_of_texture(
+        vertices, np.array(texture, dtype=float)[:, :, None], np.array([[0], [0], [1.0]])
+    )
+    assert not valid.any()
