@@ -130,7 +130,12 @@ def test_layers_are_there_while_the_picture_is_being_rendered(client: httpx2.Cli
     document = long_scene()
     job = submit(client, document, layers=["depth"])
     path = f"/v1/jobs/{job}/layers/depth.npy"
-    wait(client, job, lambda _: client.get(path).status_code == 200)
+
+    def something_is_seen(_: dict[str, Any]) -> bool:
+        found = client.get(path)
+        return found.status_code == 200 and bool(np.isfinite(np.load(io.BytesIO(found.content))).any())
+
+    wait(client, job, something_is_seen)
     answer = client.get(path)
     partial = np.load(io.BytesIO(answer.content))
     running = not ended(job_of(client, job))
