@@ -246,6 +246,7 @@ def _report(plan: RenderPlan, picture: _Picture, image: Image, seconds: float) -
         "error": None,
         "numerics": {
             "non_finite": int(np.count_nonzero(~np.isfinite(image).all(axis=2))),
+            "clamped": int(np.count_nonzero((image >= np.finfo(np.float32).max).any(axis=2))),
             "degenerate_dropped": plan.degenerate,
         },
         "plan": plan.describe().model_dump(mode="json"),

@@ -4,6 +4,7 @@ import numpy as np
 
 from renderer import cost
 from renderer.arrays import Integers, Masks, column
+from renderer.cameras import pinhole
 from renderer.compile.request import Request
 from renderer.compile.shapes import location
 from renderer.compile.textures import heights_of, texture_of
@@ -15,7 +16,12 @@ from renderer.shapes import Family
 from renderer.shapes.triangles import Triangles
 from renderer.stages import Listing, PointStage
 from renderer.textures import Texture
+from renderer.textures import footprints as footprint_stage
+from renderer.textures.footprints import Footprints
 from schemas.plans import LeftOut
+
+FILTERING = ("mipmap", "box")
+"""Filters that take a mean over a footprint."""
 
 TEXTURED = ("color_texture", "normal_map", "bump_map", "displacement_map")
 """Fields of a material that name a texture."""
@@ -27,9 +33,11 @@ def surfaces(request: Request, families: list[Family], table: Phong) -> tuple[li
         return [], False
     maps = _textures_of(request, "normal_map")
     bumps = _bumps(request)
+    footprints = _footprints(request)
     stages: list[PointStage] = [
-        location(request, family, framed=bool(maps), sloped=bool(bumps)) for family in families
+        location(request, family, framed=bool(maps), sloped=bool(bumps or footprints)) for family in families
     ]
+    stages.extend(footprints)
     pointers = tuple(f"/materials/{escaped(name)}" for name in request.names)
     request.listing.add(
         "materials", "materials.phong", "each point takes its material's parameters", pointers
@@ -43,6 +51,26 @@ def surfaces(request: Request, families: list[Family], table: Phong) -> tuple[li
     stages.extend(_ambient(request, table))
     smooth = any(isinstance(family, Triangles) and bool(family.smooth.any()) for family in families)
     return stages, bool(maps or bumps) or smooth
+
+
+def _footprints(request: Request) -> list[Footprints]:
+    """Textures that filter ask for footprints, if some shown material looks them up at points."""
+    used = [*_textures_of(request, "color_texture"), *_textures_of(request, "normal_map")]
+    asking = {name for name in used if request.document.textures[name].filter in FILTERING}
+    if not asking:
+        return []
+    samples = request.sampling.antialiasing.samples
+    pointers = tuple(
+        f"/textures/{escaped(name)}/filter" for name in request.document.textures if name in asking
+    )
+    detail = (
+        f"what 1 / {samples} of a pixel covers in textures"
+        if samples > 1
+        else "what a pixel covers in textures"
+    )
+    price = cost.seconds(request.rays, COSTS.footprint)
+    request.listing.add("ray footprints", "textures.footprints", detail, pointers, price)
+    return [footprint_stage.build(pinhole.build(request.document.camera), samples)]
 
 
 def _textures_of(request: Request, part: str) -> dict[str, Masks]:
@@ -107,6 +135,8 @@ def _ambient(request: Request, table: Phong) -> list[Ambient]:
 
 
 def material_numbers(request: Request) -> Integers:
+    """Number of each shape's material among those that are shown."""
+    """Material of each shape, (shapes,) int64, as a number among those that are shown."""
     numbers = {name: i for i, name in enumerate(request.names)}
     return np.array([numbers[shape.material] for shape in request.document.shapes], dtype=np.int64)
 

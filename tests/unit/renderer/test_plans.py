@@ -237,7 +237,8 @@ def test_fixed_quality_casts_a_shadow_ray_for_every_point_and_light_point(light:
     )
     report = renderer.render(plan_of(document)).report
     points = 9 * 7 * 4
-    assert report["rays"] == {"camera": points, "shadow": points * (16 + 1 + 1)}
+    shadow = points * (16 + 1 + 1)
+    assert report["rays"] == {"camera": points, "shadow": shadow, "mirror": 0, "transmission": 0}
     assert report["samples"] == {"antialiasing_mean": 4.0, "light_mean": 6.0}
     assert report["plan"]["cost"]["camera_rays"] == points
     assert report["plan"]["cost"]["shadow_rays"] == points * 18
