@@ -216,7 +216,7 @@ def moved(shape: Json, offset: float) -> Json:
 
 
 def within_one_turn(vertices: np.ndarray, faces: np.ndarray, eye: np.ndarray, fewest: int) -> np.ndarray:
-    """Places (3, N) on edges, and if `fewest` is 1 vertices, whose triangles turn the same side to an eye (3,).
+    """Places (3, N) on edges, and on vertices if `fewest` is 1, whose triangles turn one side to an eye.
 
     The outline is left out: there a ray touches the solid without going through.
     """
