@@ -16,6 +16,8 @@ class Costs:
     camera, lens, shape, point, lookup : float
         A camera ray, its place on a lens, a ray against a shape that its block may meet, a point's geometry,
         a texture look-up.
+    footprint : float
+        What a sample covers in a texture.
     faced, bounce : float
         A point and a light, apart from pairs; a further ray with all that it meets.
     diffuse, highlight, falloff, shadow : float
@@ -27,6 +29,7 @@ class Costs:
     shape: float = 12.0
     point: float = 250.0
     lookup: float = 150.0
+    footprint: float = 350.0
     faced: float = 400.0
     bounce: float = 3000.0
     diffuse: float = 1.6

@@ -27,6 +27,8 @@ class Departure:
         ray came from, because it did not pass the plane.
     paths : (N,) uint64
         Name of the bounces so far; 0 is that of camera rays.
+    walked : (N,) float64
+        Length of the path so far, scene units.
     """
 
     shapes: Integers
@@ -35,6 +37,7 @@ class Departure:
     sizes: Floats
     before: Floats
     paths: Keys
+    walked: Floats
 
     def before_at(self, index: Integers) -> Floats:
         """Origins before of some rays, (3, 1) if all share one."""

@@ -10,7 +10,7 @@ from renderer.assets import AssetSource
 from renderer.lights import emitters
 from renderer.lights.emitters import Emitter
 from renderer.shapes import Family, ellipsoids, meshes, rectangles, triangles
-from renderer.textures import Texture, checker, image
+from renderer.textures import Texture, checker, mipmap
 
 BuildFamily = Callable[[Sequence[int], Sequence[Any], AssetSource], Family]
 
@@ -32,6 +32,6 @@ LIGHTS: dict[type, Callable[..., Emitter]] = {
 }
 
 TEXTURES: dict[type, Callable[[Any, AssetSource], Texture]] = {
-    schemas.textures.ImageTexture: image.build,
+    schemas.textures.ImageTexture: mipmap.build,
     schemas.textures.CheckerTexture: checker.build,
 }

@@ -106,6 +106,8 @@ class Points:
         Those of the ray.
     paths : (M,) uint64
         Name of the bounces before; 0 where the camera looks at the point.
+    walked : (M,) float64
+        Length of the path before the ray, scene units; 0 where the camera looks at the point.
     origins : (3, 1) or (3, M) float64
     directions : (3, M) float64
     t : (M,) float64
@@ -136,12 +138,16 @@ class Points:
         Derivatives of the position by u and v on the outward side; zero where no stage asked for them.
     bent : bool
         Whether shading normals may differ from geometric ones.
+    footprints : (2, 2, M) float64 or None
+        What offsets by a sample's share of the pixel, two of them, add to (u, v): coordinate, offset, point.
+        None where no stage asked for them.
     """
 
     rays: Integers
     pixels: Integers
     samples: Integers
     paths: Keys
+    walked: Floats
     origins: Floats
     directions: Floats
     t: Floats
@@ -163,18 +169,23 @@ class Points:
     by_u: Floats
     by_v: Floats
     bent: bool
+    footprints: Floats | None = None
 
     @property
     def count(self) -> int:
         """Number of points M."""
         return self.rays.shape[0]
 
+    def footprints_at(self, index: Integers) -> Floats | None:
+        """Footprints of some points, if any stage asked for them."""
+        return None if self.footprints is None else self.footprints[:, :, index]
+
     def between(self, start: int, stop: int) -> "Points":
         """The points start..stop as views: what is added to their radiance is added to ours."""
 
         def cut(name: str) -> Any:
             value = getattr(self, name)
-            if isinstance(value, bool) or value.shape[-1] == 1:
+            if value is None or isinstance(value, bool) or value.shape[-1] == 1:
                 return value
             return value[..., start:stop]
 
@@ -202,6 +213,7 @@ def points_of(rays: Rays, materials: Integers, *, bent: bool) -> Points:
         pixels=rays.pixels[hit],
         samples=rays.samples[hit],
         paths=np.zeros(count, dtype=np.uint64) if rays.departure is None else rays.departure.paths[hit],
+        walked=np.zeros(count) if rays.departure is None else rays.departure.walked[hit],
         origins=rays.origins_at(hit),
         directions=directions,
         t=rays.t[hit],

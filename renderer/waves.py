@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Masks
+from renderer.arrays import Floats, Integers, Masks, lengths
 from renderer.departures import Departure
 from renderer.interaction import Points, Rays
 from renderer.streams import branch
@@ -85,6 +85,7 @@ def leaving(
         sizes=points.sizes[start],
         before=points.origins if points.origins.shape[1] == 1 else points.origins[:, start],
         paths=branch(points.paths[start], KINDS.index(kind)),
+        walked=points.walked[start] + points.t[start] * lengths(points.directions[:, start]),
     )
     rays = Rays(
         origins=points.positions[:, start],

@@ -27,8 +27,12 @@ class ImageTexture(Closed):
         description="How the file stores colours: `srgb` for pictures, `linear` for data. "
         "A normal map is read as it is stored, whatever is said here.",
     )
-    filter: Literal["nearest", "bilinear"] = Field(
-        default="bilinear", description="`nearest` texel, or `bilinear` between four texels."
+    filter: Literal["nearest", "bilinear", "mipmap"] = Field(
+        default="bilinear",
+        description="`nearest` texel, `bilinear` between four texels, or `mipmap`: bilinear in smaller "
+        "versions of the image, each the box mean of the one before in linear light, so that one texel is as "
+        "long as the longer side of what a sample stands for. Bump and displacement maps read `mipmap` as "
+        "`bilinear`.",
     )
     wrap: Literal["clamp", "repeat", "mirror"] = Field(
         default="clamp",
@@ -47,6 +51,11 @@ class CheckerTexture(Closed):
     odd: Color = Field(default=(0.1, 0.1, 0.1), description="Linear RGB of its neighbours.")
     repeat: tuple[Repeat, Repeat] = Field(
         default=(8.0, 8.0), description="Fields along u and v from 0 to 1, dimensionless, more than 0."
+    )
+    filter: Literal["none", "box"] = Field(
+        default="none",
+        description="`none`: the colour at a point. `box`: the exact mean over the box along u and v around "
+        "what a sample stands for, its share of the pixel seen on the surface.",
     )
 
 

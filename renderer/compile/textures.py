@@ -8,6 +8,7 @@ from renderer.pointers import escaped
 from renderer.textures import Texture
 from renderer.textures.heights import Heights
 from renderer.textures.image import ImageTexture
+from renderer.textures.mipmap import MipmapTexture
 from schemas.problems import Problem
 
 
@@ -32,5 +33,7 @@ def texture_of(request: Request, name: str, *, stored: bool) -> Texture:
 def heights_of(request: Request, name: str, scale: float) -> Heights:
     """A texture of the scene as heights."""
     texture = texture_of(request, name, stored=True)
+    if isinstance(texture, MipmapTexture):
+        texture = texture.levels[0]
     assert isinstance(texture, ImageTexture)
     return Heights(texture, scale)

@@ -30,7 +30,9 @@ class ColorTexture:
         """Look up the colours of the points of these materials."""
         chosen = np.flatnonzero(self.used[points.materials])
         if chosen.size:
-            points.colors[:, chosen] = self.texture.at(points.coordinates[:, chosen])
+            points.colors[:, chosen] = self.texture.at(
+                points.coordinates[:, chosen], points.footprints_at(chosen)
+            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +53,7 @@ class NormalMap:
         chosen = np.flatnonzero(self.used[points.materials])
         if not chosen.size:
             return
-        decoded = 2 * self.texture.at(points.coordinates[:, chosen]) - 1
+        decoded = 2 * self.texture.at(points.coordinates[:, chosen], points.footprints_at(chosen)) - 1
         silent = dot(decoded, decoded) < FLAT
         decoded = np.where(silent, np.array([[0.0], [0.0], [1.0]]), decoded)
         tangents, cotangents, outward = _frame(points, chosen)

@@ -36,7 +36,8 @@ class ImageTexture:
     ----------
     texels : (H, W, 3) float32
         Row 0 at v = 0.
-    filter : {"nearest", "bilinear"}
+    filter : {"nearest", "bilinear", "mipmap"}
+        A level of a pyramid is bilinear.
     wrap : {"clamp", "repeat", "mirror"}
     """
 
@@ -44,8 +45,9 @@ class ImageTexture:
     filter: str
     wrap: str
 
-    def at(self, coordinates: Floats) -> Floats:
+    def at(self, coordinates: Floats, footprints: Floats | None = None) -> Floats:
         """Values (3, N) at texture coordinates (2, N) of any size."""
+        del footprints
         height, width = self.texels.shape[:2]
         x, y = self._texel(coordinates[0], width), self._texel(coordinates[1], height)
         if self.filter == "nearest":

@@ -18,8 +18,8 @@ from tests.images.parts import (
     phong,
     plan_of,
     rectangle,
-    samples_of,
     sampled,
+    samples_of,
     scene,
     sphere,
     sun,
@@ -133,7 +133,7 @@ def test_a_bright_point_spreads_over_the_circle_of_confusion(
     found = np.rint(image.ravel() * 4096)
     count = found.sum()
     assert count > 100
-    # Uniform on a disk: mean of r^2 is circle^2 / 2 with variance circle^4 / 12. Pixels and the square widen it.
+    # Uniform on a disk: r^2 has mean circle^2 / 2, variance circle^4 / 12. Pixels and the square widen it.
     widened = circle**2 / 2 + (1 + (1e-2 * pixels) ** 2) / 6
     deviation = math.sqrt(circle**4 / 12 + circle**2 / 3 + 1) / math.sqrt(count)
     assert (found * apart**2).sum() / count == pytest.approx(widened, abs=SIGMAS * deviation)

@@ -1,0 +1,81 @@
+"""How much of a texture a sample stands for: ray differentials (Igehy 1999).
+
+A sample stands for its share of the pixel, 1 / sqrt(samples) of each side. Rays offset by that share meet the
+tangent plane of the point apart from it, by derivatives in u and v. Only textures that filter ask for this.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.arrays import Floats, cross, dot, lengths, unit
+from renderer.cameras import Pinhole
+from renderer.interaction import Points
+from renderer.shapes.frames import frame_of_normals
+
+GRAZING = 2.0**-40
+"""Least cosine between ray and normal: footprints are long at the horizon, and finite."""
+
+
+@dataclass(frozen=True, slots=True)
+class Footprints:
+    """Stage: derivatives of texture coordinates by a sample's share of the pixel.
+
+    Camera rays are offset across and along the picture. Rays that have bounced take a round estimate
+    instead: a cone as wide as a share in the middle of the picture, after the whole length of the path. It
+    knows of no curvature, so what a curved mirror enlarges or shrinks is filtered as if it were flat.
+
+    Attributes
+    ----------
+    across, along : (3, 1) float64
+        What a share of a pixel adds to a camera ray's direction.
+    """
+
+    across: Floats
+    along: Floats
+
+    def run(self, points: Points) -> None:
+        """Give the points their footprints."""
+        looks = points.paths == 0
+        width = np.sqrt(lengths(self.across) * lengths(self.along))
+        size = width * (points.walked + points.t * lengths(points.directions))
+        beside = frame_of_normals(points.viewers)
+        above = cross(points.viewers, beside)
+        offsets = (
+            np.where(looks, points.t * self.across, size * beside),
+            np.where(looks, points.t * self.along, size * above),
+        )
+        points.footprints = np.stack(
+            [_in_texture(points, _on_plane(points, part)) for part in offsets], axis=1
+        )
+
+
+def _on_plane(points: Points, offsets: Floats) -> Floats:
+    """Offsets (3, M) of places on rays, moved along the rays to the tangent planes."""
+    cosines = np.maximum(dot(points.normals, points.viewers), GRAZING)
+    return offsets + points.viewers * (-dot(points.normals, offsets) / cosines)
+
+
+def _in_texture(points: Points, offsets: Floats) -> Floats:
+    """Offsets (3, M) within tangent planes as offsets of texture coordinates (2, M), by the dual basis.
+
+    Where texture coordinates do not span the surface, as at a pole, they are 0.
+    """
+    first, second = unit(points.by_u), unit(points.by_v)
+    normals = cross(first, second)
+    squares = dot(normals, normals)
+    parts = []
+    for vectors, scale in ((cross(second, normals), points.by_u), (cross(normals, first), points.by_v)):
+        divisor = squares * lengths(scale)
+        usable = divisor > 0
+        parts.append(np.where(usable, dot(vectors, offsets) / np.where(usable, divisor, 1.0), 0.0))
+    return np.stack(parts)
+
+
+def build(camera: Pinhole, samples: int) -> Footprints:
+    """The stage for a camera that sends so many rays through a pixel."""
+    share = 1 / np.sqrt(samples)
+    return Footprints(
+        across=camera.right * (2 * camera.half_width / camera.width * share),
+        along=camera.up * (-2 * camera.half_height / camera.height * share),
+    )
