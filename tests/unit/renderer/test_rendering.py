@@ -23,7 +23,7 @@ def test_the_report_says_what_was_done() -> None:
     assert report["seconds"] >= 0
     assert report["cpu_seconds"] >= 0
     assert report["error"] is None
-    assert report["numerics"] == {"non_finite": 0, "degenerate_dropped": 0}
+    assert report["numerics"] == {"non_finite": 0, "clamped": 0, "degenerate_dropped": 0}
     assert report["plan"] == plan_of(SMALL).describe().model_dump(mode="json")
     assert (result.image.dtype, result.image.shape) == (np.float32, (16, 24, 3))
 
