@@ -53,7 +53,10 @@ class JobState(StrEnum):
 class Failure(Message):
     """Why a job failed."""
 
-    code: str = Field(description="A word for programs: `render_failed`, `worker_died`, `storage_failed`.")
+    code: str = Field(
+        description="A word for programs: `render_failed`, `scene_not_usable`, `worker_died`, "
+        "`storage_failed`."
+    )
     message: str = Field(description="A sentence for people.")
     retryable: bool = Field(description="Whether the same request may succeed when it is sent again.")
 
@@ -94,8 +97,8 @@ class Job(Message):
     id: str
     name: str | None = Field(default=None, description="The scene's name.")
     state: JobState
-    width: int = Field(description="Pixels.")
-    height: int = Field(description="Pixels.")
+    width: int = Field(description="Pixels; 0 for a mesh.")
+    height: int = Field(description="Pixels; 0 for a mesh.")
     progress: Progress
     queue_position: int | None = Field(
         default=None, description="How many queued jobs start before this one; null once it has started."
@@ -146,7 +149,7 @@ class TileBatch(Message):
 
 
 class Asset(Message):
-    """A stored texture, as ``PUT /v1/assets/{sha256}`` answers."""
+    """A stored texture or mesh, as ``PUT /v1/assets/{sha256}`` answers."""
 
     name: str = Field(description="How a scene names it: `sha256:` and 64 hexadecimal digits.")
     bytes: int = Field(ge=0)

@@ -15,9 +15,11 @@ from schemas.pointers import pointer
 from schemas.problems import Problem
 from schemas.reading import read_document
 from schemas.scene import Scene
+from schemas.shapes import MeshFile
 from schemas.textures import ImageTexture
 from service.context import Service
 from service.database.models import AssetRow
+from service.outlines import outlined
 from service.specs import compile_request
 from service.store.assets import PREFIX, is_sha256
 
@@ -50,7 +52,7 @@ def admit(service: Service, body: bytes) -> Admitted:
 
 
 def read_request(service: Service, body: bytes, model: type[Model]) -> tuple[Model, tuple[Problem, ...]]:
-    """Read a body that has a ``scene``, within the service's limits, and look for its textures."""
+    """Read a body that has a ``scene``, within the service's limits, and look for its files."""
     request, warnings = read_document(body, model, limits=service.settings.limits)
     scene = getattr(request, "scene", None)
     assert isinstance(scene, Scene)
@@ -61,9 +63,10 @@ def read_request(service: Service, body: bytes, model: type[Model]) -> tuple[Mod
 
 
 def compile_admitted(service: Service, request: JobRequest) -> renderer.RenderPlan:
-    """Compile a request's scene; pointers of problems lead into the request."""
+    """Compile a request's scene without its meshes; pointers of problems lead into the request."""
     try:
-        return compile_request(request, service.assets)
+        scene = outlined(request.scene, service.assets)
+        return compile_request(request.model_copy(update={"scene": scene}), service.assets)
     except renderer.SceneError as error:
         moved = [found.model_copy(update={"pointer": f"/scene{found.pointer}"}) for found in error.errors]
         raise renderer.SceneError(moved, error.more) from None
@@ -85,6 +88,11 @@ def _missing_assets(service: Service, scene: Scene) -> list[Problem]:
         pointer(["scene", "textures", name, "asset"]): texture.asset
         for name, texture in scene.textures.items()
         if isinstance(texture, ImageTexture)
+    }
+    asked |= {
+        pointer(["scene", "shapes", number, "asset"]): shape.asset
+        for number, shape in enumerate(scene.shapes)
+        if isinstance(shape, MeshFile)
     }
     known = _known(service, {asset.removeprefix(PREFIX) for asset in asked.values()})
     return [

@@ -1,9 +1,10 @@
-"""Making a scene ready to travel: its textures are named by their content and come along."""
+"""Making a scene ready to travel: its textures and meshes are named by their content and come along."""
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -33,7 +34,7 @@ class Parcel:
     document
         The scene, with ``sha256:<hex>`` in place of file names.
     contents
-        Bytes of the textures by SHA-256, in hexadecimal digits.
+        Bytes of the textures and meshes by SHA-256, in hexadecimal digits.
     text
         The user's own text, None where the scene was never text.
     """
@@ -61,13 +62,13 @@ def pack(scene: SceneSource, *, assets: AssetSource | None = None) -> Parcel:
     scene
         The path of a scene file, its bytes, or its document as a dict.
     assets
-        Where textures are looked up; by default the folder of the scene file, and nowhere for other
-        sources.
+        Where textures and meshes are looked up; by default the folder of the scene file, and nowhere for
+        other sources.
 
     Raises
     ------
     schemas.errors.SceneError
-        It is not a JSON object, or names a texture that is not there.
+        It is not a JSON object, or names a file that is not there.
     """
     if isinstance(scene, str | PathLike):
         assets = assets or _beside(Path(scene))
@@ -93,32 +94,40 @@ def _beside(path: Path) -> AssetSource:
     return FolderAssets(path.parent)
 
 
-def _local_textures(scene: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Key and file name of each texture that is a file; what is no texture at all is left to the server."""
-    textures = scene.get("textures")
-    for key, texture in textures.items() if isinstance(textures, Mapping) else ():
-        name = texture.get("asset") if isinstance(texture, Mapping) else None
+def _local_files(scene: Mapping[str, Any]) -> Iterator[tuple[str, str | int, str]]:
+    """Part, key and file name of each texture and mesh that is a file; oddities are left to the server."""
+    textures, shapes = scene.get("textures"), scene.get("shapes")
+    things: list[tuple[str, str | int, Any]] = []
+    if isinstance(textures, Mapping):
+        things += [("textures", key, texture) for key, texture in textures.items()]
+    if isinstance(shapes, list | tuple):
+        things += [("shapes", number, shape) for number, shape in enumerate(shapes)]
+    for part, key, thing in things:
+        name = thing.get("asset") if isinstance(thing, Mapping) else None
         if isinstance(name, str) and not name.startswith(PREFIX):
-            yield key, name
+            yield part, key, name
 
 
 def _contents(scene: Mapping[str, Any], assets: AssetSource | None) -> tuple[dict[str, bytes], list[Finding]]:
     contents: dict[str, bytes] = {}
     missing = []
-    for key, name in _local_textures(scene):
+    for part, key, name in _local_files(scene):
         try:
             if assets is None:
                 raise KeyError(name)
             contents[name] = assets.read(name)
         except (KeyError, OSError):
-            missing.append(Finding(("textures", key, "asset"), "missing_asset", MISSING))
+            missing.append(Finding((part, key, "asset"), "missing_asset", MISSING))
     return contents, missing
 
 
 def _renamed(scene: Mapping[str, Any], names: Mapping[str, str]) -> Mapping[str, Any]:
-    local = dict(_local_textures(scene))
-    textures = {key: scene["textures"][key] | {"asset": PREFIX + names[name]} for key, name in local.items()}
-    return {**scene, "textures": {**scene["textures"], **textures}} if textures else scene
+    renamed = dict(scene)
+    for part, key, name in _local_files(scene):
+        if renamed[part] is scene[part]:
+            renamed[part] = copy(scene[part])
+        renamed[part][key] = {**scene[part][key], "asset": PREFIX + names[name]}
+    return renamed
 
 
 def _is_inside(problem: Problem) -> bool:

@@ -140,6 +140,9 @@ def _failure(task: Task, error: Exception) -> TaskFailed:
     if isinstance(error, StoreFullError):
         return TaskFailed("storage_full", str(error))
     log.error("task failed", task=type(task).__name__, job=getattr(task, "job", None), exc_info=error)
+    if isinstance(error, renderer.SceneError):
+        first = error.errors[0]
+        return TaskFailed("scene_not_usable", f"/scene{first.pointer}: {first.detail}")
     if isinstance(error, renderer.RenderError):
         return TaskFailed("render_failed", str(error))
     return TaskFailed("render_failed", f"The renderer stopped with {type(error).__name__}.")

@@ -1,4 +1,4 @@
-"""Textures by the SHA-256 of their bytes."""
+"""Textures and meshes by the SHA-256 of their bytes."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ UPLOAD = {"requestBody": {"required": True, "content": {"application/octet-strea
 @router.put(
     "/{sha256}",
     responses=problem(413, "The file is too large.")
-    | problem(422, "The bytes have another hash, or are not a picture that can be used.")
+    | problem(422, "The bytes have another hash, or are neither a picture nor a mesh that can be used.")
     | problem(507, "The disk is full."),
     openapi_extra=UPLOAD,
 )
 async def put_asset(here: Here, request: Request, sha256: Sha256) -> Asset:
-    """Upload a texture. Sending it again changes nothing."""
+    """Upload a texture or a mesh. Sending it again changes nothing."""
     size, header = await here.assets.receive(sha256, chunks(request, here.settings.max_asset_bytes))
     row = AssetRow(
         sha256=sha256,
@@ -70,7 +70,7 @@ def _describe(row: AssetRow) -> Asset:
 @router.head("/{sha256}", response_class=Response, responses=UNKNOWN, operation_id="head_asset")
 @router.get("/{sha256}", response_class=Response, responses=UNKNOWN, operation_id="get_asset")
 def get_asset(here: Here, request: Request, sha256: Sha256) -> Response:
-    """Get a texture back, byte by byte as it was sent."""
+    """Get a texture or a mesh back, byte by byte as it was sent."""
     with here.database.reading() as session:
         row = session.get(AssetRow, sha256)
     if row is None:

@@ -1,4 +1,4 @@
-"""Uploaded textures, kept by the SHA-256 of their bytes."""
+"""Uploaded textures and meshes, kept by the SHA-256 of their bytes."""
 
 from __future__ import annotations
 
@@ -11,16 +11,19 @@ from typing import IO
 from anyio import to_thread
 from PIL import Image
 
-from renderer.assets import FORMATS
+from renderer.assets import FORMATS, AssetError
+from renderer.shapes.mesh_files import announced, file_kind
 from service.errors import UploadMismatchError, UploadUnusableError
 from service.store.tiles import replacing, sweep_temporary
 
 PREFIX = "sha256:"
+_MESHES = {"glb": "model/gltf-binary", "obj": "model/obj", "ply": "application/x-ply"}
+_BEGINNING = 1 << 16
 
 
 @dataclass(frozen=True)
-class ImageHeader:
-    """What the first bytes of a picture say about it."""
+class Header:
+    """What the first bytes of a file say about it; a mesh has neither width nor height."""
 
     media_type: str
     width: int
@@ -57,15 +60,15 @@ class AssetStore:
         except FileNotFoundError:
             raise KeyError(name) from None
 
-    async def receive(self, sha256: str, chunks: AsyncIterator[bytes]) -> tuple[int, ImageHeader]:
-        """Keep a body as it arrives, and return its size and what kind of picture it is.
+    async def receive(self, sha256: str, chunks: AsyncIterator[bytes]) -> tuple[int, Header]:
+        """Keep a body as it arrives, and return its size and what kind of file it is.
 
         Raises
         ------
         UploadMismatchError
             If the bytes have another hash; nothing is kept.
         UploadUnusableError
-            If they are no picture, or a picture with too many pixels; nothing is kept.
+            If they are neither picture nor mesh, or announce too many pixels or triangles; nothing is kept.
         """
         digest, size = hashlib.sha256(), 0
         with replacing(self.path(sha256)) as file:
@@ -83,7 +86,7 @@ class AssetStore:
         """Remove what a killed process left behind."""
         sweep_temporary(self.folder)
 
-    def _inspect(self, file: IO[bytes]) -> ImageHeader:
+    def _inspect(self, file: IO[bytes]) -> Header:
         header = read_header(Path(file.name))
         if header.width * header.height > self._max_pixels:
             raise UploadUnusableError(
@@ -92,15 +95,44 @@ class AssetStore:
         return header
 
 
-def read_header(path: Path) -> ImageHeader:
-    """Read the size and type of a picture without decoding it; raise UploadUnusableError if it is none."""
+def read_header(path: Path) -> Header:
+    """Read the type of a file, and a picture's size, without decoding it.
+
+    Raises
+    ------
+    UploadUnusableError
+        If it is neither a picture nor a mesh, or a mesh of too many triangles.
+    """
+    with path.open("rb") as file:
+        kind = _mesh_kind(file.read(_BEGINNING))
+    return _mesh_header(path, kind) if kind else _image_header(path)
+
+
+def _mesh_kind(beginning: bytes) -> str | None:
+    try:
+        return file_kind(beginning)
+    except AssetError:
+        return None
+
+
+def _mesh_header(path: Path, kind: str) -> Header:
+    try:
+        announced(path.read_bytes())
+    except AssetError as error:
+        raise UploadUnusableError(str(error)) from error
+    return Header(_MESHES[kind], 0, 0)
+
+
+def _image_header(path: Path) -> Header:
     try:
         with Image.open(path, formats=FORMATS) as image:
-            return ImageHeader(Image.MIME[image.format or ""], image.width, image.height)
+            return Header(Image.MIME[image.format or ""], image.width, image.height)
     except Image.DecompressionBombError as error:
         raise UploadUnusableError("The picture has too many pixels.") from error
     except (OSError, ValueError, SyntaxError) as error:
-        raise UploadUnusableError(f"The body is not a picture. Send one of {', '.join(FORMATS)}.") from error
+        raise UploadUnusableError(
+            f"The body is neither a picture nor a mesh. Send one of {', '.join(FORMATS)}, OBJ, PLY, GLB."
+        ) from error
 
 
 def is_sha256(text: str) -> bool:

@@ -81,3 +81,20 @@ def test_problems_of_the_body_become_problems_of_the_users_file() -> None:
     ]
     placed = [(problem.pointer, problem.line, problem.column) for problem in parcel.placed(sent)]
     assert placed == [("/a~1b/c/1", 3, 3), ("/a~1b", 2, 2), ("/quality/mode", 1, 7)]
+
+
+def test_meshes_come_along_and_the_users_own_scene_stays_as_it_was(folder: Path) -> None:
+    scene = _scene(x="a.png") | {"shapes": [{"type": "sphere"}, {"type": "mesh", "asset": "c.png"}, 3]}
+    path = _file(folder, scene)
+    one, two = (hashlib.sha256(content).hexdigest() for content in (b"one", b"two"))
+    parcel = pack(path)
+    assert parcel.contents == {one: b"one", two: b"two"}
+    assert parcel.document["shapes"] == [
+        {"type": "sphere"},
+        {"type": "mesh", "asset": f"sha256:{two}"},
+        3,
+    ]
+    with pytest.raises(SceneError) as caught:
+        pack(scene)
+    assert [problem.pointer for problem in caught.value.errors] == ["/textures/x/asset", "/shapes/1/asset"]
+    assert scene["shapes"][1] == {"type": "mesh", "asset": "c.png"}

@@ -1,0 +1,63 @@
+"""Mesh files: uploaded by content, parsed in a worker, never where requests are answered."""
+
+from __future__ import annotations
+
+import hashlib
+from typing import Any
+
+import httpx2
+import numpy as np
+import pytest
+
+import renderer
+from service.store.assets import AssetStore
+from tests.images.test_meshes import FILES, HUGE
+from tests.integration.support import ended, finish, image, scene, submit, wait
+from tests.integration.test_assets import png, put
+from tests.integration.test_bad_requests import problem_of
+
+
+def with_mesh(content: bytes) -> dict[str, Any]:
+    document = scene()
+    asset = "sha256:" + hashlib.sha256(content).hexdigest()
+    document["shapes"][1] = {"type": "mesh", "asset": asset, "smooth": True, "material": "ball"}
+    return document
+
+
+@pytest.mark.parametrize("kind", ["obj", "ply binary", "glb"])
+def test_a_scene_is_rendered_with_an_uploaded_mesh(client: httpx2.Client, server: Any, kind: str) -> None:
+    content = FILES[kind]()
+    sent = put(client, content)
+    assert sent.status_code == 200
+    assert (sent.json()["width"], sent.json()["height"]) == (0, 0)
+    job = submit(client, with_mesh(content))
+    finish(client, job)
+    assets = AssetStore(server.data / "assets", 1)
+    expected = renderer.render(renderer.compile_scene(renderer.load_scene(with_mesh(content), assets=assets)))
+    np.testing.assert_array_equal(image(client, job), expected.image)
+
+
+def test_a_file_that_announces_too_many_triangles_is_not_kept(client: httpx2.Client) -> None:
+    for content in (HUGE["ply faces"], HUGE["zeros"]):
+        assert "Simplify it." in problem_of(put(client, content), 422)["detail"]
+
+
+def test_a_mesh_that_was_not_uploaded_is_told_by_its_place(client: httpx2.Client) -> None:
+    answer = client.post("/v1/jobs", json={"scene": with_mesh(b"nothing")})
+    assert [error["pointer"] for error in problem_of(answer, 422)["errors"]] == ["/scene/shapes/1/asset"]
+
+
+def test_a_picture_is_no_mesh(client: httpx2.Client) -> None:
+    assert put(client, png()).status_code == 200
+    answer = client.post("/v1/jobs", json={"scene": with_mesh(png())})
+    assert [error["pointer"] for error in problem_of(answer, 422)["errors"]] == ["/scene/shapes/1/asset"]
+
+
+def test_a_damaged_mesh_fails_its_job_and_is_named(client: httpx2.Client) -> None:
+    content = FILES["ply binary"]()[:3000]
+    assert put(client, content).status_code == 200
+    job = submit(client, with_mesh(content))
+    failed = wait(client, job, ended)
+    assert failed["state"] == "failed"
+    assert failed["failure"]["code"] == "scene_not_usable"
+    assert failed["failure"]["message"].startswith("/scene/shapes/1/asset: ")
