@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import itertools
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
 from schemas.base import Closed
@@ -106,12 +106,21 @@ class Turn(Closed):
     degrees: Number = Field(description="Angle, degrees.")
 
 
+def _on_all_axes(scale: Any) -> Any:
+    return (scale,) * 3 if isinstance(scale, int | float) else scale
+
+
+# Not a union: errors within one of its members would have places that no document has.
+Scale = Annotated[
+    tuple[Size, Size, Size],
+    BeforeValidator(_on_all_axes, json_schema_input_type=Size | tuple[Size, Size, Size]),
+]
+
+
 class _Mesh(_Shape):
     """Many triangles that move together: scaled first, then turned, then moved."""
 
-    scale: Size | tuple[Size, Size, Size] = Field(
-        default=1.0, description="Factor, or one for each axis, dimensionless."
-    )
+    scale: Scale = Field(default=(1.0, 1.0, 1.0), description="Factor, or one for each axis, dimensionless.")
     rotate: Turn | None = Field(default=None, description="A turn about the origin, after scaling.")
     translate: Point = Field(default=(0.0, 0.0, 0.0), description="A move, after turning, scene units.")
     smooth: bool = Field(
