@@ -14,10 +14,12 @@ import mitsuba as mi
 import numpy as np
 
 from schemas.lights import Light, ParallelogramLight, RectangleLight
-from schemas.shapes import Ellipsoid, Parallelogram, Rectangle, Shape, Sphere, Triangle
+from schemas.shapes import Ellipsoid, MeshFile, Parallelogram, Rectangle, Shape, Sphere, Triangle
 from schemas.textures import CheckerTexture
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from numpy.typing import NDArray
 
     from schemas.materials import PhongMaterial
@@ -64,16 +66,16 @@ class PeerScene:
     ambient: Any
 
 
-def convert(scene: Scene) -> PeerScene:
-    """Build the peer's scene.
+def convert(scene: Scene, folder: Path) -> PeerScene:
+    """Build the peer's scene; `folder` is where its files are.
 
     Raises
     ------
     ValueError
-        If the scene uses something that the study scenes do not: normals on vertices, image textures,
+        If the scene uses something that the study scenes do not: normals on single triangles, image textures,
         normal maps, point or directional lights.
     """
-    shapes = [_shape(shape) for shape in scene.shapes]
+    shapes = [_shape(shape, folder) for shape in scene.shapes]
     geometry = mi.load_dict({"type": "scene"} | {f"shape{i}": shape for i, shape in enumerate(shapes)})
     numbers = [dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0] for shape in shapes]
     index_of = np.zeros(max(numbers) + 1, dtype=np.uint32)
@@ -88,7 +90,7 @@ def convert(scene: Scene) -> PeerScene:
     )
 
 
-def _shape(shape: Shape) -> Any:
+def _shape(shape: Shape, folder: Path) -> Any:
     match shape:
         case Triangle(normals=None):
             return _triangle(shape)
@@ -98,7 +100,25 @@ def _shape(shape: Shape) -> Any:
             return _ellipsoid(shape.center, np.array(shape.axes))
         case Sphere():
             return _ellipsoid(shape.center, shape.radius * np.eye(3))
+        case MeshFile() if shape.asset.endswith(".ply"):
+            return _mesh(shape, folder)
     raise ValueError(f"the peer's scene has no {shape.type} with these fields")
+
+
+def _mesh(shape: MeshFile, folder: Path) -> Any:
+    """The peer reads the file itself and forms vertex normals of its own."""
+    turned = mi.ScalarTransform4f().translate(list(shape.translate))
+    if shape.rotate is not None:
+        turned = turned.rotate(list(shape.rotate.axis), shape.rotate.degrees)
+    factors = [float(factor) for factor in np.broadcast_to(shape.scale, 3)]
+    return mi.load_dict(
+        {
+            "type": "ply",
+            "filename": str(folder / shape.asset),
+            "face_normals": not shape.smooth,
+            "to_world": turned.scale(factors),
+        }
+    )
 
 
 def _triangle(shape: Triangle) -> Any:

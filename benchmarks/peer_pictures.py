@@ -30,13 +30,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from schemas.cameras import Camera
-    from schemas.scene import Scene
 
 _LANES = 2**25
 
 
-def picture(scene: Scene, samples: int, seed: int) -> NDArray[np.float64]:
-    """Render `scene`, one random point of each light for each camera sample.
+def picture(name: str, samples: int, seed: int) -> NDArray[np.float64]:
+    """Render the scene of a reference, one random point of each light for each camera sample.
 
     Parameters
     ----------
@@ -50,8 +49,9 @@ def picture(scene: Scene, samples: int, seed: int) -> NDArray[np.float64]:
     (H, W, 3) array
         Mean linear radiance of each pixel, not clipped.
     """
-    peer = convert(scene)
-    camera = scene.camera
+    path = references.PATHS[name]
+    scene, _ = read_scene(path.read_bytes())
+    peer, camera = convert(scene, path.parent), scene.camera
     rows = max(1, _LANES // (camera.width * samples))
     starts = range(0, camera.height, rows)
     bands = [
@@ -106,14 +106,15 @@ def _radiance(peer: PeerScene, ray: Any, sampler: Any) -> Any:
 def _from_light(
     peer: PeerScene, light: AreaLight, ray: Any, hit: Any, material: dict[str, Any], color: Any, point: Any
 ) -> Any:
-    n = dr.select(dr.dot(hit.n, ray.d) > 0, -hit.n, hit.n)
+    side = dr.select(dr.dot(hit.n, ray.d) > 0, -1, 1)
+    true, n = hit.n * side, hit.sh_frame.n * side
     target = light.corner + light.edges[0] * point.x + light.edges[1] * point.y
     l = dr.normalize(target - hit.p)
     cosine = dr.dot(n, l)
     r = 2 * cosine * n - l
     highlight = dr.power(dr.maximum(0, dr.dot(r, -ray.d)), material["shininess"])
     reflected = material["diffuse"] * color * cosine + material["specular"] * highlight
-    faces = hit.is_valid() & (cosine > 0)
+    faces = hit.is_valid() & (cosine > 0) & (dr.dot(true, l) > 0)
     if not light.two_sided:
         faces &= dr.dot(dr.cross(*light.edges), l) < 0
     seen = faces & ~peer.geometry.ray_test(hit.spawn_ray_to(target), faces)
@@ -145,8 +146,8 @@ def _distance(light: AreaLight, ray: Any) -> Any:
 
 def make_reference(name: str, samples: int, pictures: int, folder: Path) -> references.Provenance:
     """Average `pictures` independent pictures; the difference of two halves is the reference's own error."""
-    scene, _ = read_scene((references.SCENES / f"{name}.json").read_bytes())
-    halves = [_mean_picture(scene, samples, range(first, pictures, 2)) for first in (0, 1)]
+    scene, _ = read_scene(references.PATHS[name].read_bytes())
+    halves = [_mean_picture(name, samples, range(first, pictures, 2)) for first in (0, 1)]
     provenance = references.Provenance(
         renderer=f"Mitsuba {mi.__version__} {mi.variant()}",
         command=f"python -m benchmarks.peer_pictures --samples {samples} --pictures {pictures} {name}",
@@ -159,8 +160,8 @@ def make_reference(name: str, samples: int, pictures: int, folder: Path) -> refe
     return provenance
 
 
-def _mean_picture(scene: Scene, samples: int, seeds: range) -> NDArray[np.float64]:
-    pictures = np.stack([picture(scene, samples, seed) for seed in seeds])
+def _mean_picture(name: str, samples: int, seeds: range) -> NDArray[np.float64]:
+    pictures = np.stack([picture(name, samples, seed) for seed in seeds])
     return np.asarray(pictures.mean(axis=0), dtype=np.float64)
 
 

@@ -18,7 +18,13 @@ if TYPE_CHECKING:
 
 FOLDER = Path(__file__).parent.parent / "tests" / "images" / "references"
 SCENES = Path(__file__).parent.parent / "scenes" / "study"
-NAMES = ("soft", "chess")
+PATHS = {
+    "soft": SCENES / "soft.json",
+    "chess": SCENES / "chess.json",
+    "mesh": SCENES.parent / "gallery" / "mesh.json",
+}
+"""The scene file that each reference shows."""
+NAMES = tuple(PATHS)
 
 _LARGEST = 65535
 

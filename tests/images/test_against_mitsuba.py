@@ -18,8 +18,11 @@ FINE = FixedQuality(
 )
 
 
+FOUR = FINE.model_copy(update={"light": LightSampling(pattern="stratified", samples=4)})
+
+
 def scene_of(name: str) -> Scene:
-    return read_scene((references.SCENES / f"{name}.json").read_bytes())[0]
+    return read_scene(references.PATHS[name].read_bytes())[0]
 
 
 @pytest.mark.parametrize("name", references.NAMES)
@@ -28,13 +31,15 @@ def test_the_reference_shows_the_scene_as_it_is_now(name: str) -> None:
     assert provenance.scene_sha256 == references.scene_digest(scene_of(name))
 
 
-@pytest.mark.parametrize(("name", "limit"), [("soft", 1.0), ("chess", 2.4)])
+@pytest.mark.parametrize(
+    ("name", "quality", "limit"), [("soft", FINE, 1.0), ("chess", FINE, 2.4), ("mesh", FOUR, 2.5)]
+)
 def test_16_camera_samples_come_as_near_to_the_converged_picture_as_their_edges_allow(
-    name: str, limit: float
+    name: str, quality: FixedQuality, limit: float
 ) -> None:
     converged, provenance = references.load(name)
     assert provenance.own_error_255 <= 0.06
-    image = renderer.render(renderer.compile_scene(scene_of(name), FINE)).image
+    image = renderer.render(renderer.compile_scene(references.PATHS[name], quality)).image
     assert references.rmse_255(image, converged) < limit
     # Edges err to both sides; a light, a material or a shadow that is wrong errs to one.
     assert abs(references.mean_difference_255(image, converged)) < 0.1
@@ -47,6 +52,6 @@ def test_the_peer_draws_the_reference_again(name: str) -> None:
         "benchmarks.peer_pictures", reason="needs the extra `bench` and LLVM", exc_type=ImportError
     )
     converged, _ = references.load(name)
-    rough, finer = (peer.picture(scene_of(name), samples, seed=1000) for samples in (16, 64))
+    rough, finer = (peer.picture(name, samples, seed=1000) for samples in (16, 64))
     assert references.rmse_255(finer, converged) < references.rmse_255(rough, converged) / 2
     assert abs(references.mean_difference_255(finer, converged)) < 0.01
