@@ -196,6 +196,18 @@ def test_the_layers_of_a_pixel_do_not_depend_on_its_neighbours() -> None:
     assert all(same(alone[part], whole[part]) for part in LAYER_NAMES)
 
 
+def test_a_filtered_texture_gives_the_albedo_of_a_sample_and_not_of_a_tile() -> None:
+    board = {"type": "checker", "even": [1, 1, 1], "odd": [0, 0, 0], "repeat": [90, 90], "filter": "box"}
+    document = pictures.checkered() | {"textures": {"picture": board}}
+    plan = plan_with(document)
+    whole, small = (renderer.render(plan, tile_size=size).layers for size in (64, 7))
+    assert all(same(small[part], whole[part]) for part in LAYER_NAMES)
+    seen = whole["albedo"][whole["shape"] >= 0]
+    assert np.count_nonzero((seen > 0.1) & (seen < 0.9)) > 0.5 * seen.size
+    exact = layers_of({**document, "textures": {"picture": {**board, "filter": "none"}}})
+    assert all(same(exact[part], whole[part]) for part in LAYER_NAMES if part != "albedo")
+
+
 @pytest.mark.slow
 def test_layers_do_not_depend_on_workers() -> None:
     plan = plan_with(DRAWN["room"])
