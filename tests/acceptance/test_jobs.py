@@ -26,6 +26,24 @@ def test_a_submitted_scene_gives_the_same_bytes_as_rendering_it_here(
         assert (tmp_path / f"sent.{name}").read_bytes() == (tmp_path / f"here.{name}").read_bytes()
 
 
+def test_layers_of_a_submitted_scene_are_the_same_as_here(
+    penumbra: Penumbra, scene_file: Path, tmp_path: Path
+) -> None:
+    words = ["--layers", "depth,normal"]
+    assert penumbra("render", scene_file, "-o", "here.exr", *words).code == 0
+    sent = penumbra("submit", scene_file, "-o", "sent.exr", *words)
+    assert sent.code == 0
+    assert penumbra("get", sent.out.strip(), "-o", "got.png", "--layers", "depth").code == 0
+    assert penumbra("get", sent.out.strip(), "-o", "got.png", "--layers", "uv").code == 4
+    assert (tmp_path / "sent.exr").read_bytes() == (tmp_path / "here.exr").read_bytes()
+    for name in ("depth", "normal"):
+        assert (tmp_path / f"sent.exr.{name}.npy").read_bytes() == (
+            tmp_path / f"here.exr.{name}.npy"
+        ).read_bytes()
+    assert (tmp_path / "got.png.depth.npy").read_bytes() == (tmp_path / "here.exr.depth.npy").read_bytes()
+    assert not (tmp_path / "got.png.uv.npy").exists()
+
+
 def test_submit_prints_the_id_alone_and_the_job_can_be_waited_for(
     penumbra: Penumbra, scene_file: Path
 ) -> None:

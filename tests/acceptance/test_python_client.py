@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import renderer
+from renderer.image_files import decode_exr
 from schemas.jobs import Job, TileBatch
-from service.client import Client, TimedOutError
+from service.client import Client, NotFoundError, TimedOutError
 from tests.acceptance.conftest import Server
 
 pytestmark = pytest.mark.slow
@@ -63,6 +64,17 @@ def test_plan_and_traces_are_those_of_the_renderer(client: Client, job: Job, sce
     assert there.shape == tuple(here.shape.tolist())
     assert there.t == (here.t[0], None)
     assert there.visibility[0] == tuple(here.visibility[0].tolist())
+
+
+def test_layers_come_as_the_arrays_that_the_renderer_makes(client: Client, scene_file: Path) -> None:
+    job = client.wait(client.submit(scene_file, layers=["uv", "shape"]).id)
+    made = renderer.render(renderer.compile_scene(scene_file, layers=["uv", "shape"])).layers
+    for name, values in made.items():
+        found = client.layer(job.id, name)
+        assert (found.dtype, found.tobytes()) == (values.dtype, values.tobytes())
+    assert list(decode_exr(client.picture(job.id, "exr").content)[1]) == ["uv", "shape"]
+    with pytest.raises(NotFoundError, match="no such layer"):
+        client.layer(job.id, "depth")
 
 
 def test_a_deleted_job_is_gone(client: Client, job: Job) -> None:
