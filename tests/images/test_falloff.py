@@ -128,6 +128,15 @@ def test_a_light_that_touches_the_floor_gives_finite_pixels(distance: float, qua
 
 
 @PRECISIONS
+@pytest.mark.parametrize("height", [1e-16, 1e-15, 1e-14])
+def test_a_light_point_that_touches_the_surface_gives_nothing(height: float, quality: object) -> None:
+    # The middle one of nine light points is nearer to the point that is seen than rounding can tell.
+    light = {"type": "rectangle", "center": [0, height, 0], "normal": [0, 1, 1], "tangent": [1, 0, 0]}
+    light |= {"size": [1, 1], "color": [1, 1, 1], "falloff": "physical", "visible": False}
+    assert seen(floor_seen_at_the_origin(light, points=9), quality) < 1e-6
+
+
+@PRECISIONS
 @pytest.mark.parametrize("exponent", [-66, -20, 20, 40])
 def test_a_scaled_scene_under_an_area_light_is_the_same_bit_for_bit(exponent: int, quality: object) -> None:
     def drawn(unit: float) -> np.ndarray:

@@ -5,6 +5,7 @@ import pytest
 
 import renderer
 from renderer.execute import camera_rays, shaded_points
+from renderer.textures import footprints
 from renderer.tiling import blocks
 from schemas.tiles import Pass, Tile
 from tests.images.parts import (
@@ -112,14 +113,23 @@ def test_footprints_are_finite_at_the_grazing_limit(height: float) -> None:
     assert image.max() <= 1
 
 
+def test_footprints_are_finite_where_a_ray_runs_along_the_surface() -> None:
+    document = horizon("box")
+    points = points_of(document)
+    points.viewers[...] = np.array([[1.0], [0.0], [0.0]])
+    assert not (points.normals * points.viewers).any()
+    footprints.build(plan_of(document).camera, 1).run(points)
+    assert np.isfinite(points.footprints).all()
+
+
 def test_a_board_in_a_flat_mirror_is_filtered_as_far_away_as_it_looks() -> None:
-    mirror = rectangle([-50, -50, -20], [100, 0, 0], [0, 100, 0], material="mirror")
-    textures = {"board": {"type": "checker", "even": [1, 1, 1], "odd": [0, 0, 0], "repeat": [300, 300]}}
+    mirror = rectangle([-50, -50, -60], [100, 0, 0], [0, 100, 0], material="mirror")
+    textures = {"board": {"type": "checker", "even": [1, 1, 1], "odd": [0, 0, 0], "repeat": [80, 80]}}
     view = camera(position=[0, 0, 0], look_at=[0, 0, -1], width=16, height=16, vertical_fov=20)
 
     def drawn(kind: str) -> np.ndarray:
         textures["board"]["filter"] = kind  # type: ignore[assignment]
-        board = rectangle([-50, -50, 30], [0, 100, 0], [100, 0, 0])
+        board = rectangle([-50, -50, 1], [0, 100, 0], [100, 0, 0])
         materials = {**GREY, "mirror": phong([0, 0, 0], ambient=0, diffuse=0, mirror=1)}
         document = scene(
             board, mirror, camera=view, textures=textures, materials=materials, ambient=[1, 1, 1]
@@ -127,8 +137,9 @@ def test_a_board_in_a_flat_mirror_is_filtered_as_far_away_as_it_looks() -> None:
         return image_of({**document, "sampling": sampled()})[:, :, 0]
 
     assert set(np.unique(drawn("none"))) == {0.0, 1.0}
-    # A path of 70 units, pixels of 0.022: 1.54 units, some 4.6 fields wide.
-    assert np.abs(drawn("box") - 0.5).max() < 0.1
+    # A path of 121 units under pixels of 0.022: boxes of at least two fields, a whole period of the board. By
+    # the last 61 units alone they would have one field, and hardly dim the board.
+    assert np.abs(drawn("box") - 0.5).max() < 0.05
 
 
 def test_an_unfiltered_scene_has_no_footprints_and_a_filter_nobody_shows_asks_for_none() -> None:

@@ -8,6 +8,9 @@ import pytest
 
 from renderer.cameras import thin_lens
 from renderer.execute import camera_rays, radiance
+from renderer.lights.emitters import PIXEL_DIMENSIONS
+from renderer.samplers import PATTERNS as PATTERN_FUNCTIONS
+from renderer.streams import keys
 from renderer.tiling import blocks
 from schemas.tiles import Pass, Tile
 from tests.images.parts import (
@@ -60,6 +63,16 @@ def test_a_place_in_the_pixel_says_nothing_about_the_place_on_the_lens() -> None
     # The mean over pixels of each sample number, the same place in all pixels, is that of an even disk.
     for part in (x, y):
         assert np.abs(part.mean(axis=0)).max() <= SIGMAS * 0.5 / math.sqrt(4000)
+
+
+def test_halves_of_the_pixel_do_not_go_with_halves_of_the_lens() -> None:
+    pixel, sample = np.indices((500, 16)).reshape(2, -1)
+    inside, _ = PATTERN_FUNCTIONS["sobol"](keys(0, PIXEL_DIMENSIONS, pixel), sample, 16)
+    left = inside.reshape(500, 16) < 0.5
+    both = (left & (lens_points("sobol", 16, pixels=500)[0] < 0)).sum(axis=1)
+    # Eight of sixteen samples each; Sobol points in the same order would meet in all eight or in none.
+    assert abs(both.mean() - 4) <= SIGMAS * 2 / np.sqrt(500)
+    assert ((both > 0) & (both < 8)).mean() > 0.8
 
 
 @pytest.mark.parametrize("pattern", ["uniform", "sobol"])
