@@ -54,15 +54,15 @@ class PhongMaterial(Closed):
     )
     bump_map: Name | None = Field(
         default=None,
-        description="The name of an image texture of heights, the mean of its channels as stored. Normals are "
-        "those of the surface with these heights; nothing is moved.",
+        description="The name of an image texture of heights, the mean of its channels as stored. Normals "
+        "are those of the surface with these heights; nothing is moved.",
     )
     bump_height: Height = Field(default=0.0, description="Height of white in the bump map, scene units.")
     displacement_map: Name | None = Field(
         default=None,
-        description="The name of an image texture of heights, the mean of its channels as stored. The surface "
-        "is really moved along its normal and casts shadows on itself: it is cut into triangles with edges of "
-        "2 pixels, at most 400,000 of them a shape.",
+        description="The name of an image texture of heights, the mean of its channels as stored. The "
+        "surface is really moved along its normal and casts shadows on itself: it is cut into triangles with "
+        "edges of 2 pixels, at most 400,000 of them a shape.",
     )
     displacement_height: Height = Field(
         default=0.0, description="Height of white in the displacement map, scene units."
