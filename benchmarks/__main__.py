@@ -9,9 +9,9 @@ from typing import Any
 
 from rich.console import Console
 
-from benchmarks import accuracy, machine, overhead, rendering, tables
+from benchmarks import accuracy, machine, meshes, overhead, rendering, tables
 
-PARTS = ("rendering", "accuracy", "service")
+PARTS = ("rendering", "meshes", "accuracy", "service")
 
 
 def main() -> None:
@@ -36,6 +36,9 @@ def _measure(parts: list[str], runs: int) -> dict[str, Any]:
     if "rendering" in parts:
         measured["rendering"] = rendering.measure(runs)
         console.print(tables.of_rendering(measured["rendering"]), tables.of_stages(measured["rendering"]))
+    if "meshes" in parts:
+        measured["meshes"] = meshes.measure(runs)
+        console.print(tables.of_meshes(measured["meshes"]))
     if "accuracy" in parts:
         measured["accuracy"] = accuracy.measure()
         console.print(tables.of_accuracy(measured["accuracy"]))
