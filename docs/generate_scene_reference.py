@@ -54,8 +54,7 @@ Some scenes are valid, but their picture is probably not what was meant. They ar
 - no shape uses a material, or no material uses a texture (`unused`);
 - a triangle has no area and is left out (`no_area`);
 - `up` is parallel to the view (`up_parallel_to_view`);
-- the longest axis of an ellipsoid is more than 1e8 times as long as the shortest (`very_flat`);
-- `mirror` and `transmission` of a material are more than 1 together (`more_than_all`).
+- the longest axis of an ellipsoid is more than 1e8 times as long as the shortest (`very_flat`).
 """
 
 SECTIONS: dict[str, list[tuple[str, type[Closed]]]] = {

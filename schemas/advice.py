@@ -29,7 +29,6 @@ def advise(scene: Scene) -> list[Finding]:
         *_unused(scene),
         *_poor_shapes(scene),
         *_lights_inside(scene),
-        *_more_than_all(scene),
     ]
 
 
@@ -86,16 +85,6 @@ def _poor_shapes(scene: Scene) -> Iterator[Finding]:
         if isinstance(shape, Ellipsoid) and _flat(shape):
             detail = "One axis is more than 1e8 times as long as another: the picture may be inexact."
             yield Finding(("shapes", index, "axes"), "very_flat", detail)
-
-
-def _more_than_all(scene: Scene) -> Iterator[Finding]:
-    for name, material in scene.materials.items():
-        if material.mirror + material.transmission > 1:
-            detail = (
-                "'mirror' and 'transmission' together are more than 1: every bounce adds light, and the "
-                "number of rays may double or triple with each. Make their sum 1 or less."
-            )
-            yield Finding(("materials", name), "more_than_all", detail)
 
 
 def _flat(shape: Ellipsoid) -> bool:

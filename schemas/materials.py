@@ -90,5 +90,17 @@ class PhongMaterial(Closed):
             )
         return self
 
+    @model_validator(mode="after")
+    def _no_more_than_all(self) -> Self:
+        # What is sent on sums to 1 at most, so the weight cut-off bounds the number of rays.
+        if self.mirror + self.transmission > 1:
+            raise PydanticCustomError(
+                "more_than_all",
+                "'mirror' and 'transmission' are {sum} together: more light than the surface receives. "
+                "Make their sum 1 or less.",
+                {"sum": f"{self.mirror + self.transmission:.3g}"},
+            )
+        return self
+
 
 Material = Annotated[Annotated[PhongMaterial, tag(PhongMaterial)], chosen_by({"phong": (PhongMaterial,)})]

@@ -141,12 +141,3 @@ def test_a_ball_in_the_middle_of_any_camera_ray_is_in_view(
     materials = {"m": {"type": "phong", "color": [1, 1, 1]}}
     scene = {"version": 1, "camera": camera, "shapes": [ball], "materials": materials}
     assert in_view(Scene.model_validate(scene))
-
-
-@pytest.mark.parametrize(("mirror", "told"), [(0.25, False), (0.26, True)])
-def test_a_material_that_gives_more_light_than_it_receives_is_told(
-    scene: dict[str, Any], mirror: float, told: bool
-) -> None:
-    name = next(iter(scene["materials"]))
-    scene["materials"][name].update(mirror=mirror, transmission=0.75)
-    assert (warnings(scene) == [(f"/materials/{name}", "more_than_all")]) is told

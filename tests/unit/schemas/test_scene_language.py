@@ -363,3 +363,17 @@ def test_a_mesh_in_the_scene_has_a_limit(scene: dict[str, Any]) -> None:
     assert [(found.pointer, found.code) for found in caught.value.errors] == [
         ("/shapes/0/triangles", "over_limit")
     ]
+
+
+@pytest.mark.parametrize(("mirror", "refused"), [(0.25, False), (0.26, True)])
+def test_a_material_gives_no_more_light_than_it_receives(
+    scene: dict[str, Any], mirror: float, refused: bool
+) -> None:
+    name = next(iter(scene["materials"]))
+    scene["materials"][name].update(mirror=mirror, transmission=0.75)
+    if not refused:
+        read_scene(scene)
+        return
+    with pytest.raises(SceneError) as caught:
+        read_scene(scene)
+    assert [(p.pointer, p.code) for p in caught.value.errors] == [(f"/materials/{name}", "more_than_all")]
