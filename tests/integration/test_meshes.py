@@ -11,7 +11,7 @@ import pytest
 
 import renderer
 from service.store.assets import AssetStore
-from tests.images.test_meshes import FILES, HUGE
+from tests.images.test_mesh_files import FILES, HUGE
 from tests.integration.support import ended, finish, image, scene, submit, wait
 from tests.integration.test_assets import png, put
 from tests.integration.test_bad_requests import problem_of
