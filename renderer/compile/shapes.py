@@ -19,6 +19,7 @@ from renderer.shapes.displacement import Displaced
 from renderer.shapes.family import Location, Meeting, Outline
 from renderer.shapes.triangles import Triangles
 from renderer.stages import RayStage
+from renderer.textures.heights import Heights
 from schemas.geometry import no_area
 from schemas.materials import PhongMaterial
 from schemas.problems import Problem
@@ -55,12 +56,15 @@ def _displacement(request: Request, shape: Shape) -> PhongMaterial | None:
 def _displaced(request: Request) -> list[Family]:
     """The family of the shapes whose surface is moved."""
     parts, pointers = [], []
+    read: dict[tuple[str, float], Heights] = {}
     for number, shape in enumerate(request.document.shapes):
         material = _displacement(request, shape)
         if material is None or material.displacement_map is None:
             continue
-        heights = heights_of(request, material.displacement_map, material.displacement_height)
-        parts.append(Displaced(number, shape, heights))
+        key = (material.displacement_map, material.displacement_height)
+        if key not in read:
+            read[key] = heights_of(request, *key)
+        parts.append(Displaced(number, shape, read[key]))
         pointers.append(f"/materials/{escaped(shape.material)}/displacement_map")
     _list_still(request)
     if not parts:

@@ -22,7 +22,7 @@ PIXELS = 2.0
 """Length of an edge of the fine mesh as seen by the camera, pixels, unless the limit says otherwise."""
 
 MAX_TRIANGLES = 400_000
-"""Triangles of one displaced shape, at most."""
+"""Triangles of all displaced shapes of a scene together, at most; each has the same part of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +62,8 @@ class Patch:
 
 def build(parts: Sequence[Displaced], camera: Pinhole, assets: AssetSource) -> Triangles:
     """The family of all displaced shapes, fine enough for the camera."""
-    return joined([_moved(part, _patch(part.shape, camera, assets)) for part in parts])
+    most = MAX_TRIANGLES // len(parts)
+    return joined([_moved(part, _patch(part.shape, camera, assets, most)) for part in parts])
 
 
 def _moved(part: Displaced, patch: Patch) -> Triangles:
@@ -76,10 +77,10 @@ def _moved(part: Displaced, patch: Patch) -> Triangles:
     return triangles_of(part.number, moved, surface, smooth=True)
 
 
-def _patch(shape: language.Shape, camera: Pinhole, assets: AssetSource) -> Patch:
+def _patch(shape: language.Shape, camera: Pinhole, assets: AssetSource, most: int) -> Patch:
     match shape:
         case language.Ellipsoid() | language.Sphere():
-            return _ellipsoid(shape, camera, assets)
+            return _ellipsoid(shape, camera, assets, most)
         case language.Mesh() | language.MeshFile():
             surface = _mesh(shape, assets)
         case language.Triangle():
@@ -88,7 +89,7 @@ def _patch(shape: language.Shape, camera: Pinhole, assets: AssetSource) -> Patch
             )
         case _:
             surface = _rectangle(shape)
-    return _subdivided(surface, _normals(shape, surface), camera)
+    return _subdivided(surface, _normals(shape, surface), camera, most)
 
 
 def _normals(shape: language.Shape, surface: Surface) -> Floats:
@@ -114,13 +115,13 @@ def _rectangle(shape: language.Rectangle | language.Parallelogram) -> Surface:
     return Surface(vertices, np.array([[0, 1], [1, 3], [2, 2]]), np.array([[0.0, 1, 0, 1], [0.0, 0, 1, 1]]))
 
 
-def _subdivided(surface: Surface, normals: Floats, camera: Pinhole) -> Patch:
+def _subdivided(surface: Surface, normals: Floats, camera: Pinhole, most: int) -> Patch:
     """Every triangle cut into n * n, the same n for all, so that neighbours keep meeting at vertices.
 
     A vertex on an edge is the sum of two products, in whichever triangle: the same bits from both sides.
     """
     assert surface.texture is not None
-    count = _cuts(surface, camera)
+    count = _cuts(surface, camera, most)
     i, j = np.meshgrid(np.arange(count + 1), np.arange(count + 1), indexing="ij")
     inside = i + j <= count
     second, third = i[inside] / count, j[inside] / count
@@ -146,11 +147,11 @@ def _cells(numbers: Integers) -> Integers:
     return np.hstack((lower[:, lower.min(axis=0) >= 0], upper[:, upper.min(axis=0) >= 0]))
 
 
-def _cuts(surface: Surface, camera: Pinhole) -> int:
+def _cuts(surface: Surface, camera: Pinhole, most: int) -> int:
     corners = [surface.vertices[:, row] for row in surface.triangles]
     longest = max(float(_pixels(corners[i], corners[(i + 1) % 3], camera).max(initial=1.0)) for i in range(3))
-    most = int(np.sqrt(MAX_TRIANGLES / surface.triangles.shape[1]))
-    return max(1, min(int(np.ceil(longest / PIXELS)), most))
+    allowed = int(np.sqrt(most / surface.triangles.shape[1]))
+    return max(1, min(int(np.ceil(longest / PIXELS)), allowed))
 
 
 def _pixels(start: Floats, end: Floats, camera: Pinhole) -> Floats:
@@ -161,14 +162,16 @@ def _pixels(start: Floats, end: Floats, camera: Pinhole) -> Floats:
     return length / np.where(away > 0, away, 1.0) / (2 * camera.half_height) * camera.height
 
 
-def _ellipsoid(shape: language.Ellipsoid | language.Sphere, camera: Pinhole, assets: AssetSource) -> Patch:
+def _ellipsoid(
+    shape: language.Ellipsoid | language.Sphere, camera: Pinhole, assets: AssetSource, most: int
+) -> Patch:
     """A grid of longitudes and latitudes. Its first and last column, and each pole, are one place."""
     family = ellipsoids.build([0], [shape], assets)
     axes, inverse = family.axes[:, :, 0], family.inverse[:, :, 0]
     radius = float(np.max([lengths(axis[:, None]) for axis in axes]))
     side = np.array([[radius], [0.0], [0.0]])
     half_round = np.pi * float(_pixels(family.centers, family.centers + side, camera).item())
-    rows = max(8, min(int(np.ceil(half_round / PIXELS)), int(np.sqrt(MAX_TRIANGLES / 4))))
+    rows = max(3, min(int(np.ceil(half_round / PIXELS)), int(np.sqrt(most / 4))))
     coordinates, triangles = _graticule(rows)
     local = _on_sphere(coordinates)
     positions = family.centers + np.stack([dot(local, axes[:, i, None]) for i in range(3)])
