@@ -1,5 +1,7 @@
 """Which shapes are built, and how rays meet them."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from renderer import cost
@@ -19,11 +21,13 @@ from renderer.shapes.displacement import Displaced
 from renderer.shapes.family import Location, Meeting, Outline
 from renderer.shapes.triangles import Triangles
 from renderer.stages import RayStage
-from renderer.textures.heights import Heights
 from schemas.geometry import no_area
 from schemas.materials import PhongMaterial
 from schemas.problems import Problem
 from schemas.shapes import Shape, Triangle
+
+if TYPE_CHECKING:
+    from renderer.textures.heights import Heights
 
 
 def families(request: Request) -> list[Family]:
