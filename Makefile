@@ -46,7 +46,7 @@ clean:  ## remove .venv and everything made
 	touch $@
 
 .venv/installed: pyproject.toml constraints.txt | .venv/created
-	$(BIN)/python -m pip install --quiet $(CONSTRAINTS) --editable '.[mesh,exr]'
+	$(BIN)/python -m pip install --quiet $(CONSTRAINTS) --editable '.[mesh,exr,numerics]'
 	touch $@
 
 .venv/installed-%: .venv/installed

@@ -54,7 +54,10 @@ def test_every_pattern_of_the_language_is_a_function_of_the_renderer() -> None:
     assert set(PATTERNS) == wanted
 
 
-RENDERER_TESTS = [ROOT / "tests" / folder for folder in ("unit/renderer", "images", "numerics", "statistics")]
+RENDERER_TESTS = [
+    *(ROOT / "tests" / folder for folder in ("unit/renderer", "images", "numerics", "statistics")),
+    ROOT / "renderer" / "hard_cases",
+]
 
 
 def texts_of_tests() -> list[str]:

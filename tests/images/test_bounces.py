@@ -8,30 +8,26 @@ import pytest
 
 import renderer
 from renderer.execute import camera_rays, local_radiance, radiance
+from renderer.hard_cases.documents import (
+    Json,
+    bulb,
+    camera,
+    lamp,
+    phong,
+    rectangle,
+    sampled,
+    scene,
+    sphere,
+    sun,
+    triangle,
+)
 from renderer.streams import branch, keys
 from renderer.tiling import blocks
 from schemas.reading import read_scene
 from schemas.tiles import Pass, Tile
 from tests.images import pictures
 from tests.images.literal import Drawing
-from tests.images.parts import (
-    DOUBLE,
-    Json,
-    bulb,
-    camera,
-    image_of,
-    lamp,
-    phong,
-    plan_of,
-    png,
-    rectangle,
-    sampled,
-    samples_of,
-    scene,
-    sphere,
-    sun,
-    triangle,
-)
+from tests.images.parts import DOUBLE, image_of, plan_of, png, samples_of
 from tests.images.test_literal_random import BUMPS, any_scene
 
 COLORED = {"plain": phong(), "red": phong([0.9, 0.1, 0.1], specular=0.4, shininess=9)}

@@ -5,18 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from tests.images.parts import (
-    DOUBLE,
-    SINGLE,
-    camera,
-    image_of,
-    lamp,
-    phong,
-    plan_of,
-    rectangle,
-    sampled,
-    scene,
-)
+from renderer.hard_cases.documents import camera, lamp, phong, rectangle, sampled, scene
+from tests.images.parts import DOUBLE, SINGLE, image_of, plan_of
 
 MATT = {"plain": phong([1, 1, 1], ambient=0, diffuse=1)}
 ONE_PIXEL = {"width": 1, "height": 1, "vertical_fov": 1e-3}

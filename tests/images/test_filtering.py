@@ -5,21 +5,11 @@ import pytest
 
 import renderer
 from renderer.execute import camera_rays, shaded_points
+from renderer.hard_cases.documents import camera, ellipsoid, phong, rectangle, sampled, scene, triangle
 from renderer.textures import footprints
 from renderer.tiling import blocks
 from schemas.tiles import Pass, Tile
-from tests.images.parts import (
-    camera,
-    ellipsoid,
-    image_of,
-    phong,
-    plan_of,
-    png,
-    rectangle,
-    sampled,
-    scene,
-    triangle,
-)
+from tests.images.parts import image_of, plan_of, png
 
 GREY = {"plain": phong(color_texture="board", ambient=1, diffuse=0)}
 

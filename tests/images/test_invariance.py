@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 import renderer
 from renderer.film import compose
+from renderer.hard_cases.documents import Json, camera, phong, sampled
 from renderer.tiling import tiles
 from tests.images import pictures
-from tests.images.parts import DOUBLE, SINGLE, Json, camera, image_of, phong, plan_of, png, sampled
+from tests.images.parts import DOUBLE, SINGLE, image_of, plan_of, png
 from tests.images.random_scenes import accepted, placed, scenes
 
 FILES = {"picture.png": png(pictures.codes(6, 5)), "bumps.png": png(pictures.bumps())}

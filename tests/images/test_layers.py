@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 
 import renderer
 from renderer.arrays import lengths
+from renderer.hard_cases.documents import Json, bulb, camera, phong, rectangle, sampled, scene, sphere
 from renderer.layers import LAYERS
 from renderer.tiling import tiles
 from schemas.layers import LAYER_NAMES
 from schemas.quality import FixedQuality
 from tests.images import pictures
-from tests.images.parts import Files, Json, bulb, camera, phong, png, rectangle, sampled, scene, sphere
+from tests.images.parts import Files, png
 from tests.images.random_scenes import accepted, scenes
 
 FILES = {"picture.png": png(pictures.codes(6, 5)), "bumps.png": png(pictures.bumps())}

@@ -8,26 +8,24 @@ import pytest
 
 from renderer.cameras import thin_lens
 from renderer.execute import camera_rays, radiance
-from renderer.lights.emitters import PIXEL_DIMENSIONS
-from renderer.samplers import PATTERNS as PATTERN_FUNCTIONS
-from renderer.streams import keys
-from renderer.tiling import blocks
-from schemas.tiles import Pass, Tile
-from tests.images.parts import (
+from renderer.hard_cases.documents import (
     camera,
     ellipsoid,
-    image_of,
     lamp,
     phong,
-    plan_of,
     rectangle,
     sampled,
-    samples_of,
     scene,
     sphere,
     sun,
     triangle,
 )
+from renderer.lights.emitters import PIXEL_DIMENSIONS
+from renderer.samplers import PATTERNS as PATTERN_FUNCTIONS
+from renderer.streams import keys
+from renderer.tiling import blocks
+from schemas.tiles import Pass, Tile
+from tests.images.parts import image_of, plan_of, samples_of
 
 PATTERNS = ["center", "uniform", "rotated", "random", "stratified", "sobol"]
 SIGMAS = 4

@@ -7,24 +7,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from renderer.hard_cases.documents import Json, bulb, camera, lamp, phong, sampled, sun
 from schemas.reading import read_scene
 from tests.images import pictures
 from tests.images.literal import Codes, Drawing
-from tests.images.parts import (
-    DOUBLE,
-    SINGLE,
-    Json,
-    bulb,
-    camera,
-    image_of,
-    lamp,
-    phong,
-    plan_of,
-    png,
-    sampled,
-    samples_of,
-    sun,
-)
+from tests.images.parts import DOUBLE, SINGLE, image_of, plan_of, png, samples_of
 
 PICTURE = pictures.codes(6, 5)
 BUMPS = pictures.bumps()

@@ -5,28 +5,24 @@ import random
 import numpy as np
 import pytest
 
-from schemas.reading import read_scene
-from tests.images import pictures
-from tests.images.literal import Drawing
-from tests.images.parts import (
-    DOUBLE,
-    SINGLE,
+from renderer.hard_cases.documents import (
     Json,
     bulb,
     camera,
     ellipsoid,
     lamp,
     phong,
-    plan_of,
-    png,
     rectangle,
     sampled,
-    samples_of,
     scene,
     sphere,
     sun,
     triangle,
 )
+from schemas.reading import read_scene
+from tests.images import pictures
+from tests.images.literal import Drawing
+from tests.images.parts import DOUBLE, SINGLE, plan_of, png, samples_of
 
 BUMPS = pictures.bumps()
 

@@ -12,22 +12,14 @@ import trimesh
 from trimesh.visual import TextureVisuals
 
 import renderer
+from renderer.hard_cases import solids
+from renderer.hard_cases.documents import Json, lamp, rectangle, sampled, scene
 from renderer.shapes import mesh_files, meshes
 from renderer.shapes.mesh_files import announced, read_mesh
 from schemas.errors import SceneError
 from schemas.limits import MAX_TRIANGLES
 from schemas.reading import read_scene
-from tests.images.parts import (
-    Files,
-    Json,
-    image_of,
-    lamp,
-    plan_of,
-    rectangle,
-    sampled,
-    scene,
-)
-from tests.numerics import solids
+from tests.images.parts import Files, image_of, plan_of
 
 ROOT = Path(__file__).parents[2]
 VERTICES, FACES = solids.outward([0.0, 1.0, 0.0], 1.0, 2)

@@ -7,23 +7,21 @@ import numpy as np
 import pytest
 
 import renderer
-from renderer.shapes import meshes
-from schemas.reading import read_scene
-from tests.images.parts import (
-    Files,
+from renderer.hard_cases import solids
+from renderer.hard_cases.documents import (
     Json,
     camera,
-    image_of,
     lamp,
     phong,
-    plan_of,
     rectangle,
     sampled,
     scene,
     sphere,
     triangle,
 )
-from tests.numerics import solids
+from renderer.shapes import meshes
+from schemas.reading import read_scene
+from tests.images.parts import Files, image_of, plan_of
 
 ROOT = Path(__file__).parents[2]
 VERTICES, FACES = solids.outward([0.0, 1.0, 0.0], 1.0, 2)

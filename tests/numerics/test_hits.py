@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from renderer.hard_cases import oracle
+from renderer.hard_cases.documents import ellipsoid, rectangle, scene, sphere, triangle
+from renderer.hard_cases.families import FAMILIES
 from schemas.reading import read_scene
-from tests.images.parts import ellipsoid, rectangle, scene, sphere, triangle
-from tests.numerics import oracle
-from tests.numerics.families import FAMILIES
 from tests.numerics.tracing import EPS, traced
 
 ILL_SHAPED = {"slivers", "needles"}

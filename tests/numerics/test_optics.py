@@ -8,11 +8,12 @@ import pytest
 
 from renderer.arrays import dot, unit
 from renderer.execute import local_radiance
+from renderer.hard_cases.documents import Json, bulb, phong, rectangle, scene, sphere, triangle
+from renderer.hard_cases.solids import outward
 from renderer.interaction import Rays
 from renderer.materials.optics import fresnel, reflected, refracted, transmitted_cosine
 from renderer.waves import Wave, camera_wave
-from tests.images.parts import DOUBLE, Json, bulb, phong, plan_of, rectangle, scene, sphere, triangle
-from tests.numerics.solids import outward
+from tests.images.parts import DOUBLE, plan_of
 
 EPS = float(np.finfo(np.float64).eps)
 mpmath.mp.dps = 50

@@ -5,12 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.images.parts import (
-    DOUBLE,
-    SINGLE,
+from renderer.hard_cases.documents import (
     bulb,
     camera,
-    image_of,
     lamp,
     phong,
     rectangle,
@@ -20,6 +17,7 @@ from tests.images.parts import (
     sun,
     triangle,
 )
+from tests.images.parts import DOUBLE, SINGLE, image_of
 from tests.numerics.tracing import traced
 
 BOTH = pytest.mark.parametrize("quality", [SINGLE, DOUBLE], ids=["single", "double"])

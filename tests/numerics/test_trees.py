@@ -12,6 +12,8 @@ from renderer.accelerators.meeting import TreeMeeting
 from renderer.accelerators.trees import FEW, tree_of
 from renderer.compile import compile_visibility
 from renderer.execute import shaded_points
+from renderer.hard_cases import solids
+from renderer.hard_cases.documents import Json, bulb, lamp, sampled, scene, sun, triangle
 from renderer.interaction import Rays
 from renderer.shapes.family import Meeting
 from renderer.shapes.triangles import Triangles, build
@@ -19,8 +21,7 @@ from renderer.visibility.polygon_scatter import ScatterPolygonShadows
 from renderer.visibility.trees import FEW_NODES, SHAFT_LEVELS, TreeShadows
 from renderer.workspace import Workspace
 from schemas.shapes import Triangle
-from tests.images.parts import DOUBLE, Files, Json, bulb, lamp, plan_of, sampled, scene, sun, triangle
-from tests.numerics import solids
+from tests.images.parts import DOUBLE, Files, plan_of
 from tests.numerics.tracing import towards, traced
 
 Floats = np.ndarray

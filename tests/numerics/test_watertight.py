@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from renderer.hard_cases import oracle, solids
+from renderer.hard_cases.documents import bulb, lamp, rectangle, scene, triangle
 from schemas.reading import read_scene
-from tests.images.parts import DOUBLE, SINGLE, bulb, lamp, rectangle, scene, triangle
-from tests.numerics import oracle, solids
+from tests.images.parts import DOUBLE, SINGLE
 from tests.numerics.tracing import EPS, towards, traced
 
 FAR = [148376.0, 1234.0, -223423.0]

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 import renderer
+from renderer.hard_cases.documents import Json, sampled, scene
 from schemas.quality import FixedQuality
-from tests.images.parts import Json, plan_of, sampled, scene
+from tests.images.parts import plan_of
 
 EPS = 2.0**-52
 

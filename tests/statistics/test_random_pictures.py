@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from renderer.hard_cases.documents import Json, camera, sampled
 from schemas.quality import FixedQuality
 from schemas.sampling import Antialiasing, LightSampling
 from tests.images import pictures
-from tests.images.parts import Json, camera, image_of, sampled
+from tests.images.parts import image_of
 
 SEEDS = 24
 SCENE = pictures.of_room(camera=camera(width=12, height=8))

@@ -12,7 +12,8 @@ from PIL import Image
 
 import renderer
 from renderer.assets import MAX_PIXELS, AssetError, FolderAssets, decode_image, image_size
-from tests.images.parts import Files, phong, png, rectangle, scene
+from renderer.hard_cases.documents import phong, rectangle, scene
+from tests.images.parts import Files, png
 
 TEXTURED = scene(
     rectangle([-1, -1, 0], [2, 0, 0], [0, 2, 0]),

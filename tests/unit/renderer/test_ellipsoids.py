@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.images.parts import DOUBLE, ellipsoid, image_of, phong, png, scene, sphere, sun
+from renderer.hard_cases.documents import ellipsoid, phong, scene, sphere, sun
+from tests.images.parts import DOUBLE, image_of, png
 from tests.numerics.tracing import EPS, traced
 
 AXES = [[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1e-6]]

@@ -5,22 +5,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from renderer.hard_cases.documents import Json, bulb, lamp, phong, rectangle, sampled, scene, sun
 from renderer.lights import emitters
 from schemas.lights import DirectionalLight, ParallelogramLight, RectangleLight
 from schemas.sampling import LightSampling
-from tests.images.parts import (
-    DOUBLE,
-    SINGLE,
-    Json,
-    bulb,
-    image_of,
-    lamp,
-    phong,
-    rectangle,
-    sampled,
-    scene,
-    sun,
-)
+from tests.images.parts import DOUBLE, SINGLE, image_of
 from tests.numerics.tracing import EPS, traced
 
 VIEW = {"position": [0, 0, 5], "look_at": [0, 0, 0], "width": 3, "height": 3, "vertical_fov": 20}

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from renderer.film import Film, compose, enlarge
+from renderer.hard_cases.documents import scene
 from renderer.tiling import blocks, tiles
 from schemas.tiles import Pass, Tile
-from tests.images.parts import plan_of, scene
+from tests.images.parts import plan_of
 
 PREVIEW = Pass(0, 4, 0, 1)
 ROUNDS = [Pass(1, 1, 0, 1), Pass(2, 1, 1, 4), Pass(3, 1, 4, 9)]

@@ -6,7 +6,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from tests.images.parts import DOUBLE, SINGLE, Json, bulb, camera, image_of, phong, rectangle, scene, sun
+from renderer.hard_cases.documents import Json, bulb, camera, phong, rectangle, scene, sun
+from tests.images.parts import DOUBLE, SINGLE, image_of
 
 BOTH = pytest.mark.parametrize("quality", [SINGLE, DOUBLE], ids=["single", "double"])
 ONE = camera(position=[0, 4, 0], look_at=[0, 0, 0], up=[0, 0, -1], width=1, height=1)

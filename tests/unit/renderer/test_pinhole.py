@@ -8,10 +8,10 @@ import pytest
 
 from renderer.arrays import column
 from renderer.cameras import pinhole
+from renderer.hard_cases.documents import camera, scene
 from schemas.cameras import Camera
 from schemas.errors import SceneError
 from schemas.reading import read_scene
-from tests.images.parts import camera, scene
 
 EPS = 2.0**-52
 

@@ -9,19 +9,13 @@ import pytest
 
 import renderer
 from renderer.effects import LIGHTS, SHAPES, TEXTURES
-from schemas.plans import PlanDocument
-from schemas.quality import FixedQuality
-from schemas.sampling import Antialiasing, LightSampling
-from tests.images import pictures
-from tests.images.parts import (
+from renderer.hard_cases.documents import (
     Json,
     bulb,
     camera,
     ellipsoid,
     lamp,
     phong,
-    plan_of,
-    png,
     rectangle,
     sampled,
     scene,
@@ -29,6 +23,11 @@ from tests.images.parts import (
     sun,
     triangle,
 )
+from schemas.plans import PlanDocument
+from schemas.quality import FixedQuality
+from schemas.sampling import Antialiasing, LightSampling
+from tests.images import pictures
+from tests.images.parts import plan_of, png
 
 GALLERY = sorted((Path(__file__).parents[3] / "scenes" / "gallery").glob("*.json"))
 FLOOR = rectangle([-4, 0, -4], [0, 0, 8], [8, 0, 0])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from renderer.arrays import column
+from renderer.hard_cases.documents import rectangle
 from renderer.shapes.rectangles import edges_of
-from tests.images.parts import rectangle
 from tests.numerics.tracing import EPS, traced
 
 CENTER_FORM = {

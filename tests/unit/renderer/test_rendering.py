@@ -7,9 +7,10 @@ import pytest
 
 import renderer
 from renderer import rendering
+from renderer.hard_cases.documents import rectangle, scene, triangle
 from renderer.interaction import Rays
 from tests.images import pictures
-from tests.images.parts import SINGLE, image_of, plan_of, rectangle, scene, triangle
+from tests.images.parts import SINGLE, image_of, plan_of
 
 SMALL = pictures.of_room()
 

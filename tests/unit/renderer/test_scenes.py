@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import renderer
+from renderer.hard_cases.documents import phong, rectangle, scene
 from schemas.limits import Limits
 from schemas.reading import read_scene
-from tests.images.parts import Files, phong, png, rectangle, scene
+from tests.images.parts import Files, png
 
 SCENE = scene(
     rectangle([-1, -1, 0], [2, 0, 0], [0, 2, 0]),

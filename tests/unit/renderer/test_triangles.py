@@ -6,10 +6,10 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from renderer.hard_cases import families, oracle
+from renderer.hard_cases.documents import triangle
 from renderer.shapes.frames import frame_of_normals, frame_of_texture
 from renderer.shapes.triangles import unit_normals
-from tests.images.parts import triangle
-from tests.numerics import families, oracle
 from tests.numerics.tracing import EPS, traced
 
 

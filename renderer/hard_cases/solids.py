@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 
-from tests.images.parts import Json, rectangle, triangle
+from renderer.hard_cases.documents import Json, rectangle, triangle
 
 Floats = np.ndarray
 
@@ -24,6 +24,7 @@ def box(corner: list[float], size: float) -> list[Json]:
 
 
 def box_corners(corner: list[float], size: float) -> Floats:
+    """Its eight corners, (8, 3)."""
     return np.array(
         [
             [x + size * s for x, s in zip(corner, side, strict=True)]
@@ -33,6 +34,7 @@ def box_corners(corner: list[float], size: float) -> Floats:
 
 
 def box_edges(corner: list[float], size: float) -> list[tuple[Floats, Floats]]:
+    """Its twelve edges as pairs of corners."""
     corners = box_corners(corner, size)
     return [(a, b) for a, b in itertools.combinations(corners, 2) if np.count_nonzero(a != b) == 1]
 
@@ -92,7 +94,7 @@ def outward(center: list[float], radius: float, rounds: int) -> tuple[Floats, Fl
     return vertices, np.where(inward[:, None], faces[:, ::-1], faces)
 
 
-def _divided(vertices: list[Floats], faces: list[tuple[int, ...]]) -> list[tuple[int, ...]]:
+def _divided(vertices: list[Floats], faces: list[tuple[int, int, int]]) -> list[tuple[int, int, int]]:
     middles: dict[tuple[int, int], int] = {}
 
     def middle(i: int, j: int) -> int:
@@ -112,6 +114,7 @@ def _divided(vertices: list[Floats], faces: list[tuple[int, ...]]) -> list[tuple
 
 
 def triangles_of(vertices: Floats, faces: Floats) -> list[Json]:
+    """One triangle of the scene language a face."""
     return [triangle(*(vertices[i].tolist() for i in face)) for face in faces]
 
 

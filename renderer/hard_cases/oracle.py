@@ -44,31 +44,38 @@ class Answer:
 
 
 def exact(vector: Vector) -> Exact:
+    """The rational numbers that three doubles are."""
     x, y, z = (Fraction(float(c)) for c in vector)
     return x, y, z
 
 
 def minus(a: Exact, b: Exact) -> Exact:
+    """The difference."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 def times(a: Exact, s: Fraction) -> Exact:
+    """The multiple."""
     return a[0] * s, a[1] * s, a[2] * s
 
 
 def plus(a: Exact, b: Exact) -> Exact:
+    """The sum."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 def cross(a: Exact, b: Exact) -> Exact:
+    """The cross product."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 def dot(a: Exact, b: Exact) -> Fraction:
+    """The dot product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def rounded(vector: Sequence[Any]) -> tuple[float, ...]:
+    """The nearest doubles."""
     return tuple(float(c) for c in vector)
 
 
@@ -80,6 +87,7 @@ def unit(vector: Sequence[Any]) -> tuple[float, ...]:
 
 
 def triangle(shape: Any, origin: Vector, direction: Vector) -> Answer:
+    """The nearest hit of a triangle."""
     a, b, c = vertices = [exact(vertex) for vertex in shape.vertices]
     margin = _margin(vertices, exact(origin), exact(direction))
     found = _plane(a, minus(b, a), minus(c, a), origin, direction)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from tests.images.parts import Json, ellipsoid, rectangle, sphere, triangle
+from renderer.hard_cases.documents import Json, ellipsoid, rectangle, sphere, triangle
 
 Ray = tuple[list[float], list[float]]
 Case = tuple[Json, list[Ray]]
@@ -14,19 +14,23 @@ SHAPES, RAYS = 30, 10
 
 
 def vector(chosen: random.Random, reach: float = 1.0) -> list[float]:
+    """A random place in a cube."""
     return [chosen.uniform(-reach, reach) for _ in range(3)]
 
 
 def direction(chosen: random.Random) -> list[float]:
+    """A random unit vector."""
     v = np.array([chosen.gauss(0, 1) for _ in range(3)])
     return [float(x) for x in v / np.linalg.norm(v)]
 
 
 def listed(v: object) -> list[float]:
+    """As a scene writes it."""
     return [float(x) for x in np.asarray(v)]
 
 
 def mixed(corners: list[list[float]], weights: list[float]) -> np.ndarray:
+    """The sum of corners by weights."""
     return sum(w * np.array(c) for w, c in zip(weights, corners, strict=True))  # type: ignore[return-value]
 
 
@@ -41,6 +45,7 @@ def aimed(chosen: random.Random, corners: list[list[float]], distance: float, sp
 
 
 def triangles(make: Callable[[random.Random], list[list[float]]], distance: float = 3.0) -> Iterator[Case]:
+    """A family of triangles, with rays at them and beside them from some sizes away."""
     chosen = random.Random(make.__name__)
     for _ in range(SHAPES):
         corners = make(chosen)
@@ -49,35 +54,42 @@ def triangles(make: Callable[[random.Random], list[list[float]]], distance: floa
 
 
 def ordinary(chosen: random.Random) -> list[list[float]]:
+    """Of no special shape."""
     return [vector(chosen) for _ in range(3)]
 
 
 def sliver(chosen: random.Random) -> list[list[float]]:
+    """Base 1, height 1e-7 to 1e-2."""
     a, along = np.array(vector(chosen)), np.array(direction(chosen))
     aside = np.cross(along, direction(chosen)) * 10 ** chosen.uniform(-7, -2)
     return [listed(a), listed(a + along), listed(a + chosen.random() * along + aside)]
 
 
 def needle(chosen: random.Random) -> list[list[float]]:
+    """Two vertices 1e-6 apart, the third at distance 1."""
     a = np.array(vector(chosen))
     return [listed(a), listed(a + 1e-6 * np.array(direction(chosen))), listed(a + direction(chosen))]
 
 
 def tiny(chosen: random.Random) -> list[list[float]]:
+    """Of size 1e-15 to 1e-4."""
     size = 10 ** chosen.uniform(-15, -4)
     return [listed(size * np.array(vector(chosen))) for _ in range(3)]
 
 
 def huge(chosen: random.Random) -> list[list[float]]:
+    """Coordinates up to 1e14."""
     return [vector(chosen, 1e14) for _ in range(3)]
 
 
 def offset(chosen: random.Random) -> list[list[float]]:
+    """Up to a million units from the origin."""
     place = np.array(vector(chosen, 1e6))
     return [listed(place + vector(chosen)) for _ in range(3)]
 
 
 def long_rays() -> Iterator[Case]:
+    """From 1e3 to 3e6 units away."""
     chosen = random.Random("long")
     for _ in range(SHAPES):
         corners = ordinary(chosen)
@@ -85,6 +97,7 @@ def long_rays() -> Iterator[Case]:
 
 
 def grazing(kind: str) -> Iterator[Case]:
+    """Rays that meet the plane at an angle down to 3e-7."""
     chosen = random.Random(f"grazing {kind}")
     for _ in range(SHAPES):
         a, first, second = (np.array(vector(chosen)) for _ in range(3))
@@ -99,12 +112,14 @@ def grazing(kind: str) -> Iterator[Case]:
 
 
 def flat(kind: str, a: np.ndarray, first: np.ndarray, second: np.ndarray) -> Json:
+    """A triangle or a parallelogram of two edges."""
     if kind == "triangle":
         return triangle(listed(a), listed(a + first), listed(a + second))
     return rectangle(listed(a), listed(first), listed(second))
 
 
 def rectangles(make: Callable[[random.Random], list[list[float]]], distance: float = 3.0) -> Iterator[Case]:
+    """A family of parallelograms, with rays at them and beside them."""
     chosen = random.Random(make.__name__)
     for _ in range(SHAPES):
         corner, first, second = make(chosen)
@@ -119,6 +134,7 @@ def rectangles(make: Callable[[random.Random], list[list[float]]], distance: flo
 
 
 def skew(chosen: random.Random) -> list[list[float]]:
+    """Edges at any angle."""
     return [vector(chosen), direction(chosen), direction(chosen)]
 
 
@@ -130,11 +146,13 @@ def square_in_float32(chosen: random.Random) -> list[list[float]]:
 
 
 def long_and_narrow(chosen: random.Random) -> list[list[float]]:
+    """Sides 1 to a million."""
     first = np.array(direction(chosen))
     return [vector(chosen), listed(first), listed(np.cross(first, direction(chosen)) * 1e-6)]
 
 
 def any_size(chosen: random.Random) -> list[list[float]]:
+    """Of size 1e-12 to 1e12."""
     size = 10 ** chosen.uniform(-12, 12)
     return [listed(size * np.array(vector(chosen))) for _ in range(3)]
 
@@ -159,14 +177,17 @@ def round_(
 
 
 def axes_near_one(chosen: random.Random) -> list[float]:
+    """Semi-axes of 0.3 to 2."""
     return [chosen.uniform(0.3, 2) for _ in range(3)]
 
 
 def axes_far_apart(chosen: random.Random) -> list[float]:
+    """Semi-axes down to a millionth of the first."""
     return [1.0, 10 ** chosen.uniform(-2, 0), 10 ** chosen.uniform(-6, -3)]
 
 
 def far_and_tiny() -> Iterator[Case]:
+    """Spheres of radius 1, from 1e3 to 3e6 units away."""
     chosen = random.Random("far and tiny")
     for _ in range(SHAPES):
         distance = 10 ** chosen.uniform(3, 6.5)
@@ -206,6 +227,7 @@ def inside() -> Iterator[Case]:
 
 
 def nearly_tangent() -> Iterator[Case]:
+    """Rays that pass a sphere at 1 +- 1e-7 to 1e-1 radii."""
     chosen = random.Random("tangent")
     for _ in range(SHAPES):
         middle, rays = np.array(vector(chosen)), []

@@ -1,0 +1,5 @@
+"""Hard cases: the Phong model."""
+
+from renderer.hard_cases.cases import Section
+
+SECTION = Section("The Phong model")

@@ -1,0 +1,5 @@
+"""Hard cases: textures, normal maps, displacement."""
+
+from renderer.hard_cases.cases import Section
+
+SECTION = Section("Textures, normal maps, displacement")

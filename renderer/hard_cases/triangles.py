@@ -1,0 +1,5 @@
+"""Hard cases: triangles."""
+
+from renderer.hard_cases.cases import Section
+
+SECTION = Section("Triangles")
