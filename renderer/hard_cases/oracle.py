@@ -1,4 +1,4 @@
-"""Exact answers to what a ray hits: rational numbers for flat shapes, 50 digits for ellipsoids.
+"""Exact answers to what a ray hits: rational numbers for flat shapes, 200 binary digits for ellipsoids.
 
 The numbers of a scene are doubles, and every double is a rational number, so a flat shape's answer has no
 error at all. `margin` is how near to the border between hit and miss a ray passes, relative to the shape:
@@ -16,6 +16,9 @@ import mpmath
 Vector = Sequence[float]
 Exact = tuple[Fraction, Fraction, Fraction]
 mpmath.mp.dps = 50
+
+DIGITS = 200
+"""Binary digits behind the point of square roots."""
 
 
 @dataclass(frozen=True)
@@ -145,51 +148,71 @@ def _plane(
 
 
 def ellipsoid(shape: Any, origin: Vector, direction: Vector) -> Answer:
-    """Nearest root ahead; from inside that is the far one."""
-    r = getattr(shape, "radius", 0.0)
-    axes = getattr(shape, "axes", ((r, 0.0, 0.0), (0.0, r, 0.0), (0.0, 0.0, r)))
-    exact_axes = [exact(axis) for axis in axes]
-    relative, along = minus(exact(origin), exact(shape.center)), exact(direction)
-    o, d = _local(relative, exact_axes), _local(along, exact_axes)
-    a, b, c = dot(d, d), dot(o, d), dot(o, o) - 1
+    """Nearest root ahead; from inside that is the far one.
+
+    In whole numbers: the shape's numbers and the origin times one power of two, the direction times another,
+    places in the frame of the unit sphere times the product of the squared semi-axes.
+    """
+    (start, middle, *axes), scale = _whole([origin, shape.center, *_semi_axes(shape)])
+    (along,), finer = _whole([direction])
+    squared = [_product(axis, axis) for axis in axes]
+    one = math.prod(squared)
+    rows = [[x * (one // length) for x in axis] for axis, length in zip(axes, squared, strict=True)]
+    o = [_product(row, [x - y for x, y in zip(start, middle, strict=True)]) for row in rows]
+    d = [_product(row, along) for row in rows]
+    a, b, c = _product(d, d), _product(o, d), _product(o, o) - one * one
     discriminant = b * b - a * c
-    closest = mpmath.sqrt(_mp((dot(o, o) * a - b * b) / a))
-    shortest = mpmath.sqrt(min(_mp(dot(axis, axis)) for axis in exact_axes))
-    largest = max(abs(x) for vector in (exact(origin), exact(shape.center), *exact_axes) for x in vector)
-    margin = float(abs(1 - closest) * shortest / _mp(largest))
-    if discriminant < 0:
+    closest = math.sqrt(max(0.0, 1 - discriminant / (a * one * one)))
+    largest = max(abs(x) for vector in (start, middle, *axes) for x in vector)
+    gap = abs(discriminant) / (a * one * one) / (1 + closest)
+    margin = gap * (math.isqrt(min(squared) << 2 * DIGITS) / (largest << DIGITS))
+    above, below = _nearest_ahead(a, b, c, discriminant)
+    if above <= 0:
         return Answer(hit=False, margin=margin)
-    root = mpmath.sqrt(_mp(discriminant))
-    ahead = [t for t in ((-_mp(b) - root) / _mp(a), (-_mp(b) + root) / _mp(a)) if t > 0]
-    if not ahead:
-        return Answer(hit=False, margin=margin)
-    t = ahead[0]
-    local = [_mp(x) + t * _mp(y) for x, y in zip(o, d, strict=True)]
-    place = [
-        _mp(Fraction(float(x))) + t * _mp(Fraction(float(y))) for x, y in zip(origin, direction, strict=True)
-    ]
-    normal = [
-        mpmath.fsum(
-            x * _mp(axis[k]) / _mp(dot(axis, axis)) for x, axis in zip(local, exact_axes, strict=True)
-        )
-        for k in range(3)
-    ]
-    outside = mpmath.fsum(n * _mp(y) for n, y in zip(normal, along, strict=True)) < 0
-    longitude = mpmath.atan2(local[1], local[0]) / (2 * mpmath.pi)
-    latitude = mpmath.atan2(mpmath.hypot(local[0], local[1]), -local[2]) / mpmath.pi
+    local = [x * below + above * y for x, y in zip(o, d, strict=True)]
+    normal = [sum(x * row[k] for x, row in zip(local, rows, strict=True)) for k in range(3)]
+    outside = _product(normal, along) < 0
     return Answer(
         hit=True,
         margin=margin,
-        t=float(t),
-        position=rounded(place),
-        normal=unit(normal if outside else [-n for n in normal]),
-        uv=(float(longitude % 1), float(latitude)),
+        t=above * finer / (below * scale),
+        position=tuple((x * below + above * y) / (below * scale) for x, y in zip(start, along, strict=True)),
+        normal=unit([Fraction(n if outside else -n) for n in normal]),
+        uv=_angles(*(mpmath.mpf(x) for x in local)),
     )
 
 
-def _local(vector: Exact, axes: Sequence[Exact]) -> Exact:
-    x, y, z = (dot(vector, axis) / dot(axis, axis) for axis in axes)
-    return x, y, z
+def _semi_axes(shape: Any) -> list[Vector]:
+    r = getattr(shape, "radius", 0.0)
+    return list(getattr(shape, "axes", ((r, 0.0, 0.0), (0.0, r, 0.0), (0.0, 0.0, r))))
+
+
+def _whole(vectors: Sequence[Vector]) -> tuple[list[list[int]], int]:
+    """Doubles times the least power of two that makes all of them whole, and that power."""
+    ratios = [[float(x).as_integer_ratio() for x in vector] for vector in vectors]
+    scale = max(below for vector in ratios for _, below in vector)
+    return [[above * (scale // below) for above, below in vector] for vector in ratios], scale
+
+
+def _product(a: Sequence[int], b: Sequence[int]) -> int:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _nearest_ahead(a: int, b: int, c: int, discriminant: int) -> tuple[int, int]:
+    """The least positive root of a t^2 + 2 b t + c as a quotient of whole numbers, 0 / 1 if there is none."""
+    if discriminant < 0:
+        return 0, 1
+    one = 1 << DIGITS
+    root = math.isqrt(discriminant << 2 * DIGITS)
+    far = -(b * one + root) if b > 0 else -b * one + root
+    roots = [(far, a * one), (c * one, far)] if far else [(0, 1)]
+    ahead = [(above, below) if below > 0 else (-above, -below) for above, below in roots]
+    return min((r for r in ahead if r[0] > 0), key=lambda r: Fraction(*r), default=(0, 1))
+
+
+def _angles(x: Any, y: Any, z: Any) -> tuple[float, float]:
+    longitude = mpmath.atan2(y, x) / (2 * mpmath.pi)
+    return float(longitude % 1), float(mpmath.atan2(mpmath.hypot(x, y), -z) / mpmath.pi)
 
 
 def _mp(x: Fraction) -> Any:
