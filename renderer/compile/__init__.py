@@ -68,7 +68,7 @@ def _plan(request: Request) -> RenderPlan:
     """Build the stages in the order in which they run."""
     camera = _camera(request)
     families = shapes.families(request)
-    emitters = lights.emitters(request)
+    emitters = lights.emitters(request, families)
     meetings = [shapes.meeting(request, family, camera) for family in families]
     visible = lights.visible_lights(request)
     table = phong.build([request.document.materials[name] for name in request.names])

@@ -4,7 +4,7 @@ import numpy as np
 
 from renderer import cost
 from renderer.accelerators.trees import FEW, tree_of
-from renderer.arrays import column
+from renderer.arrays import column, dot
 from renderer.compile.request import Request
 from renderer.compile.spawners import transparent
 from renderer.cost import COSTS
@@ -16,6 +16,7 @@ from renderer.materials.phong import SHARP, Diffuse, Highlight, Phong
 from renderer.pointers import escaped
 from renderer.shapes import Family
 from renderer.shapes.ellipsoids import Ellipsoids
+from renderer.shapes.family import MARGIN
 from renderer.shapes.rectangles import Rectangles
 from renderer.shapes.triangles import Triangles
 from renderer.stages import Lighting, LightStage
@@ -31,7 +32,7 @@ def emitter_of(request: Request, number: int) -> Emitter:
     return LIGHTS[type(light)](number, light, request.sampling.light, request.sampling.seed)
 
 
-def emitters(request: Request) -> list[Emitter]:
+def emitters(request: Request, families: list[Family]) -> list[Emitter]:
     """Lights that can add something."""
     shining = []
     answering = [
@@ -43,9 +44,27 @@ def emitters(request: Request) -> list[Emitter]:
             request.listing.leave_out(effect, f"/lights/{number} is black", pointer)
         elif not answering:
             request.listing.leave_out(effect, "no material that is shown answers light", pointer)
+        elif _unseen(emitter := emitter_of(request, number), families):
+            reason = f"/lights/{number} faces away from every shape"
+            request.listing.leave_out(effect, reason, pointer)
         else:
-            shining.append(emitter_of(request, number))
+            shining.append(emitter)
     return shining
+
+
+def _unseen(emitter: Emitter, families: list[Family]) -> bool:
+    """Whether a light shines to one side only, and all shapes lie behind its plane.
+
+    Shapes that reach up to the plane within a hair are left to the rule for points (`facing`), which finds
+    them unlit: rounding may put a point beyond its shape.
+    """
+    if not emitter.one_sided:
+        return False
+    height = dot(emitter.centre, emitter.normal)
+    return all(
+        bool(np.all(family.reach(emitter.normal) + MARGIN * (family.sizes + emitter.size) < height))
+        for family in families
+    )
 
 
 def visible_lights(request: Request) -> list[light_surfaces.LightSurfaces]:

@@ -39,6 +39,11 @@ class Ellipsoids(Family):
             [self.centers + i * self.axes[0] + j * self.axes[1] + k * self.axes[2] for i, j, k in signs]
         )
 
+    def reach(self, direction: Floats) -> Floats:
+        """By the support function c . d + |(a . d, b . d, c . d)|: the box is up to 1.7 times as wide."""
+        along = np.stack([dot(axis, direction) for axis in self.axes])
+        return dot(self.centers, direction) + lengths(along)
+
     def to_sphere(self, vectors: Floats, shape: int) -> Floats:
         """Vectors (3, N) in the frame of one ellipsoid's unit sphere."""
         rows = self.inverse[:, :, shape, None]
