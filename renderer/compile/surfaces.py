@@ -9,6 +9,7 @@ from renderer.compile.request import Request
 from renderer.compile.shapes import location
 from renderer.compile.textures import heights_of, texture_of
 from renderer.cost import COSTS
+from renderer.materials.horizon import Horizon
 from renderer.materials.maps import BumpMap, ColorTexture, NormalMap
 from renderer.materials.phong import Ambient, Colors, Phong
 from renderer.pointers import escaped
@@ -48,9 +49,10 @@ def surfaces(request: Request, families: list[Family], table: Phong) -> tuple[li
     for name, used in maps.items():
         stages.append(NormalMap(_texture(request, name, "normal_map", used), used))
     stages.extend(bumps)
+    horizon = _horizon(request, families)
+    stages.extend(horizon)
     stages.extend(_ambient(request, table))
-    smooth = any(isinstance(family, Triangles) and bool(family.smooth.any()) for family in families)
-    return stages, bool(maps or bumps) or smooth
+    return stages, bool(horizon)
 
 
 def _footprints(request: Request) -> list[Footprints]:
@@ -118,6 +120,24 @@ def _bump(request: Request, name: str, height: float, materials: list[int]) -> B
     return BumpMap(heights_of(request, name, height), np.isin(np.arange(len(request.names)), materials))
 
 
+def _horizon(request: Request, families: list[Family]) -> list[Horizon]:
+    """The end of all that tilts normals, if there is any."""
+    smooth = [family for family in families if isinstance(family, Triangles) and family.smooth.any()]
+    numbers = {number for family in smooth for number in family.numbers[family.smooth].tolist()}
+    asking = [f"/shapes/{number}" for number in sorted(numbers)]
+    for name in request.names:
+        material = request.document.materials[name]
+        if material.normal_map is not None:
+            asking.append(f"/materials/{escaped(name)}/normal_map")
+        if material.bump_map is not None and material.bump_height:
+            asking.append(f"/materials/{escaped(name)}/bump_map")
+    if not asking:
+        return []
+    detail = "shading normals that point away from the viewer are bent to the horizon"
+    request.listing.add("normals at the horizon", "materials.phong", detail, tuple(asking))
+    return [Horizon()]
+
+
 def _ambient(request: Request, table: Phong) -> list[Ambient]:
     asking = tuple(
         f"/materials/{escaped(name)}"
@@ -135,7 +155,6 @@ def _ambient(request: Request, table: Phong) -> list[Ambient]:
 
 
 def material_numbers(request: Request) -> Integers:
-    """Number of each shape's material among those that are shown."""
     """Material of each shape, (shapes,) int64, as a number among those that are shown."""
     numbers = {name: i for i, name in enumerate(request.names)}
     return np.array([numbers[shape.material] for shape in request.document.shapes], dtype=np.int64)

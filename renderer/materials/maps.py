@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Masks, cross, dot, unit
+from renderer.arrays import Floats, Integers, Masks, cross, dot, lengths, unit
 from renderer.interaction import Points
+from renderer.shapes.frames import SHORT, frame_of_normals
 from renderer.textures import Texture
-from renderer.textures.heights import Heights
+from renderer.textures.heights import LOOKUPS_A_SLOPE, Heights
 
 FLAT = 1e-3
 """Squared length of a decoded normal below which it says nothing; mid grey, 128, decodes to 4.6e-5."""
@@ -33,6 +34,7 @@ class ColorTexture:
             points.colors[:, chosen] = self.texture.at(
                 points.coordinates[:, chosen], points.footprints_at(chosen)
             )
+            points.lookups += chosen.size
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,12 +56,13 @@ class NormalMap:
         if not chosen.size:
             return
         decoded = 2 * self.texture.at(points.coordinates[:, chosen], points.footprints_at(chosen)) - 1
+        points.lookups += chosen.size
         silent = dot(decoded, decoded) < FLAT
         decoded = np.where(silent, np.array([[0.0], [0.0], [1.0]]), decoded)
         tangents, cotangents, outward = _frame(points, chosen)
         mapped = unit(decoded[0] * tangents + decoded[1] * cotangents + decoded[2] * outward)
         mapped *= np.where(points.flipped[chosen], -1.0, 1.0)
-        points.shading_normals[:, chosen] = bent_to_viewer(mapped, points.viewers[:, chosen])
+        points.shading_normals[:, chosen] = mapped
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,25 +90,20 @@ class BumpMap:
         normals = points.shading_normals[:, chosen] * side
         by_u, by_v = points.by_u[:, chosen], points.by_v[:, chosen]
         slope_u, slope_v = self.heights.slopes(points.coordinates[:, chosen])
+        points.lookups += LOOKUPS_A_SLOPE * chosen.size
         area = dot(cross(by_u, by_v), normals)
         tilt = slope_u * cross(normals, by_v) + slope_v * cross(by_u, normals)
         tilted = unit(np.abs(area) * normals + np.where(area < 0, -1.0, 1.0) * tilt)
-        tilted = np.where(area == 0, normals, tilted) * side
-        points.shading_normals[:, chosen] = bent_to_viewer(tilted, points.viewers[:, chosen])
+        points.shading_normals[:, chosen] = np.where(area == 0, normals, tilted) * side
 
 
 def _frame(points: Points, chosen: Integers) -> tuple[Floats, Floats, Floats]:
-    """Tangents, cotangents and outward normals, perpendicular to the smooth normal where there is one."""
+    """Tangents, cotangents and outward normals, perpendicular to the smooth normal where there is one.
+
+    A smooth normal along the tangent takes any frame that fits it.
+    """
     outward = points.shading_normals[:, chosen] * np.where(points.flipped[chosen], -1.0, 1.0)
     tangents = points.tangents[:, chosen]
-    tangents = unit(tangents - outward * dot(tangents, outward))
+    rest = tangents - outward * dot(tangents, outward)
+    tangents = np.where(lengths(rest) > SHORT, unit(rest), frame_of_normals(outward))
     return tangents, cross(outward, tangents), outward
-
-
-def bent_to_viewer(normals: Floats, viewers: Floats) -> Floats:
-    """Normals that point away from the viewer, bent to the horizon; (3, N) unit vectors.
-
-    Turning them over instead would put light where the surface faces away from it.
-    """
-    cosine = dot(normals, viewers)
-    return unit(np.where(cosine < 0, normals - viewers * cosine, normals))

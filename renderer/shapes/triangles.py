@@ -28,7 +28,7 @@ class Triangles(Family):
     normals : (3, K) float64
         Outward unit normals: counter-clockwise vertices seen from outside.
     vertex_normals : (3, 3, K) float64
-        Unit normals at the vertices, for smooth shading.
+        Unit normals at the vertices, for smooth shading, on the whole on the outward side.
     smooth : (K,) bool
         Whether the vertex normals were given.
     texture : (3, 2, K) float64
@@ -71,9 +71,8 @@ class Triangles(Family):
         points.flipped[chosen] = flipped
         points.normals[:, chosen] = points.shading_normals[:, chosen] = facing
         if points.bent:
-            bent = unit(_mean(self.vertex_normals, shapes, weights))
-            bent *= np.where(dot(bent, facing) < 0, -1.0, 1.0)
-            points.shading_normals[:, chosen] = np.where(self.smooth[shapes], bent, facing)
+            smooth = unit(_mean(self.vertex_normals, shapes, weights)) * np.where(flipped, -1.0, 1.0)
+            points.shading_normals[:, chosen] = np.where(self.smooth[shapes], smooth, facing)
 
     def frame(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
         """Directions in which the texture coordinates grow, or any frame where they do not say."""
@@ -138,13 +137,7 @@ def build(numbers: Sequence[int], shapes: Sequence[language.Triangle], assets: A
     del assets
     vertices = np.array([shape.vertices for shape in shapes], dtype=np.float64).transpose(1, 2, 0).copy()
     normals = unit_normals(vertices)
-    given = [shape.normals for shape in shapes]
     corners = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
-    flat = normals.T[:, None, :].repeat(3, axis=1)
-    bent = [
-        flat[i] if normal is None else np.array(normal, dtype=np.float64) for i, normal in enumerate(given)
-    ]
-    vertex_normals = np.array(bent).transpose(1, 2, 0)
     texture = [corners if shape.uvs is None else shape.uvs for shape in shapes]
     return Triangles(
         kind="triangle",
@@ -153,7 +146,19 @@ def build(numbers: Sequence[int], shapes: Sequence[language.Triangle], assets: A
         sizes=np.max([magnitude(vertex) for vertex in vertices], axis=0),
         vertices=vertices,
         normals=normals,
-        vertex_normals=np.stack([unit(normal) for normal in vertex_normals]),
-        smooth=np.array([normal is not None for normal in given]),
+        vertex_normals=_vertex_normals(shapes, normals),
+        smooth=np.array([shape.normals is not None for shape in shapes]),
         texture=np.array(texture, dtype=np.float64).transpose(1, 2, 0).copy(),
     )
+
+
+def _vertex_normals(shapes: Sequence[language.Triangle], normals: Floats) -> Floats:
+    """Unit normals (3, 3, K) at the vertices: those given, or the triangle's own.
+
+    Both windings are in use, so the side is decided once for a triangle. Deciding it at each point would
+    turn some of them over, with a jump where the smooth normal crosses the plane of the triangle.
+    """
+    own = normals.T[:, None, :].repeat(3, axis=1)
+    given = [own[i] if shape.normals is None else shape.normals for i, shape in enumerate(shapes)]
+    at_vertices = np.stack([unit(corner) for corner in np.array(given, dtype=np.float64).transpose(1, 2, 0)])
+    return at_vertices * np.where(dot(at_vertices.sum(axis=0), normals) < 0, -1.0, 1.0)

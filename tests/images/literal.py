@@ -108,9 +108,11 @@ def triangle(shape: Any) -> Surface:
         u, v = (sum(w * uv[k] for w, uv in zip(parts, uvs, strict=True)) for k in (0, 1))
         smooth = normal
         if shape.normals:
+            corners = [unit(given) for given in shape.normals]
+            outward = dot(add(add(*corners[:2]), corners[2]), normal) >= 0
             smooth = (0.0, 0.0, 0.0)
-            for weight, given in zip(parts, shape.normals, strict=True):
-                smooth = add(smooth, mul(unit(given), weight))
+            for weight, corner in zip(parts, corners, strict=True):
+                smooth = add(smooth, mul(corner, weight if outward else -weight))
         return normal, unit(smooth), tangent, u, v
 
     return Surface(distances, details, planar=True)
@@ -264,7 +266,7 @@ class Drawing:
         leaving = math.asin(min(1.0, sine))
         # Fresnel's formulas as in text books, by sine and tangent of the sum and difference of the angles.
         share = ((before - behind) / (before + behind)) ** 2
-        if entering > 1e-4:
+        if entering > 1e-4 and before != behind:
             across = math.sin(entering - leaving) / math.sin(entering + leaving)
             along = math.tan(entering - leaving) / math.tan(entering + leaving)
             share = (across**2 + along**2) / 2
@@ -282,11 +284,12 @@ class Drawing:
         material = self.scene.materials[self.scene.shapes[number].material]
         outward, shading, tangent, u, v = self.surfaces[number].details(place)
         side = 1.0 if dot(outward, viewer) > 0 else -1.0
-        if dot(shading, outward) < 0:
-            shading = mul(shading, -1)
-        normal = mul(shading, side)
         if material.normal_map:
-            normal = self.mapped(material.normal_map, (shading, tangent, viewer), side, (u, v))
+            shading = self.mapped(material.normal_map, shading, tangent, (u, v))
+        normal = mul(shading, side)
+        if dot(normal, viewer) < 0:
+            # Bent to the horizon: what is seen does not face away.
+            normal = unit(sub(normal, mul(viewer, dot(normal, viewer))))
         return outward, normal, side, (u, v)
 
     def shaded(self, number: int, place: V, viewer: V) -> V:
@@ -359,18 +362,13 @@ class Drawing:
                 total = add(total, mul(texel(k, m), weight_x * weight_y))
         return total
 
-    def mapped(self, name: str, frame: tuple[V, V, V], side: float, uv: tuple[float, float]) -> V:
-        """The normal 2 c - 1 of a normal map, bent to the horizon where it points away from the viewer."""
-        outward, tangent, viewer = frame
+    def mapped(self, name: str, outward: V, tangent: V, uv: tuple[float, float]) -> V:
+        """The normal 2 c - 1 of a normal map, on the outward side."""
         tangent = unit(sub(tangent, mul(outward, dot(tangent, outward))))
         x, y, z = (2 * c - 1 for c in self.looked_up(name, *uv))
         if x * x + y * y + z * z < 1e-3:
             x, y, z = 0.0, 0.0, 1.0
-        bent = add(mul(tangent, x), add(mul(cross(outward, tangent), y), mul(outward, z)))
-        bent = mul(unit(bent), side)
-        if dot(bent, viewer) < 0:
-            bent = unit(sub(bent, mul(viewer, dot(bent, viewer))))
-        return bent
+        return unit(add(mul(tangent, x), add(mul(cross(outward, tangent), y), mul(outward, z))))
 
 
 def product(a: V, b: V) -> V:

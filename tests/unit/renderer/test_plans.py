@@ -93,9 +93,23 @@ def test_a_scene_with_everything_lists_every_kind_of_stage() -> None:
         "materials",
         "color texture picture",
         "normal map bumps",
+        "normals at the horizon",
         "ambient term",
         *(name for i in range(4) for name in (f"points of light {i}", *light)),
     ]
+
+
+def test_normals_are_bent_for_those_alone_who_tilt_them() -> None:
+    facet = ([0, 0, 0], [1, 0, 0], [0, 1, 0])
+    smooth = triangle(*facet, normals=[[0, 0, 1], [0, 1, 1], [1, 0, 1]])
+    height = {"type": "image", "asset": "bumps.png"}
+    tilted = phong(bump_map="bumps", bump_height=0.1)
+    document = scene(FLOOR, smooth, textures={"bumps": height}, materials={"plain": tilted})
+    asking = [stage.pointers for stage in told(document).stages if stage.name == "normals at the horizon"]
+    assert asking == [("/shapes/1", "/materials/plain/bump_map")]
+    flat = scene(FLOOR, triangle(*facet), materials={"plain": phong()})
+    assert "normals at the horizon" not in names(flat)
+    assert not plan_of(flat).bent
 
 
 def test_an_empty_scene_has_camera_rays_alone() -> None:
