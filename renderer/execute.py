@@ -29,6 +29,9 @@ light points on a core with 2 MiB of second-level cache; a quarter of it takes a
 FEWEST_POINTS = 64
 """Below this, calls cost more than what the cache gives."""
 
+WORK = ("shading_points", "texture_lookups")
+"""What is counted beside rays."""
+
 _local = threading.local()
 
 
@@ -42,6 +45,9 @@ class TileResult:
         Linear mean over the pass's samples; for the preview one value a stride x stride block.
     counts : dict
         Rays by kind: camera, shadow, mirror, transmission; layers where they were asked for.
+    work : dict
+        `shading_points`: points where rays met shapes. `texture_lookups`: textures looked up at them; a bump
+        map takes four for a point. Both with what layers asked for.
     cpu_seconds : float
         Of this thread's process.
     layers : dict of str to (h, w) or (h, w, channels) array
@@ -50,6 +56,7 @@ class TileResult:
 
     pixels: NDArray[np.float32]
     counts: dict[str, int]
+    work: dict[str, int]
     cpu_seconds: float
     layers: Layers = field(default_factory=dict)
 
@@ -68,13 +75,14 @@ def render_tile(plan: RenderPlan, tile: Tile, pass_: Pass) -> TileResult:
         One of `plan.passes`.
     """
     begun = _cpu_seconds()
-    counts: Counter[str] = Counter(camera=0, shadow=0, mirror=0, transmission=0)
+    counts: Counter[str] = Counter(camera=0, shadow=0, mirror=0, transmission=0, **dict.fromkeys(WORK, 0))
     film = Film(tile, pass_)
     for block in blocks(tile, pass_):
         rays = camera_rays(plan, block, pass_)
         film.add(block.columns, block.rows, radiance(plan, rays, counts))
     layers = record(plan.layers_in(pass_), tile, partial(centre_points, plan, counts))
-    return TileResult(film.image(), dict(counts), _cpu_seconds() - begun, layers)
+    work = {name: counts.pop(name) for name in WORK}
+    return TileResult(film.image(), dict(counts), work, _cpu_seconds() - begun, layers)
 
 
 def camera_rays(plan: RenderPlan, block: Block, pass_: Pass) -> Rays:
@@ -112,7 +120,9 @@ def centre_points(plan: RenderPlan, counts: Counter[str], block: Block) -> Point
     for stage in plan.meetings:
         stage.run(rays)
     counts["layers"] += rays.t.size
-    return shaded_points(plan, rays)
+    points = shaded_points(plan, rays)
+    _count(points, counts)
+    return points
 
 
 def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str]) -> Floats:
@@ -139,6 +149,7 @@ def local_radiance(plan: RenderPlan, rays: Rays, counts: Counter[str]) -> tuple[
         stage.run(rays)
     result = plan.unshaded.radiance(rays.shapes)
     points = shaded_points(plan, rays)
+    _count(points, counts)
     for chunk in chunks(plan, points):
         for lighting in plan.lightings:
             counts["shadow"] += lighting.run(chunk, workspace())
@@ -152,6 +163,11 @@ def shaded_points(plan: RenderPlan, rays: Rays) -> Points:
     for stage in plan.surfaces:
         stage.run(points)
     return points
+
+
+def _count(points: Points, counts: Counter[str]) -> None:
+    counts["shading_points"] += points.count
+    counts["texture_lookups"] += points.lookups
 
 
 def chunks(plan: RenderPlan, points: Points) -> list[Points]:

@@ -141,6 +141,8 @@ class Points:
     footprints : (2, 2, M) float64 or None
         What offsets by a sample's share of the pixel, two of them, add to (u, v): coordinate, offset, point.
         None where no stage asked for them.
+    lookups : int
+        Texture look-ups made for the points so far.
     """
 
     rays: Integers
@@ -170,6 +172,7 @@ class Points:
     by_v: Floats
     bent: bool
     footprints: Floats | None = None
+    lookups: int = 0
 
     @property
     def count(self) -> int:
@@ -185,7 +188,7 @@ class Points:
 
         def cut(name: str) -> Any:
             value = getattr(self, name)
-            if value is None or isinstance(value, bool) or value.shape[-1] == 1:
+            if value is None or isinstance(value, int) or value.shape[-1] == 1:
                 return value
             return value[..., start:stop]
 

@@ -62,7 +62,7 @@ class RenderResult:
     layers : dict of str to (H, W) or (H, W, channels) array
         What the plan was asked to tell about each pixel beside its colour; float32 or int32.
     report : dict
-        Seconds, rays, samples, numerics and the plan, as `penumbra render --json` prints them.
+        Seconds, rays, work, samples, numerics and the plan, as `penumbra render --json` prints them.
     """
 
     image: NDArray[np.float32]
@@ -78,11 +78,13 @@ class _Picture:
     layers: Layers
     parts: dict[int, list[tuple[Pass, Image]]] = field(default_factory=dict)
     counts: Counter[str] = field(default_factory=Counter)
+    work: Counter[str] = field(default_factory=Counter)
     cpu_seconds: float = 0.0
 
     def take(self, tile: Tile, pass_: Pass, result: TileResult) -> Image:
         """Keep a result; gives the tile as it looks now."""
         self.counts.update(result.counts)
+        self.work.update(result.work)
         self.cpu_seconds += result.cpu_seconds
         for name, part in result.layers.items():
             self.layers[name][tile.y0 : tile.y1, tile.x0 : tile.x1] = part
@@ -239,6 +241,7 @@ def _report(plan: RenderPlan, picture: _Picture, image: Image, seconds: float) -
         "width": plan.width,
         "height": plan.height,
         "rays": dict(picture.counts),
+        "work": dict(picture.work),
         "samples": {
             "antialiasing_mean": float(plan.antialiasing.samples),
             "light_mean": float(np.mean(shaded)) if shaded else 0.0,

@@ -69,12 +69,22 @@ class Progress(Message):
     share: float = Field(ge=0, le=1, description="Samples taken over samples asked for, 0 to 1.")
 
 
+class Work(Message):
+    """What was counted beside rays."""
+
+    shading_points: int = Field(default=0, ge=0, description="Points where rays met shapes.")
+    texture_lookups: int = Field(
+        default=0, ge=0, description="Textures looked up at these points; a bump map takes four for a point."
+    )
+
+
 class JobCost(Message):
     """What a job was expected to cost and what it has cost so far."""
 
     predicted_cpu_seconds: float
     cpu_seconds: float = Field(description="CPU seconds spent on finished tiles.")
     rays: dict[str, int] = Field(description="Rays cast by finished tiles, by kind.")
+    work: Work = Field(default=Work(), description="What finished tiles have worked on beside rays.")
 
 
 class JobLinks(Message):

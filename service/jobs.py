@@ -16,7 +16,7 @@ from sqlalchemy import func, insert, select
 from sqlalchemy.orm import Session
 
 from renderer import tiling
-from schemas.jobs import Failure, Job, JobCost, JobLinks, JobList, JobState, Progress
+from schemas.jobs import Failure, Job, JobCost, JobLinks, JobList, JobState, Progress, Work
 from schemas.plans import PlanDocument
 from schemas.problems import Problem
 from service import ledger
@@ -195,7 +195,10 @@ def _document(session: Session, row: JobRow) -> Job:
         finished_at=row.finished_at,
         failure=failure_of(row),
         cost=JobCost(
-            predicted_cpu_seconds=row.predicted_cpu_seconds, cpu_seconds=row.cpu_seconds, rays=row.rays
+            predicted_cpu_seconds=row.predicted_cpu_seconds,
+            cpu_seconds=row.cpu_seconds,
+            rays=row.rays,
+            work=Work.model_validate(row.work),
         ),
         warnings=tuple(Problem.model_validate(warning) for warning in row.warnings),
         links=_links(row),

@@ -6,7 +6,6 @@ are one write.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Collection, Iterator
 from datetime import UTC, datetime
 
@@ -100,9 +99,15 @@ def land(session: Session, job: JobRow, task: TileTask, done: TileDone) -> bool:
     job.done_steps += 1
     job.done_work += work(task.pass_, task.tile)
     job.cpu_seconds += done.cpu_seconds
-    job.rays = dict(Counter(job.rays) + Counter(done.counts))
+    job.rays = _sum(job.rays, done.counts)
+    job.work = _sum(job.work, done.work)
     step.state, step.seq, step.crc32, step.cpu_seconds = DONE, job.last_seq, done.crc32, done.cpu_seconds
     return True
+
+
+def _sum(so_far: dict[str, int], more: dict[str, int]) -> dict[str, int]:
+    """Add counts; what was counted and is 0 stays in."""
+    return {name: so_far.get(name, 0) + more.get(name, 0) for name in so_far | more}
 
 
 def take_back(session: Session, job: JobRow, task: TileTask, *, death: bool) -> int:

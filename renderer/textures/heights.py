@@ -7,6 +7,9 @@ import numpy as np
 from renderer.arrays import Floats
 from renderer.textures.image import ImageTexture
 
+LOOKUPS_A_SLOPE = 4
+"""Look-ups in the texture for the slopes at one place."""
+
 
 @dataclass(frozen=True, slots=True)
 class Heights:

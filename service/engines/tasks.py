@@ -57,6 +57,7 @@ class TileDone:
     crc32: int
     counts: dict[str, int]
     cpu_seconds: float
+    work: dict[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

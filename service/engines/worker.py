@@ -73,7 +73,7 @@ class Worker:
         if result.layers:
             self._store.put_layers(task.job, task.tile, task.pass_, task.attempt, result.layers)
         crc32 = self._store.put_tile(task.job, task.tile, task.pass_, task.attempt, result.pixels)
-        return TileDone(crc32, result.counts, result.cpu_seconds)
+        return TileDone(crc32, result.counts, result.cpu_seconds, result.work)
 
     @execute.register
     def _(self, task: ComposeTask) -> ComposeDone:

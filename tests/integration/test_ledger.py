@@ -29,7 +29,9 @@ from service.engines.tasks import (
 )
 from service.rounds import Round
 
-DONE = TileDone(crc32=2**32 - 1, counts={"camera": 3}, cpu_seconds=0.5)
+DONE = TileDone(
+    crc32=2**32 - 1, counts={"camera": 3, "mirror": 0}, cpu_seconds=0.5, work={"shading_points": 2}
+)
 MAX_ATTEMPTS = 3
 
 
@@ -132,7 +134,8 @@ def test_a_result_counts_once(table: Table) -> None:
     table.round((task, DONE))
     table.round((task, DONE))
     job = table.job("a")
-    assert (job.done_steps, job.last_seq, job.cpu_seconds, job.rays) == (1, 1, 0.5, {"camera": 3})
+    assert (job.done_steps, job.last_seq, job.cpu_seconds) == (1, 1, 0.5)
+    assert (job.rays, job.work) == ({"camera": 3, "mirror": 0}, {"shading_points": 2})
 
 
 def test_a_result_of_an_older_attempt_does_not_count(table: Table) -> None:

@@ -108,6 +108,16 @@ def test_a_job_counts_the_rays_of_its_samples_and_of_its_coarse_picture(client: 
     assert cost["cpu_seconds"] > 0
 
 
+def test_a_job_counts_the_same_work_as_rendering_in_process_and_keeps_zeros(client: httpx2.Client) -> None:
+    document = scene(64, 48, samples=4)
+    cost = finish(client, submit(client, document))["cost"]
+    report = renderer.render(renderer.compile_scene(document), on_tile=lambda _: None).report
+    assert cost["rays"] == report["rays"]
+    assert cost["work"] == report["work"]
+    assert cost["work"]["shading_points"] > 0
+    assert cost["rays"]["mirror"] == cost["work"]["texture_lookups"] == 0
+
+
 def test_warnings_come_with_the_job(client: httpx2.Client) -> None:
     job = submit(client, scene() | {"lights": []})
     (warning,) = job_of(client, job)["warnings"]
