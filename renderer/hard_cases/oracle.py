@@ -7,74 +7,19 @@ an answer within roundings of the border is a matter of opinion, any other is no
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
 import mpmath
 
-Vector = Sequence[float]
-Exact = tuple[Fraction, Fraction, Fraction]
+from renderer.hard_cases import flat_oracle
+from renderer.hard_cases.answers import Answer
+from renderer.hard_cases.exact_vectors import Vector
+
 mpmath.mp.dps = 50
 
 DIGITS = 200
 """Binary digits behind the point of square roots."""
-
-
-@dataclass(frozen=True)
-class Answer:
-    """What a ray meets.
-
-    Attributes
-    ----------
-    hit : bool
-    margin : float
-        Distance of the ray from the border line of the shape, in shares of the largest coordinate. For an
-        ellipsoid, at most the distance of its closest approach from the surface.
-    t : float
-        In units of the direction; inf for a miss.
-    position, normal : tuple of float
-        The normal is on the side the ray comes from. Empty for a miss.
-    uv : tuple of float
-    """
-
-    hit: bool
-    margin: float
-    t: float = math.inf
-    position: tuple[float, ...] = ()
-    normal: tuple[float, ...] = ()
-    uv: tuple[float, ...] = ()
-
-
-def exact(vector: Vector) -> Exact:
-    """The rational numbers that three doubles are."""
-    x, y, z = (Fraction(float(c)) for c in vector)
-    return x, y, z
-
-
-def minus(a: Exact, b: Exact) -> Exact:
-    """The difference."""
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-def times(a: Exact, s: Fraction) -> Exact:
-    """The multiple."""
-    return a[0] * s, a[1] * s, a[2] * s
-
-
-def plus(a: Exact, b: Exact) -> Exact:
-    """The sum."""
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
-
-
-def cross(a: Exact, b: Exact) -> Exact:
-    """The cross product."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def dot(a: Exact, b: Exact) -> Fraction:
-    """The dot product."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def rounded(vector: Sequence[Any]) -> tuple[float, ...]:
@@ -87,64 +32,6 @@ def unit(vector: Sequence[Any]) -> tuple[float, ...]:
     parts = [mpmath.mpf(c.numerator) / c.denominator if isinstance(c, Fraction) else c for c in vector]
     length = mpmath.sqrt(mpmath.fsum(c * c for c in parts))
     return rounded([c / length for c in parts])
-
-
-def triangle(shape: Any, origin: Vector, direction: Vector) -> Answer:
-    """The nearest hit of a triangle."""
-    a, b, c = vertices = [exact(vertex) for vertex in shape.vertices]
-    margin = _margin(vertices, exact(origin), exact(direction))
-    found = _plane(a, minus(b, a), minus(c, a), origin, direction)
-    if found is None:
-        return Answer(hit=False, margin=margin)
-    t, place, u, v, normal = found
-    if min(u, v, 1 - u - v) < 0 or t <= 0:
-        return Answer(hit=False, margin=margin)
-    uvs = shape.uvs or ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
-    uv = [sum(w * Fraction(x[k]) for w, x in zip((1 - u - v, u, v), uvs, strict=True)) for k in (0, 1)]
-    return Answer(True, margin, float(t), rounded(place), unit(normal), rounded(uv))
-
-
-def rectangle(shape: Any, origin: Vector, direction: Vector) -> Answer:
-    """The form with a corner and edges."""
-    corner, (first, second) = exact(shape.corner), (exact(edge) for edge in shape.edges)
-    corners = [corner, plus(corner, first), plus(plus(corner, first), second), plus(corner, second)]
-    margin = _margin(corners, exact(origin), exact(direction))
-    found = _plane(corner, first, second, origin, direction)
-    if found is None:
-        return Answer(hit=False, margin=margin)
-    t, place, u, v, normal = found
-    if min(u, v, 1 - u, 1 - v) < 0 or t <= 0:
-        return Answer(hit=False, margin=margin)
-    return Answer(True, margin, float(t), rounded(place), unit(normal), (float(u), float(v)))
-
-
-def _margin(corners: Sequence[Exact], origin: Exact, direction: Exact) -> float:
-    """Least distance of the ray's line from the border's lines, in shares of the largest coordinate."""
-    largest = max(abs(x) for place in (*corners, origin) for x in place)
-    distances = []
-    for start, end in zip(corners, [*corners[1:], corners[0]], strict=True):
-        across, away = cross(direction, minus(end, start)), minus(start, origin)
-        if not any(across):
-            beside = cross(direction, away)
-            distances.append(_mp(dot(beside, beside) / dot(direction, direction)))
-        else:
-            distances.append(_mp(dot(away, across) ** 2 / dot(across, across)))
-    return float(mpmath.sqrt(min(distances)) / _mp(largest))
-
-
-def _plane(
-    corner: Exact, first: Exact, second: Exact, origin: Vector, direction: Vector
-) -> tuple[Fraction, Exact, Fraction, Fraction, Exact] | None:
-    o, d = exact(origin), exact(direction)
-    normal = cross(first, second)
-    slope = dot(normal, d)
-    if slope == 0:
-        return None
-    t = dot(normal, minus(corner, o)) / slope
-    place = plus(o, times(d, t))
-    away, area = minus(place, corner), dot(normal, normal)
-    u, v = dot(cross(away, second), normal) / area, dot(cross(first, away), normal) / area
-    return t, place, u, v, normal if slope < 0 else times(normal, Fraction(-1))
 
 
 def ellipsoid(shape: Any, origin: Vector, direction: Vector) -> Answer:
@@ -165,7 +52,7 @@ def ellipsoid(shape: Any, origin: Vector, direction: Vector) -> Answer:
     closest = math.sqrt(max(0.0, 1 - discriminant / (a * one * one)))
     largest = max(abs(x) for vector in (start, middle, *axes) for x in vector)
     gap = abs(discriminant) / (a * one * one) / (1 + closest)
-    margin = gap * (math.isqrt(min(squared) << 2 * DIGITS) / (largest << DIGITS))
+    margin = gap * _narrowest_share(axes, along, a, largest)
     above, below = _nearest_ahead(a, b, c, discriminant)
     if above <= 0:
         return Answer(hit=False, margin=margin)
@@ -180,6 +67,18 @@ def ellipsoid(shape: Any, origin: Vector, direction: Vector) -> Answer:
         normal=unit([Fraction(n if outside else -n) for n in normal]),
         uv=_angles(*(mpmath.mpf(x) for x in local)),
     )
+
+
+def _narrowest_share(axes: list[list[int]], along: list[int], a: int, largest: int) -> float:
+    """Half the least width of the outline that a ray sees, in shares of the largest coordinate.
+
+    The outline's squared semi-axes are the eigenvalues of a 2 x 2 matrix: the smaller one from their product.
+    """
+    length, one = _product(along, along), math.prod(_product(axis, axis) for axis in axes)
+    trace = sum(_product(axis, axis) * length - _product(axis, along) ** 2 for axis in axes)
+    likeness = 4 * a * length / (one * trace * trace)
+    least = 2 * a / (one * trace * largest * largest)
+    return math.sqrt(least / (1 + math.sqrt(max(0.0, 1 - likeness))))
 
 
 def _semi_axes(shape: Any) -> list[Vector]:
@@ -219,7 +118,7 @@ def _mp(x: Fraction) -> Any:
     return mpmath.mpf(x.numerator) / mpmath.mpf(x.denominator)
 
 
-ANSWERS = {"triangle": triangle, "rectangle": rectangle, "ellipsoid": ellipsoid}
+ANSWERS = {"triangle": flat_oracle.triangle, "rectangle": flat_oracle.rectangle, "ellipsoid": ellipsoid}
 
 
 def answer(shape: Any, origin: Vector, direction: Vector) -> Answer:

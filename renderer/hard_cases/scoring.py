@@ -14,10 +14,10 @@ import numpy as np
 import renderer
 from renderer.arrays import Floats
 from renderer.hard_cases import oracle
+from renderer.hard_cases.answers import Answer
 from renderer.hard_cases.cases import Outcome, total
 from renderer.hard_cases.documents import scene
-from renderer.hard_cases.families import Case as FamilyCase
-from renderer.hard_cases.oracle import Answer
+from renderer.hard_cases.draws import Case as FamilyCase
 from schemas.reading import read_scene
 
 EXCUSED = 16

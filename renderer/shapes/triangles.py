@@ -120,15 +120,15 @@ def _mean(values: Floats, shapes: Integers, weights: tuple[Floats, Floats, Float
 def unit_normals(vertices: Floats) -> Floats:
     """Outward unit normals (3, K) of triangles (3, 3, K), zero for those without area.
 
-    The product of the two longest edges: with the short one of a needle the error would be its
-    relative error, which is large.
+    The product of the two shortest edges: the angle between them is the widest, and the difference of
+    vertices close to each other has all its digits. Error at most 8 eps over the sine of that angle.
     """
     a, b, c = vertices
     edges = np.stack((b - a, c - b, a - c))
     length = np.stack([lengths(edge) for edge in edges])
-    shortest = np.argmin(length, axis=0)
-    first = np.take_along_axis(edges, ((shortest + 1) % 3)[None, None], axis=0)[0]
-    second = np.take_along_axis(edges, ((shortest + 2) % 3)[None, None], axis=0)[0]
+    longest = np.argmax(length, axis=0)
+    first = np.take_along_axis(edges, ((longest + 1) % 3)[None, None], axis=0)[0]
+    second = np.take_along_axis(edges, ((longest + 2) % 3)[None, None], axis=0)[0]
     return unit(cross(unit(first), unit(second)))
 
 
@@ -146,13 +146,13 @@ def build(numbers: Sequence[int], shapes: Sequence[language.Triangle], assets: A
         sizes=np.max([magnitude(vertex) for vertex in vertices], axis=0),
         vertices=vertices,
         normals=normals,
-        vertex_normals=_vertex_normals(shapes, normals),
+        vertex_normals=vertex_normals(shapes, normals),
         smooth=np.array([shape.normals is not None for shape in shapes]),
         texture=np.array(texture, dtype=np.float64).transpose(1, 2, 0).copy(),
     )
 
 
-def _vertex_normals(shapes: Sequence[language.Triangle], normals: Floats) -> Floats:
+def vertex_normals(shapes: Sequence[language.Triangle], normals: Floats) -> Floats:
     """Unit normals (3, 3, K) at the vertices: those given, or the triangle's own.
 
     Both windings are in use, so the side is decided once for a triangle. Deciding it at each point would

@@ -1,5 +1,6 @@
 """Hits against exact arithmetic, on rays that are each hard in one way."""
 
+import itertools
 import math
 from typing import Any
 
@@ -27,6 +28,11 @@ def feature(shape: Any) -> float:
     return float(np.linalg.norm(np.cross(b - a, c - a)) / longest)
 
 
+def longest(triangle: Any) -> float:
+    """Its longest edge."""
+    return max(math.dist(a, b) for a, b in itertools.combinations(triangle.vertices, 2))
+
+
 def extent(shape: Any) -> float:
     """Largest number in the shape."""
     numbers = [np.abs(np.array(getattr(shape, name))).max() for name in PARTS if getattr(shape, name, None)]
@@ -40,9 +46,10 @@ PARTS = ("vertices", "corner", "edges", "center", "axes", "radius")
 def test_rays_hit_what_exact_arithmetic_says(family: str) -> None:
     """Hit or miss is right beyond 16 roundings from the border, and what a hit says is within roundings.
 
-    With s the largest number of ray and shape, f the shape's least height and c the cosine between ray and
-    normal: t is off by 8 eps s / c along the ray (or 1e-10 of itself, in triangles of little height), the
-    place by 8 eps s across the surface, normal and texture coordinates by 32 eps s / (f c).
+    With s the largest number of ray and shape, f the shape's least height, l its longest edge and c the
+    cosine between ray and normal: t is off by 8 eps s / c along the ray (by 32 eps s l / (f c) in triangles
+    of little height, where the weights of the vertices are uncertain), the place by 8 eps s across the
+    surface, normal and texture coordinates by 32 eps s / (f c).
     """
     hits = misses = 0
     for document, rays in FAMILIES[family]():
@@ -60,7 +67,8 @@ def test_rays_hit_what_exact_arithmetic_says(family: str) -> None:
             scale = max(*map(abs, origin), extent(shape))
             length = math.hypot(*direction)
             cosine = abs(float(np.dot(true.normal, direction))) / length
-            along = 8 * EPS * scale / cosine + (1e-10 * true.t * length if family in ILL_SHAPED else 0)
+            uncertain = 32 * longest(shape) / feature(shape) if family in ILL_SHAPED else 8
+            along = uncertain * EPS * scale / cosine
             assert abs(found.t[i] - true.t) * length <= along
             assert abs(np.dot(found.position[i] - true.position, true.normal)) <= 8 * EPS * scale
             assert np.abs(found.normal[i] - true.normal).max() <= 32 * EPS * scale / feature(shape) / cosine
