@@ -13,7 +13,7 @@ class Answer:
     hit : bool
     margin : float
         Distance of the ray from the border line of the shape, in shares of the largest coordinate. For an
-        ellipsoid, at most the distance of its closest approach from the surface.
+        ellipsoid, at most its distance from the outline that the ray sees.
     t : float
         In units of the direction; inf for a miss.
     position, normal : tuple of float

@@ -1,5 +1,6 @@
 """Vectors of rational or whole numbers, and doubles as such."""
 
+import math
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from typing import TypeVar
@@ -38,6 +39,12 @@ def cross(a: Triple[Number], b: Triple[Number]) -> Triple[Number]:
 def dot(a: Triple[Number], b: Triple[Number]) -> Number:
     """The dot product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def unit(a: Triple[Number]) -> tuple[float, ...]:
+    """Of length 1, each component within a rounding."""
+    square = dot(a, a)
+    return tuple(math.copysign(math.sqrt(x * x / square), x) for x in a)
 
 
 def whole(vectors: Sequence[Vector]) -> tuple[list[Triple[int]], int]:

@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 from renderer.hard_cases.answers import Answer
-from renderer.hard_cases.exact_vectors import Triple, Vector, cross, dot, minus, plus, times, whole
+from renderer.hard_cases.exact_vectors import Triple, Vector, cross, dot, minus, plus, times, unit, whole
 
 
 def triangle(shape: Any, origin: Vector, direction: Vector) -> Answer:
@@ -64,9 +64,7 @@ class _Plane:
         """Distance, place and unit normal, each number within a rounding."""
         t = self.height * line.along_unit / (self.slope * line.unit)
         place = plus(times(line.origin, self.slope), times(line.direction, self.height))
-        area = dot(self.normal, self.normal)
-        normal = tuple(math.copysign(math.sqrt(n * n / area), n) for n in self.normal)
-        return t, tuple(x / (self.slope * line.unit) for x in place), normal
+        return t, tuple(x / (self.slope * line.unit) for x in place), unit(self.normal)
 
 
 def _plane(corner: Triple[int], first: Triple[int], second: Triple[int], line: _Line) -> _Plane | None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from renderer.hard_cases import exact_vectors, oracle
+from renderer.hard_cases import exact_vectors
 from renderer.hard_cases import flat_families as families
 from renderer.hard_cases.documents import triangle
 from renderer.shapes.frames import frame_of_normals, frame_of_texture
@@ -21,7 +21,7 @@ SHAPES = [families.ordinary, families.tiny, families.huge, families.offset, fami
 
 def exact_normal(vertices: list[list[float]]) -> tuple[float, ...]:
     a, b, c = (exact_vectors.exact(vertex) for vertex in vertices)
-    return oracle.unit(exact_vectors.cross(exact_vectors.minus(b, a), exact_vectors.minus(c, a)))
+    return exact_vectors.unit(exact_vectors.cross(exact_vectors.minus(b, a), exact_vectors.minus(c, a)))
 
 
 @pytest.mark.parametrize("family", SHAPES, ids=[family.__name__ for family in SHAPES])
