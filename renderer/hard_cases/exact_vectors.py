@@ -44,7 +44,7 @@ def dot(a: Triple[Number], b: Triple[Number]) -> Number:
 def unit(a: Triple[Number]) -> tuple[float, ...]:
     """Of length 1, each component within a rounding."""
     square = dot(a, a)
-    return tuple(math.copysign(math.sqrt(x * x / square), x) for x in a)
+    return tuple(math.sqrt(x * x / square) * (1 if x > 0 else -1) for x in a)
 
 
 def whole(vectors: Sequence[Vector]) -> tuple[list[Triple[int]], int]:
