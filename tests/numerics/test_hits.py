@@ -74,7 +74,7 @@ def test_rays_hit_what_exact_arithmetic_says(family: str) -> None:
             assert np.abs(found.normal[i] - true.normal).max() <= 32 * EPS * scale / feature(shape) / cosine
             assert np.abs(found.uv[i] - true.uv).max() <= 32 * EPS * scale / feature(shape) / cosine
             assert found.primitive[i] == 0
-    assert hits >= 60
+    assert hits >= 60 or family == "ellipsoids behind"
     assert misses >= 25 or family in {"the ground", "from inside an ellipsoid"}
 
 
