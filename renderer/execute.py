@@ -50,8 +50,8 @@ class TileResult:
         map takes four for a point. Both with what layers asked for.
     cpu_seconds : float
         Of this thread's process.
-    layers : dict of str to (h, w) or (h, w, channels) array
-        From the pass with the first camera sample, if the plan has any.
+    layers : dict of str to array
+        What the pass has recorded for the plan's layers, for `layers.Sheets`.
     """
 
     pixels: NDArray[np.float32]
@@ -77,12 +77,18 @@ def render_tile(plan: RenderPlan, tile: Tile, pass_: Pass) -> TileResult:
     begun = _cpu_seconds()
     counts: Counter[str] = Counter(camera=0, shadow=0, mirror=0, transmission=0, **dict.fromkeys(WORK, 0))
     film = Film(tile, pass_)
+    layers = plan.layers_in(pass_)
+    sampled = {layer.name: layer.statistic.of(tile, pass_) for layer in layers if layer.statistic}
     for block in blocks(tile, pass_):
-        rays = camera_rays(plan, block, pass_)
-        film.add(block.columns, block.rows, radiance(plan, rays, counts))
-    layers = record(plan.layers_in(pass_), tile, partial(centre_points, plan, counts))
+        samples = radiance(plan, camera_rays(plan, block, pass_), counts)
+        for part in sampled.values():
+            part.add(block.columns, block.rows, samples)
+        # Last, as it may add up the samples in place.
+        film.add(block.columns, block.rows, samples)
+    records = record(layers, tile, partial(centre_points, plan, counts))
+    records |= {name: part.record for name, part in sampled.items()}
     work = {name: counts.pop(name) for name in WORK}
-    return TileResult(film.image(), dict(counts), work, _cpu_seconds() - begun, layers)
+    return TileResult(film.image(), dict(counts), work, _cpu_seconds() - begun, records)
 
 
 def camera_rays(plan: RenderPlan, block: Block, pass_: Pass) -> Rays:

@@ -96,8 +96,8 @@ class RenderPlan:
         return max((lighting.emitter.count for lighting in self.lightings), default=1)
 
     def layers_in(self, pass_: Pass) -> tuple[Layer, ...]:
-        """Layers that a pass records: all of them where the camera samples begin, none elsewhere."""
-        return self.layers if pass_.begins else ()
+        """Layers that a pass records: all where the camera samples begin, later what is formed from them."""
+        return tuple(layer for layer in self.layers if layer.recorded_in(pass_))
 
     def describe(self) -> PlanDocument:
         """The plan for people and programs: stages with who asked, what was left out, predicted cost."""

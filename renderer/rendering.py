@@ -20,7 +20,7 @@ from renderer.compile import compile_scene
 from renderer.errors import RenderError
 from renderer.execute import TileResult, render_tile
 from renderer.film import Image, compose, enlarge
-from renderer.layers import Layers
+from renderer.layers import Layers, Sheets
 from renderer.plan import RenderPlan
 from renderer.tiling import tiles
 from schemas.quality import Quality
@@ -75,7 +75,7 @@ class _Picture:
     """Tiles as they come in."""
 
     plan: RenderPlan
-    layers: Layers
+    sheets: Sheets
     parts: dict[int, list[tuple[Pass, Image]]] = field(default_factory=dict)
     counts: Counter[str] = field(default_factory=Counter)
     work: Counter[str] = field(default_factory=Counter)
@@ -86,8 +86,7 @@ class _Picture:
         self.counts.update(result.counts)
         self.work.update(result.work)
         self.cpu_seconds += result.cpu_seconds
-        for name, part in result.layers.items():
-            self.layers[name][tile.y0 : tile.y1, tile.x0 : tile.x1] = part
+        self.sheets.take(tile, result.layers)
         if pass_.stride > 1:
             return enlarge(result.pixels, pass_.stride, tile.height, tile.width)
         self.parts.setdefault(tile.index, []).append((pass_, result.pixels))
@@ -138,7 +137,7 @@ def render(
     begun = time.perf_counter()
     rounds = plan.passes if on_tile else plan.passes[1:]
     work = [[(tile, pass_) for tile in tiles(plan, pass_, tile_size)] for pass_ in rounds]
-    sheets = {layer.name: layer.blank(plan.height, plan.width) for layer in plan.layers}
+    sheets = Sheets(plan.layers, plan.height, plan.width)
     picture, done, total = _Picture(plan, sheets), 0, sum(map(len, work))
     with _executor(plan, workers) as results_of:
         for tasks in work:
@@ -147,7 +146,7 @@ def render(
                 if on_tile:
                     on_tile(TileEvent(tile, pass_, pixels, done, total))
     image = picture.image(tile_size)
-    return RenderResult(image, picture.layers, _report(plan, picture, image, time.perf_counter() - begun))
+    return RenderResult(image, sheets.finished(), _report(plan, picture, image, time.perf_counter() - begun))
 
 
 _Task = tuple[Tile, Pass]

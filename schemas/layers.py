@@ -10,7 +10,7 @@ from pydantic import AfterValidator
 from schemas.translation import nearest
 
 LayerName = Literal[
-    "depth", "position", "normal", "shading_normal", "albedo", "uv", "shape", "primitive", "samples"
+    "depth", "position", "normal", "shading_normal", "albedo", "uv", "shape", "primitive", "samples", "error"
 ]
 LAYER_NAMES: tuple[LayerName, ...] = get_args(LayerName)
 """All of them, in the order in which they are listed and stored."""

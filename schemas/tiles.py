@@ -41,5 +41,5 @@ class Pass:
 
     @property
     def begins(self) -> bool:
-        """Whether the camera samples of all pixels begin in it; this pass also records the layers."""
+        """Whether the camera samples of all pixels begin in it; it records what the centres show, too."""
         return self.stride == 1 and self.first == 0

@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import groupby
 
-from renderer.layers import LAYERS
+from renderer.layers import LAYERS, Sheets
+from schemas.tiles import Pass
 from service.store.tiles import Layers, StoredTile, TileStore
 
 
-def recorded(parts: Iterable[StoredTile]) -> list[StoredTile]:
-    """Give the steps that have layers, among the finished ones of a job: those where the samples begin."""
-    return [part for part in parts if part.pass_.begins]
+def recorded(parts: Iterable[StoredTile], names: Sequence[str]) -> list[StoredTile]:
+    """Give the steps that tell of some of these layers, among the finished ones of a job."""
+    return [part for part in parts if records(part.pass_, names)]
+
+
+def records(pass_: Pass, names: Sequence[str]) -> bool:
+    """Whether a pass tells of some of these layers."""
+    return any(LAYERS[name].recorded_in(pass_) for name in names)
 
 
 def composed(
@@ -25,14 +32,14 @@ def composed(
     names
         Which layers.
     parts
-        Finished steps of the job.
+        Finished steps of the job, tile by tile, each in the order of its passes.
     """
-    sheets = {name: LAYERS[name].blank(*size) for name in names}
-    for part in recorded(parts) if names else ():
-        tile, found = part.tile, store.get_layers(job, part)
-        for name, sheet in sheets.items():
-            sheet[tile.y0 : tile.y1, tile.x0 : tile.x1] = found[name]
-    return sheets
+    sheets = Sheets([LAYERS[name] for name in names], *size)
+    for _, passes in groupby(recorded(parts, names), key=lambda part: part.tile.index):
+        for part in passes:
+            sheets.take(part.tile, store.get_layers(job, part))
+        sheets.settle()
+    return sheets.finished()
 
 
 def file_name(name: str) -> str:

@@ -17,6 +17,7 @@ from sqlalchemy.orm import Session
 from renderer import film, image_files
 from schemas.display import Display
 from schemas.jobs import JobState
+from schemas.tiles import Tile
 from service import layers, ledger
 from service.context import Service
 from service.database.models import JobRow
@@ -140,11 +141,13 @@ def _encode(pixels: Pixels, sheets: Layers, row: JobRow, wanted: Wanted) -> byte
 
 
 def _layer_so_far(store: TileStore, finished: _Finished, wanted: Wanted, name: str) -> Picture:
-    row, parts = finished.row, layers.recorded(finished.parts)
+    row, parts = finished.row, layers.recorded(finished.parts, (name,))
     if not parts:
         raise PictureNotReadyError("Nothing of the layer is finished yet. Ask again in a moment.")
     sheet = _layers_so_far(store, finished, (name,))[name]
-    share = sum(part.tile.width * part.tile.height for part in parts) / (row.width * row.height)
+    passes = [pass_ for pass_ in ledger.passes_of(row) if layers.records(pass_, (name,))]
+    total = sum(ledger.work(pass_, Tile(0, 0, 0, row.width, row.height)) for pass_ in passes)
+    share = sum(ledger.work(part.pass_, part.tile) for part in parts) / total
     return Picture(image_files.encode_layer(sheet), _etag(row, wanted), share)
 
 

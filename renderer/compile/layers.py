@@ -13,8 +13,7 @@ def layers(request: Request, families: list[Family]) -> tuple[Layer, ...]:
     """The layers of a request; those that need to know what a pixel shows ask for rays of their own."""
     count = request.sampling.antialiasing.samples
     chosen = tuple(
-        LAYERS[name] if LAYERS[name].values else replace(LAYERS[name], ground=count)
-        for name in request.layers
+        replace(LAYERS[name], ground=count) if name == "samples" else LAYERS[name] for name in request.layers
     )
     if any(layer.values for layer in chosen):
         camera = request.document.camera

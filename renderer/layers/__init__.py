@@ -1,7 +1,11 @@
-"""Layers: numbers about each pixel beside its colour, from the one ray through the pixel's centre."""
+"""Layers: numbers about each pixel beside its colour.
+
+Most come from the one ray through the pixel's centre, those with a statistic from all camera samples.
+"""
 
 from renderer.layers.layer import Layer, Layers
 from renderer.layers.recorders import LAYERS
 from renderer.layers.recording import record
+from renderer.layers.sheets import Sheets
 
-__all__ = ["LAYERS", "Layer", "Layers", "record"]
+__all__ = ["LAYERS", "Layer", "Layers", "Sheets", "record"]

@@ -4,7 +4,8 @@ import numpy as np
 
 from renderer.arrays import Floats, Integers, lengths
 from renderer.interaction import MISS, Points
-from renderer.layers.layer import Layer
+from renderer.layers import spread
+from renderer.layers.layer import Layer, Statistic
 
 REAL, WHOLE = np.dtype(np.float32), np.dtype(np.int32)
 XYZ, RGB, UV, ID = ("X", "Y", "Z"), ("R", "G", "B"), ("U", "V"), ("id",)
@@ -50,6 +51,9 @@ def primitive(points: Points) -> Integers:
     return points.primitives
 
 
+ERROR = Statistic(spread.Spread, spread.merged, spread.standard_errors)
+
+
 def _table(*layers: Layer) -> dict[str, Layer]:
     return {layer.name: layer for layer in layers}
 
@@ -63,6 +67,7 @@ LAYERS: dict[str, Layer] = _table(
     Layer("uv", "texture coordinates", UV, REAL, np.nan, uv),
     Layer("shape", "indices into the scene's shapes", ID, WHOLE, MISS, shape),
     Layer("primitive", "triangles within meshes", ID, WHOLE, 0, primitive),
-    Layer("samples", "camera samples of each pixel", ("count",), WHOLE, 0, None),
+    Layer("samples", "camera samples of each pixel", ("count",), WHOLE, 0),
+    Layer("error", "estimated standard errors of the pixels", RGB, REAL, np.inf, statistic=ERROR),
 )
 """Every layer by its name. The ground of `samples` is filled in when a plan is made."""

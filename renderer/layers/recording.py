@@ -1,4 +1,4 @@
-"""Filling the layers of a tile."""
+"""Filling the layers of a tile that do not come from its camera samples."""
 
 from collections.abc import Callable, Sequence
 
@@ -22,7 +22,7 @@ def record(layers: Sequence[Layer], tile: Tile, points_in: Callable[[Block], Poi
         From a block to the points that the rays through the centres of its pixels meet, one ray a pixel.
         Called only if some layer needs them.
     """
-    sheets = {layer.name: layer.blank(tile.height, tile.width) for layer in layers}
+    sheets = {layer.name: layer.blank(tile.height, tile.width) for layer in layers if layer.statistic is None}
     wanted = [(sheets[layer.name], layer.values) for layer in layers if layer.values is not None]
     for block in blocks(tile, CENTRES) if wanted else ():
         points = points_in(block)

@@ -21,7 +21,7 @@ LayersOption = Annotated[
         "--layers",
         metavar="NAME,NAME",
         help="What to tell about each pixel beside its colour: depth, position, normal, shading_normal, "
-        "albedo, uv, shape, primitive, samples. Saved beside OUT as OUT.NAME.npy.",
+        "albedo, uv, shape, primitive, samples, error. Saved beside OUT as OUT.NAME.npy.",
     ),
 ]
 

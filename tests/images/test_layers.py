@@ -19,6 +19,8 @@ from tests.images.parts import Files, png
 from tests.images.random_scenes import accepted, scenes
 
 FILES = {"picture.png": png(pictures.codes(6, 5)), "bumps.png": png(pictures.bumps())}
+SAMPLED = ("samples", "error")
+CENTRES = tuple(name for name in LAYER_NAMES if name not in SAMPLED)
 TRACED = ("position", "normal", "uv", "shape", "primitive")
 HILL: Json = {
     "type": "mesh",
@@ -167,7 +169,7 @@ def test_a_light_that_the_camera_sees_does_not_hide_the_shape_behind_it() -> Non
     document = DRAWN["room"]
     unlit = {**document, "lights": [{**document["lights"][0], "visible": False}]}
     with_light, without = layers_of(document), layers_of(unlit)
-    assert all(same(with_light[part], without[part]) for part in LAYER_NAMES)
+    assert all(same(with_light[part], without[part]) for part in CENTRES)
 
 
 def test_a_lens_blurs_the_picture_and_not_the_layers() -> None:
@@ -175,7 +177,7 @@ def test_a_lens_blurs_the_picture_and_not_the_layers() -> None:
     open_lens = {**document, "camera": {**document["camera"], "lens_radius": 0.3, "focus_distance": 4}}
     sharp, blurred = (renderer.render(plan_with(d)) for d in (document, open_lens))
     assert not same(sharp.image, blurred.image)
-    assert all(same(sharp.layers[part], blurred.layers[part]) for part in LAYER_NAMES)
+    assert all(same(sharp.layers[part], blurred.layers[part]) for part in CENTRES)
 
 
 @pytest.mark.parametrize("name", DRAWN)
@@ -185,7 +187,7 @@ def test_layers_do_not_depend_on_tiles_or_samples(name: str) -> None:
         small = layers_of(DRAWN[name], tile_size=size)
         assert all(same(small[part], whole[part]) for part in LAYER_NAMES), size
     other = layers_of({**DRAWN[name], "sampling": sampled(2, 1, "random", "random", seed=4)})
-    assert all(same(other[part], whole[part]) for part in LAYER_NAMES if part != "samples")
+    assert all(same(other[part], whole[part]) for part in CENTRES)
     assert np.all(other["samples"] == 2)
 
 
@@ -206,7 +208,7 @@ def test_a_filtered_texture_gives_the_albedo_of_a_sample_and_not_of_a_tile() -> 
     seen = whole["albedo"][whole["shape"] >= 0]
     assert np.count_nonzero((seen > 0.1) & (seen < 0.9)) > 0.5 * seen.size
     exact = layers_of({**document, "textures": {"picture": {**board, "filter": "none"}}})
-    assert all(same(exact[part], whole[part]) for part in LAYER_NAMES if part != "albedo")
+    assert all(same(exact[part], whole[part]) for part in CENTRES if part != "albedo")
 
 
 @pytest.mark.slow
@@ -232,8 +234,8 @@ def test_asking_for_layers_changes_nothing_else(name: str) -> None:
     assert effects == {"layers", *(f"layers.{part}" for part in LAYER_NAMES)}
 
 
-def test_a_plan_without_layers_records_none_in_any_pass_and_one_with_them_in_one() -> None:
-    for names, expected in (((), 0), (("depth",), 1)):
+def test_passes_record_no_layers_unasked_centres_once_and_errors_in_each_but_the_preview() -> None:
+    for names, expected in (((), 0), (("depth",), 1), (("depth", "error"), 2)):
         plan = plan_with(DRAWN["room"], layers=names)
         results = [renderer.render_tile(plan, tiles(plan, pass_)[0], pass_) for pass_ in plan.passes]
         assert sum(bool(result.layers) for result in results) == expected

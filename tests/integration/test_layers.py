@@ -128,7 +128,7 @@ def test_the_plan_of_a_request_names_its_layers(client: httpx2.Client) -> None:
 
 def test_layers_are_there_while_the_picture_is_being_rendered(client: httpx2.Client) -> None:
     document = long_scene()
-    job = submit(client, document, layers=["depth"])
+    job = submit(client, document, layers=["depth", "error"])
     path = f"/v1/jobs/{job}/layers/depth.npy"
 
     def something_is_seen(_: dict[str, Any]) -> bool:
@@ -138,6 +138,7 @@ def test_layers_are_there_while_the_picture_is_being_rendered(client: httpx2.Cli
     wait(client, job, something_is_seen)
     answer = client.get(path)
     partial = np.load(io.BytesIO(answer.content))
+    errors = client.get(f"/v1/jobs/{job}/layers/error.npy")
     running = not ended(job_of(client, job))
     exr = client.get(f"/v1/jobs/{job}/image.exr")
     client.delete(f"/v1/jobs/{job}")
@@ -147,7 +148,9 @@ def test_layers_are_there_while_the_picture_is_being_rendered(client: httpx2.Cli
     assert there.any()
     assert np.array_equal(partial[there], whole["depth"][there])
     assert float(answer.headers["X-Progress"]) > 0
-    assert list(decode_exr(exr.content)[1]) == ["depth"]
+    assert 0 < float(errors.headers["X-Progress"]) < 1
+    assert not np.isnan(np.load(io.BytesIO(errors.content))).any()
+    assert list(decode_exr(exr.content)[1]) == ["depth", "error"]
 
 
 @pytest.mark.slow
