@@ -38,7 +38,7 @@ def translate(error: ValidationError, model: type[BaseModel], content: object) -
     content
         The document that was validated.
     """
-    short, told = _sorted_out(error.errors(include_url=False, include_input=False))
+    short, told = _sorted_out(error.errors(include_url=False, include_input=False), content)
     findings = [
         _short_array(location, lacking, content) for location, lacking in islice(short.items(), SHOWN)
     ]
@@ -46,7 +46,9 @@ def translate(error: ValidationError, model: type[BaseModel], content: object) -
     return findings, len(short) + len(told) - len(findings)
 
 
-def _sorted_out(details: Iterable[ErrorDetails]) -> tuple[Counter[Parts], list[ErrorDetails]]:
+def _sorted_out(
+    details: Iterable[ErrorDetails], content: object
+) -> tuple[Counter[Parts], list[ErrorDetails]]:
     """Count the missing entries of each array, and give the other errors as they are."""
     short: Counter[Parts] = Counter()
     told = []
@@ -54,9 +56,17 @@ def _sorted_out(details: Iterable[ErrorDetails]) -> tuple[Counter[Parts], list[E
         if detail["type"] == "missing" and isinstance(detail["loc"][-1], int):
             short[_untagged(detail["loc"][:-1])] += 1
         # A default that depends on a field which is itself wrong is no mistake of the user's.
-        elif detail["type"] != "default_factory_not_called":
+        elif detail["type"] != "default_factory_not_called" and not _long_enough(detail, content):
             told.append(detail)
     return short, told
+
+
+def _long_enough(detail: ErrorDetails, content: object) -> bool:
+    """Whether an array that is called too short has entries enough: pydantic counts only the right ones."""
+    if detail["type"] != "too_short":
+        return False
+    array = value_at(content, _untagged(detail["loc"]))
+    return isinstance(array, Sequence) and len(array) >= detail["ctx"]["min_length"]
 
 
 def _short_array(location: Parts, lacking: int, content: object) -> Finding:

@@ -127,6 +127,14 @@ def test_an_array_that_is_too_short_is_one_problem_with_both_lengths(scene: dict
     assert "1, where 3 are needed" in problem.detail
 
 
+def test_an_array_with_a_wrong_entry_is_not_called_too_short(scene: dict[str, Any]) -> None:
+    """Without the wrong one there would be two vertices and no triangle; but they are there."""
+    corners = [[0, 0, 0], [1, 0, 0], [0, 1, "0"]]
+    scene["shapes"][0] = {"type": "mesh", "vertices": corners, "triangles": [[0, 1, -1]], "material": "plain"}
+    found = [(problem.pointer, problem.code) for problem in told(scene)]
+    assert found == [("/shapes/0/vertices/2/2", "not_a_number"), ("/shapes/0/triangles/0/2", "out_of_range")]
+
+
 @pytest.mark.parametrize("wrong", [None, 3, "text", [], [[]]], ids=repr)
 def test_a_thing_that_is_no_object_is_told_so(scene: dict[str, Any], wrong: object) -> None:
     scene["shapes"][2] = scene["camera"] = scene["materials"]["plain"] = wrong
