@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -24,6 +24,15 @@ LIBRARIES = ("numpy", "pillow", "pydantic", "fastapi", "uvicorn", "sqlalchemy", 
 LITTLE_MEMORY = 1 << 30
 GIB = 1 << 30
 
+NumericsOption = Annotated[
+    bool,
+    typer.Option(
+        "--numerics",
+        help="Instead try hard cases, inputs that plain formulas get wrong, and count the wrong answers. "
+        "Takes up to a minute; exit code 1 if there are any.",
+    ),
+]
+
 
 @dataclass(frozen=True, slots=True)
 class Check:
@@ -35,8 +44,13 @@ class Check:
     advice: str = ""
 
 
-def doctor(as_json: output.JsonOption = False) -> None:
+def doctor(numerics: NumericsOption = False, as_json: output.JsonOption = False) -> None:
     """Show what is installed, found and configured here, and from where."""
+    if numerics:
+        from service.cli.numerics import check_numerics
+
+        check_numerics(as_json=as_json)
+        return
     checks = list(_all_checks())
     if as_json:
         output.document({"checks": [asdict(check) for check in checks]})

@@ -1,0 +1,110 @@
+"""Tries the hard cases, one after another or in processes, and keeps what came of each."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+import traceback
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from pathlib import Path
+
+from renderer.hard_cases import Case, Outcome, Section, sections
+from service.cli.errors import RenderFailedError
+
+Place = tuple[int, int]
+"""Number of a section, and of a case in it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """What came of one case.
+
+    Attributes
+    ----------
+    section : str
+    case : str
+    outcome : Outcome or None
+        None where the case broke off.
+    error : str
+        What it broke off with, and where; empty where it did not.
+    seconds : float
+        Of a processor, not of a clock: what else runs here does not count.
+    """
+
+    section: str
+    case: str
+    outcome: Outcome | None
+    error: str
+    seconds: float
+
+    @property
+    def right(self) -> bool:
+        """Whether the case came to its end without a wrong answer."""
+        return self.outcome is not None and self.outcome.wrong == 0
+
+
+def attempt(section: Section, case: Case) -> Trial:
+    """Try one case; whatever it raises is part of the trial, so that the others go on."""
+    begun = time.process_time()
+    outcome, error = None, ""
+    try:
+        outcome = case.run()
+    except Exception as raised:  # noqa: BLE001 - a case that breaks off is an answer too: it is wrong
+        error = _told(raised)
+    return Trial(section.title, case.name, outcome, error, time.process_time() - begun)
+
+
+def one_after_another(catalogue: Iterable[Section]) -> Iterator[Trial]:
+    """Try all cases in this process."""
+    return (attempt(section, case) for section in catalogue for case in section.cases)
+
+
+def in_processes(places: Sequence[Place], workers: int) -> Iterator[Trial]:
+    """Try cases of the catalogue in processes of their own, and give them back in the order of `places`.
+
+    Raises
+    ------
+    RenderFailedError
+        A process died.
+    """
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, mp_context=context, initializer=_begin) as pool:
+        try:
+            yield from pool.map(_attempt_numbered, places)
+        except BrokenProcessPool as error:
+            raise RenderFailedError(
+                "A process that tried hard cases died, perhaps for lack of memory."
+            ) from error
+
+
+def places_of(catalogue: Iterable[Section]) -> list[Place]:
+    """Where all cases of a catalogue are, in its order."""
+    return [(s, c) for s, section in enumerate(catalogue) for c in range(len(section.cases))]
+
+
+def _attempt_numbered(place: Place) -> Trial:
+    section = sections()[place[0]]
+    return attempt(section, section.cases[place[1]])
+
+
+def _told(error: Exception) -> str:
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{type(error).__name__}: {error} ({Path(place.filename).name}, line {place.lineno})"
+
+
+def _begin() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's affair
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
