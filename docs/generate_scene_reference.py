@@ -52,7 +52,7 @@ Some scenes are valid, but their picture is probably not what was meant. They ar
   picture;
 - a light is inside an ellipsoid (`light_inside`);
 - no shape uses a material, or no material uses a texture (`unused`);
-- a triangle has no area and is left out (`no_area`);
+- a triangle has no area and is left out, or no triangle of a mesh written in the scene has one (`no_area`);
 - `up` is parallel to the view (`up_parallel_to_view`);
 - the longest axis of an ellipsoid is more than 1e8 times as long as the shortest (`very_flat`).
 """
@@ -132,7 +132,7 @@ def default_of(field: dict[str, Any]) -> str:
 def words(field: dict[str, Any]) -> str:
     """Say the type of a value."""
     if "anyOf" in field:
-        return words(field["anyOf"][0])
+        return " or ".join(words(option) for option in field["anyOf"] if option != {"type": "null"})
     if "oneOf" in field:
         kinds = dict.fromkeys(constant(option["$ref"]) for option in field["oneOf"])
         return " or ".join(kinds)

@@ -6,11 +6,11 @@ import itertools
 from collections.abc import Iterator
 
 from schemas.findings import Finding
-from schemas.geometry import in_view, inside, light_points, no_area
+from schemas.geometry import in_view, inside, light_points, no_area, no_area_at_all
 from schemas.quantities import Color
 from schemas.references import used_materials, used_textures
 from schemas.scene import Scene
-from schemas.shapes import Ellipsoid, Sphere, Triangle
+from schemas.shapes import Ellipsoid, Mesh, Sphere, Triangle
 from schemas.vectors import difference, length, parallel
 
 FLATTEST = 1e8
@@ -82,6 +82,12 @@ def _poor_shapes(scene: Scene) -> Iterator[Finding]:
         if isinstance(shape, Triangle) and no_area(shape):
             detail = "This triangle has no area and is left out. Move one of its vertices or remove it."
             yield Finding(("shapes", index, "vertices"), "no_area", detail)
+        if isinstance(shape, Mesh) and no_area_at_all(shape):
+            detail = (
+                "No triangle of this mesh has an area, so nothing of it is seen. Check its vertices and "
+                "their numbers, or remove it."
+            )
+            yield Finding(("shapes", index, "triangles"), "no_area", detail)
         if isinstance(shape, Ellipsoid) and _flat(shape):
             detail = "One axis is more than 1e8 times as long as another: the picture may be inexact."
             yield Finding(("shapes", index, "axes"), "very_flat", detail)

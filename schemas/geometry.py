@@ -17,8 +17,16 @@ CLEARLY_AN_AREA = 1e-12
 
 
 def no_area(triangle: Triangle) -> bool:
-    """Whether three vertices lie exactly on one line. No tolerance: a sliver is a triangle."""
-    a, b, c = triangle.vertices
+    """Whether a triangle's vertices lie exactly on one line. No tolerance: a sliver is a triangle."""
+    return _flat(*triangle.vertices)
+
+
+def no_area_at_all(mesh: Mesh) -> bool:
+    """Whether the vertices of every single triangle of a mesh lie exactly on one line."""
+    return all(_flat(*(mesh.vertices[number] for number in triangle)) for triangle in mesh.triangles)
+
+
+def _flat(a: Vector, b: Vector, c: Vector) -> bool:
     if sine_between(difference(b, a), difference(c, a)) > CLEARLY_AN_AREA:
         return False
     return on_one_line(a, b, c)

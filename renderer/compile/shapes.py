@@ -46,9 +46,24 @@ def families(request: Request) -> list[Family]:
             members.setdefault(SHAPES[type(shape)], []).append(number)
     built = [_family(request, build, numbers) for build, numbers in members.items()]
     built.extend(_displaced(request))
-    for family in built:
+    shown = [part for family in built if (part := _with_area(request, family)) is not None]
+    for family in shown:
         _list_family(request, family)
-    return built
+    return shown
+
+
+def _with_area(request: Request, family: Family) -> Family | None:
+    """The family without the meshes of which no triangle has an area; None if there are no others."""
+    if not isinstance(family, Triangles):
+        return family
+    seen = np.isin(family.numbers, family.numbers[magnitude(family.normals) > 0])
+    for number in np.unique(family.numbers[~seen]).tolist():
+        reason = "no triangle of it has an area"
+        request.listing.leave_out(f"shapes.{family.kind}", reason, (f"/shapes/{number}",))
+    request.degenerate += int(np.count_nonzero(~seen))
+    if seen.all():
+        return family
+    return family.part(seen) if seen.any() else None
 
 
 def _displacement(request: Request, shape: Shape) -> PhongMaterial | None:

@@ -141,7 +141,7 @@ def triangles_of(number: int, vertices: Floats, surface: Surface, *, smooth: boo
     """
     rows = surface.triangles
     corners = np.stack([np.take(vertices, row, axis=1) for row in rows])
-    corners = np.where(_without_area(corners), corners[0], corners)
+    corners = np.where(_without_area(corners, surface), corners[0], corners)
     normals = unit_normals(corners)
     count = rows.shape[1]
     return Triangles(
@@ -157,13 +157,17 @@ def triangles_of(number: int, vertices: Floats, surface: Surface, *, smooth: boo
     )
 
 
-def _without_area(corners: Floats) -> Masks:
-    """Triangles (T,) whose corners lie exactly on one line; rounding alone would give them an area."""
+def _without_area(corners: Floats, surface: Surface) -> Masks:
+    """Triangles (T,) whose corners lie exactly on one line; rounding alone would give them an area.
+
+    Their own vertices may do so too: turned, they lie beside the line by a rounding.
+    """
     a, b, c = corners
     product = cross(unit(b - a), unit(c - a))
     flat = lengths(product) <= CLEARLY_AN_AREA
     for number in np.flatnonzero(flat).tolist():
-        flat[number] = on_one_line(*corners[:, :, number].tolist())
+        own = surface.vertices[:, surface.triangles[:, number]].T
+        flat[number] = any(on_one_line(*three.tolist()) for three in (corners[:, :, number], own))
     return flat
 
 

@@ -1,7 +1,7 @@
 """Triangles, met by the watertight test of Woop, Benthin and Wald (2013)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -41,6 +41,11 @@ class Triangles(Family):
     vertex_normals: Floats
     smooth: Masks
     texture: Floats
+
+    def part(self, kept: Masks) -> "Triangles":
+        """The family of some of the triangles, a mask (K,). Of a shape all are kept, or none."""
+        arrays = (item.name for item in fields(self) if item.name != "kind")
+        return Triangles(self.kind, **{name: getattr(self, name)[..., kept] for name in arrays})
 
     def corners(self) -> Floats:
         """The vertices."""

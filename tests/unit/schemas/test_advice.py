@@ -64,6 +64,24 @@ def test_a_triangle_without_area_is_told(scene: dict[str, Any]) -> None:
     assert warnings(scene) == [("/shapes/0/vertices", "no_area")]
 
 
+FLAT_MESHES = {
+    "on one line": [[0, 1, 2], [2, 1, 0]],
+    "twice the same vertex": [[0, 0, 3], [1, 3, 3]],
+    "a point": [[2, 2, 2]],
+}
+
+
+@pytest.mark.parametrize("name", FLAT_MESHES)
+def test_a_mesh_is_told_if_none_of_its_triangles_has_an_area(scene: dict[str, Any], name: str) -> None:
+    mesh = {"type": "mesh", "vertices": [[0, 0, 0], [1, 1, 1], [3, 3, 3], [0, 1, 0]], "material": "plain"}
+    flat = mesh | {"triangles": FLAT_MESHES[name]}
+    scene["shapes"].append(flat)
+    last = len(scene["shapes"]) - 1
+    assert warnings(scene) == [(f"/shapes/{last}/triangles", "no_area")]
+    flat["triangles"] = [*FLAT_MESHES[name], [0, 1, 3]]
+    assert warnings(scene) == []
+
+
 def test_a_very_flat_ellipsoid_is_told(scene: dict[str, Any]) -> None:
     scene["shapes"][3]["axes"] = [[1, 0, 0], [0, 1, 0], [0, 0, 0.99e-8]]
     assert warnings(scene) == [("/shapes/3/axes", "very_flat")]
