@@ -9,9 +9,9 @@ from typing import Any
 
 from rich.console import Console
 
-from benchmarks import accuracy, machine, meshes, overhead, rendering, tables
+from benchmarks import accuracy, effects, machine, meshes, overhead, rendering, tables
 
-PARTS = ("rendering", "meshes", "accuracy", "service")
+PARTS = ("rendering", "effects", "meshes", "accuracy", "service")
 
 
 def main() -> None:
@@ -36,6 +36,9 @@ def _measure(parts: list[str], runs: int) -> dict[str, Any]:
     if "rendering" in parts:
         measured["rendering"] = rendering.measure(runs)
         console.print(tables.of_rendering(measured["rendering"]), tables.of_stages(measured["rendering"]))
+    if "effects" in parts:
+        measured["effects"] = effects.measure(runs)
+        console.print(tables.of_effects(measured["effects"]))
     if "meshes" in parts:
         measured["meshes"] = meshes.measure(runs)
         console.print(tables.of_meshes(measured["meshes"]))

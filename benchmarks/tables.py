@@ -6,8 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
+from benchmarks.effects import SIDE
+
 if TYPE_CHECKING:
     from benchmarks.accuracy import Accuracy
+    from benchmarks.effects import EffectCost
     from benchmarks.machine import Machine, Spread
     from benchmarks.meshes import MeshTiming
     from benchmarks.overhead import Overhead
@@ -38,6 +41,30 @@ def of_stages(timings: list[Timing]) -> Table:
     for name in names:
         table.add_row(name, *(f"{timing['stages'].get(name, 0):.0%}" for timing in timings))
     return table
+
+
+def of_effects(costs: list[EffectCost]) -> Table:
+    """CPU seconds without and with each effect, what it adds to the counters, the same at strength zero."""
+    columns = ("effect", "without, CPU s", "with", "ratio", "adds", "at zero: ratio", "adds", "plan, picture")
+    table = Table(*columns, title=f"effects, {SIDE} x {SIDE} pixels, the fastest runs")
+    for cost in costs:
+        zero_ratio, zero_adds = cost["zero_ratio"], cost["zero_adds"]
+        table.add_row(
+            cost["effect"],
+            f"{cost['without']['least']:.3f}",
+            f"{cost['asked']['least']:.3f}",
+            f"{cost['ratio']:.2f}",
+            _counters(cost["adds"]),
+            "" if zero_ratio is None else f"{zero_ratio:.2f}",
+            "" if zero_adds is None else _counters(zero_adds),
+            "" if cost["zero_same"] is None else "the same" if cost["zero_same"] else "other",
+        )
+    return table
+
+
+def _counters(counts: dict[str, int]) -> str:
+    names = {"shading_points": "points", "texture_lookups": "look-ups"}
+    return ", ".join(f"{count:+,} {names.get(name, name)}" for name, count in counts.items()) or "nothing"
 
 
 def of_meshes(timings: list[MeshTiming]) -> Table:
