@@ -4,8 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Masks
+from renderer.arrays import Floats, Integers, Masks, magnitude
 from renderer.streams import Keys
+
+NEAR = 2.0**-40
+"""A ray shorter than this share of its origin's magnitudes ends where it began.
+
+Hundreds of roundings, so that they tell the sides of all planes at its end from a longer one's origin.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,8 +29,8 @@ class Departure:
     sizes : (N,) float64
         Sum of the magnitudes that formed the origin, scene units.
     before : (3, 1) or (3, N) float64
-        Origin of the ray that came before. A plane that the new origin touches is on the side that this
-        ray came from, because it did not pass the plane.
+        Where the rays came from that came before. A plane that the new origin touches is on that side,
+        because they did not pass the plane.
     paths : (N,) uint64
         Name of the bounces so far; 0 is that of camera rays.
     walked : (N,) float64
@@ -42,6 +48,15 @@ class Departure:
     def before_at(self, index: Integers) -> Floats:
         """Origins before of some rays, (3, 1) if all share one."""
         return self.before if self.before.shape[1] == 1 else self.before[:, index]
+
+    def came_from(self, index: Integers, origins: Floats, ways: Floats) -> Floats:
+        """Where the path of some rays came from, (3, M): their `origins`, unless they went nowhere.
+
+        In a corner of mirrors a ray may end where it began but for rounding, `ways` (3, M) from there: its
+        origin is then on no side of the walls that meet there, and the ray before tells.
+        """
+        near = magnitude(ways) <= NEAR * self.sizes[index]
+        return np.where(near, self.before_at(index), origins)
 
     def leaves(self, rays: Integers, shapes: Integers, primitives: Integers) -> Masks:
         """Whether some rays leave these primitives, (M,)."""

@@ -109,6 +109,8 @@ class Points:
     walked : (M,) float64
         Length of the path before the ray, scene units; 0 where the camera looks at the point.
     origins : (3, 1) or (3, M) float64
+    sources : (3, 1) or (3, M) float64
+        Where the path came from: the origins, but for rays that went nowhere (`Departure.came_from`).
     directions : (3, M) float64
     t : (M,) float64
     hits : (2, M) float64
@@ -151,6 +153,7 @@ class Points:
     paths: Keys
     walked: Floats
     origins: Floats
+    sources: Floats
     directions: Floats
     t: Floats
     hits: Floats
@@ -211,13 +214,15 @@ def points_of(rays: Rays, materials: Integers, *, bent: bool) -> Points:
     directions = rays.directions[:, hit]
     shapes = rays.shapes[hit]
     normals = np.zeros((3, count))
+    origins = rays.origins_at(hit)
     return Points(
         rays=hit,
         pixels=rays.pixels[hit],
         samples=rays.samples[hit],
         paths=np.zeros(count, dtype=np.uint64) if rays.departure is None else rays.departure.paths[hit],
         walked=np.zeros(count) if rays.departure is None else rays.departure.walked[hit],
-        origins=rays.origins_at(hit),
+        origins=origins,
+        sources=_sources(rays, hit, origins),
         directions=directions,
         t=rays.t[hit],
         hits=rays.coordinates[:, hit],
@@ -239,3 +244,9 @@ def points_of(rays: Rays, materials: Integers, *, bent: bool) -> Points:
         by_v=np.zeros((3, count)),
         bent=bent,
     )
+
+
+def _sources(rays: Rays, hit: Integers, origins: Floats) -> Floats:
+    if rays.departure is None:
+        return origins
+    return rays.departure.came_from(hit, origins, rays.t[hit] * rays.directions[:, hit])

@@ -76,7 +76,7 @@ class Lighting:
                 points.pixels[chosen], points.samples[chosen], points.paths[chosen], self.dtype
             ),
             towards=towards[:, chosen],
-            origins=points.origins if points.origins.shape[1] == 1 else points.origins[:, chosen],
+            origins=points.sources if points.sources.shape[1] == 1 else points.sources[:, chosen],
             dtype=self.dtype,
             workspace=workspace,
         )

@@ -83,7 +83,7 @@ def leaving(
         primitives=points.primitives[start],
         outside=outside[bright],
         sizes=points.sizes[start],
-        before=points.origins if points.origins.shape[1] == 1 else points.origins[:, start],
+        before=_before(points, start, outside[bright]),
         paths=branch(points.paths[start], KINDS.index(kind)),
         walked=points.walked[start] + points.t[start] * lengths(points.directions[:, start]),
     )
@@ -95,3 +95,17 @@ def leaving(
         departure=departure,
     )
     return (Wave(count_as, rays, weights[bright], wave.targets[points.rays[start]], wave.depth + 1),)
+
+
+def _before(points: Points, start: Integers, outside: Masks) -> Floats:
+    """Where rays came from that go on from points `start` (M,), (3, 1) or (3, M).
+
+    A ray that enters at an edge of glass may meet the face beside it at once. When it has passed both, it is
+    on no side of either, and meets them no more.
+    """
+    sources = points.sources if points.sources.shape[1] == 1 else points.sources[:, start]
+    if points.sources is points.origins:
+        return sources
+    nowhere = (sources != points.origins[:, start]).any(axis=0)
+    passing = outside == points.flipped[start]
+    return np.where(nowhere & passing, points.positions[:, start], sources)

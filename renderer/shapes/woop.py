@@ -169,8 +169,12 @@ def _hits_along(
     start: Start | None,
 ) -> PairHits:
     pairs = _sheared(axis, vertices, origins, directions, chosen)
-    found = pairs.found()
-    a, b, c = (weight[found] for weight in pairs.weights)
+    if start is None:
+        found = pairs.found()
+        a, b, c = (weight[found] for weight in pairs.weights)
+    else:
+        found = pairs.within(2 * SURFACE * start.sizes[chosen])
+        a, b, c = _of_one_sign([weight[found] for weight in pairs.weights])
     sheared = [np.stack((x[found], y[found])) for x, y in zip(pairs.x, pairs.y, strict=True)]
     depths = [np.broadcast_to(depth, chosen.shape)[found] for depth in pairs.depths]
     total = a + b + c
@@ -184,6 +188,13 @@ def _hits_along(
         distance = _settled(distance, bound, vertices, directions, chosen[found], start)
         ahead = distance > 0
     return PairHits(chosen[found[ahead]], distance[ahead], (b / total)[ahead], (c / total)[ahead])
+
+
+def _of_one_sign(weights: list[Floats]) -> Floats:
+    """Weights (3, P) without those that rounding alone made negative: their means stay in the triangle."""
+    stacked = np.stack(weights)
+    side = np.sign(weights[0] + weights[1] + weights[2])
+    return np.maximum(stacked * side, 0.0) * side
 
 
 def _settled(

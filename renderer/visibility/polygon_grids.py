@@ -109,6 +109,7 @@ class GridPolygonShadows(PolygonShadows):
         rounding = self.rounding(view, candidates)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             return [
-                (signed(n[:, candidates], a[:, candidates], positions, 1.0) + rounding) / np.abs(distances)
+                (signed(n[:, candidates], a[:, candidates], positions, 1.0) + 2 * rounding)
+                / np.abs(distances)
                 for n, a in zip(self.occluders.edge_normals, self.occluders.edge_anchors, strict=True)
             ]

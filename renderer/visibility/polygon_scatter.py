@@ -54,7 +54,7 @@ class ScatterPolygonShadows(PolygonShadows):
         far = -np.sign(distance)
         edges = []
         for normals, anchors in zip(self.occluders.edge_normals, self.occluders.edge_anchors, strict=True):
-            of_point = signed(normals[:, one], anchors[:, one], positions, 1.0)[0] + rounding
+            of_point = signed(normals[:, one], anchors[:, one], positions, 1.0)[0] + 2 * rounding
             of_light = self._on_light(normals[:, one], anchors[:, one])
             scale = np.abs(of_point) + np.abs(distance)
             near, away = of_point * far / scale, np.abs(distance) / scale

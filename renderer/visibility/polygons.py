@@ -97,8 +97,9 @@ class PolygonShadows(ABC):
     def rounding(self, view: LightView, candidates: Integers) -> Floats:
         """Bounds on the error of the points' signed distances and edge functions, (K, n).
 
-        Edge functions are raised by it. A point in a corner of three walls lies on two of them, and
-        within rounding of the edge that these share: raised, it is inside of at least one.
+        Edge functions are raised by twice as much. A point in a corner of three walls touches the two that it
+        is not on, and stands a bound away from either (`snapped`). Towards a light behind both, it is a bound
+        and a rounding outside of one at least; raised, it is inside.
         """
         sizes = view.of_points(view.points.sizes)
         return SURFACE * (sizes[None, :] + self.occluders.sizes[candidates][:, None])
