@@ -9,7 +9,7 @@ from renderer.arrays import Floats, dot, unit
 from renderer.hard_cases.cases import Outcome, Section, total
 from renderer.hard_cases.documents import lamp, phong, sampled, scene, sun, triangle
 from renderer.hard_cases.highlights import EPS, POINTS, PRECISIONS, STRENGTH, UP, lights
-from renderer.hard_cases.rays_seen import DOUBLE, SINGLE, plan_of, radiance
+from renderer.hard_cases.rays_seen import DOUBLE, SINGLE, plan_of, points, radiance
 from renderer.materials.optics import reflected
 from schemas.quality import FixedQuality
 
@@ -198,3 +198,39 @@ def _sweep(last: Floats, viewer: Floats, light: Floats, quality: FixedQuality) -
         textbook=int(jumps),
         worst=float(off[off <= 1].max(initial=0)),
     )
+
+
+@SECTION.case(
+    "normals straight away from the viewer",
+    symptom="Single black pixels where the normals around a point cancel, or all point away.",
+    cause="What is left of them across the line of sight is 0, or the rounding of 0, and has no direction.",
+    remedy="Where less than 1e-6 is left, the true normal stands in.",
+    expected="A normal of length 1 within 4 eps, on the viewer's side of the horizon within 1e-6.",
+    source="geometry",
+)
+def straight_away() -> Outcome:
+    """Triangles that each have a point whose smooth normal is 0, or looks straight away from its viewer."""
+    rng = np.random.default_rng(16)
+    count = 1000
+    lasts = unit(np.stack((rng.normal(size=count), -0.5 - rng.random(count), rng.normal(size=count))))
+    shares = rng.uniform(0.75, 0.95, count)
+    lasts[:, ::5], shares[::5] = -UP, 0.5
+    smooth = (1 - shares) * UP + shares * lasts
+    viewers = -unit(smooth)
+    viewers[:, ::5] = lights(1, 17)[0]
+    shapes = [
+        triangle([3 * i, 0, 0], [3 * i, 0, 2], [3 * i + 2, 0, 0], normals=[[0, 1, 0], [0, 1, 0], last])
+        for i, last in enumerate(lasts.T.tolist())
+    ]
+    targets = np.stack((3.0 * np.arange(count) + 2 * shares, np.zeros(count), np.full(count, 2.0**-20)))
+    plan = plan_of(scene(*shapes, materials={"plain": phong()}))
+    normals = points(plan, targets + viewers, -viewers).shading_normals
+
+    def wrong(found: Floats) -> int:
+        long = np.abs(np.sqrt(dot(found, found)) - 1) <= 4 * EPS
+        return int(np.count_nonzero(~(long & (dot(found, viewers) >= -1e-6))))
+
+    with np.errstate(invalid="ignore"):
+        across = smooth - viewers * dot(smooth, viewers)
+        plain = across / np.sqrt(dot(across, across))
+    return Outcome(count, wrong(normals), wrong(plain))

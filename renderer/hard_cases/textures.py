@@ -1,5 +1,10 @@
 """Hard cases: textures, normal maps, displacement."""
 
+from renderer.hard_cases import image_lookups, normal_maps, relief, texture_coordinates
 from renderer.hard_cases.cases import Section
 
-SECTION = Section("Textures, normal maps, displacement")
+PARTS = (image_lookups, texture_coordinates, normal_maps, relief)
+
+SECTION = Section(
+    "Textures, normal maps, displacement", [case for part in PARTS for case in part.SECTION.cases]
+)

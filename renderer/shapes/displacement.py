@@ -1,7 +1,8 @@
 """Displaced surfaces: fine meshes whose vertices are moved along the normal by a height map.
 
 Cracks cannot open: vertices at one place share one normal and one height, the means over the faces that
-meet there.
+meet there. What the shape was shaded with stays, and is turned as the relief turns the surface, so that a
+smooth mesh stays smooth, a flat one keeps its edges, and flat heights give the picture without them.
 """
 
 from collections.abc import Sequence
@@ -13,7 +14,7 @@ import schemas.shapes as language
 from renderer.arrays import Floats, Integers, columns, dot, lengths, unit
 from renderer.assets import AssetSource
 from renderer.cameras import Pinhole
-from renderer.shapes import ellipsoids, rectangles
+from renderer.shapes import ellipsoids, rectangles, triangles
 from renderer.shapes.meshes import CORNERS, Surface, joined, placed, smooth_normals, surface_of, triangles_of
 from renderer.shapes.triangles import Triangles
 from renderer.textures.heights import Heights
@@ -49,6 +50,9 @@ class Patch:
     Attributes
     ----------
     positions, normals : (3, V) float64
+        Normals of any length, along which the positions are moved.
+    shading : (3, V) float64
+        Unit normals that the shape is shaded with where it lies.
     coordinates : (2, V) float64
         Texture coordinates; vertices at one place may differ in them.
     triangles : (3, T) int64
@@ -56,6 +60,7 @@ class Patch:
 
     positions: Floats
     normals: Floats
+    shading: Floats
     coordinates: Floats
     triangles: Integers
 
@@ -74,7 +79,15 @@ def _moved(part: Displaced, patch: Patch) -> Triangles:
     normals = unit(np.stack([np.bincount(owner, row) for row in patch.normals]))
     moved = (places + normals * heights)[:, owner]
     surface = Surface(moved, patch.triangles, patch.coordinates)
-    return triangles_of(part.number, moved, surface, smooth=True)
+    family = triangles_of(part.number, moved, surface, smooth=True)
+    family.vertex_normals = _turned(patch, family.vertex_normals)
+    return family
+
+
+def _turned(patch: Patch, moved: Floats) -> Floats:
+    """Unit normals at the corners (3, 3, T): the shape's own plus what the relief adds to the surface's."""
+    own = patch.shading - smooth_normals(patch.positions, patch.triangles)
+    return np.stack([unit(own[:, row] + corner) for row, corner in zip(patch.triangles, moved, strict=True)])
 
 
 def _patch(shape: language.Shape, camera: Pinhole, assets: AssetSource, most: int) -> Patch:
@@ -89,14 +102,24 @@ def _patch(shape: language.Shape, camera: Pinhole, assets: AssetSource, most: in
             )
         case _:
             surface = _rectangle(shape)
-    return _subdivided(surface, _normals(shape, surface), camera, most)
+    return _subdivided(surface, _normals(shape, surface), _cuts(surface, camera, most), smooth=_smooth(shape))
 
 
 def _normals(shape: language.Shape, surface: Surface) -> Floats:
     """Normals at the vertices: those that a triangle states, else means of the faces'."""
     if isinstance(shape, language.Triangle) and shape.normals is not None:
-        return unit(columns(shape.normals))
+        return triangles.vertex_normals([shape], _face_normals(surface))[:, :, 0].T
     return smooth_normals(surface.vertices, surface.triangles)
+
+
+def _face_normals(surface: Surface) -> Floats:
+    return triangles.unit_normals(np.stack([surface.vertices[:, row] for row in surface.triangles]))
+
+
+def _smooth(shape: language.Shape) -> bool:
+    if isinstance(shape, language.Triangle):
+        return shape.normals is not None
+    return getattr(shape, "smooth", False)
 
 
 def _mesh(shape: language.Mesh | language.MeshFile, assets: AssetSource) -> Surface:
@@ -115,13 +138,12 @@ def _rectangle(shape: language.Rectangle | language.Parallelogram) -> Surface:
     return Surface(vertices, np.array([[0, 1], [1, 3], [2, 2]]), np.array([[0.0, 1, 0, 1], [0.0, 0, 1, 1]]))
 
 
-def _subdivided(surface: Surface, normals: Floats, camera: Pinhole, most: int) -> Patch:
+def _subdivided(surface: Surface, normals: Floats, count: int, *, smooth: bool) -> Patch:
     """Every triangle cut into n * n, the same n for all, so that neighbours keep meeting at vertices.
 
     A vertex on an edge is the sum of two products, in whichever triangle: the same bits from both sides.
     """
     assert surface.texture is not None
-    count = _cuts(surface, camera, most)
     i, j = np.meshgrid(np.arange(count + 1), np.arange(count + 1), indexing="ij")
     inside = i + j <= count
     second, third = i[inside] / count, j[inside] / count
@@ -135,8 +157,10 @@ def _subdivided(surface: Surface, normals: Floats, camera: Pinhole, most: int) -
     numbers[inside] = np.arange(first.size)
     each = _cells(numbers)
     offsets = np.arange(surface.triangles.shape[1]) * first.size
-    triangles = (each[:, None, :] + offsets[None, :, None]).reshape(3, -1)
-    return Patch(mean(surface.vertices), mean(normals), mean(surface.texture), triangles)
+    rows = (each[:, None, :] + offsets[None, :, None]).reshape(3, -1)
+    along = mean(normals)
+    shading = unit(along) if smooth else _face_normals(surface).repeat(first.size, axis=1)
+    return Patch(mean(surface.vertices), along, shading, mean(surface.texture), rows)
 
 
 def _cells(numbers: Integers) -> Integers:
@@ -172,11 +196,11 @@ def _ellipsoid(
     side = np.array([[radius], [0.0], [0.0]])
     half_round = np.pi * float(_pixels(family.centers, family.centers + side, camera).item())
     rows = max(3, min(int(np.ceil(half_round / PIXELS)), int(np.sqrt(most / 4))))
-    coordinates, triangles = _graticule(rows)
+    coordinates, cells = _graticule(rows)
     local = _on_sphere(coordinates)
     positions = family.centers + np.stack([dot(local, axes[:, i, None]) for i in range(3)])
     normals = unit(np.stack([dot(local, inverse[:, i, None]) for i in range(3)]))
-    return Patch(positions, normals, coordinates, triangles)
+    return Patch(positions, normals, normals, coordinates, cells)
 
 
 def _graticule(rows: int) -> tuple[Floats, Integers]:
