@@ -30,7 +30,7 @@ NOTHING = -1
 
 @dataclass(frozen=True, slots=True)
 class Level:
-    """Boxes of the children of all nodes of a level, (3, nodes, children) each."""
+    """Boxes of the children of all nodes of a level, (3, children, nodes) each."""
 
     low: Floats
     high: Floats
@@ -38,7 +38,22 @@ class Level:
     @property
     def children(self) -> int:
         """Children a node."""
-        return self.low.shape[2]
+        return self.low.shape[1]
+
+    def boxes(self, nodes: Integers) -> tuple[Floats, Floats]:
+        """The boxes of nodes (P,) of the next level, (3, P) each."""
+        parents, places = nodes // self.children, nodes % self.children
+        return self.low[:, places, parents], self.high[:, places, parents]
+
+    def below(self, visits: "Visits", met: Masks, entries: Floats | None = None) -> "Visits":
+        """Visits of the children that are met, (children, P)."""
+        chosen = np.flatnonzero(met)
+        child, pair = np.divmod(chosen, visits.rays.size) if visits.rays.size else (chosen, chosen)
+        return Visits(
+            visits.rays[pair],
+            visits.nodes[pair] * self.children + child,
+            np.zeros(chosen.size) if entries is None else entries.reshape(-1)[chosen],
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +119,9 @@ def _levels(low: Floats, high: Floats, splits: int) -> tuple[Level, ...]:
     while True:
         fan = min(FAN, splits)
         grouped_low, grouped_high = (part.reshape(3, -1, 1 << fan) for part in (low, high))
-        levels.append(Level(np.ascontiguousarray(grouped_low), np.ascontiguousarray(grouped_high)))
+        levels.append(
+            Level(*(np.ascontiguousarray(part.transpose(0, 2, 1)) for part in (grouped_low, grouped_high)))
+        )
         low, high = grouped_low.min(axis=2), grouped_high.max(axis=2)
         splits -= fan
         if splits <= 0:
@@ -113,7 +130,7 @@ def _levels(low: Floats, high: Floats, splits: int) -> tuple[Level, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Visits:
-    """Nodes that rays may meet, sorted by ray.
+    """Nodes that rays may meet, in no order.
 
     Attributes
     ----------
@@ -127,11 +144,15 @@ class Visits:
     nodes: Integers
     entries: Floats
 
+    def chosen(self, which: Masks) -> "Visits":
+        """Some of the visits."""
+        index = np.flatnonzero(which)
+        return Visits(self.rays[index], self.nodes[index], self.entries[index])
 
-def from_root(count: int) -> Visits:
-    """Every one of `count` rays at the root."""
-    rays = np.arange(count)
-    return Visits(rays, np.zeros_like(rays), np.zeros(count))
+
+def from_root(rays: Integers) -> Visits:
+    """Rays at the root."""
+    return Visits(rays, np.zeros_like(rays), np.zeros(rays.size))
 
 
 def visits_of_rays(
@@ -142,75 +163,110 @@ def visits_of_rays(
     Slabs with fmin and fmax, which drop the NaN of a ray in a slab's plane, and a far side moved out by
     twice the rounding of the test (Ize 2013, "Robust BVH ray traversal").
     """
-    rays, nodes, entries = start.rays, start.nodes, start.entries
+    visits = start
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        inverse = 1 / directions
+        inverse, reach = 1 / directions, t * AHEAD
         for level in levels:
-            begin = origins if origins.shape[1] == 1 else origins[:, rays]
-            near, far = _slabs(level, nodes, begin, inverse[:, rays])
-            hit = (near <= far * (1 + 2 * gamma(3))) & (far >= 0) & (near <= t[rays, None] * AHEAD)
-            pair, child = np.nonzero(hit)
-            rays, nodes, entries = rays[pair], nodes[pair] * level.children + child, near[pair, child]
-    return Visits(rays, nodes, entries)
+            rays = visits.rays
+            begin = origins if origins.shape[1] == 1 else np.take(origins, rays, axis=1)
+            near, far = _slabs(level, visits.nodes, begin, np.take(inverse, rays, axis=1))
+            np.fmin(np.multiply(far, 1 + 2 * gamma(3), out=far), reach[rays], out=far)
+            # A box behind the ray has a far side below 0, and no near side is taken to be.
+            visits = level.below(visits, np.fmax(near, 0) <= far, near)
+    return visits
 
 
 def _slabs(level: Level, nodes: Integers, origins: Floats, inverse: Floats) -> tuple[Floats, Floats]:
-    """Where rays enter and leave the children's boxes, (P, children) each."""
-    near = np.full((nodes.size, level.children), -np.inf)
+    """Where rays enter and leave the children's boxes, (children, P) each."""
+    near = np.full((level.children, nodes.size), -np.inf)
     far = np.full(near.shape, np.inf)
+    first, second, other = (np.empty(near.shape) for _ in range(3))
     for axis in range(3):
-        origin, slope = origins[axis][:, None], inverse[axis][:, None]
-        first = np.take(level.low[axis], nodes, axis=0)
-        second = np.take(level.high[axis], nodes, axis=0)
-        for side in (first, second):
-            np.subtract(side, origin, out=side)
-            np.multiply(side, slope, out=side)
-        np.fmax(near, np.fmin(first, second), out=near)
-        np.fmin(far, np.fmax(first, second, out=first), out=far)
+        for sides, out in ((level.low, first), (level.high, second)):
+            np.take(sides[axis], nodes, axis=1, out=out, mode="clip")
+            np.subtract(out, origins[axis], out=out)
+            np.multiply(out, inverse[axis], out=out)
+        np.fmax(near, np.fmin(first, second, out=other), out=near)
+        np.fmin(far, np.fmax(first, second, out=other), out=far)
     return near, far
 
 
-def visits_of_shafts(
-    levels: tuple[Level, ...], points: Floats, low: Floats, high: Floats, weight: float, start: Visits
-) -> Visits:
-    """Nodes below the given levels that may lie between points (3, N) and a light.
+@dataclass(frozen=True, slots=True)
+class Shafts:
+    """All segments from each of N points to anywhere on a light.
 
-    The light is within the bounds low..high, (3, 1).
+    Attributes
+    ----------
+    points : (3, N) float64
+    low, high : (3, N) float64
+        Bounds of the light minus point, or bounds of the direction to a light at infinity.
+    endless : bool
+        Whether the light is at infinity.
+    normals : (3, N) float64
+        What is below the plane through the point with this normal is not in the way.
+    slack : (N,) float64
+        Below it by more than that.
+    """
+
+    points: Floats
+    low: Floats
+    high: Floats
+    endless: bool
+    normals: Floats
+    slack: Floats
+
+
+Slopes = tuple[Floats, Floats, Floats]
+"""What makes of x in s * reach >= x a least s and a greatest one: two slopes and what to add, (3, N) each."""
+
+
+def visits_of_shafts(levels: tuple[Level, ...], shafts: Shafts, start: Visits) -> Visits:
+    """Nodes below the given levels that may lie between points and a light.
 
     A place on a segment is p + s (q - p), 0 <= s <= 1: on every axis between p + s (low - p) and
-    p + s (high - p). A box is left out if no single s brings these bounds into it on all three axes. For a
-    light at infinity, weight 0, q - p is the direction itself and s has no end.
+    p + s (high - p). A box is left out if no single s brings these bounds into it on all three axes, or if
+    it is below the horizon. For a light at infinity q - p is the direction itself and s has no end.
     """
-    rays, nodes = start.rays, start.nodes
-    towards_low, towards_high = low - weight * points, high - weight * points
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        slopes = (
-            1 / np.broadcast_to(towards_low, points.shape),
-            1 / np.broadcast_to(towards_high, points.shape),
-        )
+    visits = start
+    rising, falling = _slopes(shafts.high), _slopes(-shafts.low)
+    with np.errstate(invalid="ignore", over="ignore"):
         for level in levels:
-            hit = _between(
-                level, nodes, points[:, rays], (slopes[0][:, rays], slopes[1][:, rays]), endless=not weight
-            )
-            pair, child = np.nonzero(hit)
-            rays, nodes = rays[pair], nodes[pair] * level.children + child
-    return Visits(rays, nodes, np.zeros(rays.shape))
+            visits = level.below(visits, _between(level, visits, shafts, rising, falling))
+    return visits
 
 
-def _between(
-    level: Level, nodes: Integers, points: Floats, slopes: tuple[Floats, Floats], *, endless: bool
-) -> Masks:
-    first: Floats = np.zeros((nodes.size, level.children))
-    last = np.full(first.shape, np.inf if endless else 1.0)
+def _slopes(reach: Floats) -> Slopes:
+    """Slopes for a reach (3, N).
+
+    Slope 0 gives a least s of 0 where reach is not positive, and no greatest s where it is not negative.
+    """
+    with np.errstate(divide="ignore"):
+        inverse = 1 / reach
+    least = np.where(reach > 0, inverse, 0.0)
+    greatest = np.where(reach < 0, inverse, 0.0)
+    return least, greatest, np.where(reach < 0, 0.0, np.inf)
+
+
+def _between(level: Level, visits: Visits, shafts: Shafts, rising: Slopes, falling: Slopes) -> Masks:
+    rays, shape = visits.rays, (level.children, visits.rays.size)
+    first, height = np.zeros(shape), np.zeros(shape)
+    last = np.full(shape, np.inf if shafts.endless else 1.0)
+    low, high, spare, other = (np.empty(shape) for _ in range(4))
     for axis in range(3):
-        point = points[axis][:, None]
-        # s * (high - p) >= box.low - p, and s * (low - p) <= box.high - p
-        for side, slope, rising in (
-            (level.low[axis], slopes[1][axis][:, None], True),
-            (level.high[axis], slopes[0][axis][:, None], False),
-        ):
-            place = (np.take(side, nodes, axis=0) - point) * slope
-            begins = (slope > 0) == rising
-            np.fmax(first, np.where(begins, place, -np.inf), out=first)
-            np.fmin(last, np.where(begins, np.inf, place), out=last)
-    return first <= last * (1 + 2 * gamma(3)) + 2 * gamma(3)
+        point, normal = shafts.points[axis][rays], shafts.normals[axis][rays]
+        for sides, out in ((level.low, low), (level.high, high)):
+            np.take(sides[axis], visits.nodes, axis=1, out=out, mode="clip")
+            np.subtract(out, point, out=out)
+        np.multiply(low, normal, out=spare)
+        np.maximum(spare, np.multiply(high, normal, out=other), out=spare)
+        np.add(height, spare, out=height)
+        # s * (light.high - p) >= box.low - p, and s * (p - light.low) >= p - box.high
+        np.negative(high, out=high)
+        for side, slopes in ((low, rising), (high, falling)):
+            least, greatest, beyond = (values[axis][rays] for values in slopes)
+            np.fmax(first, np.multiply(side, least, out=spare), out=first)
+            np.add(np.multiply(side, greatest, out=spare), beyond, out=spare)
+            np.fmin(last, spare, out=last)
+    last *= 1 + 2 * gamma(3)
+    last += 2 * gamma(3)
+    return (first <= last) & (height >= -shafts.slack[rays])

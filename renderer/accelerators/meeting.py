@@ -40,7 +40,7 @@ class TreeMeeting:
                 rays.origins_at(chosen),
                 rays.directions[:, chosen],
                 rays.t[chosen],
-                from_root(chosen.size),
+                from_root(np.arange(chosen.size)),
             )
             if visits.rays.size:
                 self._meet_leaves(rays, chosen, visits)

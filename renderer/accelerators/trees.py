@@ -1,30 +1,56 @@
-"""Trees of triangles, built once for the same triangles."""
+"""What helps to find the few triangles that a ray may meet, built once for the same triangles."""
 
 import hashlib
 from collections import OrderedDict
+from collections.abc import Callable
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from renderer.accelerators import bvh
 from renderer.accelerators.bvh import Bvh
+from renderer.accelerators.solids import Solid, solids_of
 from renderer.shapes.triangles import Triangles
 
 FEW = 32
 """Up to so many triangles are met one by one: culling by block costs less than a tree."""
 
 KEPT = 4
-"""Trees that a process keeps, the last ones used."""
+"""Families whose trees a process keeps, the last ones used."""
 
-_trees: OrderedDict[bytes, Bvh] = OrderedDict()
+Value = TypeVar("Value")
+
+
+class _Kept(Generic[Value]):
+    """What was made of the last families, by the content of their vertices."""
+
+    def __init__(self, make: Callable[[Triangles], Value]) -> None:
+        self._make = make
+        self._values: OrderedDict[bytes, Value] = OrderedDict()
+
+    def __call__(self, family: Triangles) -> Value:
+        key = hashlib.sha256(np.ascontiguousarray(family.vertices).data)
+        key.update(np.ascontiguousarray(family.numbers).data)
+        name = key.digest()
+        value = self._values.pop(name, None)
+        self._values[name] = self._make(family) if value is None else value
+        while len(self._values) > KEPT:
+            self._values.popitem(last=False)
+        return self._values[name]
+
+
+def _tree(family: Triangles) -> Bvh:
+    return bvh.build(family.vertices.min(axis=0), family.vertices.max(axis=0))
+
+
+_trees, _solids = _Kept(_tree), _Kept(solids_of)
 
 
 def tree_of(family: Triangles) -> Bvh:
     """The tree of a family; one for the same vertices is used again."""
-    key = hashlib.sha256(np.ascontiguousarray(family.vertices).data).digest()
-    tree = _trees.pop(key, None)
-    if tree is None:
-        tree = bvh.build(family.vertices.min(axis=0), family.vertices.max(axis=0))
-    _trees[key] = tree
-    while len(_trees) > KEPT:
-        _trees.popitem(last=False)
-    return tree
+    return _trees(family)
+
+
+def inside_of(family: Triangles) -> tuple[Solid, ...]:
+    """The solids of a family; those for the same vertices are used again."""
+    return _solids(family)

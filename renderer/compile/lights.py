@@ -3,7 +3,8 @@
 import numpy as np
 
 from renderer import cost
-from renderer.accelerators.trees import FEW, tree_of
+from renderer.accelerators.boxes import Boxes
+from renderer.accelerators.trees import FEW, inside_of, tree_of
 from renderer.arrays import column, dot
 from renderer.compile.request import Request
 from renderer.compile.spawners import transparent
@@ -23,6 +24,7 @@ from renderer.stages import Lighting, LightStage
 from renderer.visibility.ellipsoids import EllipsoidShadows
 from renderer.visibility.polygon_grids import GridPolygonShadows
 from renderer.visibility.polygon_scatter import ScatterPolygonShadows
+from renderer.visibility.solids import SolidShadows
 from renderer.visibility.trees import TreeShadows
 
 
@@ -145,6 +147,7 @@ def _shadow_stages(request: Request, emitter: Emitter, families: list[Family]) -
     for family in families:
         match family:
             case Triangles() if family.numbers.size > FEW:
+                stages.extend(_solid_stages(request, emitter, family))
                 stages.append(TreeShadows(family, tree_of(family), emitter, request.dtype))
             case Rectangles() | Triangles():
                 kind = GridPolygonShadows if emitter.shared else ScatterPolygonShadows
@@ -152,6 +155,14 @@ def _shadow_stages(request: Request, emitter: Emitter, families: list[Family]) -
             case Ellipsoids():
                 stages.append(EllipsoidShadows(family, emitter, request.dtype, request.culling))
     return stages
+
+
+def _solid_stages(request: Request, emitter: Emitter, family: Triangles) -> list[LightStage]:
+    """What closed meshes hide for sure, of which the tree need not be asked."""
+    solids = [solid for solid in inside_of(family) if emitter.is_apart_from(solid.low, solid.high)]
+    if not request.culling or not solids:
+        return []
+    return [SolidShadows(Boxes.joined([solid.boxes for solid in solids]), emitter, request.dtype)]
 
 
 def _falloff(request: Request, emitter: Emitter, pointer: str) -> list[LightStage]:

@@ -81,6 +81,12 @@ class LightView:
         """Values of the chunk, (..., M), at the n points."""
         return values if self.count == values.shape[-1] else values[..., self.chosen]
 
+    def open_points(self) -> Integers:
+        """Points (m,) that some light point may still be seen from."""
+        if self.blocked is None:
+            return np.arange(self.count)
+        return np.flatnonzero(~np.logical_and.reduce(self.blocked, axis=0))
+
     def block(self, mask: Masks, index: Integers | None = None) -> None:
         """Add blocked pairs: `mask` (L, n), or (L, m) for the points `index` (m,)."""
         if self.blocked is None:
@@ -108,7 +114,7 @@ class LightView:
         """Leave out the points that see no light point."""
         if self.blocked is None:
             return
-        lit = np.flatnonzero(~np.logical_and.reduce(self.blocked, axis=0))
+        lit = self.open_points()
         if lit.size < self.count:
             self.blocked = np.take(self.blocked, lit, axis=1)
             self.chosen, self.towards = self.chosen[lit], self.towards[:, lit]

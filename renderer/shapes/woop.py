@@ -211,7 +211,7 @@ def _settled(
 
 
 def _at(vectors: Floats, chosen: Integers) -> Floats:
-    return vectors if vectors.shape[1] == 1 else vectors[:, chosen]
+    return vectors if vectors.shape[1] in {1, chosen.size} else vectors[:, chosen]
 
 
 def _rounding(sheared: list[Floats], depths: list[Floats]) -> Floats:

@@ -15,6 +15,7 @@ from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
 from renderer.shapes import woop
 from renderer.shapes.triangles import Triangles
+from renderer.visibility.shafts import Walk
 from renderer.visibility.sides import end_sides, rounding_of, start_sides
 
 RAYS = 8192
@@ -29,49 +30,47 @@ class RayShadows:
     ----------
     family : Triangles
     tree : Bvh
-    level : int
-        Levels that the points have walked already.
     emitter : Emitter
     """
 
     family: Triangles
     tree: Bvh
-    level: int
     emitter: Emitter
 
-    def mark(self, view: LightView, positions: Floats, shafts: Visits) -> None:
-        """Send rays from the nodes that the shafts of their points have met."""
-        points, first = np.unique(shafts.rays, return_index=True)
+    def mark(self, view: LightView, positions: Floats, shafts: Visits, levels: int) -> None:
+        """Send rays from the nodes that the shafts of their points have met after so many levels."""
+        order = np.argsort(shafts.rays, kind="stable")
+        owners, nodes = shafts.rays[order], shafts.nodes[order]
+        points, first = np.unique(owners, return_index=True)
         step = max(1, RAYS // view.light_points.count)
-        ends = np.append(first, shafts.rays.size)
+        ends = np.append(first, owners.size)
         for low in range(0, points.size, step):
             high = min(low + step, points.size)
             part = slice(ends[low], ends[high])
             index = points[low:high]
             own = np.repeat(np.arange(high - low), np.diff(ends[low : high + 1]))
-            hidden = self._hidden(view, positions[:, index], index, own, shafts.nodes[part])
+            walk = Walk(own, nodes[part], levels)
+            hidden = self._hidden(view, positions[:, index], index, walk)
             if hidden.any():
                 view.block(hidden, index)
 
-    def _hidden(
-        self, view: LightView, positions: Floats, index: Integers, owners: Integers, nodes: Integers
-    ) -> Masks:
-        """Pairs (L, m) with a triangle between; `owners` (P,) are at `nodes` (P,)."""
+    def _hidden(self, view: LightView, positions: Floats, index: Integers, walk: Walk) -> Masks:
+        """Pairs (L, m) with a triangle between, of points at `positions` (3, m)."""
         towards = self._towards(view, positions, index)
         lights, count = towards.shape[1:]
         directions = towards.transpose(0, 2, 1).reshape(3, -1)
         origins = positions.repeat(lights, axis=1)
         reach = np.full(count * lights, 1.0 if self.emitter.weight else np.inf)
-        blocked = np.zeros(count * lights, dtype=bool)
         # A point on the light itself has no way to it that something could be in.
-        some = (directions != 0).any(axis=0)
-        for part in _turns(owners):
-            rays = (owners[part, None] * lights + np.arange(lights)).reshape(-1)
-            open_ = some[rays] & ~blocked[rays]
-            begin = Visits(rays[open_], nodes[part].repeat(lights)[open_], np.zeros(np.count_nonzero(open_)))
-            visits = visits_of_rays(self.tree.levels[self.level :], origins, directions, reach, begin)
+        blocked = ~(directions != 0).any(axis=0)
+        if view.blocked is not None:
+            blocked |= view.blocked[:, index].T.reshape(-1)
+        before = blocked.copy()
+        for begin in walk.turns(self.tree, positions, towards, reach[0]):
+            still = begin.chosen(~blocked[begin.rays])
+            visits = visits_of_rays(self.tree.levels[walk.levels :], origins, directions, reach, still)
             self._block(view, visits, origins, directions, index.repeat(lights), blocked)
-        return blocked.reshape(count, lights).T
+        return (blocked & ~before).reshape(count, lights).T
 
     def _towards(self, view: LightView, positions: Floats, index: Integers) -> Floats:
         """Light points minus points, (3, L, m)."""
@@ -110,8 +109,10 @@ class RayShadows:
     ) -> Integers:
         """Rays of the pairs (ray, triangle) in which the triangle is in the way."""
         rounding = rounding_of(self.family, view, points[rays], triangles)
-        vertices = self.family.vertices[:, :, triangles]
-        inside = woop.inside(vertices, origins[:, rays], directions[:, rays], rounding)
+        vertices = np.take(self.family.vertices, triangles, axis=2, mode="clip")
+        inside = woop.inside(
+            vertices, np.take(origins, rays, axis=1), np.take(directions, rays, axis=1), rounding
+        )
         rays, triangles = rays[inside], triangles[inside]
         start = start_sides(self.family, view, origins[:, rays], points[rays], triangles)
         end = end_sides(self.family, self.emitter, origins[:, rays], directions[:, rays], triangles)

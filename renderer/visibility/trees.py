@@ -1,7 +1,7 @@
 """Shadows of many triangles.
 
-Points walk the upper levels of the tree with the shaft to the whole light, which rules most of them out.
-What they meet there says how to go on: few nodes, and pairs of point and triangle are compared with all light
+Points walk the tree with the shaft to the whole light, which rules most of it out. How many nodes a point
+meets says how to go on: few down to the leaves, and pairs of point and triangle are compared with all light
 points at once; many, and one ray a light point is sent. Which it is depends on the point alone, so no pixel
 depends on its neighbours.
 """
@@ -10,22 +10,26 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from renderer.accelerators.bvh import NOTHING, Bvh, Visits, from_root, visits_of_shafts
-from renderer.arrays import Floats
+from renderer.accelerators.bvh import NOTHING, Bvh, Shafts, Visits, from_root, visits_of_shafts
+from renderer.arrays import Integers, dot
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
 from renderer.shapes.triangles import Triangles
+from renderer.visibility.shafts import shafts_of
 from renderer.visibility.tree_pairs import PairShadows
 from renderer.visibility.tree_rays import RayShadows
 
-POINTS = 2048
+POINTS = 4096
 """Points that walk the tree together."""
 
 SHAFT_LEVELS = 3
 """Levels that all points walk with the shaft to the whole light."""
 
-FEW_NODES = 8
-"""Up to so many nodes of the last of these levels, a point goes on with its shaft."""
+FEW_NODES = (8, 32)
+"""Up to so many nodes of the last of these, and of each level below, a point goes on with its shaft."""
+
+FEW_TRIANGLES = 64
+"""Up to so many triangles are compared with all light points at once."""
 
 
 @dataclass(slots=True)
@@ -51,29 +55,50 @@ class TreeShadows:
     def __post_init__(self) -> None:
         """Make both ways to go on."""
         self.pairs = PairShadows(self.family, self.emitter, self.dtype)
-        self.rays = RayShadows(self.family, self.tree, SHAFT_LEVELS, self.emitter)
+        self.rays = RayShadows(self.family, self.tree, self.emitter)
 
     def run(self, view: LightView) -> None:
         """Mark the blocked pairs of a view."""
-        positions = view.of_points(view.points.positions)
-        for start in range(0, view.count, POINTS):
-            portion = positions[:, start : start + POINTS]
-            shafts = self._shafts(0, SHAFT_LEVELS, portion, from_root(portion.shape[1]))
-            few = np.bincount(shafts.rays, minlength=portion.shape[1])[shafts.rays] <= FEW_NODES
-            self.rays.mark(view, positions, _part(shafts, ~few, start))
-            below = self._shafts(SHAFT_LEVELS, None, portion, _part(shafts, few, 0))
-            items = self.tree.items[below.nodes]
-            filled = items != NOTHING
-            points = np.broadcast_to(below.rays[:, None], items.shape)[filled] + start
-            self.pairs.mark(view, positions, points, items[filled])
+        shafts = shafts_of(view, float(self.family.sizes.max()))
+        open_ = view.open_points()
+        for start in range(0, open_.size, POINTS):
+            self._run(view, shafts, open_[start : start + POINTS])
 
-    def _shafts(self, first: int, last: int | None, positions: Floats, start: Visits) -> Visits:
-        ends = self.emitter.ends()
-        low, high = ends.min(axis=1, keepdims=True), ends.max(axis=1, keepdims=True)
-        return visits_of_shafts(
-            self.tree.levels[first:last], positions, low, high, self.emitter.weight, start
-        )
+    def _run(self, view: LightView, shafts: Shafts, index: Integers) -> None:
+        levels = self.tree.levels
+        visits = visits_of_shafts(levels[:SHAFT_LEVELS], shafts, from_root(index))
+        visits = self._few(view, shafts, visits, SHAFT_LEVELS, FEW_NODES[0])
+        for number in range(SHAFT_LEVELS, len(levels) - 1):
+            visits = visits_of_shafts(levels[number : number + 1], shafts, visits)
+            visits = self._few(view, shafts, visits, number + 1, FEW_NODES[1])
+        visits = visits_of_shafts(levels[max(SHAFT_LEVELS, len(levels) - 1) :], shafts, visits)
+        self._compare(view, shafts, visits)
 
+    def _few(self, view: LightView, shafts: Shafts, visits: Visits, level: int, most: int) -> Visits:
+        """Send rays from points that have met more nodes of a level than that; gives the others' visits."""
+        few = np.bincount(visits.rays, minlength=view.count)[visits.rays] <= most
+        self.rays.mark(view, shafts.points, visits.chosen(~few), min(level, len(self.tree.levels)))
+        return visits.chosen(few)
 
-def _part(visits: Visits, chosen: np.ndarray, offset: int) -> Visits:
-    return Visits(visits.rays[chosen] + offset, visits.nodes[chosen], visits.entries[chosen])
+    def _compare(self, view: LightView, shafts: Shafts, visits: Visits) -> None:
+        """Compare the triangles in leaves with all light points, or send rays where there are many."""
+        points, triangles = self._above_horizon(shafts, visits)
+        count = np.bincount(points, minlength=view.count)
+        few = count[points] <= FEW_TRIANGLES
+        self.pairs.mark(view, shafts.points, points[few], triangles[few])
+        many = visits.chosen(count[visits.rays] > FEW_TRIANGLES)
+        self.rays.mark(view, shafts.points, many, len(self.tree.levels))
+
+    def _above_horizon(self, shafts: Shafts, visits: Visits) -> tuple[Integers, Integers]:
+        """Pairs of point and triangle of the leaves, sorted by point, but for triangles below the horizon."""
+        order = np.argsort(visits.rays, kind="stable")
+        items = self.tree.items[visits.nodes[order]]
+        filled = np.flatnonzero(items != NOTHING)
+        points, triangles = visits.rays[order][filled // items.shape[1]], items.reshape(-1)[filled]
+        normals = np.take(shafts.normals, points, axis=1)
+        corners = np.take(self.family.vertices, triangles, axis=2, mode="clip")
+        heights = [dot(normals, corner) for corner in corners]
+        highest = np.maximum(np.maximum(heights[0], heights[1]), heights[2])
+        lowest = (dot(shafts.normals, shafts.points) - shafts.slack)[points]
+        above = np.flatnonzero(highest >= lowest)
+        return points[above], triangles[above]

@@ -1,0 +1,39 @@
+"""Axis-aligned boxes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.arrays import Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Boxes:
+    """K boxes.
+
+    Attributes
+    ----------
+    low, high : (3, K) float64
+    """
+
+    low: Floats
+    high: Floats
+
+    @classmethod
+    def none(cls) -> "Boxes":
+        """No box."""
+        return cls(np.zeros((3, 0)), np.zeros((3, 0)))
+
+    @classmethod
+    def joined(cls, parts: Sequence["Boxes"]) -> "Boxes":
+        """All boxes of several."""
+        return cls(
+            np.concatenate([part.low for part in parts], axis=1),
+            np.concatenate([part.high for part in parts], axis=1),
+        )
+
+    @property
+    def count(self) -> int:
+        """Number of boxes K."""
+        return self.low.shape[1]

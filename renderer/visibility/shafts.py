@@ -1,0 +1,81 @@
+"""From the points of a view to the whole light, and on to each light point."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.accelerators.bvh import Bvh, Shafts, Visits
+from renderer.arrays import Floats, Integers, Masks
+from renderer.lights.view import LightView
+from renderer.numerics import SURFACE, gamma
+
+HORIZON = 8 * SURFACE
+"""What is farther below a point's own plane than this share of the sizes does not touch it by rounding."""
+
+
+def shafts_of(view: LightView, size: float) -> Shafts:
+    """Shafts from the points of a view to its light, past shapes of some size.
+
+    What is below the plane of a point's own surface stands in no light that counts: a light point below that
+    horizon gives nothing.
+    """
+    emitter, positions = view.emitter, view.of_points(view.points.positions)
+    ends = emitter.ends()
+    return Shafts(
+        points=positions,
+        low=ends.min(axis=1, keepdims=True) - emitter.weight * positions,
+        high=ends.max(axis=1, keepdims=True) - emitter.weight * positions,
+        endless=not emitter.weight,
+        normals=view.of_points(view.points.normals),
+        slack=HORIZON * (view.of_points(view.points.sizes) + size),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Walk:
+    """What the shafts of m points have met: points `owners` (P,), sorted, at `nodes` (P,) after some levels."""
+
+    owners: Integers
+    nodes: Integers
+    levels: int
+
+    def turns(self, tree: Bvh, positions: Floats, towards: Floats, reach: float) -> Iterator[Visits]:
+        """Nodes that the rays to the light points begin at: first the one that each is longest in.
+
+        There something is in the way most likely. Then all others that it meets.
+
+        Parameters
+        ----------
+        tree : Bvh
+        positions : (3, m) float64
+        towards : (3, L, m) float64
+            Light points minus points; ray number m * L + l goes to light point l.
+        reach : float
+            Where rays end, in units of `towards`.
+        """
+        lengths = self._lengths(tree, positions, towards, reach)
+        starts = np.flatnonzero(np.diff(self.owners, prepend=-1))
+        longest = np.take(np.maximum.reduceat(lengths, starts, axis=1), self.owners, axis=1)
+        met = lengths >= 0
+        first = met & (lengths == longest)
+        yield self._visits(first)
+        yield self._visits(met & ~first)
+
+    def _lengths(self, tree: Bvh, positions: Floats, towards: Floats, reach: float) -> Floats:
+        """How long rays are in the nodes' boxes, (L, P), widened by rounding; negative beside them."""
+        shape = (towards.shape[1], self.nodes.size)
+        sides = tree.levels[self.levels - 1].boxes(self.nodes)
+        begins, ends = np.zeros(shape), np.full(shape, reach)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            for axis in range(3):
+                inverse = np.take(1 / towards[axis], self.owners, axis=1)
+                low, high = (side[axis] - positions[axis][self.owners] for side in sides)
+                enter, leave = low * inverse, np.multiply(high, inverse, out=inverse)
+                np.fmax(begins, np.fmin(enter, leave), out=begins)
+                np.fmin(ends, np.fmax(enter, leave, out=enter), out=ends)
+            return ends * (1 + 2 * gamma(3)) - begins
+
+    def _visits(self, chosen: Masks) -> Visits:
+        light, pair = np.divmod(np.flatnonzero(chosen), self.owners.size)
+        return Visits(self.owners[pair] * chosen.shape[0] + light, self.nodes[pair], np.zeros(pair.size))
