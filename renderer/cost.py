@@ -4,6 +4,7 @@ The figures are rounded from `make bench`; they rank scenes and guard a queue, t
 share of shadow tests is what remains after culling on the gallery's scenes.
 """
 
+import math
 from dataclasses import dataclass
 
 
@@ -22,6 +23,9 @@ class Costs:
         A point and a light, apart from pairs; a further ray with all that it meets.
     diffuse, highlight, falloff, shadow : float
         A pair of point and light point.
+    tree, shaft, branch : float
+        For each doubling of the number of triangles in a tree: a ray, a point with the shaft to a light, and a
+        pair of point and light point.
     """
 
     camera: float = 120.0
@@ -36,6 +40,9 @@ class Costs:
     highlight: float = 2.0
     falloff: float = 1.2
     shadow: float = 0.5
+    tree: float = 110.0
+    shaft: float = 170.0
+    branch: float = 10.0
 
 
 COSTS = Costs()
@@ -49,3 +56,13 @@ def seconds(count: float, nanoseconds: float) -> float:
 def met(shapes: int) -> float:
     """Shapes that a block of rays has to be tested against, of so many: near ones, mostly."""
     return min(shapes, 2.0 + shapes / 8.0)
+
+
+def met_in_tree(triangles: int) -> float:
+    """Nanoseconds a ray, against that many triangles in a tree."""
+    return COSTS.tree * math.log2(triangles)
+
+
+def shaded_by_tree(triangles: int, light_points: int) -> float:
+    """Nanoseconds a point, for its light points against that many triangles in a tree."""
+    return (COSTS.shaft + COSTS.branch * light_points) * math.log2(triangles)

@@ -4,8 +4,9 @@ import numpy as np
 
 from renderer import cost
 from renderer.accelerators.boxes import Boxes
-from renderer.accelerators.trees import FEW, inside_of, tree_of
+from renderer.accelerators.trees import inside_of, tree_of
 from renderer.arrays import column, dot
+from renderer.compile import shapes
 from renderer.compile.request import Request
 from renderer.compile.spawners import transparent
 from renderer.cost import COSTS
@@ -123,10 +124,17 @@ def _shadows(request: Request, emitter: Emitter, families: list[Family]) -> list
         return []
     stages = _shadow_stages(request, emitter, families)
     for family in families:
-        price = cost.seconds(request.rays * emitter.count, COSTS.shadow * min(2.0, family.numbers.size / 4))
+        price = cost.seconds(request.rays, _shading(family, emitter.count))
         detail = f"shadow rays from points to light {emitter.number}"
         request.listing.add(f"shadows of {family.plural}", f"shapes.{family.kind}", detail, (pointer,), price)
     return stages
+
+
+def _shading(family: Family, light_points: int) -> float:
+    """Nanoseconds a point."""
+    if shapes.in_tree(family):
+        return cost.shaded_by_tree(family.numbers.size, light_points)
+    return light_points * COSTS.shadow * min(2.0, family.numbers.size / 4)
 
 
 def _shades_nothing(request: Request, families: list[Family]) -> bool:
@@ -146,7 +154,7 @@ def _shadow_stages(request: Request, emitter: Emitter, families: list[Family]) -
     stages: list[LightStage] = []
     for family in families:
         match family:
-            case Triangles() if family.numbers.size > FEW:
+            case Triangles() if shapes.in_tree(family):
                 stages.extend(_solid_stages(request, emitter, family))
                 stages.append(TreeShadows(family, tree_of(family), emitter, request.dtype))
             case Rectangles() | Triangles():

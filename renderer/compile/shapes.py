@@ -1,6 +1,6 @@
 """Which shapes are built, and how rays meet them."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeGuard
 
 import numpy as np
 
@@ -112,7 +112,8 @@ def _family(request: Request, build: BuildFamily, numbers: list[int]) -> Family:
 
 def _list_family(request: Request, family: Family) -> None:
     pointers = tuple(f"/shapes/{number}" for number in np.unique(family.numbers).tolist())
-    price = cost.seconds(request.rays, COSTS.shape * cost.met(len(pointers)))
+    each = cost.met_in_tree(family.numbers.size) if in_tree(family) else COSTS.shape * cost.met(len(pointers))
+    price = cost.seconds(request.rays, each)
     request.listing.add(
         f"hits of {family.plural}", f"shapes.{family.kind}", "nearest hits of rays", pointers, price
     )
@@ -120,9 +121,14 @@ def _list_family(request: Request, family: Family) -> None:
 
 def meeting(request: Request, family: Family, camera: Pinhole) -> RayStage:
     """Few shapes are met one by one, many triangles through a tree."""
-    if isinstance(family, Triangles) and family.numbers.size > FEW:
+    if in_tree(family):
         return TreeMeeting(family, tree_of(family))
     return Meeting(family, Outline.of(family.corners(), camera) if request.culling else None)
+
+
+def in_tree(family: Family) -> TypeGuard[Triangles]:
+    """Whether a family is met through a tree."""
+    return isinstance(family, Triangles) and family.numbers.size > FEW
 
 
 def location(request: Request, family: Family, *, framed: bool, sloped: bool) -> Location:

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.accelerators.bvh import Bvh, Shafts, Visits
+from renderer.accelerators.bvh import Bvh, Visits
+from renderer.accelerators.shafts import Shafts
 from renderer.arrays import Floats, Integers, Masks
 from renderer.lights.view import LightView
 from renderer.numerics import SURFACE, gamma
@@ -34,7 +35,7 @@ def shafts_of(view: LightView, size: float) -> Shafts:
 
 @dataclass(frozen=True, slots=True)
 class Walk:
-    """What the shafts of m points have met: points `owners` (P,), sorted, at `nodes` (P,) after some levels."""
+    """What shafts of m points have met: points `owners` (P,), sorted, at `nodes` (P,) after some levels."""
 
     owners: Integers
     nodes: Integers

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.accelerators.boxes import Boxes
-from renderer.accelerators.bvh import Level, from_root, visits_of_shafts
+from renderer.accelerators.bvh import Level, from_root
+from renderer.accelerators.shafts import visits_of_shafts
 from renderer.arrays import Floats, Integers, Masks
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView

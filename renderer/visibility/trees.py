@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from renderer.accelerators.bvh import NOTHING, Bvh, Shafts, Visits, from_root, visits_of_shafts
+from renderer.accelerators.bvh import NOTHING, Bvh, Visits, from_root
+from renderer.accelerators.shafts import Shafts, visits_of_shafts
 from renderer.arrays import Integers, dot
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView

@@ -9,6 +9,7 @@ import pytest
 
 from renderer.accelerators import bvh
 from renderer.accelerators.meeting import TreeMeeting
+from renderer.accelerators.shafts import Shafts, visits_of_shafts
 from renderer.accelerators.trees import FEW, tree_of
 from renderer.compile import compile_visibility
 from renderer.execute import shaded_points
@@ -164,8 +165,8 @@ def test_every_item_is_in_one_leaf_and_in_the_boxes_above_it(count: int) -> None
         node = leaf
         for level in reversed(tree.levels):
             node, child = divmod(node, level.children)
-            assert (level.low[:, node, child, None] <= low[:, held]).all()
-            assert (level.high[:, node, child, None] >= high[:, held]).all()
+            assert (level.low[:, child, node, None] <= low[:, held]).all()
+            assert (level.high[:, child, node, None] >= high[:, held]).all()
         assert node == 0
 
 
@@ -188,7 +189,7 @@ LIGHTS = {
 
 
 def hidden_pairs(corners: Floats, light: Json, pattern: str, origins: Floats, targets: Floats) -> Any:
-    """Pairs (points, light points) hidden by the tree's way and by asking every triangle."""
+    """Pairs (light points, points) that are hidden or below the horizon, by the tree and one by one."""
     sampling = sampled(1, 16, light=pattern)
     plan = plan_of(
         scene(*(triangle(*rows) for rows in corners.tolist()), lights=[light], sampling=sampling), DOUBLE
@@ -205,8 +206,8 @@ def hidden_pairs(corners: Floats, light: Json, pattern: str, origins: Floats, ta
     views = []
     for shadows in (stage, one_by_one):
         view = replace(lighting, shadows=(shadows,)).view(points, Workspace())
-        none = np.zeros((view.light_points.count, view.count), dtype=bool)
-        views.append(none if view.blocked is None else view.blocked)
+        dark = ~view.above_horizon(view.of_points(points.normals))
+        views.append(dark if view.blocked is None else view.blocked | dark)
     return views
 
 
@@ -226,17 +227,18 @@ def test_shadows_are_those_of_every_triangle(light: Json, pattern: str, size: fl
     assert not true.all() or size == 1
 
 
-def test_points_go_both_ways() -> None:
-    """The scenes above have points that meet few nodes and points that meet many."""
+def test_points_go_all_ways() -> None:
+    """The scenes above have points whose shafts meet few nodes at every level, and points that meet many."""
     rng = np.random.default_rng(6)
     shapes = family(soup(rng, 2000, 0.4))
     points = rng.uniform(-2, 2, (3, 500))
     low, high = np.array([[-1.0], [5], [-1]]), np.array([[1.0], [5.2], [1]])
-    visits = bvh.visits_of_shafts(
-        tree_of(shapes).levels[:SHAFT_LEVELS], points, low, high, 1.0, bvh.from_root(500)
-    )
-    few = np.bincount(visits.rays, minlength=500) <= FEW_NODES
-    assert 0 < few.mean() < 1
+    shafts = Shafts(points, low - points, high - points, False, np.zeros((3, 500)), np.zeros(500))
+    levels = tree_of(shapes).levels
+    for depth, most in ((SHAFT_LEVELS, FEW_NODES[0]), (SHAFT_LEVELS + 1, FEW_NODES[1])):
+        visits = visits_of_shafts(levels[:depth], shafts, bvh.from_root(np.arange(500)))
+        few = np.bincount(visits.rays, minlength=500) <= most
+        assert 0 < few.mean() < 1
 
 
 @EVERYWHERE
