@@ -24,8 +24,8 @@ class Costs:
     diffuse, highlight, falloff, shadow : float
         A pair of point and light point.
     tree, shaft, branch : float
-        For each doubling of the number of triangles in a tree: a ray, a point with the shaft to a light, and a
-        pair of point and light point.
+        For each doubling of the triangles in a tree: a ray, a point with the shaft to a light, and a pair of
+        point and light point.
     """
 
     camera: float = 120.0

@@ -13,8 +13,8 @@ from schemas.scene import Scene
 from schemas.shapes import Mesh, MeshFile
 
 _CORNERS = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
-_MANY = 8
-"""Triangles that stand for a mesh: it shades itself, as one triangle would not."""
+_MANY = 1024
+"""Triangles that stand for a mesh: priced within a factor of two of a million of them."""
 
 
 def outlined(scene: Scene, assets: renderer.AssetSource) -> Scene:
