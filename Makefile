@@ -28,7 +28,7 @@ check: .venv/installed-check  ## lint, format, types, and which package may impo
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-gallery: .venv/installed  ## render every scene of the gallery into out/gallery
+gallery: .venv/installed  ## render the gallery and the hard scenes into out
 	$(BIN)/python docs/render_gallery.py
 
 bench: .venv/installed  ## measure times and errors on this machine, into out/bench.json

@@ -1,4 +1,4 @@
-"""Scenes that come with Penumbra: the gallery, and the scenes that its accuracy is measured on."""
+"""Scenes that come with Penumbra: the gallery, hard ones, and those that its accuracy is measured on."""
 
 from __future__ import annotations
 

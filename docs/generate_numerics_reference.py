@@ -1,0 +1,139 @@
+"""Write docs/numerics.md from the hard cases. Run it with ``python docs/generate_numerics_reference.py``.
+
+It tries every case, which takes up to a minute, and keeps the counts in docs/figures/hard_cases.json.
+The page is made from an introduction, the texts of the cases, and these counts.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from renderer.hard_cases import MODULES, sections
+from service.cli import trials
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from renderer.hard_cases import Case, Outcome
+
+PAGE = Path(__file__).with_name("numerics.md")
+COUNTS = PAGE.parent / "figures" / "hard_cases.json"
+INTRODUCTION = PAGE.with_name("numerics_introduction.txt")
+SCENES = PAGE.parent.parent / "scenes" / "hard"
+
+Counts = dict[str, dict[str, dict[str, Any]]]
+"""Tried, wrong, textbook and textbook_single of each case, by section and name."""
+
+NOT_ASKED = "–"
+TEXTS = {
+    "What one sees": "symptom",
+    "Why": "cause",
+    "What is done here": "remedy",
+    "What is right": "expected",
+    "From": "source",
+}
+
+_SCENE_ROW = re.compile(r"\| \[(\w+)\.json\]\([^)]*\) \| (.*?) \| (.*?) \|")
+_CODE_OR_SIGN = re.compile(r"(`[^`]*`)|([*<])")
+
+
+def main() -> None:
+    """Try all cases, keep their counts, write the page."""
+    counts: Counts = {}
+    for trial in trials.one_after_another(sections()):
+        if trial.outcome is None:
+            raise RuntimeError(f"{trial.section}: {trial.case}: {trial.error}")
+        counts.setdefault(trial.section, {})[trial.case] = of_outcome(trial.outcome)
+    COUNTS.write_text(json.dumps(counts, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    PAGE.write_text(page(), encoding="utf-8")
+
+
+def of_outcome(outcome: Outcome) -> dict[str, Any]:
+    """What of an outcome is the same every time: no seconds."""
+    return {name: getattr(outcome, name) for name in ("tried", "wrong", "textbook", "textbook_single")}
+
+
+def page() -> str:
+    """Put the whole page together."""
+    counts: Counts = json.loads(COUNTS.read_text(encoding="utf-8"))
+    parts = [INTRODUCTION.read_text(encoding="utf-8"), summary(counts), *pictures()]
+    for module, section in zip(MODULES, sections(), strict=True):
+        parts.append(f"## {section.title}\n\nTested by `tests/numerics/test_{module}_cases.py`.\n")
+        parts += [described(case, counts[section.title][case.name]) for case in section.cases]
+    return "\n".join(parts)
+
+
+def summary(counts: Counts) -> str:
+    """One row a section."""
+    rows = [
+        "## The count\n",
+        "Wrong answers of Penumbra, and of the textbook's formulas to the same questions.\n",
+        "| section | cases | answers | wrong here | textbook, float64 | textbook, float32 |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
+    for section, cases in counts.items():
+        rows.append(row(f"[{section}](#{anchor(section)})", list(cases.values())))
+    rows.append(row("all", [case for cases in counts.values() for case in cases.values()]))
+    return "\n".join(rows) + "\n"
+
+
+def row(title: str, cases: list[dict[str, Any]]) -> str:
+    """The sums over some cases."""
+    sums = (
+        sum(case[name] or 0 for case in cases) for name in ("tried", "wrong", "textbook", "textbook_single")
+    )
+    return f"| {title} | {len(cases)} | " + " | ".join(f"{total:,}" for total in sums) + " |"
+
+
+def anchor(title: str) -> str:
+    """The fragment that a heading is reached by."""
+    return re.sub(r"[^\w -]", "", title).lower().replace(" ", "-")
+
+
+def pictures() -> Iterator[str]:
+    """Show the hard scenes, each with what to notice."""
+    yield "## What it looks like\n"
+    yield (
+        "These scenes are in [scenes/hard](../scenes/hard/README.md); `make gallery` renders the pictures. "
+        "Each looks like any other here; the last sentence says what one sees where it goes wrong.\n"
+    )
+    for name, notice, wrong in _SCENE_ROW.findall((SCENES / "README.md").read_text(encoding="utf-8")):
+        yield f"### {name}\n\n![{name}](images/hard/{name}.png)\n"
+        yield f"{notice} Where it goes wrong: {lowered(wrong)}\n"
+
+
+def lowered(sentence: str) -> str:
+    """With a small first letter."""
+    return sentence[0].lower() + sentence[1:]
+
+
+def described(case: Case, counts: dict[str, Any]) -> str:
+    """All that is known about a case."""
+    lines = [f"### {marked(capitalised(case.name))}\n"]
+    lines += [f"- **{title}:** {marked(getattr(case, field))}" for title, field in TEXTS.items()]
+    return "\n".join([*lines, f"- **Tried:** {told(counts)}", ""])
+
+
+def capitalised(name: str) -> str:
+    """With a large first letter, and the others as they are."""
+    return name[0].upper() + name[1:]
+
+
+def marked(text: str) -> str:
+    """Text as Markdown shows it literally, but for its code."""
+    return _CODE_OR_SIGN.sub(lambda found: found[1] or f"\\{found[2]}", text)
+
+
+def told(counts: dict[str, Any]) -> str:
+    """The counts of one case in a sentence."""
+    here = f"{counts['tried']:,} answers, {counts['wrong'] or 'none'} wrong."
+    plain = [(counts["textbook"], "float64"), (counts["textbook_single"], "float32")]
+    asked = [f"{count:,} in {arithmetic}" for count, arithmetic in plain if count is not None]
+    return f"{here} The textbook gets wrong {' and '.join(asked)}." if asked else here
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,189 @@
+"""The hard scenes look as their README says, which their own geometry tells."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+import renderer
+import scenes
+from scenes import make_hard_scenes
+from schemas.quality import FixedQuality
+from schemas.sampling import Antialiasing
+
+FOLDER = Path(scenes.__file__).parent / "hard"
+FILES = sorted(FOLDER.glob("*.json"))
+CENTRES = FixedQuality(mode="fixed", antialiasing=Antialiasing(pattern="center", samples=1))
+BORDERS = 0.001
+"""Share of pixels, all at borders, that may change where a border moves by less than 1/100 of a pixel."""
+
+
+def rendered(
+    name: str | dict[str, Any], *layers: str, quality: FixedQuality = CENTRES
+) -> renderer.RenderResult:
+    source = FOLDER / f"{name}.json" if isinstance(name, str) else name
+    return renderer.render(renderer.compile_scene(source, quality, layers=layers))
+
+
+def document(name: str) -> dict[str, Any]:
+    content: dict[str, Any] = json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8"))
+    return content
+
+
+@pytest.mark.parametrize("precision", ["single", "double"])
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_no_pixel_of_a_hard_scene_is_bad(path: Path, precision: Literal["single", "double"]) -> None:
+    quality = CENTRES.model_copy(update={"precision": precision})
+    result = rendered(path.stem, quality=quality)
+    # The triangles of a displaced ball that touch a pole have no area.
+    poles = result.report["numerics"].pop("degenerate_dropped")
+    assert poles == 0 or path.stem == "displaced_solids"
+    assert set(result.report["numerics"].values()) == {0}
+    assert result.image.min() >= 0
+
+
+@pytest.mark.parametrize("precision", ["single", "double"])
+def test_light_from_outside_does_not_reach_a_closed_room(precision: Literal["single", "double"]) -> None:
+    result = rendered("dark_room", quality=CENTRES.model_copy(update={"precision": precision}))
+    materials = document("dark_room")["materials"].values()
+    even = {tuple(np.float32(m["ambient"] * c) for c in m["color"]) for m in materials}
+    assert {tuple(color) for color in np.unique(result.image.reshape(-1, 3), axis=0)} <= even
+
+
+def test_a_fan_of_slivers_has_no_gap_and_its_shadow_has_none() -> None:
+    content = document("slivers")
+    plan = renderer.compile_scene(content)
+    turns, shares = np.meshgrid(np.linspace(0, 2 * math.pi, 400), np.linspace(0, 0.97, 50))
+    # The widest triangle reaches cos(half its angle) of the radius where it reaches least.
+    widths = np.diff(np.unwrap([math.atan2(y, x) for x, y, _ in content["shapes"][0]["vertices"][1:]]))
+    reach = 1.3 * math.cos(widths.max() / 2) * shares.ravel()
+    places = np.stack((reach * np.cos(turns.ravel()), reach * np.sin(turns.ravel()), 0 * reach), axis=1)
+    camera, lamp = (np.array(p) for p in (content["camera"]["position"], content["lights"][0]["position"]))
+    seen = renderer.trace(plan, np.broadcast_to(camera, places.shape), places - camera)
+    assert set(seen.shape.tolist()) == {0}
+    wall = content["shapes"][1]["corner"][2]
+    behind = lamp + (places - lamp) * (wall - lamp[2]) / (0 - lamp[2])
+    onto = renderer.trace(plan, behind + np.array([0, 0, 0.1]), np.broadcast_to([0.0, 0, -1], behind.shape))
+    assert set(onto.shape.tolist()) == {1}
+    assert onto.visibility.max() == 0
+
+
+def test_blocks_of_parallelograms_leave_no_gap_along_their_edges() -> None:
+    content = document("skew_blocks")
+    eye = np.array(content["camera"]["position"])
+    corners = np.array([shape["corner"] for shape in content["shapes"]])
+    edges = np.array([shape["edges"] for shape in content["shapes"]])
+    shares = np.linspace(0, 1, 33)[:, None, None, None]
+    places = (corners[:, None] + shares * edges).reshape(-1, 3)
+    places = places[np.abs(places).max(axis=1) < 2]  # well inside the pattern
+    hits = renderer.trace(renderer.compile_scene(content), np.broadcast_to(eye, places.shape), places - eye)
+    assert len(places) > 1000
+    assert hits.shape.min() >= 0
+
+
+def test_of_two_shapes_in_one_place_the_first_is_seen() -> None:
+    seen = set(np.unique(rendered("same_place", "shape").layers["shape"]))
+    assert seen == {-1, 0, 2, 4, 6}
+
+
+def test_the_sky_does_not_shine_through_displaced_solids() -> None:
+    sky = rendered("displaced_solids", "shape").layers["shape"] < 0
+    assert (reached_from_the_top(sky) == sky).all()
+
+
+def reached_from_the_top(region: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The part (H, W) of a region that hangs together with its first row, through sides of pixels."""
+    reached, before = np.zeros_like(region), -1
+    reached[0] = region[0]
+    while reached.sum() > before:
+        before = reached.sum()
+        for axis in (0, 1):
+            for way in (slice(None), slice(None, None, -1)):
+                lines = np.moveaxis(reached, axis, 0)[way], np.moveaxis(region, axis, 0)[way]
+                for i in range(1, len(lines[0])):
+                    lines[0][i] |= lines[0][i - 1] & lines[1][i]
+    return reached
+
+
+def test_a_giant_sphere_is_as_good_a_ground_as_a_plane() -> None:
+    content = document("giant_ground")
+    content["shapes"][0] = {
+        "type": "rectangle",
+        "corner": [-200, 0, -200],
+        "edges": [[0, 0, 400], [400, 0, 0]],
+        "material": "ground",
+    }
+    round_, flat = rendered("giant_ground", "depth"), rendered(content, "depth")
+    # Within 40 units it falls by 40**2 / 2e7 = 8e-5, far less than a pixel: only borders may differ.
+    near = (flat.layers["depth"] < 40).nonzero()
+    apart = np.abs(round_.image - flat.image)[near].max(axis=-1)
+    assert np.mean(apart > 1 / 255) < BORDERS
+
+
+def test_millions_of_units_from_the_origin_change_no_more_than_borders() -> None:
+    content = document("far_from_origin")
+    away = np.array(content["camera"]["look_at"]) - [0, 0.75, 0]
+
+    def moved(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {
+                name: part if name in {"edges", "color", "background", "ambient"} else moved(part)
+                for name, part in value.items()
+            }
+        if isinstance(value, list) and len(value) == 3 and all(isinstance(x, int | float) for x in value):
+            return (np.array(value) - away).tolist()
+        return [moved(part) for part in value] if isinstance(value, list) else value
+
+    apart = np.abs(rendered("far_from_origin").image - rendered(moved(content)).image).max(axis=-1)
+    assert np.mean(apart > 1 / 255) < BORDERS
+
+
+def test_the_window_under_water_ends_at_the_critical_angle() -> None:
+    content = document("critical_angle")
+    ior, eye = content["materials"]["water"]["ior"], np.array(content["camera"]["position"])
+    angles = math.asin(1 / ior) + np.array([-1e-3, 1e-3])
+    share_of_blue = []
+    for angle in angles:
+        ahead = [0, math.cos(angle), -math.sin(angle)]
+        narrow = {**content["camera"], "look_at": (eye + ahead).tolist(), "vertical_fov": 1e-3}
+        image = rendered({**content, "camera": narrow | {"width": 3, "height": 3}}).image
+        share_of_blue.append(image[..., 2] / image[..., 0])
+    inside, outside = share_of_blue
+    # Outside there is the bottom alone, and its light fields are the bluer ones.
+    sand = content["textures"]["sand"]["even"]
+    assert outside.max() <= np.float32(sand[2] / sand[0]) * (1 + 4 * np.finfo(np.float32).eps)
+    assert inside.min() > outside.max() * 1.1
+
+
+def test_a_wall_in_the_plane_of_the_camera_shows_nothing_but_its_shadow() -> None:
+    content = document("grazing_floor")
+    names = [shape.get("name") for shape in content["shapes"]]
+    result = rendered("grazing_floor", "shape")
+    assert names.index("seen from its edge") not in result.layers["shape"]
+    del content["shapes"][names.index("seen from its edge")]
+    darker = rendered(content).image - result.image
+    assert darker.min() == 0
+    assert (darker > 0.1).any()
+
+
+@pytest.mark.parametrize("name", make_hard_scenes.SCENES)
+def test_a_computed_scene_is_what_the_script_makes(name: str) -> None:
+    assert document(name) == json.loads(make_hard_scenes.text(make_hard_scenes.SCENES[name]()))
+
+
+def test_the_waves_are_what_the_script_draws() -> None:
+    kept: NDArray[np.int_] = np.asarray(Image.open(FOLDER / "textures" / "waves.png")).astype(int)
+    # sin may differ by an ulp between machines, so a value on the border of two codes may too.
+    assert abs(kept - make_hard_scenes.waves().astype(int)).max() <= 1
+
+
+def test_the_readme_tells_what_to_notice_in_each() -> None:
+    told = (FOLDER / "README.md").read_text(encoding="utf-8")
+    assert [path.name for path in FILES if f"| [{path.name}]({path.name}) |" not in told] == []
