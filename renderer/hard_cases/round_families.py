@@ -117,7 +117,7 @@ def behind() -> Iterator[Case]:
         for _ in range(RAYS):
             place, along = np.array(direction(chosen)), np.array(direction(chosen))
             along *= np.copysign(1.0, along @ place)
-            origin = middle + (1 + 10 ** chosen.uniform(-6, 2)) * place @ scaled
+            origin = middle + (1 + 10 ** chosen.uniform(-12, 2)) * place @ scaled
             rays.append((listed(origin), listed(along @ scaled)))
         yield ellipsoid(listed(middle), *map(listed, scaled)), rays
 

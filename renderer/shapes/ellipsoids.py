@@ -13,6 +13,9 @@ from renderer.interaction import Points, Rays
 from renderer.numerics import gamma
 from renderer.shapes.family import MARGIN, WHOLE, Family
 
+FAR = 4.0
+"""Squared distance from the unit sphere's centre beyond which no rounding hides that a start is outside."""
+
 
 @dataclass(slots=True)
 class Ellipsoids(Family):
@@ -60,8 +63,9 @@ class Ellipsoids(Family):
         """Hits from the closest approach to the centre (Haines et al., Ray Tracing Gems, ch. 7).
 
         The part of the origin across the ray is projected twice: once leaves the rounding of a long
-        projection in it. Then 1 - h^2 = (1 - h)(1 + h) loses nothing, and of the roots the larger comes
-        from a sum of one sign and the smaller from their product.
+        projection in it, which in front of a thin ellipsoid is longer than the sphere's radius. Then
+        1 - h^2 = (1 - h)(1 + h) loses nothing, and of the roots the larger comes from a sum of one sign and
+        the smaller from their product.
         """
         origin = self.to_sphere(rays.origins - self.centers[:, shape, None], shape)
         direction = self.to_sphere(rays.directions, shape)
@@ -74,37 +78,32 @@ class Ellipsoids(Family):
         closest = np.sqrt(dot(across, across))
         found = np.flatnonzero(closest <= 1)
         if found.size:
-            self._offer_roots(shape, rays, found, origin, direction, along, closest, length)
+            origin = np.broadcast_to(origin, direction.shape)[:, found]
+            lines = _Lines(
+                origin, direction[:, found], length[found], along[found], across[:, found], closest[found]
+            )
+            self._offer_roots(shape, rays, found, lines)
 
-    def _offer_roots(
-        self,
-        shape: int,
-        rays: Rays,
-        found: Integers,
-        origin: Floats,
-        direction: Floats,
-        along: Floats,
-        closest: Floats,
-        length: Floats,
-    ) -> None:
-        origin = np.broadcast_to(origin, direction.shape)[:, found]
-        direction, along, closest, length = direction[:, found], along[found], closest[found], length[found]
-        half_chord = np.sqrt((1 - closest) * (1 + closest))
-        distance = np.sqrt(dot(origin, origin))
+    def _offer_roots(self, shape: int, rays: Rays, found: Integers, lines: "_Lines") -> None:
+        """Hits of the lines that pass through the sphere: a start outside enters, any other leaves."""
+        half_chord = np.sqrt((1 - lines.closest) * (1 + lines.closest))
+        distance = np.sqrt(dot(lines.origin, lines.origin))
         power = (distance - 1) * (distance + 1)
         on_surface = np.abs(power) <= gamma(16) * (1 + distance * distance)
         power = np.where(on_surface, 0.0, power)
         inward = np.ones(found.size, dtype=bool)
         if rays.departure is not None:
             power, inward = self._departed(shape, rays.departure, found, power)
-        far = -(along + np.copysign(half_chord, along))
+        entering = power > 0
+        far = -(lines.along + np.copysign(half_chord, lines.along))
         with np.errstate(divide="ignore", invalid="ignore"):
             near = np.where(far == 0, 0.0, power / far)
-        t = np.where(np.minimum(near, far) > 0, np.minimum(near, far), np.maximum(near, far))
-        ahead = (t > 0) & inward
-        t = t[ahead]
-        where = origin[:, ahead] + t * direction[:, ahead]
-        rays.offer(found[ahead], t / length[ahead], _angles(where), self.numbers[shape : shape + 1], WHOLE)
+        t = np.where(entering, near, np.maximum(near, far))
+        ahead = np.flatnonzero((t > 0) & inward)
+        passed = np.where(entering, -half_chord, half_chord)[ahead]
+        coordinates = _angles(lines.across[:, ahead] + passed * lines.direction[:, ahead])
+        t = t[ahead] / lines.length[ahead]
+        rays.offer(found[ahead], t, coordinates, self.numbers[shape : shape + 1], WHOLE)
 
     def _departed(
         self, shape: int, departure: Departure, found: Integers, power: Floats
@@ -137,12 +136,23 @@ class Ellipsoids(Family):
         points.coordinates[:, chosen] = points.hits[:, chosen]
 
     def _on_sphere(self, points: Points, chosen: Integers, shapes: Integers) -> Floats:
+        """Where the rays enter or leave the unit sphere, (3, M).
+
+        The rounding of a long t is taken back along the ray, never across it: in front of a thin ellipsoid it
+        is many times the sphere's radius. A start that far outside can only enter.
+        """
         origins = points.origins if points.origins.shape[1] == 1 else points.origins[:, chosen]
         relative = origins - self.centers[:, shapes]
         inverse = self.inverse[:, :, shapes]
         origin = np.stack([dot(relative, row) for row in inverse])
         along = np.stack([dot(points.directions[:, chosen], row) for row in inverse])
-        return unit(origin + points.t[chosen] * along)
+        where = origin + points.t[chosen] * along
+        along = unit(along)
+        passed = dot(where, along)
+        across = where - passed * along
+        half_chord = np.sqrt(np.maximum(0.0, 1 - dot(across, across)))
+        passed = np.where(dot(origin, origin) > FAR, -1.0, passed)
+        return unit(across + np.copysign(half_chord, passed) * along)
 
     def frame(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
         """Along the parallels, and along the meridians towards the third axis."""
@@ -160,6 +170,22 @@ class Ellipsoids(Family):
         outward = cosine * first + sine * second
         by_u = 2 * np.pi * np.sin(latitude) * (cosine * second - sine * first)
         return by_u, np.pi * (np.cos(latitude) * outward + np.sin(latitude) * third)
+
+
+@dataclass(frozen=True, slots=True)
+class _Lines:
+    """N lines in the frame of a unit sphere: unit directions, and the length these had.
+
+    `along` is the origin's part along the line; `across`, the other part, is the line's place closest to the
+    centre, at the distance `closest`.
+    """
+
+    origin: Floats
+    direction: Floats
+    length: Floats
+    along: Floats
+    across: Floats
+    closest: Floats
 
 
 def _angles(where: Floats) -> tuple[Floats, Floats]:

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from renderer.hard_cases import oracle
 from renderer.hard_cases.documents import ellipsoid, phong, scene, sphere, sun
+from schemas.reading import read_scene
 from tests.images.parts import DOUBLE, image_of, png
 from tests.numerics.tracing import EPS, traced
 
@@ -15,6 +17,29 @@ def test_the_normal_of_a_flat_ellipsoid_is_upright_but_at_its_rim() -> None:
     hits = traced([ellipsoid([0, 0, 0], *AXES)], [[0.6, 0, 1]], [[0, 0, -1]])
     expected = np.array([0.6, 0, 0.8e6]) / np.hypot(0.6, 0.8e6)
     assert np.abs(hits.normal[0] - expected).max() <= 16 * EPS
+
+
+@pytest.mark.parametrize("distance", [3.0, 1e6, 1e9, 1e12])
+def test_a_thin_ellipsoid_is_hit_where_the_ray_passes_however_long_it_is(distance: float) -> None:
+    """In radii of the unit sphere the longest of these rays is 1e18 long, and its rounding many radii.
+
+    A place may be off by 8 roundings of the largest coordinate, over the cosine between ray and normal. It is
+    on the outer side: a light on the ray's side shines there.
+    """
+    document = ellipsoid([0, 0, 0], *AXES)
+    shape = read_scene(scene(document))[0].shapes[0]
+    rng = np.random.default_rng(5)
+    targets = np.column_stack((rng.uniform(-0.6, 0.6, (200, 2)), np.zeros(200)))
+    origins = targets + distance * np.column_stack((rng.uniform(-0.5, 0.5, (200, 2)), np.ones(200)))
+    directions = targets - origins
+    hits = traced([document], origins, directions, lights=[sun([0, 0, -1])])
+    assert (hits.shape == 0).all()
+    assert (hits.visibility == 1).all()
+    for origin, direction, place, uv in zip(origins, directions, hits.position, hits.uv, strict=True):
+        true = oracle.answer(shape, origin, direction)
+        cosine = -np.dot(true.normal, direction) / np.linalg.norm(direction)
+        assert np.linalg.norm(place - np.array(true.position)) <= 8 * EPS * distance / cosine
+        assert (uv[1] > 0.5) == (true.uv[1] > 0.5)
 
 
 def test_mirrored_axes_do_not_turn_the_normal_inwards() -> None:
