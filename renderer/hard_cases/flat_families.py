@@ -86,6 +86,8 @@ def grazing(kind: str) -> Iterator[Case]:
     for _ in range(SHAPES):
         a, first, second = (np.array(vector(chosen)) for _ in range(3))
         normal = np.cross(first, second) / np.linalg.norm(np.cross(first, second))
+        if kind == "rectangle":
+            second = np.cross(normal, first)
         rays = []
         for _ in range(RAYS):
             target = a + chosen.uniform(-0.3, 1.3) * first + chosen.uniform(-0.3, 1.3) * second
@@ -130,15 +132,18 @@ def square_in_float32(chosen: random.Random) -> list[list[float]]:
 
 
 def long_and_narrow(chosen: random.Random) -> list[list[float]]:
-    """Sides 1 to a million."""
+    """Sides 1 to a million, perpendicular but for what float32 files round."""
     first = np.array(direction(chosen))
-    return [vector(chosen), listed(first), listed(np.cross(first, direction(chosen)) * 1e-6)]
+    second = (np.cross(first, direction(chosen)) * 1e-6).astype(np.float32)
+    return [vector(chosen), listed(first), listed(second)]
 
 
 def any_size(chosen: random.Random) -> list[list[float]]:
-    """Of size 1e-12 to 1e12."""
+    """Perpendicular edges, of size 1e-12 to 1e12."""
     size = 10 ** chosen.uniform(-12, 12)
-    return [listed(size * np.array(vector(chosen))) for _ in range(3)]
+    corner, first, second = (size * np.array(vector(chosen)) for _ in range(3))
+    second -= first * (first @ second) / (first @ first)
+    return [listed(corner), listed(first), listed(second)]
 
 
 FLAT: dict[str, Callable[[], Iterator[Case]]] = {

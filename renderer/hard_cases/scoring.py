@@ -23,7 +23,7 @@ from schemas.reading import read_scene
 EXCUSED = 16
 """Roundings of the border within which hit and miss are a matter of opinion."""
 
-Textbook = Callable[[Any, Floats, Floats], Floats]
+Textbook = Callable[[Any, Any, Any], Any]
 """A shape, origins (N, 3) and directions (N, 3) of one dtype, to t (N,): inf or NaN where nothing is hit."""
 
 Allowed = Callable[[Any, Answer, Floats, Floats], float]
@@ -49,6 +49,21 @@ class Tolerance:
         return EXCUSED * float(np.finfo(self.dtype).eps)
 
 
+@dataclass(frozen=True, slots=True)
+class Found:
+    """What the renderer says of one ray (3,) that hits."""
+
+    origin: Floats
+    direction: Floats
+    position: Floats
+    normal: Floats
+    uv: Floats
+
+
+Details = Callable[[Any, Answer, Found], float]
+"""A shape, the exact answer and the renderer's, to the error of the rest, in shares of what is right."""
+
+
 def relative(share: float) -> Allowed:
     """Allow an error of t of a share of itself."""
 
@@ -69,13 +84,22 @@ def tried(
     *,
     double: Tolerance = DOUBLE,
     single: Tolerance = SINGLE,
+    details: Details | None = None,
 ) -> Outcome:
-    """Ask `renderer.trace`, and the textbook formula in both precisions, about a family of rays."""
-    return total(_asked(document, rays, textbook, double, single) for document, rays in family)
+    """Ask `renderer.trace`, and the textbook formula in both precisions, about a family of rays.
+
+    `details` judges what the renderer says beside t.
+    """
+    return total(_asked(document, rays, textbook, double, single, details) for document, rays in family)
 
 
 def _asked(
-    document: dict[str, Any], rays: Any, textbook: Textbook, double: Tolerance, single: Tolerance
+    document: dict[str, Any],
+    rays: Any,
+    textbook: Textbook,
+    double: Tolerance,
+    single: Tolerance,
+    details: Details | None,
 ) -> Outcome:
     written = scene(document)
     shape = read_scene(written)[0].shapes[0]
@@ -83,6 +107,8 @@ def _asked(
     true = [oracle.answer(shape, *ray) for ray in rays]
     hits = renderer.trace(renderer.compile_scene(renderer.load_scene(written)), origins, directions)
     errors = _errors(double, shape, true, origins, directions, hits.t)
+    if details is not None:
+        errors = np.maximum(errors, _rest(details, shape, true, hits, origins, directions))
     plain = {
         tolerance.dtype: _plain_errors(textbook, tolerance, shape, true, origins, directions)
         for tolerance in (double, single)
@@ -95,6 +121,23 @@ def _asked(
         textbook_single=int(np.count_nonzero(plain[np.float32] > 1)),
         worst=float(right.max(initial=0.0)),
     )
+
+
+def _rest(
+    details: Details,
+    shape: Any,
+    true: list[Answer],
+    hits: renderer.Hits,
+    origins: Floats,
+    directions: Floats,
+) -> Floats:
+    """Errors (N,) of what comes with right hits, in shares of what is right."""
+    errors = np.zeros(len(true))
+    for i, answer in enumerate(true):
+        if answer.hit and math.isfinite(hits.t[i]):
+            row = (origins[i], directions[i], hits.position[i], hits.normal[i], hits.uv[i])
+            errors[i] = details(shape, answer, Found(*row))
+    return errors
 
 
 def _plain_errors(

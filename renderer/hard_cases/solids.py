@@ -1,6 +1,7 @@
 """Closed solids and rooms whose faces share corners and edges bit for bit."""
 
 import itertools
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -92,6 +93,34 @@ def outward(center: list[float], radius: float, rounds: int) -> tuple[Floats, Fl
     a, b, c = (vertices[column] for column in faces.T)
     inward = ((np.cross(b - a, c - a)) * (a - center)).sum(axis=1) < 0
     return vertices, np.where(inward[:, None], faces[:, ::-1], faces)
+
+
+def globe(center: Sequence[float]) -> tuple[Floats, Floats]:
+    """Vertices (482, 3) of a sphere of radius 1 in 32 x 16 parts, and its triangles (960, 3)."""
+    turns = np.arange(32) * np.pi / 16
+    heights = np.arange(1, 16) * np.pi / 16
+    rings = [
+        np.column_stack((np.sin(h) * np.cos(turns), np.sin(h) * np.sin(turns), np.full(32, np.cos(h))))
+        for h in heights
+    ]
+    vertices = np.concatenate((*rings, np.array([[0.0, 0, 1], [0, 0, -1]]))) + center
+    here, after = np.arange(32), (np.arange(32) + 1) % 32
+    faces = [np.column_stack((np.full(32, 480), here, after))]
+    for ring in range(14):
+        a, b, c, d = (ring * 32 + k for k in (here, after, after + 32, here + 32))
+        faces += [np.column_stack((a, d, c)), np.column_stack((a, c, b))]
+    faces.append(np.column_stack((np.full(32, 481), 448 + after, 448 + here)))
+    return vertices, np.concatenate(faces)
+
+
+def mesh(vertices: Floats, faces: Floats) -> Json:
+    """One mesh of the scene language."""
+    return {
+        "type": "mesh",
+        "vertices": vertices.tolist(),
+        "triangles": faces.tolist(),
+        "material": "plain",
+    }
 
 
 def _divided(vertices: list[Floats], faces: list[tuple[int, int, int]]) -> list[tuple[int, int, int]]:
