@@ -9,7 +9,8 @@ from pydantic_core import PydanticCustomError
 
 from schemas.base import Closed
 from schemas.limits import refuse_above
-from schemas.quantities import LARGEST, Count, Direction, Point, Size
+from schemas.quantities import LARGEST, SMALLEST, Count, Direction, Point, Size
+from schemas.vectors import difference, length
 
 FieldOfView = Annotated[float, Field(strict=True, gt=0, lt=180, allow_inf_nan=False)]
 
@@ -47,6 +48,7 @@ class Camera(Closed):
     )
     focus_distance: Size | None = Field(
         default=None,
+        validate_default=True,
         description="Distance along the view of the plane in focus, scene units; without it the distance to "
         "`look_at`.",
     )
@@ -61,6 +63,21 @@ class Camera(Closed):
                 "no_view", "'look_at' equals 'position', so the camera looks nowhere. Move one of the two."
             )
         return look_at
+
+    @field_validator("focus_distance")
+    @classmethod
+    def _in_focus(cls, focus_distance: float | None, info: ValidationInfo) -> float | None:
+        known = info.data
+        near = {"position", "look_at"} <= known.keys() and length(
+            difference(known["look_at"], known["position"])
+        ) < SMALLEST
+        if focus_distance is None and near and known.get("lens_radius"):
+            raise PydanticCustomError(
+                "no_focus",
+                "Without 'focus_distance' the lens is focused on 'look_at', which is nearer to 'position' "
+                "than 1e-100. Give a 'focus_distance', or move one of the two.",
+            )
+        return focus_distance
 
     @field_validator("height")
     @classmethod

@@ -11,9 +11,7 @@ import numpy as np
 
 import schemas.cameras as language
 from renderer.arrays import Floats, Integers, column, cross, dot, unit
-
-PARALLEL = 1e-9
-"""Below this sine between view and up there is no usable up; float64 still gives 7 digits above it."""
+from schemas.vectors import difference, parallel
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,10 +40,14 @@ class Pinhole:
     height: int
 
     def screen(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
-        """Place on the screen at distance 1, of raster positions counted from the top left corner."""
+        """Place on the screen at distance 1, of raster positions counted from the top left corner.
+
+        The middle is subtracted before the division, while all numbers are multiples of the same step:
+        places opposite each other differ in their sign alone.
+        """
         return (
-            self.half_width * (2 * x / self.width - 1),
-            self.half_height * (1 - 2 * y / self.height),
+            self.half_width * ((2 * x - self.width) / self.width),
+            self.half_height * ((self.height - 2 * y) / self.height),
         )
 
     def directions(self, x: Floats, y: Floats) -> Floats:
@@ -64,27 +66,34 @@ class Pinhole:
 
 
 def basis(look: Floats, up: Floats) -> tuple[Floats, Floats, Floats]:
-    """Right, up and forward, each (3, 1), from the viewing direction and a vector that is up.
+    """Right, up and forward, each (3, 1), from the viewing direction and a vector that is up, of any lengths.
 
-    If `up` is parallel to the view, the world axis with the smallest component of the view takes its
-    place. Up is derived again by a second product, which makes it perpendicular to 4 eps even where the
-    first product is short.
+    Orthonormal to 4 eps even where the first product is short: right is made perpendicular once more, and
+    up is derived again. Both are off by at most 5 eps over the sine of the angle between view and up.
     """
     forward = unit(look)
-    right = cross(forward, unit(up))
-    if math.sqrt(dot(right, right).item()) <= PARALLEL:
-        axis = np.zeros((3, 1))
-        axis[int(np.argmin(np.abs(forward)))] = 1.0
-        right = cross(forward, axis)
-    right = unit(right)
+    right = unit(cross(forward, unit(up)))
     right = unit(right - forward * dot(right, forward))
     return right, unit(cross(right, forward)), forward
+
+
+def upward(camera: language.Camera) -> Floats:
+    """What is up, (3, 1): the camera's vector, or where it is parallel to the view another.
+
+    That is the world axis with the smallest component of the view.
+    """
+    look = difference(camera.look_at, camera.position)
+    if not parallel(look, camera.up):
+        return column(camera.up)
+    axis = np.zeros((3, 1))
+    axis[int(np.argmin(np.abs(look)))] = 1.0
+    return axis
 
 
 def build(camera: language.Camera) -> Pinhole:
     """The camera of a scene. `focal_length` cancels: it scales the screen and its distance alike."""
     position = column(camera.position)
-    right, up, forward = basis(column(camera.look_at) - position, column(camera.up))
+    right, up, forward = basis(column(camera.look_at) - position, upward(camera))
     half_height = math.tan(math.radians(camera.vertical_fov) / 2)
     return Pinhole(
         position=position,
