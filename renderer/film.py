@@ -6,10 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.arrays import Floats, Integers
+from renderer.numerics import halving_sum
 from schemas.tiles import Pass, Tile
 
 Image = NDArray[np.float32]
 """(H, W, 3) float32, linear."""
+
+BRIGHTEST = float(np.finfo(np.float32).max)
+"""What brighter pixels of a pass become."""
 
 
 class Film:
@@ -29,17 +33,17 @@ class Film:
         self._mean = np.zeros((height, width, 3))
 
     def add(self, columns: Integers, rows: Integers, radiance: Floats) -> None:
-        """Take the samples (3, P * S) of P pixels, those of one pixel together, ordered by number."""
-        samples = radiance.reshape(3, columns.size, self._samples)
-        total = samples[:, :, 0].copy()
-        for sample in range(1, self._samples):
-            total += samples[:, :, sample]
+        """Take the samples (3, P * S) of P pixels, those of one pixel together, ordered by number.
+
+        They are added in `radiance` itself, which is overwritten.
+        """
+        total = halving_sum(radiance.reshape(-1, self._samples).T).reshape(3, columns.size)
         x, y = (columns - self._tile.x0) // self._stride, (rows - self._tile.y0) // self._stride
         self._mean[y, x] = (total / self._samples).T
 
     def image(self) -> Image:
         """The mean over the pass's samples; what is brighter than float32 can say is as bright as it can."""
-        return np.minimum(self._mean, np.finfo(np.float32).max).astype(np.float32)
+        return np.minimum(self._mean, BRIGHTEST).astype(np.float32)
 
 
 def compose(parts: Sequence[tuple[Pass, Image]]) -> Image:
@@ -67,6 +71,14 @@ def compose(parts: Sequence[tuple[Pass, Image]]) -> Image:
     for samples, pixels in rounds:
         total += samples * pixels.astype(np.float64)
     return (total / sum(samples for samples, _ in rounds)).astype(np.float32)
+
+
+def clamped(parts: Sequence[tuple[Pass, Image]]) -> int:
+    """How many pixels of a tile are shown darker than they are, as some pass was beyond float32.
+
+    Their mean may well be within it: of each pass the picture only knows what it became.
+    """
+    return int(np.count_nonzero(np.any([(pixels >= BRIGHTEST).any(axis=2) for _, pixels in parts], axis=0)))
 
 
 def enlarge(pixels: Image, stride: int, height: int, width: int) -> Image:

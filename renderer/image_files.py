@@ -40,7 +40,8 @@ def displayed(image: NDArray[np.floating], display: Display) -> NDArray[np.uint8
     """
     with np.errstate(over="ignore"):
         exposed = image.astype(np.float64) * 2.0**display.exposure
-    clipped = np.clip(np.nan_to_num(exposed, nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
+    # fmax takes the other number where one is NaN; clip would keep it.
+    clipped = np.fmin(np.fmax(exposed, 0.0), 1.0)
     encoded = srgb_from_linear(clipped) if display.transfer == "srgb" else clipped
     return np.floor(encoded * 255 + 0.5).astype(np.uint8)
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from renderer.compile import compile_scene
 from renderer.errors import RenderError
 from renderer.execute import TileResult, render_tile
-from renderer.film import Image, compose, enlarge
+from renderer.film import Image, clamped, compose, enlarge
 from renderer.layers import Layers, Sheets
 from renderer.plan import RenderPlan
 from renderer.tiling import tiles
@@ -248,7 +248,7 @@ def _report(plan: RenderPlan, picture: _Picture, image: Image, seconds: float) -
         "error": None,
         "numerics": {
             "non_finite": int(np.count_nonzero(~np.isfinite(image).all(axis=2))),
-            "clamped": int(np.count_nonzero((image >= np.finfo(np.float32).max).any(axis=2))),
+            "clamped": sum(map(clamped, picture.parts.values())),
             "degenerate_dropped": plan.degenerate,
         },
         "plan": plan.describe().model_dump(mode="json"),

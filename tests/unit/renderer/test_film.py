@@ -50,15 +50,6 @@ def test_a_preview_is_enlarged_block_by_block(height: int, width: int) -> None:
             assert (large[y, x] == small[y // 4, x // 4]).all()
 
 
-def test_many_samples_add_up_without_loss() -> None:
-    """A million of 0.1; a running sum in single precision would be off in the third digit."""
-    count = 1 << 20
-    film = Film(Tile(0, 5, 6, 6, 7), Pass(1, 1, 0, count))
-    film.add(np.array([5]), np.array([6]), np.full((3, count), 0.1))
-    assert abs(float(film._mean[0, 0, 0]) / 0.1 - 1) <= 1e-10  # noqa: SLF001
-    assert (film.image() == np.float32(0.1)).all()
-
-
 def test_samples_reach_the_pixel_they_belong_to() -> None:
     film = Film(Tile(0, 10, 20, 13, 22), Pass(1, 1, 0, 2))
     radiance = np.zeros((3, 4))

@@ -7,7 +7,7 @@ import pytest
 
 import renderer
 from renderer import rendering
-from renderer.hard_cases.documents import rectangle, scene, triangle
+from renderer.hard_cases.documents import phong, rectangle, sampled, scene, triangle
 from renderer.interaction import Rays
 from tests.images import pictures
 from tests.images.parts import SINGLE, image_of, plan_of
@@ -51,6 +51,20 @@ def test_pixels_beyond_single_precision_are_the_brightest_there_is_and_counted()
     assert (result.image == np.finfo(np.float32).max).all()
     assert result.report["numerics"]["clamped"] == result.image[:, :, 0].size
     assert result.report["numerics"]["non_finite"] == 0
+
+
+def test_pixels_are_counted_of_which_some_samples_alone_are_beyond_single_precision() -> None:
+    """An edge through the picture: the mean of a bright pass and black ones is within float32 again."""
+    edge, settings = (
+        rectangle([-9, -9, 0], [9, 0, 0], [2, 18, 0]),
+        {"sampling": sampled(16), "background": [0] * 3},
+    )
+    bright = {"plain": phong([1e30] * 3, ambient=1e30)}
+    plain = image_of(scene(edge, **settings))
+    result = renderer.render(plan_of(scene(edge, ambient=[1e30] * 3, materials=bright, **settings)))
+    shown = (plain > 0).any(axis=2)
+    assert (result.image[shown] < np.finfo(np.float32).max).any()
+    assert result.report["numerics"]["clamped"] == np.count_nonzero(shown)
 
 
 def test_black_lights_and_no_ambient_light_give_black() -> None:
