@@ -1,0 +1,12 @@
+"""Ellipsoids that are hard to meet, each case against exact answers."""
+
+import pytest
+
+from renderer.hard_cases import Case
+from renderer.hard_cases.ellipsoids import SECTION
+from tests.numerics.outcomes import holds
+
+
+@pytest.mark.parametrize("case", SECTION.cases, ids=lambda case: case.name)
+def test_hard_case(case: Case) -> None:
+    holds(case)
