@@ -57,13 +57,19 @@ def without_area() -> Outcome:
 
 
 def _lines() -> tuple[Floats, Floats, Floats]:
-    """Triangles (100, 3, 3) on lines of whole numbers in many units, and ten rays at each, (1000, 3)."""
+    """Triangles (100, 3, 3) exactly on lines, and ten rays at each, (1000, 3).
+
+    Half of whole numbers in many units, every tenth a point; half of doubles times powers of two: these lie
+    on a line through the origin, but their differences are rounded.
+    """
     rng = np.random.default_rng(1)
     unit = 2.0 ** rng.integers(-20, 20, (100, 1, 1))
-    starts, ways = rng.integers(-20, 21, (2, 100, 1, 3))
-    steps = rng.integers(-9, 10, (100, 3, 1))
-    # Every tenth is a point.
+    starts, ways = rng.integers(-20, 21, (2, 100, 1, 3)).astype(float)
+    steps = rng.integers(-9, 10, (100, 3, 1)).astype(float)
     steps[::10] = steps[::10, :1]
+    starts[1::2] = 0
+    ways[1::2] = rng.normal(size=(50, 1, 3))
+    steps[1::2] = rng.choice([-1, 1], (50, 3, 1)) * 2.0 ** rng.integers(0, 5, (50, 3, 1))
     targets = (starts + rng.uniform(-9, 9, (100, 10, 1)) * ways) * unit
     origins = targets + rng.normal(size=(100, 10, 3)) * 100 * unit
     return (starts + steps * ways) * unit, origins.reshape(-1, 3), targets.reshape(-1, 3)

@@ -56,7 +56,7 @@ def slivers() -> Outcome:
     symptom="Needles of a mesh vanish, or are lit from a wrong side.",
     cause="As for slivers, and the product of the two longest edges, nearly parallel, has lost the normal.",
     remedy="The normal is the product of the two shortest edges: close vertices differ by an exact number.",
-    expected=ROUNDED + " Normals within 32 eps s / (f c).",
+    expected=ROUNDED + " Normals within 8 eps over the sine of the widest angle.",
     source=WATERTIGHT + "; geometry",
 )
 def needles() -> Outcome:

@@ -128,30 +128,11 @@ def test_the_sign_of_zero_says_nothing(shape: str, sign: float) -> None:
     assert (hits.uv == plain.uv).all()
 
 
-REGRESSION = [
-    [-1113.45459, -79.049614, -56.2431908],
-    [-1113.45459, -87.0922699, -56.2431908],
-    [-1113.45459, -79.2090149, -56.2431908],
-]
-
-
 def test_a_ray_through_the_very_middle_of_a_triangle_hits_it() -> None:
     # All three edge functions are the same number there.
     found = traced([triangle([3, 0, 0], [0, 3, 0], [0, 0, 3])], [(0, 0, 0)], [(1, 1, 1)])
     assert found.t.tolist() == [1]
     assert found.uv.tolist() == [[1 / 3, 1 / 3]]
-
-
-def test_a_triangle_without_area_is_never_hit() -> None:
-    """Vertices on one line; the first was hit by a renderer whose determinant was rounding."""
-    line = triangle([0, 0, 0], [1, 1, 1], [3, 3, 3])
-    point = triangle([1, 2, 3], [1, 2, 3], [1, 2, 3])
-    rng = np.random.default_rng(1)
-    targets = rng.uniform(0, 3, (1000, 1)) * np.ones(3)
-    origins = rng.normal(size=(1000, 3)) * 4
-    assert (traced([line, point], origins, targets - origins).shape == -1).all()
-    ray = [[-1081.47925, 99.9999542, 87.7701111]], [[-32.1072998, -183.355865, -144.607635]]
-    assert traced([triangle(*REGRESSION)], *ray).shape == -1
 
 
 PARALLEL = [
@@ -167,26 +148,6 @@ def test_a_ray_parallel_to_a_plane_or_in_it_misses(shape: Any, height: int) -> N
     origins = np.column_stack((rng.integers(-9, 9, (500, 2)), np.full(500, height)))
     directions = np.column_stack((rng.integers(-9, 9, (500, 2)), np.zeros(500)))
     assert (traced([shape], origins, directions).shape == -1).all()
-
-
-@pytest.mark.parametrize("kind", ["triangle", "rectangle"])
-def test_a_ray_that_starts_on_a_flat_shape_does_not_hit_it(kind: str) -> None:
-    """Whole numbers and eighths: the start lies in the plane without any rounding."""
-    rng = np.random.default_rng(3)
-    for _ in range(60):
-        corner, first, second = rng.integers(-20, 20, (3, 3)).astype(float)
-        if not np.cross(first, second).any():
-            continue
-        j, k = rng.integers(0, 9, (2, 50)) / 8.0
-        origins = corner + np.outer(j, first) + np.outer(k, second)
-        directions = rng.normal(size=(50, 3))
-        ends = (corner, corner + first, corner + second)
-        shape = (
-            triangle(*(end.tolist() for end in ends))
-            if kind == "triangle"
-            else rectangle(corner.tolist(), first.tolist(), second.tolist())
-        )
-        assert (traced([shape], origins, directions).shape == -1).all()
 
 
 @pytest.mark.parametrize("power", [-30, 0, 30])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from renderer.hard_cases import oracle, solids
-from renderer.hard_cases.documents import bulb, lamp, rectangle, scene, triangle
+from renderer.hard_cases.documents import bulb, lamp, rectangle, scene
 from schemas.reading import read_scene
 from tests.images.parts import DOUBLE, SINGLE
 from tests.numerics.tracing import EPS, towards, traced
@@ -15,35 +15,6 @@ PLACE_IDS = ["at the origin", "far away"]
 SHARES = [0.0, 0.25, 1 / 3, 0.5, 0.7]
 BOTH = pytest.mark.parametrize("quality", [SINGLE, DOUBLE], ids=["single", "double"])
 EVERYWHERE = pytest.mark.parametrize("place", PLACES, ids=PLACE_IDS)
-
-
-def test_no_ray_slips_between_two_triangles_that_share_an_edge() -> None:
-    rng = np.random.default_rng(1)
-    for _ in range(40):
-        a, b, c, d = rng.normal(size=(4, 3))
-        # The ray must pass both on one side: the neighbour lies across the edge.
-        d = b + c - a + 0.1 * d
-        pair = [triangle(a.tolist(), b.tolist(), c.tolist()), triangle(d.tolist(), c.tolist(), b.tolist())]
-        targets = b + np.outer(rng.uniform(0.05, 0.95, 50), c - b)
-        normal = np.cross(b - a, c - a)
-        origins = targets + normal / np.linalg.norm(normal) * 3 + rng.normal(size=(50, 3)) * 0.3
-        assert (traced(pair, origins, targets - origins).shape >= 0).all()
-
-
-def test_no_ray_slips_through_the_tip_of_a_fan() -> None:
-    rng = np.random.default_rng(2)
-    for _ in range(40):
-        apex, place = rng.normal(size=3), rng.normal(size=3) * 5
-        angles = np.sort(rng.uniform(0, 2 * np.pi, 6)) + np.arange(6) * 1e-3
-        if np.max(np.diff(np.append(angles, angles[0] + 2 * np.pi))) > 3:
-            continue
-        ring = apex + np.column_stack((np.cos(angles), np.sin(angles), rng.uniform(-0.3, 0.3, 6)))
-        fan = [
-            triangle((apex + place).tolist(), (p + place).tolist(), (q + place).tolist())
-            for p, q in zip(ring, np.roll(ring, -1, axis=0), strict=True)
-        ]
-        origins = apex + place + [0, 0, 4] + rng.normal(size=(50, 3)) * 0.5
-        assert (traced(fan, origins, apex + place - origins).shape >= 0).all()
 
 
 @EVERYWHERE
@@ -122,17 +93,6 @@ def test_the_border_of_a_rectangle_is_no_wider_than_rounding() -> None:
 def _least_sine(direction: np.ndarray, edges: tuple[np.ndarray, np.ndarray]) -> float:
     along = direction / np.linalg.norm(direction)
     return float(min(np.linalg.norm(np.cross(along, edge / np.linalg.norm(edge))) for edge in edges))
-
-
-def test_no_ray_leaves_through_the_corner_of_skew_walls() -> None:
-    """Two parallelograms with one corner and one edge in common, anywhere: no rounding parts them."""
-    rng = np.random.default_rng(5)
-    for _ in range(60):
-        corner, shared, left, right = rng.normal(size=(4, 3))
-        walls = [rectangle(corner.tolist(), shared.tolist(), x.tolist()) for x in (left, right)]
-        start = corner + 0.5 * shared + 0.7 * left + 0.7 * right
-        targets = corner + np.outer(rng.uniform(0.01, 0.99, 60), shared)
-        assert (traced(walls, *towards(start.tolist(), targets)).shape >= 0).all()
 
 
 @BOTH
