@@ -1,0 +1,37 @@
+"""docs/numerics.md tells every hard case, in the words of the case."""
+
+import runpy
+from typing import Any
+
+import pytest
+
+from renderer.hard_cases import MODULES, sections
+from tests.architecture.sources import ROOT
+
+
+@pytest.fixture(scope="module")
+def generator() -> dict[str, Any]:
+    return runpy.run_path(str(ROOT / "docs" / "generate_numerics_reference.py"))
+
+
+def test_every_case_has_counts_and_none_of_them_is_wrong(generator: dict[str, Any]) -> None:
+    counts = generator["json"].loads(generator["COUNTS"].read_text(encoding="utf-8"))
+    told = [(section, case) for section, cases in counts.items() for case in cases]
+    assert told == [(section.title, case.name) for section in sections() for case in section.cases], (
+        "run python docs/generate_numerics_reference.py"
+    )
+    assert {case["wrong"] for cases in counts.values() for case in cases.values()} == {0}
+
+
+def test_the_page_is_made_of_the_texts_of_the_cases_and_their_counts(generator: dict[str, Any]) -> None:
+    page = generator["PAGE"].read_text(encoding="utf-8")
+    assert generator["page"]() == page, "run python docs/generate_numerics_reference.py"
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_the_file_of_tests_that_the_page_names_is_there(module: str) -> None:
+    assert (ROOT / "tests" / "numerics" / f"test_{module}_cases.py").is_file()
+
+
+def test_signs_of_formulas_are_no_markdown(generator: dict[str, Any]) -> None:
+    assert generator["marked"]("a*b < c, `x*y`") == r"a\*b \< c, `x*y`"
