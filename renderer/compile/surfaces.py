@@ -58,7 +58,7 @@ def surfaces(request: Request, families: list[Family], table: Phong) -> tuple[li
 def _footprints(request: Request) -> list[Footprints]:
     """Textures that filter ask for footprints, if some shown material looks them up at points."""
     used = [*_textures_of(request, "color_texture"), *_textures_of(request, "normal_map")]
-    asking = {name for name in used if request.document.textures[name].filter in FILTERING}
+    asking = {name for name in used if getattr(request.document.textures[name], "filter", None) in FILTERING}
     if not asking:
         return []
     samples = request.sampling.antialiasing.samples
