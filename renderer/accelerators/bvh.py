@@ -5,6 +5,7 @@ alone. Nodes have eight children: fewer levels, and each gather brings eight box
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -153,6 +154,15 @@ class Visits:
 def from_root(rays: Integers) -> Visits:
     """Rays at the root."""
     return Visits(rays, np.zeros_like(rays), np.zeros(rays.size))
+
+
+def turns(owners: Integers) -> Iterator[Integers]:
+    """Places in a sorted list by turns: the first of every owner, the next, then twice as many each time."""
+    rank = np.arange(owners.size) - np.searchsorted(owners, owners)
+    first, last = 0, 1
+    while rank.size and first <= rank.max():
+        yield np.flatnonzero((rank >= first) & (rank < last))
+        first, last = last, 2 * last
 
 
 def visits_of_rays(

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.accelerators.bvh import AHEAD, NOTHING, Bvh, Visits, from_root, visits_of_rays
+from renderer.accelerators.bvh import AHEAD, NOTHING, Bvh, Visits, from_root, turns, visits_of_rays
 from renderer.arrays import Integers, Masks
 from renderer.interaction import Rays
 from renderer.shapes import woop
@@ -48,13 +48,9 @@ class TreeMeeting:
     def _meet_leaves(self, rays: Rays, chosen: Integers, visits: Visits) -> None:
         order = np.lexsort((visits.entries, visits.rays))
         owners, leaves, entries = visits.rays[order], visits.nodes[order], visits.entries[order]
-        rank = np.arange(owners.size) - np.searchsorted(owners, owners)
-        first, last = 0, 1
-        while first <= rank.max():
-            now = np.flatnonzero((rank >= first) & (rank < last))
-            now = now[entries[now] <= rays.t[chosen[owners[now]]] * AHEAD]
+        for turn in turns(owners):
+            now = turn[entries[turn] <= rays.t[chosen[owners[turn]]] * AHEAD]
             self._meet_items(rays, chosen[owners[now]], self.tree.items[leaves[now]])
-            first, last = last, 2 * last
 
     def _meet_items(self, rays: Rays, owners: Integers, items: Integers) -> None:
         filled: Masks = items != NOTHING

@@ -23,6 +23,9 @@ MOST = 8
 WORTH = 2.0**-9
 """A box smaller than this share of the mesh's bounds is not worth its tests."""
 
+ROUNDING = 2.0**-50
+"""Grain of a vertex, in shares of the largest coordinate: what forming it from a sine or two costs."""
+
 
 @dataclass(frozen=True, slots=True)
 class Solid:
@@ -51,10 +54,6 @@ def solids_of(family: Triangles) -> tuple[Solid, ...]:
     return tuple(solid for solid in found if solid.boxes.count)
 
 
-ROUNDING = 2.0**-50
-"""Grain of a vertex, in shares of the largest coordinate: what forming it from a sine or two costs."""
-
-
 def is_closed(vertices: Floats) -> bool:
     """Whether triangles (3, 3, T) bound a solid: each edge has a neighbour that runs the other way.
 
@@ -66,7 +65,7 @@ def is_closed(vertices: Floats) -> bool:
     total = np.uint64(0)
     with np.errstate(over="ignore"):
         for start, end in ((first, second), (second, third), (third, first)):
-            total = total + (_name(start, end) - _name(end, start)).sum(dtype=np.uint64)
+            total = total + (keys(1, start, end) - keys(1, end, start)).sum(dtype=np.uint64)
     return bool(total == 0)
 
 
@@ -74,10 +73,6 @@ def _names(places: Floats) -> NDArray[np.uint64]:
     """Random numbers for places (3, T): equal for equal ones."""
     x, y, z = places.astype(np.int64)
     return keys(0, x, y, z)
-
-
-def _name(start: NDArray[np.uint64], end: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    return keys(1, start, end)
 
 
 def _solid_of(vertices: Floats) -> Solid:

@@ -4,12 +4,11 @@ A triangle is in a ray's way if it contains the ray by the watertight test and t
 sides of its plane. Rays stop at the first that is.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.accelerators.bvh import NOTHING, Bvh, Visits, visits_of_rays
+from renderer.accelerators.bvh import NOTHING, Bvh, Visits, turns, visits_of_rays
 from renderer.arrays import Floats, Integers, Masks
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
@@ -91,7 +90,7 @@ class RayShadows:
         """Look into leaves, one a ray at a time, until the ray is blocked or has no more."""
         order = np.argsort(visits.rays, kind="stable")
         rays, leaves = visits.rays[order], visits.nodes[order]
-        for turn in _turns(rays):
+        for turn in turns(rays):
             now = turn[~blocked[rays[turn]]]
             items = self.tree.items[leaves[now]]
             filled = items != NOTHING
@@ -117,12 +116,3 @@ class RayShadows:
         start = start_sides(self.family, view, origins[:, rays], points[rays], triangles)
         end = end_sides(self.family, self.emitter, origins[:, rays], directions[:, rays], triangles)
         return rays[start * end < 0]
-
-
-def _turns(owners: Integers) -> Iterator[Integers]:
-    """Places in a sorted list by turns: the first of every owner, the next, then twice as many each time."""
-    rank = np.arange(owners.size) - np.searchsorted(owners, owners)
-    first, last = 0, 1
-    while rank.size and first <= rank.max():
-        yield np.flatnonzero((rank >= first) & (rank < last))
-        first, last = last, 2 * last
