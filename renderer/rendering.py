@@ -1,16 +1,11 @@
 """A whole picture in this process or in worker processes of its own."""
 
-import multiprocessing
-import os
-import signal
-import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,11 +18,9 @@ from renderer.film import Image, clamped, compose, enlarge
 from renderer.layers import Layers, Sheets
 from renderer.plan import RenderPlan
 from renderer.tiling import tiles
+from renderer.workers import Workers
 from schemas.quality import Quality
 from schemas.tiles import Pass, Tile
-
-ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-"""Set to 1 for worker processes: they share the cores already."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +134,7 @@ def render(
     picture, done, total = _Picture(plan, sheets), 0, sum(map(len, work))
     with _executor(plan, workers) as results_of:
         for tasks in work:
-            for tile, pass_, result in results_of(tasks):
+            for (tile, pass_), result in results_of(tasks):
                 pixels, done = picture.take(tile, pass_, result), done + 1
                 if on_tile:
                     on_tile(TileEvent(tile, pass_, pixels, done, total))
@@ -150,81 +143,20 @@ def render(
 
 
 _Task = tuple[Tile, Pass]
-_Results = Callable[[list[_Task]], Iterator[tuple[Tile, Pass, TileResult]]]
+_Results = Callable[[list[_Task]], Iterator[tuple[_Task, TileResult]]]
 
 
 @contextmanager
 def _executor(plan: RenderPlan, workers: int | None) -> Iterator[_Results]:
     if not workers or workers == 1:
-        yield lambda tasks: ((tile, pass_, _attempt(plan, tile, pass_)) for tile, pass_ in tasks)
+        yield lambda tasks: ((task, _attempt(plan, task)) for task in tasks)
         return
-    for name in ONE_THREAD:
-        os.environ.setdefault(name, "1")
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin, initargs=(plan,))
-    others = set(multiprocessing.active_children())
-    try:
-        yield lambda tasks: _from_pool(pool, tasks)
-    except BaseException:
-        # Nobody waits for their tiles any more, which may take minutes.
-        for process in set(multiprocessing.active_children()) - others:
-            process.kill()
-        raise
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+    with Workers(workers, partial(_attempt, plan)) as crew:
+        yield crew.each
 
 
-@contextmanager
-def _unheard() -> Iterator[None]:
-    """Keep Ctrl-C from the processes that are started meanwhile: a terminal sends it to all of them.
-
-    This process hears it afterwards, and ends them.
-    """
-    signals = {signal.SIGINT, signal.SIGTERM}
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _from_pool(pool: ProcessPoolExecutor, tasks: list[_Task]) -> Iterator[tuple[Tile, Pass, TileResult]]:
-    try:
-        with _unheard():
-            waiting: dict[Future[TileResult], _Task] = {pool.submit(_render, *task): task for task in tasks}
-        while waiting:
-            finished, _ = wait(waiting, return_when=FIRST_COMPLETED)
-            for future in finished:
-                tile, pass_ = waiting.pop(future)
-                yield tile, pass_, future.result()
-    except BrokenProcessPool as error:
-        raise RenderError(
-            "A worker process died, perhaps for lack of memory. Use fewer workers or smaller tiles."
-        ) from error
-
-
-_plan: RenderPlan | None = None
-
-
-def _begin(plan: RenderPlan) -> None:
-    global _plan  # noqa: PLW0603  one plan a worker process, sent once
-    _plan = plan
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-    parent.join()
-    os._exit(1)
-
-
-def _render(tile: Tile, pass_: Pass) -> TileResult:
-    assert _plan is not None
-    return _attempt(_plan, tile, pass_)
-
-
-def _attempt(plan: RenderPlan, tile: Tile, pass_: Pass) -> TileResult:
+def _attempt(plan: RenderPlan, task: _Task) -> TileResult:
+    tile, pass_ = task
     try:
         return render_tile(plan, tile, pass_)
     except (ArithmeticError, MemoryError, ValueError) as error:

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-import signal
-import threading
 import time
 import traceback
+from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
 
+from renderer.errors import RenderError
 from renderer.hard_cases import Case, Outcome, Section, sections
+from renderer.workers import Workers
 from service.cli.errors import RenderFailedError
 
 Place = tuple[int, int]
@@ -73,14 +70,16 @@ def in_processes(places: Sequence[Place], workers: int) -> Iterator[Trial]:
     RenderFailedError
         A process died.
     """
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=context, initializer=_begin) as pool:
-        try:
-            yield from pool.map(_attempt_numbered, places)
-        except BrokenProcessPool as error:
-            raise RenderFailedError(
-                "A process that tried hard cases died, perhaps for lack of memory."
-            ) from error
+    early: dict[Place, Trial] = {}
+    order = deque(places)
+    try:
+        with Workers(workers, _attempt_numbered) as crew:
+            for place, trial in crew.each(places):
+                early[place] = trial
+                while order and order[0] in early:
+                    yield early.pop(order.popleft())
+    except RenderError as error:
+        raise RenderFailedError(str(error)) from error
 
 
 def places_of(catalogue: Iterable[Section]) -> list[Place]:
@@ -96,15 +95,3 @@ def _attempt_numbered(place: Place) -> Trial:
 def _told(error: Exception) -> str:
     place = traceback.extract_tb(error.__traceback__)[-1]
     return f"{type(error).__name__}: {error} ({Path(place.filename).name}, line {place.lineno})"
-
-
-def _begin() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's affair
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-    parent.join()
-    os._exit(1)

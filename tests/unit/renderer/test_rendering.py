@@ -115,7 +115,7 @@ def test_what_on_tile_raises_stops_the_render() -> None:
 @pytest.mark.slow
 def test_a_worker_that_dies_is_told_and_nothing_hangs(monkeypatch: pytest.MonkeyPatch) -> None:
     """The first task that reaches a worker ends its process."""
-    monkeypatch.setattr(rendering, "_render", _die)
+    monkeypatch.setattr(rendering, "_attempt", _die)
     with pytest.raises(renderer.RenderError, match="worker process died"):
         renderer.render(plan_of(SMALL), workers=2, tile_size=8)
 

@@ -1,0 +1,165 @@
+"""Processes that do tasks side by side; each of them, and this one, may be killed at any moment.
+
+Every worker has a pipe of its own, and only the worker holds its far end. So a worker that dies in the middle
+of an answer is an end of file here. In a pool with one queue for all answers this process would wait forever
+for the rest of the answer, because it holds the writing end itself.
+"""
+
+import multiprocessing
+import os
+import signal
+import threading
+import traceback
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from multiprocessing.connection import Connection, wait
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
+
+from renderer.errors import RenderError
+
+if TYPE_CHECKING:
+    from multiprocessing.process import BaseProcess
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+
+WINDOW = 2
+"""Tasks given to a worker at once: the second one waits in its pipe, so that it begins without a pause."""
+
+ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+"""Set to 1 for worker processes: they share the cores already."""
+
+
+class Workers(Generic[Task, Result]):
+    """A number of worker processes, all of which do the same.
+
+    Used in a ``with`` statement, at whose end all of them are gone, whatever they were doing.
+
+    Parameters
+    ----------
+    count : int
+    do : callable
+        Takes a task and gives its result. It is sent to each worker once, and so must be picklable, as must
+        tasks, results and what it raises.
+    """
+
+    def __init__(self, count: int, do: Callable[[Task], Result]) -> None:
+        for name in ONE_THREAD:
+            os.environ.setdefault(name, "1")
+        self._members: dict[Connection, BaseProcess] = {}
+        try:
+            with _unheard():
+                for _ in range(count):
+                    self._start(do)
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def each(self, tasks: Iterable[Task]) -> Iterator[tuple[Task, Result]]:
+        """Do tasks, and give each with its result as soon as that is there.
+
+        Who stops asking before the last result closes the workers: they go on with what they were given.
+
+        Raises
+        ------
+        RenderError
+            A worker process died.
+        Exception
+            What `do` raised, with its traceback as a note.
+        """
+        waiting = deque(tasks)
+        given: dict[Connection, deque[Task]] = {connection: deque() for connection in self._members}
+        for connection in [*given] * WINDOW:
+            _give(connection, given[connection], waiting)
+        while busy := [connection for connection, held in given.items() if held]:
+            wait(busy)
+            for connection in filter(Connection.poll, busy):
+                result: Result = _received(connection)
+                task = given[connection].popleft()
+                _give(connection, given[connection], waiting)
+                yield task, result
+
+    def close(self) -> None:
+        """End all workers at once: nobody waits for their tasks any more, which may take minutes."""
+        for process in self._members.values():
+            process.kill()
+        for connection, process in self._members.items():
+            process.join()
+            connection.close()
+
+    def _start(self, do: Callable[[Task], Result]) -> None:
+        context = multiprocessing.get_context("spawn")
+        here, there = context.Pipe()
+        process = context.Process(target=_work, args=(there, do), daemon=True)
+        process.start()
+        # The worker alone holds it now, and it closes with the worker.
+        there.close()
+        self._members[here] = process
+
+
+@contextmanager
+def _unheard() -> Iterator[None]:
+    """Keep Ctrl-C from the processes that are started meanwhile: a terminal sends it to all of them.
+
+    This process hears it afterwards, and ends them.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _give(connection: Connection, held: deque[Task], waiting: deque[Task]) -> None:
+    if not waiting:
+        return
+    held.append(waiting.popleft())
+    try:
+        connection.send(held[-1])
+    except OSError as error:
+        raise _died() from error
+
+
+def _received(connection: Connection) -> Any:
+    try:
+        done, answer = connection.recv()
+    except (EOFError, OSError) as error:
+        raise _died() from error
+    if not done:
+        raise answer
+    return answer
+
+
+def _died() -> RenderError:
+    return RenderError(
+        "A worker process died, perhaps for lack of memory. Use fewer workers or smaller tiles."
+    )
+
+
+def _work(connection: Connection, do: Callable[[Task], Result]) -> None:
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    with suppress(EOFError, BrokenPipeError):  # nobody asks any more
+        while True:
+            connection.send(_answer(do, connection.recv()))
+
+
+def _answer(do: Callable[[Task], Result], task: Task) -> tuple[bool, Result | Exception]:
+    try:
+        return True, do(task)
+    except Exception as error:  # noqa: BLE001 - it is raised where the task came from
+        error.add_note(traceback.format_exc())
+        return False, error
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
