@@ -204,12 +204,15 @@ def _ellipsoid(
 
 
 def _graticule(rows: int) -> tuple[Floats, Integers]:
-    """Texture coordinates (2, V) and triangles (3, T) of a grid of 2 rows x rows cells."""
+    """Texture coordinates (2, V) and triangles (3, T) of a grid of 2 rows x rows cells.
+
+    A cell is cut in two, but one at a pole is a triangle: of its other half two corners are the pole.
+    """
     turns = 2 * rows
     v, u = np.meshgrid(np.arange(rows + 1) / rows, np.arange(turns + 1) / turns, indexing="ij")
     numbers = np.arange(u.size).reshape(u.shape)
     here, right, up, across = numbers[:-1, :-1], numbers[:-1, 1:], numbers[1:, :-1], numbers[1:, 1:]
-    lower, upper = np.stack((here, right, across)), np.stack((here, across, up))
+    lower, upper = np.stack((here, right, across))[:, 1:], np.stack((here, across, up))[:, :-1]
     return np.stack((u.ravel(), v.ravel())), np.hstack((lower.reshape(3, -1), upper.reshape(3, -1)))
 
 
