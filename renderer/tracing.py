@@ -13,6 +13,7 @@ from renderer.numerics import finite
 from renderer.plan import RenderPlan
 from renderer.stages import Lighting
 from renderer.tiling import BLOCK_RAYS
+from schemas.quantities import FARTHEST, LONGEST, SHORTEST
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,8 +52,8 @@ def trace(plan: RenderPlan, origins: ArrayLike, directions: ArrayLike) -> Hits:
     ----------
     plan : RenderPlan
     origins, directions : (N, 3) array_like of float64
-        Directions may have any length, down to 1e-300. A ray that is not finite, or whose direction is 0,
-        misses.
+        Coordinates of origins may be up to 1e30, the largest component of a direction 1e-200 to 1e200. A ray
+        that is not finite, or whose direction is 0, misses.
 
     Returns
     -------
@@ -63,17 +64,18 @@ def trace(plan: RenderPlan, origins: ArrayLike, directions: ArrayLike) -> Hits:
     Raises
     ------
     ValueError
-        If an array does not have the shape (N, 3), or the two differ in N.
+        If an array does not have the shape (N, 3), the two differ in N, or a number is beyond these bounds.
     """
     start, along = _vectors("origins", origins), _vectors("directions", directions)
     if start.shape != along.shape:
         raise ValueError(
             f"origins have {start.shape[1]} rows and directions {along.shape[1]}; they must be as many."
         )
-    count = start.shape[1]
-    hits = _misses(count, len(plan.document.lights))
-    lights = compile_visibility(plan)
     usable = np.flatnonzero(finite(start) & finite(along) & (along != 0).any(axis=0))
+    _refuse_beyond("origins", start, usable, (0.0, FARTHEST), "Start the ray nearer to the scene.")
+    _refuse_beyond("directions", along, usable, (SHORTEST, LONGEST), "Multiply it by any number.")
+    hits = _misses(start.shape[1], len(plan.document.lights))
+    lights = compile_visibility(plan)
     for first in range(0, usable.size, BLOCK_RAYS):
         _trace_block(plan, lights, start, along, usable[first : first + BLOCK_RAYS], hits)
     return hits
@@ -84,6 +86,17 @@ def _vectors(name: str, values: ArrayLike) -> Floats:
     if array.ndim != 2 or array.shape[1] != 3:
         raise ValueError(f"{name} must have the shape (N, 3), not {array.shape}.")
     return np.ascontiguousarray(array.T)
+
+
+def _refuse_beyond(
+    name: str, vectors: Floats, usable: Integers, bounds: tuple[float, float], cure: str
+) -> None:
+    least, most = bounds
+    largest = np.abs(vectors[:, usable]).max(axis=0)
+    wrong = usable[(largest < least) | (largest > most)]
+    if wrong.size:
+        place = f"The largest component in row {wrong[0]} of '{name}'"
+        raise ValueError(f"{place} must be between {least:g} and {most:g}. {cure}")
 
 
 def _misses(count: int, lights: int) -> Hits:
@@ -114,8 +127,7 @@ def _trace_block(
         stage.run(rays)
     points = shaded_points(plan, rays)
     found = block[points.rays]
-    with np.errstate(over="ignore", under="ignore"):
-        hits.t[found] = np.ldexp(points.t, -exponents[points.rays])
+    hits.t[found] = np.ldexp(points.t, -exponents[points.rays])
     hits.position[found] = points.positions.T
     hits.normal[found] = points.normals.T
     hits.uv[found] = points.coordinates.T

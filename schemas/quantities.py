@@ -22,6 +22,12 @@ SMALLEST = 1e-100
 BRIGHTEST = 1e30
 """Bound of every colour and coefficient."""
 
+FARTHEST = 1e30
+"""Bound of the coordinates of a ray's origin, scene units: doubles beyond are as far apart as shapes."""
+
+SHORTEST, LONGEST = 1e-200, 1e200
+"""Bounds of the largest component of a ray's direction: counted in it, t is neither 0 nor infinite."""
+
 
 def _not_zero(vector: Vector) -> Vector:
     if not any(vector):
@@ -41,6 +47,16 @@ def _long_enough(vector: Vector) -> Vector:
     return vector
 
 
+def _countable(vector: Vector) -> Vector:
+    if not SHORTEST <= max(map(abs, vector)) <= LONGEST:
+        raise PydanticCustomError(
+            "out_of_range",
+            "The largest component of a direction must be between 1e-200 and 1e200: distances count in it. "
+            "Multiply the direction by any number.",
+        )
+    return vector
+
+
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 """Any finite number."""
 
@@ -51,6 +67,9 @@ Intensity = Annotated[float, Field(strict=True, ge=0, le=BRIGHTEST, allow_inf_na
 Point = tuple[Coordinate, Coordinate, Coordinate]
 Direction = Annotated[Point, AfterValidator(_not_zero)]
 Edge = Annotated[Point, AfterValidator(_long_enough)]
+_Start = Annotated[float, Field(strict=True, ge=-FARTHEST, le=FARTHEST, allow_inf_nan=False)]
+RayOrigin = tuple[_Start, _Start, _Start]
+RayDirection = Annotated[tuple[Number, Number, Number], AfterValidator(_not_zero), AfterValidator(_countable)]
 TextureCoordinate = tuple[Coordinate, Coordinate]
 Color = tuple[Intensity, Intensity, Intensity]
 

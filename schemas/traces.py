@@ -6,7 +6,7 @@ from pydantic import Field
 
 from schemas.base import Closed
 from schemas.jobs import Message
-from schemas.quantities import Number
+from schemas.quantities import Number, RayDirection, RayOrigin
 from schemas.scene import Scene
 
 Row = tuple[Number, Number, Number]
@@ -16,8 +16,8 @@ class TraceRequest(Closed):
     """The body of ``POST /v1/traces``: ray i starts at origins[i] and runs along directions[i]."""
 
     scene: Scene
-    origins: tuple[Row, ...]
-    directions: tuple[Row, ...]
+    origins: tuple[RayOrigin, ...]
+    directions: tuple[RayDirection, ...]
 
 
 class TraceAnswer(Message):

@@ -56,11 +56,6 @@ def _problems(request: TraceRequest, limit: int) -> list[Problem]:
     if len(request.directions) != len(request.origins):
         detail = "There must be one direction for each origin."
         problems.append(Problem(pointer="/directions", detail=detail, code="length"))
-    problems += [
-        Problem(pointer=f"/directions/{i}", detail="A direction has some length.", code="zero_vector")
-        for i, direction in enumerate(request.directions)
-        if not any(direction)
-    ]
     return problems
 
 

@@ -20,12 +20,16 @@ from renderer.shapes.ellipsoids import Ellipsoids
 from renderer.shapes.frames import frame_of_normals
 from renderer.visibility.culling import MARGIN, Box, bounds, shaft
 
+WIDEST = 2.0**60
+"""Largest number in pair work: its square is finite in float32. Lights are larger, in radii of tiny balls."""
+
 
 @dataclass(frozen=True, slots=True)
 class Cone:
     """Affine functions (constant, by u, by v), each (3, n): across, across and down the cone's axis.
 
-    The light point is hidden where x^2 + y^2 < down^2 and down > contact. Scaled a point each to be near 1.
+    The light point is hidden where x^2 + y^2 < down^2 and down > contact. Scaled a point each, `down` to be
+    near 1, or less where x and y would be beyond `WIDEST`.
     """
 
     x: Floats
@@ -122,6 +126,7 @@ class EllipsoidShadows:
         x_axis = frame_of_normals(away)
         y_axis = cross(away, x_axis)
         reach = distance + sum(lengths(part) for part in light)
+        reach = reach * np.maximum(1.0, distance / WIDEST)
         widened = np.sqrt(power) / reach
         weight = self.emitter.weight
         down = np.stack([-dot(away, part) / reach for part in light])
@@ -169,17 +174,18 @@ class EllipsoidShadows:
         self, view: LightView, light: tuple[Floats, Floats, Floats], index: Integers
     ) -> Masks | None:
         """Pairs whose light point is inside the ellipsoid, (L, m); None where no light point can be."""
-        nearest = lengths(light[0]).item() - (lengths(light[1]).item() + lengths(light[2]).item()) / 2
-        if self.emitter.weight == 0 or nearest > 1 + MARGIN:
+        middle, reach = lengths(light[0]).item(), (lengths(light[1]).item() + lengths(light[2]).item()) / 2
+        if self.emitter.weight == 0 or middle - reach > 1 + MARGIN:
             return None
+        radius = 1 / max(1.0, (middle + reach) / WIDEST)
         lights = view.light_points.chosen(index)
         total = np.zeros((lights.count, index.size), dtype=self.dtype)
         part = np.empty_like(total)
         for axis in range(3):
-            constant, by_u, by_v = (np.broadcast_to(piece[axis], index.shape) for piece in light)
+            constant, by_u, by_v = (np.broadcast_to(piece[axis] * radius, index.shape) for piece in light)
             lights.affine((constant, by_u, by_v), part, view.workspace)
             total += part * part
-        return total < 1
+        return total < radius * radius
 
     def _shade_inner(self, view: LightView, shape: int, index: Integers) -> None:
         """From inside, all that is outside is hidden."""

@@ -38,7 +38,11 @@ def trace(
     from renderer import trace as trace_rays
 
     origins, directions = read_rays(rays)
-    hits = trace_rays(scene_files.load(scene, seed=seed).plan(), origins, directions)
+    plan = scene_files.load(scene, seed=seed).plan()
+    try:
+        hits = trace_rays(plan, origins, directions)
+    except ValueError as error:
+        raise InputError(f"{rays}: {error}") from error
     write_whole(out, _encoded(hits))
     hit = int((hits.shape >= 0).sum())
     if as_json:

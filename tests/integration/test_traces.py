@@ -46,6 +46,9 @@ def test_no_rays_hit_nothing(client: httpx2.Client) -> None:
         ({"origins": [[0, 0]] * 3}, "/origins/0"),
         ({"directions": [[0, 0, 0], *DIRECTIONS[1:]]}, "/directions/0"),
         ({"origins": [["1", 0, 0], *ORIGINS[1:]]}, "/origins/0/0"),
+        ({"origins": [*ORIGINS[:2], [0, -1e200, 0]]}, "/origins/2/1"),
+        ({"directions": [DIRECTIONS[0], [0, 1e-310, 0], DIRECTIONS[2]]}, "/directions/1"),
+        ({"directions": [*DIRECTIONS[:2], [0, 0, 1e300]]}, "/directions/2"),
         ({"origins": [[0, 0, 0]] * 1001, "directions": [[0, 0, 1]] * 1001}, "/origins"),
     ],
 )

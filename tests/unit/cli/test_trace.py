@@ -47,6 +47,16 @@ def test_rays_that_cannot_be_cast_are_told_with_array_and_row(
         read_rays(tmp_path / "rays.npz")
 
 
+def test_rays_from_beyond_all_scenes_are_told_with_file_array_and_row(
+    penumbra: Penumbra, scene_file: Path, tmp_path: Path
+) -> None:
+    np.savez(tmp_path / "rays.npz", origins=np.diag([1, 1e200, 1]), directions=DOWN[1])
+    outcome = penumbra("trace", scene_file, "rays.npz", "-o", "hits.npz")
+    assert outcome.code == 3
+    assert "rays.npz: The largest component in row 1 of 'origins' must be between 0 and 1e+30." in outcome.err
+    assert not (tmp_path / "hits.npz").exists()
+
+
 @pytest.mark.parametrize("content", [b"", b"text", b"PK\x03\x04 cut off", b"\x93NUMPY"])
 def test_a_file_that_is_no_archive_of_arrays_is_refused(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "rays.npz").write_bytes(content)
