@@ -73,6 +73,11 @@ def compose(parts: Sequence[tuple[Pass, Image]]) -> Image:
     return (total / sum(samples for samples, _ in rounds)).astype(np.float32)
 
 
+def non_finite(image: Image) -> int:
+    """How many pixels of a picture have a channel that is NaN or infinite."""
+    return int(np.count_nonzero(~np.isfinite(image).all(axis=2)))
+
+
 def clamped(parts: Sequence[tuple[Pass, Image]]) -> int:
     """How many pixels of a tile are shown darker than they are, as some pass was beyond float32.
 

@@ -48,8 +48,9 @@ class RenderPlan:
         What is told about each pixel beside its colour.
     culling : bool
         Whether conservative tests leave out work; images are the same without them.
-    degenerate : int
-        Triangles without area, which are left out.
+    numerics : dict
+        `degenerate_dropped`: triangles without area, which are left out. `retried`: triangles so thin that
+        exact arithmetic had to tell if they have one.
     entries, left_out
         The plan as told to people.
     """
@@ -71,7 +72,7 @@ class RenderPlan:
     dtype: np.dtype[np.floating]
     layers: tuple[Layer, ...]
     culling: bool
-    degenerate: int
+    numerics: dict[str, int]
     entries: tuple[Entry, ...]
     left_out: tuple[LeftOut, ...]
 

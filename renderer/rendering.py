@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from renderer.compile import compile_scene
 from renderer.errors import RenderError
 from renderer.execute import TileResult, render_tile
-from renderer.film import Image, clamped, compose, enlarge
+from renderer.film import Image, clamped, compose, enlarge, non_finite
 from renderer.layers import Layers, Sheets
 from renderer.plan import RenderPlan
 from renderer.tiling import tiles
@@ -179,9 +179,9 @@ def _report(plan: RenderPlan, picture: _Picture, image: Image, seconds: float) -
         },
         "error": None,
         "numerics": {
-            "non_finite": int(np.count_nonzero(~np.isfinite(image).all(axis=2))),
+            "non_finite": non_finite(image),
             "clamped": sum(map(clamped, picture.parts.values())),
-            "degenerate_dropped": plan.degenerate,
-        },
+        }
+        | plan.numerics,
         "plan": plan.describe().model_dump(mode="json"),
     }

@@ -78,6 +78,17 @@ class Work(Message):
     )
 
 
+class Numerics(Message):
+    """Numbers that went wrong, or nearly so. All are 0 for a good scene."""
+
+    non_finite: int = Field(ge=0, description="Pixels that are NaN or infinite.")
+    clamped: int = Field(ge=0, description="Pixels held at the largest float32 in some pass.")
+    degenerate_dropped: int = Field(ge=0, description="Triangles without area, left out.")
+    retried: int = Field(
+        ge=0, description="Triangles so thin that exact arithmetic had to tell if they have an area."
+    )
+
+
 class JobCost(Message):
     """What a job was expected to cost and what it has cost so far."""
 
@@ -119,6 +130,7 @@ class Job(Message):
     finished_at: datetime | None = None
     failure: Failure | None = None
     cost: JobCost
+    numerics: Numerics | None = Field(default=None, description="Null until the picture is finished.")
     warnings: tuple[Problem, ...] = Field(default=(), description="Valid, but probably not meant.")
     links: JobLinks
 

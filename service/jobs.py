@@ -16,7 +16,7 @@ from sqlalchemy import func, insert, select
 from sqlalchemy.orm import Session
 
 from renderer import tiling
-from schemas.jobs import Failure, Job, JobCost, JobLinks, JobList, JobState, Progress, Work
+from schemas.jobs import Failure, Job, JobCost, JobLinks, JobList, JobState, Numerics, Progress, Work
 from schemas.plans import PlanDocument
 from schemas.problems import Problem
 from service import ledger
@@ -61,6 +61,7 @@ def create(service: Service, admitted: Admitted, body: bytes) -> str:
         total_steps=len(steps),
         total_work=sum(ledger.work(pass_, tile) for pass_, tile in steps),
         predicted_cpu_seconds=admitted.description.cost.cpu_seconds,
+        numerics=plan.numerics,
         created_at=datetime.now(UTC),
     )
     service.store.put_spec(job_id, body)
@@ -200,9 +201,16 @@ def _document(session: Session, row: JobRow) -> Job:
             rays=row.rays,
             work=Work.model_validate(row.work),
         ),
+        numerics=_numerics(row),
         warnings=tuple(Problem.model_validate(warning) for warning in row.warnings),
         links=_links(row),
     )
+
+
+def _numerics(row: JobRow) -> Numerics | None:
+    """What went wrong with numbers; none are known before the end, nor of jobs older than the counts."""
+    known = row.state is JobState.SUCCEEDED and row.numerics
+    return Numerics.model_validate(row.numerics) if known else None
 
 
 def _queue_position(session: Session, row: JobRow) -> int:

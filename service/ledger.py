@@ -132,6 +132,7 @@ def compose_claims(session: Session, composing: Collection[str]) -> Iterator[Com
 def complete(job: JobRow, done: ComposeDone) -> None:
     """Take note of a final picture."""
     job.image_sha256 = done.sha256
+    job.numerics = job.numerics | done.numerics
     end(job, JobState.SUCCEEDED)
 
 

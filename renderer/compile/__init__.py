@@ -96,7 +96,10 @@ def _plan(request: Request) -> RenderPlan:
         dtype=request.dtype,
         layers=layer_stages.layers(request, families),
         culling=request.culling,
-        degenerate=request.degenerate + sum(shapes.without_area(family) for family in families),
+        numerics={
+            "degenerate_dropped": request.degenerate + sum(map(shapes.without_area, families)),
+            "retried": request.retried,
+        },
         entries=tuple(request.listing.entries),
         left_out=(*request.listing.left_out, *surfaces.unused(request)),
     )

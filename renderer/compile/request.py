@@ -35,6 +35,8 @@ class Request:
         Camera rays, for prices.
     degenerate : int
         Triangles without area among the scene's shapes.
+    retried : int
+        Triangles so thin that exact arithmetic had to tell if they have an area.
     """
 
     scene: LoadedScene
@@ -47,6 +49,7 @@ class Request:
     names: list[str] = field(init=False)
     rays: float = field(init=False)
     degenerate: int = 0
+    retried: int = 0
 
     def __post_init__(self) -> None:
         """Work out what follows."""

@@ -40,12 +40,16 @@ def families(request: Request) -> list[Family]:
         if isinstance(shape, Triangle) and no_area(shape):
             pointer = (f"/shapes/{number}",)
             request.degenerate += 1
+            request.retried += 1
             request.listing.leave_out("shapes.triangle", "its three vertices lie on one line", pointer)
             continue
         if _displacement(request, shape) is None:
             members.setdefault(SHAPES[type(shape)], []).append(number)
     built = [_family(request, build, numbers) for build, numbers in members.items()]
     built.extend(_displaced(request))
+    request.retried += sum(
+        int(np.count_nonzero(part.retried)) for part in built if isinstance(part, Triangles)
+    )
     shown = [part for family in built if (part := _with_area(request, family)) is not None]
     for family in shown:
         _list_family(request, family)

@@ -49,7 +49,7 @@ def without_area() -> Outcome:
     plan = renderer.compile_scene(
         renderer.load_scene(scene(mesh, *(triangle(*rows) for rows in everything.tolist())))
     )
-    uncounted = 2 * len(everything) - plan.degenerate
+    uncounted = 2 * len(everything) - plan.numerics["degenerate_dropped"]
     hit = np.count_nonzero(renderer.trace(plan, origins, directions).shape >= 0)
     owners = np.append(np.repeat(np.arange(100), 10), 100)
     lost = [_met(everything[owners], origins, directions, dtype) for dtype in PRECISIONS]

@@ -1,7 +1,7 @@
 """Meshes: many triangles that share vertices, from the scene or from a file."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -9,8 +9,8 @@ import schemas.shapes as language
 from renderer.arrays import Floats, Integers, Masks, column, cross, dot, lengths, magnitude, unit
 from renderer.assets import AssetError, AssetSource
 from renderer.shapes.mesh_files import read_mesh
-from renderer.shapes.triangles import Triangles, unit_normals
-from schemas.geometry import CLEARLY_AN_AREA, on_one_line
+from renderer.shapes.triangles import Triangles, too_thin_to_tell, unit_normals
+from schemas.geometry import on_one_line
 from schemas.limits import MAX_TRIANGLES
 
 CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
@@ -141,7 +141,8 @@ def triangles_of(number: int, vertices: Floats, surface: Surface, *, smooth: boo
     """
     rows = surface.triangles
     corners = np.stack([np.take(vertices, row, axis=1) for row in rows])
-    corners = np.where(_without_area(corners, surface), corners[0], corners)
+    thin = too_thin_to_tell(corners)
+    corners = np.where(_without_area(corners, surface, thin), corners[0], corners)
     normals = unit_normals(corners)
     count = rows.shape[1]
     return Triangles(
@@ -153,18 +154,18 @@ def triangles_of(number: int, vertices: Floats, surface: Surface, *, smooth: boo
         normals=normals,
         vertex_normals=_vertex_normals(vertices, rows, normals, smooth=smooth),
         smooth=np.full(count, smooth),
+        retried=thin,
         texture=_texture(surface.texture, rows),
     )
 
 
-def _without_area(corners: Floats, surface: Surface) -> Masks:
-    """Triangles (T,) whose corners lie exactly on one line; rounding alone would give them an area.
+def _without_area(corners: Floats, surface: Surface, thin: Masks) -> Masks:
+    """Triangles (T,), some of the thin ones, whose corners lie exactly on one line.
 
-    Their own vertices may do so too: turned, they lie beside the line by a rounding.
+    Rounding alone would give them an area. Their own vertices may be on one line too: turned, they lie
+    beside it by a rounding.
     """
-    a, b, c = corners
-    product = cross(unit(b - a), unit(c - a))
-    flat = lengths(product) <= CLEARLY_AN_AREA
+    flat = thin.copy()
     for number in np.flatnonzero(flat).tolist():
         own = surface.vertices[:, surface.triangles[:, number]].T
         flat[number] = any(on_one_line(*three.tolist()) for three in (corners[:, :, number], own))
@@ -192,5 +193,5 @@ def joined(parts: Sequence[Triangles]) -> Triangles:
     def join(name: str) -> np.ndarray:
         return np.concatenate([getattr(part, name) for part in parts], axis=-1)
 
-    names = ("numbers", "sizes", "primitives", "vertices", "normals", "vertex_normals", "smooth", "texture")
+    names = [item.name for item in fields(Triangles) if item.name != "kind"]
     return Triangles(kind=parts[0].kind, **{name: join(name) for name in names})

@@ -13,6 +13,7 @@ from renderer.shapes import woop
 from renderer.shapes.family import Family
 from renderer.shapes.frames import derivatives_of_texture, frame_of_normals, frame_of_texture
 from renderer.shapes.polygons import Polygons
+from schemas.geometry import CLEARLY_AN_AREA
 
 
 @dataclass(slots=True)
@@ -31,6 +32,8 @@ class Triangles(Family):
         Unit normals at the vertices, for smooth shading, on the whole on the outward side.
     smooth : (K,) bool
         Whether the vertex normals were given.
+    retried : (K,) bool
+        Whether exact arithmetic was asked for its area.
     texture : (3, 2, K) float64
         Texture coordinates of the vertices; (0,0), (1,0), (0,1) unless given.
     """
@@ -40,6 +43,7 @@ class Triangles(Family):
     normals: Floats
     vertex_normals: Floats
     smooth: Masks
+    retried: Masks
     texture: Floats
 
     def part(self, kept: Masks) -> "Triangles":
@@ -137,6 +141,12 @@ def unit_normals(vertices: Floats) -> Floats:
     return unit(cross(unit(first), unit(second)))
 
 
+def too_thin_to_tell(vertices: Floats) -> Masks:
+    """Triangles (K,) of which float64 alone cannot tell if they have an area; exact arithmetic has to."""
+    a, b, c = vertices
+    return lengths(cross(unit(b - a), unit(c - a))) <= CLEARLY_AN_AREA
+
+
 def build(numbers: Sequence[int], shapes: Sequence[language.Triangle], assets: AssetSource) -> Triangles:
     """The family of some triangles of a scene, given with their numbers."""
     del assets
@@ -153,6 +163,7 @@ def build(numbers: Sequence[int], shapes: Sequence[language.Triangle], assets: A
         normals=normals,
         vertex_normals=vertex_normals(shapes, normals),
         smooth=np.array([shape.normals is not None for shape in shapes]),
+        retried=too_thin_to_tell(vertices),
         texture=np.array(texture, dtype=np.float64).transpose(1, 2, 0).copy(),
     )
 

@@ -96,6 +96,7 @@ class JobRow(Base):
     cpu_seconds: Mapped[float] = mapped_column(Float, default=0.0)
     rays: Mapped[dict[str, int]] = mapped_column(JSON, default=dict)
     work: Mapped[dict[str, int]] = mapped_column(JSON, default=dict, server_default="{}")
+    numerics: Mapped[dict[str, int]] = mapped_column(JSON, default=dict, server_default="{}")
 
     image_sha256: Mapped[str | None] = mapped_column(String(64))
     failure: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))

@@ -62,9 +62,10 @@ class TileDone:
 
 @dataclass(frozen=True)
 class ComposeDone:
-    """The final picture lies in the store."""
+    """The final picture lies in the store; ``numerics`` counts its bad pixels by kind."""
 
     sha256: str
+    numerics: dict[str, int]
 
 
 @dataclass(frozen=True)

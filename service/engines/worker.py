@@ -78,16 +78,19 @@ class Worker:
     @execute.register
     def _(self, task: ComposeTask) -> ComposeDone:
         image = np.empty((task.height, task.width, 3), np.float32)
+        clamped = 0
         for _, group in groupby(task.parts, key=lambda part: part.tile.index):
             parts = list(group)
             tile = parts[0].tile
-            pixels = film.compose([(part.pass_, self._store.get_tile(task.job, part)) for part in parts])
-            image[tile.y0 : tile.y1, tile.x0 : tile.x1] = pixels
+            pixels = [(part.pass_, self._store.get_tile(task.job, part)) for part in parts]
+            image[tile.y0 : tile.y1, tile.x0 : tile.x1] = film.compose(pixels)
+            clamped += film.clamped(pixels)
         for name, sheet in self._layers(task).items():
             self._store.put_file(task.job, layers.file_name(name), image_files.encode_layer(sheet))
         data = image_files.encode_npy(image)
         self._store.put_file(task.job, "image.npy", data)
-        return ComposeDone(hashlib.sha256(data).hexdigest())
+        numerics = {"non_finite": film.non_finite(image), "clamped": clamped}
+        return ComposeDone(hashlib.sha256(data).hexdigest(), numerics)
 
     @execute.register
     def _(self, task: TraceTask) -> TraceDone:

@@ -27,5 +27,5 @@ def test_no_pixel_of_the_gallery_is_counted_as_bad_and_nothing_warns(
         warnings.simplefilter("error")
         scene = renderer.load_scene(document, assets=FolderAssets(GALLERY))
         result = renderer.render(renderer.compile_scene(scene, quality))
-    assert result.report["numerics"] == {"non_finite": 0, "clamped": 0, "degenerate_dropped": 0}
+    assert set(result.report["numerics"].values()) == {0}
     assert np.isfinite(result.image).all()

@@ -63,6 +63,7 @@ class Table:
             total_steps=len(steps),
             total_work=1,
             predicted_cpu_seconds=1.0,
+            numerics={"retried": 1},
             created_at=datetime.now(UTC),
         )
         with self.database.writing() as session:
@@ -210,8 +211,10 @@ def test_the_picture_is_put_together_once_all_tiles_are_there(table: Table) -> N
     order = [(part.tile.index, part.pass_.index) for part in compose.parts]
     assert order == [(tile, pass_) for tile in range(4) for pass_ in (1, 2)]
     assert table.round(room=5).tasks == []
-    table.round((compose, ComposeDone("ab")))
-    assert (table.job("a").state, table.job("a").image_sha256) == (JobState.SUCCEEDED, "ab")
+    table.round((compose, ComposeDone("ab", {"clamped": 2})))
+    job = table.job("a")
+    assert (job.state, job.image_sha256) == (JobState.SUCCEEDED, "ab")
+    assert job.numerics == {"retried": 1, "clamped": 2}
 
 
 def test_putting_together_is_tried_again_after_a_death(table: Table) -> None:

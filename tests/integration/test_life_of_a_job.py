@@ -13,7 +13,7 @@ from PIL import Image
 import renderer
 from renderer.image_files import displayed
 from tests.integration.conftest import Start
-from tests.integration.support import PATIENCE, ended, finish, image, job_of, scene, submit
+from tests.integration.support import PATIENCE, ended, finish, image, job_of, long_scene, scene, submit
 
 RANDOM = {"pattern": "random", "light_pattern": "random"}
 
@@ -116,6 +116,25 @@ def test_a_job_counts_the_same_work_as_rendering_in_process_and_keeps_zeros(clie
     assert cost["work"] == report["work"]
     assert cost["work"]["shading_points"] > 0
     assert cost["rays"]["mirror"] == cost["work"]["texture_lookups"] == 0
+
+
+def test_a_job_tells_the_same_numerics_as_rendering_in_process(client: httpx2.Client) -> None:
+    """A triangle without area, one of 1e-14 of its width, and a floor brighter than float32."""
+    document = scene()
+    document["ambient"] = document["materials"]["floor"]["color"] = [1e30] * 3
+    document["shapes"] += [
+        {"type": "triangle", "vertices": [[0, 0, 0], [1, 0, 0], [0.5, height, 0]], "material": "ball"}
+        for height in (0, 1e-14)
+    ]
+    told = finish(client, submit(client, document))["numerics"]
+    assert (told["non_finite"], told["degenerate_dropped"], told["retried"]) == (0, 1, 2)
+    assert told["clamped"] > 0
+    assert told == renderer.render(renderer.compile_scene(document)).report["numerics"]
+
+
+def test_nothing_is_said_of_numbers_before_the_picture_is_finished(client: httpx2.Client) -> None:
+    job = submit(client, long_scene())
+    assert job_of(client, job)["numerics"] is None
 
 
 def test_warnings_come_with_the_job(client: httpx2.Client) -> None:

@@ -24,7 +24,7 @@ def test_the_report_says_what_was_done() -> None:
     assert report["seconds"] >= 0
     assert report["cpu_seconds"] >= 0
     assert report["error"] is None
-    assert report["numerics"] == {"non_finite": 0, "clamped": 0, "degenerate_dropped": 0}
+    assert report["numerics"] == {"non_finite": 0, "clamped": 0, "degenerate_dropped": 0, "retried": 0}
     assert report["plan"] == plan_of(SMALL).describe().model_dump(mode="json")
     assert (result.image.dtype, result.image.shape) == (np.float32, (16, 24, 3))
 
@@ -32,7 +32,23 @@ def test_the_report_says_what_was_done() -> None:
 def test_triangles_without_area_are_counted() -> None:
     lines = [triangle([0, 0, 0], [1, 1, 1], [2, 2, 2]), triangle([1, 2, 3], [1, 2, 3], [4, 5, 6])]
     result = renderer.render(plan_of(scene(*lines, rectangle([0, 0, 0], [1, 0, 0], [0, 1, 0]))))
-    assert result.report["numerics"]["degenerate_dropped"] == 2
+    numerics = result.report["numerics"]
+    assert (numerics["degenerate_dropped"], numerics["retried"]) == (2, 2)
+
+
+@pytest.mark.parametrize("height", [1e-13, 1e-300])
+@pytest.mark.parametrize("kind", ["triangle", "mesh"])
+def test_triangles_so_thin_that_exact_arithmetic_is_asked_are_counted_and_stay(
+    kind: str, height: float
+) -> None:
+    thin, plain = [[0, 0, 0], [1, 0, 0], [0.5, height, 0]], [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    if kind == "mesh":
+        mesh = {"type": "mesh", "vertices": thin + plain[2:], "triangles": [[0, 1, 2], [0, 1, 3]]}
+        shapes = [mesh | {"material": "plain"}]
+    else:
+        shapes = [triangle(*thin), triangle(*plain)]
+    numerics = renderer.render(plan_of(scene(*shapes))).report["numerics"]
+    assert numerics == {"non_finite": 0, "clamped": 0, "degenerate_dropped": 0, "retried": 1}
 
 
 def test_the_brightest_lights_give_no_number_that_is_none() -> None:
