@@ -9,9 +9,9 @@ from typing import Any
 
 from rich.console import Console
 
-from benchmarks import accuracy, effects, machine, meshes, overhead, rendering, tables
+from benchmarks import accuracy, effects, machine, meshes, overhead, rendering, stability, tables
 
-PARTS = ("rendering", "effects", "meshes", "accuracy", "service")
+PARTS = ("rendering", "effects", "meshes", "accuracy", "stability", "service")
 
 
 def main() -> None:
@@ -45,6 +45,10 @@ def _measure(parts: list[str], runs: int) -> dict[str, Any]:
     if "accuracy" in parts:
         measured["accuracy"] = accuracy.measure()
         console.print(tables.of_accuracy(measured["accuracy"]))
+    if "stability" in parts:
+        measured["stability"] = stability.measure(runs)
+        console.print(tables.of_prices(measured["stability"]["prices"]))
+        console.print(tables.of_picture_errors(measured["stability"]["errors"]))
     if "service" in parts:
         measured["service"] = overhead.measure(runs)
         console.print(tables.of_overhead(measured["service"]))

@@ -33,7 +33,7 @@ def measure(runs: int) -> list[MeshTiming]:
     ellipsoid = {"type": "ellipsoid", "center": [0, 1, 0], "radius": 1, "material": "plain"}
     timings = [MeshTiming(triangles=0, cpu_seconds=_seconds(ellipsoid, {}, runs), tree_seconds=0.0)]
     for count in COUNTS:
-        vertices, triangles = _ball(count)
+        vertices, triangles = ball(count)
         shape = {"type": "mesh", "asset": "ball", "smooth": True, "material": "plain"}
         timings.append(
             MeshTiming(
@@ -45,7 +45,7 @@ def measure(runs: int) -> list[MeshTiming]:
     return timings
 
 
-def _ball(count: int) -> tuple[Any, Any]:
+def ball(count: int) -> tuple[Any, Any]:
     """Vertices and triangles of a net of meridians and parallels, twice as many of the first."""
     rows = round((count / 4) ** 0.5)
     down, around = np.meshgrid(
@@ -83,8 +83,13 @@ def _scene(shape: dict[str, Any]) -> dict[str, Any]:
     }
 
 
+def plan_of(shape: dict[str, Any], files: dict[str, bytes]) -> renderer.RenderPlan:
+    """Compile the scene with one shape on its floor; the files are its assets by name."""
+    return renderer.compile_scene(renderer.load_scene(_scene(shape), assets=_Memory(files)))
+
+
 def _seconds(shape: dict[str, Any], files: dict[str, bytes], runs: int) -> Spread:
-    plan = renderer.compile_scene(renderer.load_scene(_scene(shape), assets=_Memory(files)))
+    plan = plan_of(shape, files)
     renderer.render(plan, workers=1)
     return spread([_once(plan) for _ in range(runs)])
 

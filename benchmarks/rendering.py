@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-import time
-from collections import Counter
 from typing import TYPE_CHECKING, Any, TypedDict
 
 import renderer
+from benchmarks.clocks import Clock, clocked
 from benchmarks.machine import Spread, cpu_seconds, spread
 from benchmarks.settings import TIMED, Setting
 
@@ -49,40 +48,11 @@ def _seconds(plan: RenderPlan) -> float:
     return cpu_seconds() - begun
 
 
-@dataclasses.dataclass(frozen=True)
-class _Clocked:
-    """A stage of any kind that notes how long it ran."""
-
-    stage: Any
-    clock: Counter[str]
-
-    def run(self, work: Any) -> None:
-        begun = time.perf_counter()
-        self.stage.run(work)
-        self.clock[type(self.stage).__name__] += time.perf_counter() - begun  # type: ignore[assignment]
-
-
 def _shares(plan: RenderPlan) -> dict[str, float]:
-    """Share of the wall time by class of stage; `rest` is camera rays, pixels and the way between stages."""
-    clock: Counter[str] = Counter()
-    begun = time.perf_counter()
-    renderer.render(_clocked(plan, clock))
-    total = time.perf_counter() - begun
-    shares = {name: round(seconds / total, 3) for name, seconds in clock.most_common()}
+    """Share of the CPU time by class of stage; `rest` is camera rays, pixels and the way between stages."""
+    clock: Clock = {}
+    timed = clocked(plan, clock, lambda stage: type(stage).__name__)
+    total = _seconds(timed)
+    ordered = sorted(clock.items(), key=lambda item: -item[1])
+    shares = {name: round(seconds / total, 3) for name, seconds in ordered}
     return shares | {"rest": round(1 - sum(clock.values()) / total, 3)}
-
-
-def _clocked(plan: RenderPlan, clock: Counter[str]) -> RenderPlan:
-    def clocked(stages: tuple[Any, ...]) -> tuple[Any, ...]:
-        return tuple(_Clocked(stage, clock) for stage in stages)
-
-    lightings = [
-        dataclasses.replace(light, shadows=clocked(light.shadows), terms=clocked(light.terms))
-        for light in plan.lightings
-    ]
-    return dataclasses.replace(
-        plan,
-        meetings=clocked(plan.meetings),
-        surfaces=clocked(plan.surfaces),
-        lightings=tuple(lightings),
-    )

@@ -44,6 +44,12 @@ class Setting:
             ),
         )
 
+    @property
+    def name(self) -> str:
+        """The setting in words."""
+        camera = f"{self.pattern} {self.samples}"
+        return f"{self.scene}: {camera} x {self.light_pattern} {self.light_samples}"
+
     def plan(self) -> renderer.RenderPlan:
         """Compile the scene."""
         return renderer.compile_scene(SCENES / f"{self.scene}.json", self.quality)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rich.table import Table
 
 from benchmarks.effects import SIDE
+from benchmarks.settings import Setting
 
 if TYPE_CHECKING:
     from benchmarks.accuracy import Accuracy
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from benchmarks.meshes import MeshTiming
     from benchmarks.overhead import Overhead
     from benchmarks.rendering import Timing
+    from benchmarks.stability import PictureErrors, Prices
 
 
 def of_machine(machine: Machine) -> Table:
@@ -30,14 +32,16 @@ def of_rendering(timings: list[Timing]) -> Table:
     table = Table("setting", "CPU s", "least .. most", "shadow rays / s", title="one process")
     for timing in timings:
         rate = f"{timing['shadow_rays_a_second'] / 1e6:.1f} M"
-        table.add_row(_setting(timing["setting"]), *_cells(timing["cpu_seconds"]), rate)
+        table.add_row(Setting(**timing["setting"]).name, *_cells(timing["cpu_seconds"]), rate)
     return table
 
 
 def of_stages(timings: list[Timing]) -> Table:
     """Share of the time that each class of stage takes in each setting."""
     names = list(dict.fromkeys(name for timing in timings for name in timing["stages"]))
-    table = Table("stage", *(_setting(timing["setting"]) for timing in timings), title="share of the time")
+    table = Table(
+        "stage", *(Setting(**timing["setting"]).name for timing in timings), title="share of the time"
+    )
     for name in names:
         table.add_row(name, *(f"{timing['stages'].get(name, 0):.0%}" for timing in timings))
     return table
@@ -84,11 +88,32 @@ def of_accuracy(accuracies: list[Accuracy]) -> Table:
     table = Table("setting", "CPU s", "RMSE x 255", "mean x 255", title="against Mitsuba's converged picture")
     for accuracy in accuracies:
         table.add_row(
-            _setting(accuracy["setting"]),
+            Setting(**accuracy["setting"]).name,
             f"{accuracy['cpu_seconds']:.2f}",
             f"{accuracy['rmse_255']:.3f}",
             f"{accuracy['mean_difference_255']:+.3f}",
         )
+    return table
+
+
+def of_prices(prices: Prices) -> Table:
+    """CPU seconds of kernels and pictures by all ways, and how many times the textbooks' ours are."""
+    columns = ("part", "CPU s", "textbook, float32", "ratio", "the same, factored", "ratio")
+    table = Table(*columns, title="what stability costs, the fastest rounds")
+    for price in (*prices["kernels"], *prices["pictures"]):
+        ours, textbook, factored = (price["seconds"][way] for way in ("penumbra", "textbook", "factored"))
+        others = (f"{textbook:.3f}", f"{ours / textbook:.2f}", f"{factored:.3f}", f"{ours / factored:.2f}")
+        table.add_row(price["name"], f"{ours:.3f}", *others)
+    return table
+
+
+def of_picture_errors(errors: list[PictureErrors]) -> Table:
+    """Shares of pixels that are wrong in the pictures of all ways."""
+    ways = ("penumbra", "textbook", "factored")
+    table = Table("scene", "moved by", *ways, "textbook, too dark", title="pixels off by more than 1/255")
+    for each in errors:
+        shares = (f"{each['off'][way]:.3%}" for way in ways)
+        table.add_row(each["scene"], f"{each['offset']:g}", *shares, f"{each['dark']['textbook']:.3%}")
     return table
 
 
@@ -102,11 +127,6 @@ def of_overhead(overhead: Overhead) -> Table:
     table.add_row("service / renderer.render", f"{overhead['ratio_to_call']:.2f}", "")
     table.add_row("submitted to first pixels", *_cells(overhead["first_pixels"]))
     return table
-
-
-def _setting(setting: dict[str, Any]) -> str:
-    camera = f"{setting['pattern']} {setting['samples']}"
-    return f"{setting['scene']}: {camera} x {setting['light_pattern']} {setting['light_samples']}"
 
 
 def _cells(seconds: Spread) -> tuple[str, str]:

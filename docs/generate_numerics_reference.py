@@ -1,7 +1,8 @@
 """Write docs/numerics.md from the hard cases. Run it with ``python docs/generate_numerics_reference.py``.
 
 It tries every case, which takes up to a minute, and keeps the counts in docs/figures/hard_cases.json.
-The page is made from an introduction, the texts of the cases, and these counts.
+The page is made from an introduction, the texts of the cases, these counts, and what
+``python -m benchmarks stability --runs 9 --out docs/figures/stability.json`` has measured.
 """
 
 from __future__ import annotations
@@ -21,13 +22,15 @@ if TYPE_CHECKING:
 
 PAGE = Path(__file__).with_name("numerics.md")
 COUNTS = PAGE.parent / "figures" / "hard_cases.json"
+COSTS = COUNTS.with_name("stability.json")
 INTRODUCTION = PAGE.with_name("numerics_introduction.txt")
+COSTS_TEXT = PAGE.with_name("numerics_costs.txt")
 SCENES = PAGE.parent.parent / "scenes" / "hard"
 
 Counts = dict[str, dict[str, dict[str, Any]]]
 """Tried, wrong, textbook and textbook_single of each case, by section and name."""
 
-NOT_ASKED = "–"
+WAYS = ("penumbra", "textbook", "factored")
 TEXTS = {
     "What one sees": "symptom",
     "Why": "cause",
@@ -59,7 +62,7 @@ def of_outcome(outcome: Outcome) -> dict[str, Any]:
 def page() -> str:
     """Put the whole page together."""
     counts: Counts = json.loads(COUNTS.read_text(encoding="utf-8"))
-    parts = [INTRODUCTION.read_text(encoding="utf-8"), summary(counts), *pictures()]
+    parts = [INTRODUCTION.read_text(encoding="utf-8"), summary(counts), costs(), *pictures()]
     for module, section in zip(MODULES, sections(), strict=True):
         parts.append(f"## {section.title}\n\nTested by `tests/numerics/test_{module}_cases.py`.\n")
         parts += [described(case, counts[section.title][case.name]) for case in section.cases]
@@ -91,6 +94,50 @@ def row(title: str, cases: list[dict[str, Any]]) -> str:
 def anchor(title: str) -> str:
     """The fragment that a heading is reached by."""
     return re.sub(r"[^\w -]", "", title).lower().replace(" ", "-")
+
+
+def costs() -> str:
+    """What stability costs in time, and what is had for it."""
+    measured = json.loads(COSTS.read_text(encoding="utf-8"))
+    prices, errors = measured["stability"]["prices"], measured["stability"]["errors"]
+    ratios = {way: sorted(ratio(price, way) for price in prices["pictures"]) for way in WAYS[1:]}
+    machine = measured["machine"]
+    return COSTS_TEXT.read_text(encoding="utf-8").format(
+        date=machine["date"][:10],
+        cpu=machine["cpu"],
+        python=machine["python"],
+        numpy=machine["numpy"],
+        times={way: f"{values[0]:.2f} to {values[-1]:.2f}" for way, values in ratios.items()},
+        kernels=priced(prices["kernels"]),
+        pictures=priced(prices["pictures"]),
+        errors="\n".join(map(wrong_pixels, errors)),
+    )
+
+
+def ratio(price: dict[str, Any], way: str) -> float:
+    """How many times as long Penumbra takes."""
+    return float(price["seconds"]["penumbra"] / price["seconds"][way])
+
+
+def priced(prices: list[dict[str, Any]]) -> str:
+    """One row a part: milliseconds, and how many times as long Penumbra takes."""
+    rows = []
+    for price in prices:
+        here, plain, factored = (1000 * price["seconds"][way] for way in WAYS)
+        ratios = (ratio(price, way) for way in WAYS[1:])
+        rows.append(
+            f"| {price['name']} | {here:.0f} | {plain:.0f} | {factored:.0f} | "
+            + " | ".join(f"{times:.2f}" for times in ratios)
+            + " |"
+        )
+    return "\n".join(rows)
+
+
+def wrong_pixels(errors: dict[str, Any]) -> str:
+    """One row: shares of the pixels that are off, and of those too dark."""
+    shares = [errors["off"][way] for way in WAYS] + [errors["dark"]["textbook"]]
+    cells = " | ".join(f"{100 * share:.3f} %" for share in shares)
+    return f"| {errors['scene']} | {errors['offset']:,.0f} | {cells} |"
 
 
 def pictures() -> Iterator[str]:

@@ -60,14 +60,19 @@ class PolygonShadows(ABC):
     def run(self, view: LightView) -> None:
         """Mark the blocked pairs of a view."""
         positions = view.of_points(view.points.positions)
+        candidates = self.candidates(view, positions)
+        if candidates.size:
+            self.mark(view, positions, candidates, self._distances(view, positions, candidates))
+
+    def candidates(self, view: LightView, positions: Floats) -> Integers:
+        """Polygons (K,) that may stand between some of the points at `positions` (3, n) and the light."""
         candidates = np.arange(self.occluders.numbers.size)
         if self.culling:
             low, high = bounds(positions)
             near = shaft(self.box, low, high, self.emitter)
             near[near] = ~self._beside(view, low, high, np.flatnonzero(near))
             candidates = candidates[near]
-        if candidates.size:
-            self.mark(view, positions, candidates, self._distances(view, positions, candidates))
+        return candidates
 
     def _beside(self, view: LightView, low: Floats, high: Floats, candidates: Integers) -> Masks:
         """Polygons whose plane has the light and the bounds of the points strictly on one side, (K,)."""

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from benchmarks.stability import COMPARED, OFFSETS, PRICED, WAYS
 from renderer.hard_cases import MODULES, sections
 from tests.architecture.sources import ROOT
 
@@ -26,6 +27,17 @@ def test_every_case_has_counts_and_none_of_them_is_wrong(generator: dict[str, An
 def test_the_page_is_made_of_the_texts_of_the_cases_and_their_counts(generator: dict[str, Any]) -> None:
     page = generator["PAGE"].read_text(encoding="utf-8")
     assert generator["page"]() == page, "run python docs/generate_numerics_reference.py"
+
+
+def test_the_page_tells_the_price_and_the_errors_of_what_the_benchmark_measures(
+    generator: dict[str, Any],
+) -> None:
+    measured = generator["json"].loads(generator["COSTS"].read_text(encoding="utf-8"))["stability"]
+    assert [price["name"] for price in measured["prices"]["pictures"]] == [each.name for each in PRICED]
+    assert [(errors["scene"], errors["offset"]) for errors in measured["errors"]] == [
+        (setting.scene, offset) for setting in COMPARED for offset in OFFSETS
+    ]
+    assert generator["WAYS"] == tuple(WAYS)
 
 
 @pytest.mark.parametrize("module", MODULES)

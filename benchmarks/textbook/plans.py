@@ -1,0 +1,124 @@
+"""A plan of the renderer, with the textbooks' formulas in the places of its own."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+from benchmarks.textbook.camera import TextbookCamera
+from benchmarks.textbook.factored import BareFlatShadows, BareRoundShadows
+from benchmarks.textbook.hits import TextbookEllipsoids, TextbookRectangles, TextbookTriangles
+from benchmarks.textbook.pairs import InSingle, SingleEmitter
+from benchmarks.textbook.phong import TextbookDiffuse, TextbookHighlight
+from benchmarks.textbook.shadows import FlatShadowRays, RoundShadowRays
+from benchmarks.textbook.single import arguments, single
+from benchmarks.textbook.trees import TextbookTree
+from renderer.accelerators.meeting import TreeMeeting
+from renderer.lights.surfaces import LightSurfaces
+from renderer.materials.phong import Diffuse, Highlight
+from renderer.shapes.ellipsoids import Ellipsoids
+from renderer.shapes.family import Location, Meeting
+from renderer.shapes.rectangles import Rectangles
+from renderer.shapes.triangles import Triangles
+from renderer.visibility.ellipsoids import EllipsoidShadows
+from renderer.visibility.polygon_grids import GridPolygonShadows
+from renderer.visibility.polygons import PolygonShadows
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from renderer.plan import RenderPlan
+    from renderer.shapes import Family
+    from renderer.stages import Lighting, LightStage, PointStage, RayStage
+
+    ForLights = Callable[[LightStage], LightStage]
+
+
+def textbook(plan: RenderPlan) -> RenderPlan:
+    """The same picture by the formulas of the textbooks, in float32.
+
+    Raises
+    ------
+    ValueError
+        If the scene asks for something that has no formula here.
+    """
+    return _with(plan, _pair_by_pair)
+
+
+def factored(plan: RenderPlan) -> RenderPlan:
+    """As `textbook`, with the work for each pair of point and light point factored as in the renderer."""
+    return _with(plan, _factored)
+
+
+def _with(plan: RenderPlan, for_lights: ForLights) -> RenderPlan:
+    if plan.bent or plan.spawners:
+        raise ValueError("no textbook formulas for smooth normals, normal maps, mirrors and glass.")
+    return dataclasses.replace(
+        plan,
+        camera=TextbookCamera(**arguments(plan.camera)),
+        meetings=tuple(_for_rays(stage) for stage in plan.meetings),
+        visible_lights=tuple(_for_rays(stage) for stage in plan.visible_lights),
+        surfaces=(InSingle(), *map(_for_points, plan.surfaces)),
+        lightings=tuple(_lighting(light, for_lights) for light in plan.lightings),
+    )
+
+
+def _family(family: Family) -> Family:
+    match family:
+        case Triangles():
+            return TextbookTriangles(**arguments(family))
+        case Rectangles():
+            return TextbookRectangles(**arguments(family))
+        case Ellipsoids():
+            return TextbookEllipsoids(**arguments(family))
+    raise ValueError(f"no textbook formula for {family.plural}.")
+
+
+def _for_rays(stage: RayStage) -> RayStage:
+    match stage:
+        case Meeting():
+            return dataclasses.replace(stage, family=_family(stage.family))
+        case TreeMeeting():
+            return TextbookTree(**arguments(stage))
+        case LightSurfaces():
+            return LightSurfaces(TextbookRectangles(**arguments(stage.rectangles)))
+    raise ValueError(f"no textbook formula for {type(stage).__name__}.")
+
+
+def _for_points(stage: PointStage) -> PointStage:
+    if isinstance(stage, Location):
+        return dataclasses.replace(stage, family=_family(stage.family))
+    return single(stage)
+
+
+def _lighting(light: Lighting, for_lights: ForLights) -> Lighting:
+    return dataclasses.replace(
+        light,
+        emitter=SingleEmitter(**arguments(light.emitter)),
+        shadows=tuple(map(for_lights, light.shadows)),
+        terms=tuple(map(for_lights, light.terms)),
+    )
+
+
+def _pair_by_pair(stage: LightStage) -> LightStage:
+    match stage:
+        case PolygonShadows():
+            return FlatShadowRays(single(stage.occluders), stage)
+        case EllipsoidShadows():
+            return RoundShadowRays(single(stage.family), stage)
+        case Diffuse():
+            return TextbookDiffuse(**arguments(stage))
+        case Highlight():
+            return TextbookHighlight(**arguments(stage))
+    raise ValueError(f"no textbook formula for {type(stage).__name__}.")
+
+
+def _factored(stage: LightStage) -> LightStage:
+    match stage:
+        case GridPolygonShadows():
+            return BareFlatShadows(**arguments(stage))
+        case EllipsoidShadows():
+            return BareRoundShadows(**arguments(stage))
+        case Diffuse() | Highlight():
+            return single(stage)
+    raise ValueError(f"{type(stage).__name__} has pair work that is not factored.")
