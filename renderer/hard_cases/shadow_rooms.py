@@ -89,6 +89,7 @@ def seen_in_room(
     shining: list[Json],
     pattern: str = "uniform",
     count: int = 6,
+    depth: int = 8,
 ) -> Floats:
     """Radiance (N,) along paths from a place in the room to its corner lines; nothing but lights shines."""
     document = scene(
@@ -98,7 +99,7 @@ def seen_in_room(
         background=[0, 0, 0],
         materials={
             "plain": phong([1, 1, 1], ambient=0, diffuse=1),
-            "mirror": phong([0, 0, 0], ambient=0, diffuse=0, mirror=0.9, max_depth=8),
+            "mirror": phong([0, 0, 0], ambient=0, diffuse=0, mirror=0.9, max_depth=depth),
         },
         sampling=sampled(1, 9, light=pattern),
     )

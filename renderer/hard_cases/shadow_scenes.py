@@ -3,7 +3,7 @@
 import io
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -217,7 +217,20 @@ def bare(kind: str, place: Place, chosen: np.random.Generator, count: int = 40) 
     shapes = [*floor(kind, place)]
     way = place.way(8 * np.cos(angle), 0, 8 * np.sin(angle) + high)
     view = 10 ** chosen.uniform(-2.5, 0, count)
-    return _viewed(place, shapes, lights(place, way), 1.0, (chosen, view, high))
+    return _viewed(place, shapes, lights(place, way), 1.0, (_spread(chosen, count), view, high))
+
+
+def on_seams(kind: str, place: Place, chosen: np.random.Generator) -> View:
+    """The same, seen exactly on the lines where the parts of the floor meet, as well as doubles can say."""
+    sides = {"tiles": 2, "triangles": 2, "mesh": 6}[kind]
+    inner = chosen.choice(np.linspace(-5, 5, sides + 1)[1:-1], 20)
+    along = chosen.uniform(-3, 3, 20)
+    # Across the floor, along it, from corner to corner of the cells, and the corners themselves.
+    x = np.concatenate((inner, along, along, inner[:5]))
+    y = np.concatenate((along, inner, along, inner[:5]))
+    angle, view = 10 ** chosen.uniform(-2.5, 0), 10 ** chosen.uniform(-2.5, 0, x.size)
+    way = place.way(8 * np.cos(angle), 0, 8 * np.sin(angle))
+    return _viewed(place, floor(kind, place), lights(place, way), 1.0, (np.stack((x, y)), view, 0.0))
 
 
 def covered(kind: str, above: str, share: float, place: Place, chosen: np.random.Generator) -> View:
@@ -227,16 +240,28 @@ def covered(kind: str, above: str, share: float, place: Place, chosen: np.random
     shapes = [*floor(kind, place)]
     height = share * 8 * np.sin(angle)
     view = 10 ** chosen.uniform(-2.5, -0.5, 40) * min(1.0, height)
-    found = _viewed(place, shapes, lights(place, way), 0.0, (chosen, view, 0.0))
-    return View(
-        [*found.shapes, *cover(above, place, place.center + share * way)],
-        found.lights,
-        found.floors,
-        found.origins,
-        found.directions,
-        found.seen,
-        found.changes,
-    )
+    found = _viewed(place, shapes, lights(place, way), 0.0, (_spread(chosen, 40), view, 0.0))
+    return replace(found, shapes=[*found.shapes, *cover(above, place, place.center + share * way)])
+
+
+def partly_covered(kind: str, above: str, place: Place, chosen: np.random.Generator) -> View:
+    """A floor under a cover that ends above its middle, and a lamp as wide as half of what is seen of it.
+
+    What share of the lights is seen is not said.
+    """
+    shining = lights(place, place.way(0.5, 0.25, 6))
+    first, second = place.way(3, 0, 0).tolist(), place.way(0, 3, 0).tolist()
+    shining.append(lamp(place.at(-1, -1, 5).tolist(), first, second, visible=False))
+    high = 0.1 if kind == "relief" else 0.0
+    view = chosen.uniform(0.1, 1, 40)
+    found = _viewed(place, floor(kind, place), shining, np.nan, (_spread(chosen, 40), view, high))
+    middle = place.at({"ellipsoid": 12.0}.get(above, 9.0), 0, 2)
+    return replace(found, shapes=[*found.shapes, *cover(above, place, middle)])
+
+
+def _spread(chosen: np.random.Generator, count: int) -> Floats:
+    """Places (2, N) across and along the middle of a floor."""
+    return chosen.uniform(-3, 3, (2, count))
 
 
 def _viewed(
@@ -244,14 +269,12 @@ def _viewed(
     shapes: list[Json],
     shining: list[Json],
     seen: float,
-    drawn: tuple[np.random.Generator, Floats, float],
+    drawn: tuple[Floats, Floats, float],
 ) -> View:
-    """Rays at the middle of a floor, from `view` above it and a unit along."""
-    chosen, view, high = drawn
-    x, y = chosen.uniform(-3, 3, (2, view.size))
+    """Rays at places (2, N) of a floor, from `view` above it and a unit along."""
+    (x, y), view, high = drawn
     targets = place.at(x, y, high)
     origins = targets + place.way(0, 0.5 * np.cos(view), 0.5 * np.sin(view))
     changes = relief(place) if high else {}
-    return View(
-        shapes, shining, len(shapes), origins, targets - origins, np.full((view.size, 3), seen), changes
-    )
+    share = np.full((view.size, len(shining)), seen)
+    return View(shapes, shining, len(shapes), origins, targets - origins, share, changes)
