@@ -170,8 +170,8 @@ def visits_of_rays(
 ) -> Visits:
     """Nodes below the given levels that rays (3, N) may meet before t (N,); never leaves out one with a hit.
 
-    Slabs with fmin and fmax, which drop the NaN of a ray in a slab's plane, and a far side moved out by
-    twice the rounding of the test (Ize 2013, "Robust BVH ray traversal").
+    Slabs with a far side moved out by twice the rounding of the test (Ize 2013, "Robust BVH ray traversal").
+    A ray in the plane of a box's side misses the box, by a NaN or without: what the box holds ends before.
     """
     visits = start
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -180,9 +180,9 @@ def visits_of_rays(
             rays = visits.rays
             begin = origins if origins.shape[1] == 1 else np.take(origins, rays, axis=1)
             near, far = _slabs(level, visits.nodes, begin, np.take(inverse, rays, axis=1))
-            np.fmin(np.multiply(far, 1 + 2 * gamma(3), out=far), reach[rays], out=far)
+            np.minimum(np.multiply(far, 1 + 2 * gamma(3), out=far), reach[rays], out=far)
             # A box behind the ray has a far side below 0, and no near side is taken to be.
-            visits = level.below(visits, np.fmax(near, 0) <= far, near)
+            visits = level.below(visits, np.maximum(near, 0) <= far, near)
     return visits
 
 
@@ -196,6 +196,6 @@ def _slabs(level: Level, nodes: Integers, origins: Floats, inverse: Floats) -> t
             np.take(sides[axis], nodes, axis=1, out=out, mode="clip")
             np.subtract(out, origins[axis], out=out)
             np.multiply(out, inverse[axis], out=out)
-        np.fmax(near, np.fmin(first, second, out=other), out=near)
-        np.fmin(far, np.fmax(first, second, out=other), out=far)
+        np.maximum(near, np.minimum(first, second, out=other), out=near)
+        np.minimum(far, np.maximum(first, second, out=other), out=far)
     return near, far

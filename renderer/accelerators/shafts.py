@@ -82,9 +82,9 @@ def _between(level: Level, visits: Visits, shafts: Shafts, rising: Slopes, falli
         np.negative(high, out=high)
         for side, slopes in ((low, rising), (high, falling)):
             least, greatest, beyond = (values[axis][rays] for values in slopes)
-            np.fmax(first, np.multiply(side, least, out=spare), out=first)
+            np.maximum(first, np.multiply(side, least, out=spare), out=first)
             np.add(np.multiply(side, greatest, out=spare), beyond, out=spare)
-            np.fmin(last, spare, out=last)
+            np.minimum(last, spare, out=last)
     last *= 1 + 2 * gamma(3)
     last += 2 * gamma(3)
     return (first <= last) & (height >= -shafts.slack[rays])

@@ -77,7 +77,7 @@ class _Sheared:
         """Pairs whose line passes through the triangle, border included."""
         least = np.minimum(np.minimum(self.weights[0], self.weights[1]), self.weights[2])
         greatest = np.maximum(np.maximum(self.weights[0], self.weights[1]), self.weights[2])
-        return np.flatnonzero(((least >= 0) & (greatest > 0)) | ((greatest <= 0) & (least < 0)))
+        return np.flatnonzero((least >= 0) | (greatest <= 0))
 
     def within(self, rounding: Floats) -> Integers:
         """Pairs whose line passes through the triangle, or beside it by less than `rounding` (P,)."""
@@ -179,15 +179,18 @@ def _hits_along(
     depths = [np.broadcast_to(depth, chosen.shape)[found] for depth in pairs.depths]
     total = a + b + c
     height = a * depths[0] + b * depths[1] + c * depths[2]
-    distance = height / total / pairs.along[found]
     rounding = _rounding(sheared, depths)
-    if start is None:
-        ahead = (distance > 0) & (np.abs(height) > rounding)
-    else:
-        bound = rounding / np.abs(total * pairs.along[found])
-        distance = _settled(distance, bound, vertices, directions, chosen[found], start)
-        ahead = distance > 0
-    return PairHits(chosen[found[ahead]], distance[ahead], (b / total)[ahead], (c / total)[ahead])
+    # In the plane of a triangle that it passes a line has no weights: 0 / 0 is no hit.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        distance = height / total / pairs.along[found]
+        if start is None:
+            ahead = (distance > 0) & (np.abs(height) > rounding)
+        else:
+            bound = rounding / np.abs(total * pairs.along[found])
+            distance = _settled(distance, bound, vertices, directions, chosen[found], start)
+            ahead = distance > 0
+    total = total[ahead]
+    return PairHits(chosen[found[ahead]], distance[ahead], b[ahead] / total, c[ahead] / total)
 
 
 def _of_one_sign(weights: list[Floats]) -> Floats:

@@ -73,8 +73,8 @@ class Walk:
                 inverse = np.take(1 / towards[axis], self.owners, axis=1)
                 low, high = (side[axis] - positions[axis][self.owners] for side in sides)
                 enter, leave = low * inverse, np.multiply(high, inverse, out=inverse)
-                np.fmax(begins, np.fmin(enter, leave), out=begins)
-                np.fmin(ends, np.fmax(enter, leave, out=enter), out=ends)
+                np.maximum(begins, np.minimum(enter, leave), out=begins)
+                np.minimum(ends, np.maximum(enter, leave, out=enter), out=ends)
             return ends * (1 + 2 * gamma(3)) - begins
 
     def _visits(self, chosen: Masks) -> Visits:

@@ -262,6 +262,19 @@ def test_a_mirror_shows_the_colour_of_a_visible_light() -> None:
     assert np.all(samples_of(plan_of(document, DOUBLE)) == [0.25, 0.5, 0.75])
 
 
+def test_a_mirror_shows_nothing_of_a_triangle_that_it_reflects_exactly_from_its_edge() -> None:
+    """The middle column of pixels lies in the plane of the triangle, and so do its reflections."""
+    floor = rectangle([-8, 0, -8], [0, 0, 16], [16, 0, 0], material="silver")
+    upright = triangle([0.5, 0.1, 0], [3, 0.2, 0], [2, 2, 0])
+    view = camera(position=[-3, 2, 0], look_at=[0, 0, 0], vertical_fov=30, width=9, height=9)
+    materials = {"plain": phong(), "silver": SILVER}
+    with_it, without = (
+        samples_of(plan_of(scene(floor, *more, materials=materials, camera=view), DOUBLE))
+        for more in ([upright], [])
+    )
+    assert np.array_equal(with_it, without)
+
+
 def test_inside_of_a_mirror_ball_every_ray_comes_to_its_limit() -> None:
     """The mirror meets its own inner side at every bounce, and never at distance 0."""
     document = scene(
