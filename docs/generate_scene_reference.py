@@ -53,6 +53,7 @@ Some scenes are valid, but their picture is probably not what was meant. They ar
 - a light is inside an ellipsoid (`light_inside`);
 - no shape uses a material, or no material uses a texture (`unused`);
 - a triangle has no area and is left out, or no triangle of a mesh written in the scene has one (`no_area`);
+- the view is so narrow that rounding moves rays by a hundredth of a pixel or more (`narrow_view`);
 - `up` is parallel to the view (`up_parallel_to_view`);
 - the longest axis of an ellipsoid is more than 1e8 times as long as the shortest (`very_flat`).
 """

@@ -13,7 +13,7 @@ Image = NDArray[np.float32]
 """(H, W, 3) float32, linear."""
 
 BRIGHTEST = float(np.finfo(np.float32).max)
-"""What brighter pixels of a pass become."""
+"""What brighter pixels of a pass become, and brighter samples where their spread is recorded."""
 
 
 class Film:

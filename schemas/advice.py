@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator
 
 from schemas.findings import Finding
@@ -16,6 +17,9 @@ from schemas.vectors import difference, length, parallel
 FLATTEST = 1e8
 """Largest ratio of two semi-axes of an ellipsoid that keeps its picture exact."""
 
+NARROWEST = 2.0**-45
+"""Angle from pixel to pixel, radians, of which the rounding of a ray's direction is a hundredth."""
+
 # A warning is a courtesy: it must not cost more than the reading.
 _MOST_PAIRS = 100_000
 
@@ -25,6 +29,7 @@ def advise(scene: Scene) -> list[Finding]:
     return [
         *_darkness(scene),
         *_empty_view(scene),
+        *_narrow_view(scene),
         *_up(scene),
         *_unused(scene),
         *_poor_shapes(scene),
@@ -52,6 +57,16 @@ def _empty_view(scene: Scene) -> Iterator[Finding]:
     if not in_view(scene):
         detail = "No shape is in view: the picture shows the background only. Turn or move the camera."
         yield Finding(("camera",), "nothing_in_view", detail)
+
+
+def _narrow_view(scene: Scene) -> Iterator[Finding]:
+    camera = scene.camera
+    if math.radians(camera.vertical_fov) < NARROWEST * camera.height:
+        detail = (
+            "The view is so narrow that rounding moves rays by a hundredth of a pixel or more. "
+            "Move the camera nearer and widen the view."
+        )
+        yield Finding(("camera", "vertical_fov"), "narrow_view", detail)
 
 
 def _up(scene: Scene) -> Iterator[Finding]:

@@ -8,14 +8,11 @@ that nothing cancels, and a pixel whose samples are all equal has an error of ex
 import numpy as np
 
 from renderer.arrays import Floats, Integers
-from renderer.film import Image
+from renderer.film import BRIGHTEST, Image
 from schemas.tiles import Pass, Tile
 
 MEANS, SQUARES, COUNTS = slice(0, 3), slice(3, 6), 6
 """Places in a record (7, h, w) float64."""
-
-BRIGHTEST = float(np.finfo(np.float32).max)
-"""Samples brighter than a picture can say count as this."""
 
 
 class Spread:

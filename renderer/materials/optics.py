@@ -2,21 +2,21 @@
 
 import numpy as np
 
-from renderer.arrays import Floats, dot, unit
+from renderer.arrays import Floats, dot
 
 
 def reflected(viewers: Floats, shading_normals: Floats, normals: Floats) -> Floats:
-    """Viewers' directions mirrored at shading normals, never below the true surface, unit (3, N).
+    """Viewers' directions mirrored at shading normals, never below the true surface, (3, N).
 
-    A direction that a bent normal would send below the surface is mirrored at the surface once more, as
-    light is in a groove.
+    Of length 1 but for the rounding of both. A direction that a bent normal would send below the surface is
+    mirrored at the surface once more, as light is in a groove.
     """
     directions = 2 * dot(shading_normals, viewers) * shading_normals - viewers
-    return unit(_beyond(directions, normals))
+    return _beyond(directions, normals)
 
 
 def refracted(viewers: Floats, shading_normals: Floats, normals: Floats, ratio: Floats) -> Floats:
-    """Directions by Snell's law, never above the true surface, unit (3, N).
+    """Directions by Snell's law, never above the true surface, (3, N), of length 1 as `reflected`.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def refracted(viewers: Floats, shading_normals: Floats, normals: Floats, ratio: 
     cosine = _cosine(viewers, shading_normals)
     inner = transmitted_cosine(cosine, ratio)
     directions = (ratio * cosine - inner) * shading_normals - ratio * viewers
-    return unit(_beyond(directions, -normals))
+    return _beyond(directions, -normals)
 
 
 def fresnel(viewers: Floats, shading_normals: Floats, ratio: Floats) -> Floats:

@@ -54,6 +54,15 @@ def test_a_default_up_along_the_view_is_told_at_the_camera(scene: dict[str, Any]
     assert warnings(scene) == [("/camera", "up_parallel_to_view")]
 
 
+@pytest.mark.parametrize(("angle", "told"), [(1e-9, False), (1e-10, True), (1e-300, True)])
+def test_a_view_of_which_rounding_is_a_hundredth_of_a_pixel_is_told(
+    scene: dict[str, Any], angle: float, told: bool
+) -> None:
+    """512 rows of 2**-45 are 8.3e-10 degrees."""
+    scene["camera"] |= {"vertical_fov": angle, "height": 512}
+    assert warnings(scene) == [("/camera/vertical_fov", "narrow_view")] * told
+
+
 def test_nothing_in_view_is_told_at_the_camera(scene: dict[str, Any]) -> None:
     scene["camera"]["look_at"] = [0, 2, 20]
     assert warnings(scene) == [("/camera", "nothing_in_view")]
