@@ -124,13 +124,6 @@ def skew(chosen: random.Random) -> list[list[float]]:
     return [vector(chosen), direction(chosen), direction(chosen)]
 
 
-def square_in_float32(chosen: random.Random) -> list[list[float]]:
-    """Perpendicular edges, rounded as float32 files hold them."""
-    first, other = np.array(direction(chosen)), np.array(direction(chosen))
-    second = np.cross(first, other)
-    return [vector(chosen), listed(first.astype(np.float32)), listed(second.astype(np.float32))]
-
-
 def long_and_narrow(chosen: random.Random) -> list[list[float]]:
     """Sides 1 to a million, perpendicular but for what float32 files round."""
     first = np.array(direction(chosen))
@@ -157,7 +150,6 @@ FLAT: dict[str, Callable[[], Iterator[Case]]] = {
     "triangles at a grazing angle": lambda: grazing("triangle"),
     "rectangles at a grazing angle": lambda: grazing("rectangle"),
     "skew parallelograms": lambda: rectangles(skew),
-    "rectangles rounded to float32": lambda: rectangles(square_in_float32),
     "long and narrow rectangles": lambda: rectangles(long_and_narrow),
     "rectangles of any size": lambda: rectangles(any_size),
 }

@@ -53,20 +53,34 @@ def details(shape: Any, true: Answer, found: Found) -> float:
     The place may be off by 8 eps s across the surface and by that over c along it. From one end of the
     longitude to the other is no distance.
     """
-    place = ROUNDINGS * EPS * _scale(shape, found.origin)
-    step = place / _cosine(true, found.direction)
-    turn, slide = _steepness(shape, true.normal)
+    place, step = _uncertain(shape, true, found.origin, found.direction, EPS)
+    _, slide = _steepness(shape, true.normal)
     off = found.position - np.array(true.position)
     across, along = np.abs(found.uv - true.uv)
     mapped = (MORE_ROUNDINGS * EPS + step * slide) / math.sin(math.pi * true.uv[1])
     errors = {
         abs(float(np.dot(off, true.normal))) / place,
         float(np.linalg.norm(off)) / step,
-        angle(found.normal, true.normal) / (MORE_ROUNDINGS * EPS + step * turn),
+        angle(found.normal, true.normal) / turned(shape, true, found.origin, found.direction, EPS),
         2 * math.pi * min(across, 1 - across) / mapped,
         math.pi * along / mapped,
     }
     return float(max(errors))
+
+
+def turned(shape: Any, true: Answer, origin: Floats, direction: Floats, eps: float) -> float:
+    """Angle that the normal may be off by, radians: 16 eps, and what the place's uncertainty turns it by."""
+    _, step = _uncertain(shape, true, origin, direction, eps)
+    turn, _ = _steepness(shape, true.normal)
+    return MORE_ROUNDINGS * eps + step * turn
+
+
+def _uncertain(
+    shape: Any, true: Answer, origin: Floats, direction: Floats, eps: float
+) -> tuple[float, float]:
+    """How far a place may be off across the surface, and along the ray."""
+    across = ROUNDINGS * eps * _scale(shape, origin)
+    return across, across / _cosine(true, direction)
 
 
 def _steepness(shape: Any, normal: Any) -> tuple[float, float]:

@@ -1,100 +1,19 @@
-"""Hits against exact arithmetic, on rays that are each hard in one way."""
+"""Hits where no number decides: rays that are none, ties, the side of a normal, many rays at once."""
 
-import itertools
 import math
 from typing import Any
 
 import numpy as np
 import pytest
 
-from renderer.hard_cases import oracle
-from renderer.hard_cases.documents import ellipsoid, rectangle, scene, sphere, triangle
-from renderer.hard_cases.families import FAMILIES
-from schemas.reading import read_scene
-from tests.numerics.tracing import EPS, traced
+from renderer.hard_cases.documents import ellipsoid, rectangle, sphere, triangle
+from tests.numerics.tracing import traced
 
-ILL_SHAPED = {"slivers", "needles"}
-
-
-def feature(shape: Any) -> float:
-    """Least height of a flat shape, or shortest semi-axis: what an error of a place is compared with."""
-    if shape.type == "ellipsoid":
-        return min(math.hypot(*axis) for axis in getattr(shape, "axes", [(shape.__dict__.get("radius", 0),)]))
-    if shape.type == "rectangle":
-        edges = np.array(shape.edges)
-        return float(np.linalg.norm(np.cross(*edges)) / np.linalg.norm(edges, axis=1).max())
-    a, b, c = np.array(shape.vertices)
-    longest = max(np.linalg.norm(b - a), np.linalg.norm(c - b), np.linalg.norm(a - c))
-    return float(np.linalg.norm(np.cross(b - a, c - a)) / longest)
-
-
-def longest(triangle: Any) -> float:
-    """Its longest edge."""
-    return max(math.dist(a, b) for a, b in itertools.combinations(triangle.vertices, 2))
-
-
-def extent(shape: Any) -> float:
-    """Largest number in the shape."""
-    numbers = [np.abs(np.array(getattr(shape, name))).max() for name in PARTS if getattr(shape, name, None)]
-    return float(max(numbers))
-
-
-PARTS = ("vertices", "corner", "edges", "center", "axes", "radius")
-
-
-@pytest.mark.parametrize("family", FAMILIES)
-def test_rays_hit_what_exact_arithmetic_says(family: str) -> None:
-    """Hit or miss is right beyond 16 roundings from the border, and what a hit says is within roundings.
-
-    With s the largest number of ray and shape, f the shape's least height, l its longest edge and c the
-    cosine between ray and normal: t is off by 8 eps s / c along the ray (by 32 eps s l / (f c) in triangles
-    of little height, where the weights of the vertices are uncertain), the place by 8 eps s across the
-    surface, normal and texture coordinates by 32 eps s / (f c).
-    """
-    hits = misses = 0
-    for document, rays in FAMILIES[family]():
-        shape = read_scene(scene(document))[0].shapes[0]
-        found = traced([document], [ray[0] for ray in rays], [ray[1] for ray in rays])
-        for i, (origin, direction) in enumerate(rays):
-            true = oracle.answer(shape, origin, direction)
-            if true.hit != (found.shape[i] == 0):
-                assert true.margin <= 16 * EPS, (document, origin, direction)
-                continue
-            hits, misses = hits + true.hit, misses + (not true.hit)
-            if not true.hit:
-                assert math.isinf(found.t[i])
-                continue
-            scale = max(*map(abs, origin), extent(shape))
-            length = math.hypot(*direction)
-            cosine = abs(float(np.dot(true.normal, direction))) / length
-            uncertain = 32 * longest(shape) / feature(shape) if family in ILL_SHAPED else 8
-            along = uncertain * EPS * scale / cosine
-            assert abs(found.t[i] - true.t) * length <= along
-            assert abs(np.dot(found.position[i] - true.position, true.normal)) <= 8 * EPS * scale
-            assert np.abs(found.normal[i] - true.normal).max() <= 32 * EPS * scale / feature(shape) / cosine
-            assert np.abs(found.uv[i] - true.uv).max() <= 32 * EPS * scale / feature(shape) / cosine
-            assert found.primitive[i] == 0
-    assert hits >= 60 or family == "ellipsoids behind"
-    assert misses >= 25 or family in {"the ground", "from inside an ellipsoid"}
-
-
-LENGTHS = [2e-200, 1e-30, 1e-12, 1.0, 3.7, 1e25, 1e200]
 SHAPES = {
     "triangle": triangle([-1.1, -0.3, 0.2], [2.3, -0.7, 0.1], [0.4, 2.9, -0.6]),
     "rectangle": rectangle([-1.1, -0.9, 0.2], [2.3, 0.1, 0.1], [0.4, 2.1, -0.6]),
     "ellipsoid": ellipsoid([0.1, 0.2, 0.3], [1.1, 0, 0], [0, 0.7, 0], [0, 0, 1.9]),
 }
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-def test_t_counts_in_units_of_the_direction_whatever_its_length(shape: str) -> None:
-    direction = np.array([0.03, -0.02, -0.9])
-    directions = np.array([direction * length for length in LENGTHS])
-    hits = traced([SHAPES[shape]], np.tile([0.1, 0.4, 5.0], (len(LENGTHS), 1)), directions)
-    assert (hits.shape == 0).all()
-    distances = hits.t * np.array(LENGTHS)
-    assert np.abs(distances / distances[LENGTHS.index(1.0)] - 1).max() <= 8 * EPS
-    assert np.ptp(hits.position, axis=0).max() <= 8 * EPS
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -148,30 +67,6 @@ def test_a_ray_parallel_to_a_plane_or_in_it_misses(shape: Any, height: int) -> N
     origins = np.column_stack((rng.integers(-9, 9, (500, 2)), np.full(500, height)))
     directions = np.column_stack((rng.integers(-9, 9, (500, 2)), np.zeros(500)))
     assert (traced([shape], origins, directions).shape == -1).all()
-
-
-@pytest.mark.parametrize("power", [-30, 0, 30])
-@pytest.mark.parametrize("place", [(7, 24, 0), (-15, 0, 20), (9, 12, 20), (12, -15, 16), (0, 0, -25)])
-def test_a_ray_that_starts_on_a_sphere_leaves_it_or_goes_through(place: tuple[int, ...], power: int) -> None:
-    """Whole numbers on the sphere of radius 25, without any rounding."""
-    unit = 2.0**power
-    origin = np.array(place) * unit
-    rng = np.random.default_rng(4)
-    directions = rng.normal(size=(400, 3))
-    hits = traced([sphere([0, 0, 0], 25 * unit)], np.tile(origin, (400, 1)), directions)
-    inwards = directions @ origin < 0
-    assert (hits.shape[~inwards] == -1).all()
-    assert (hits.shape[inwards] == 0).all()
-    chord = -2 * (directions @ origin) / (directions**2).sum(axis=1)
-    lengths = np.linalg.norm(directions, axis=1)
-    cosine = np.abs(directions @ origin) / lengths / (25 * unit)
-    error = np.abs(hits.t - chord)[inwards] * (lengths * cosine)[inwards]
-    assert error.max() <= 8 * EPS * 25 * unit
-
-
-def test_a_ray_that_touches_a_sphere_gives_no_nan() -> None:
-    hits = traced([sphere([0, 0, 0], 5)], [[3, 4, -10]], [[0, 0, 1]])
-    assert hits.shape == -1 or abs(hits.t - 10) <= 4e-7
 
 
 def test_a_shape_behind_the_start_is_not_hit() -> None:

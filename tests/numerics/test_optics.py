@@ -8,16 +8,15 @@ import pytest
 
 from renderer.arrays import dot, unit
 from renderer.execute import local_radiance
+from renderer.hard_cases.bounces import GLASS, through, waves
 from renderer.hard_cases.documents import Json, bulb, phong, rectangle, scene, sphere, triangle
 from renderer.hard_cases.solids import outward
 from renderer.interaction import Rays
 from renderer.materials.optics import fresnel, reflected, refracted, transmitted_cosine
-from renderer.waves import Wave, camera_wave
 from tests.images.parts import DOUBLE, plan_of
 
 EPS = float(np.finfo(np.float64).eps)
 mpmath.mp.dps = 50
-GLASS = phong([0, 0, 0], ambient=0, diffuse=0, transmission=1, ior=1.5, max_depth=64)
 UP = np.array([[0.0], [1.0], [0.0]])
 
 
@@ -54,22 +53,6 @@ def test_reflected_and_transmitted_shares_sum_to_1_as_fresnel_says(ratio: float)
 
 def test_at_right_angles_glass_reflects_4_percent() -> None:
     assert fresnel(UP, UP, np.array([1 / 1.5])) == pytest.approx(0.04, rel=4 * EPS)
-
-
-def test_all_is_reflected_at_the_critical_angle_and_beyond_and_nearly_all_just_before() -> None:
-    """From glass of index 1.5 the sine is 2/3; the share grows with the root of what the cosine lacks."""
-    critical = np.sqrt(5) / 3
-    steps = np.array([-1e-2, -1e-6, -1e-12, -1e-15, 0, 1e-15, 1e-12, 1e-6, 1e-2])
-    cosines = critical + steps
-    viewers = np.stack((np.sqrt(1 - cosines**2), cosines, np.zeros(9)))
-    shares = fresnel(viewers, UP, np.full(9, 1.5))
-    assert np.isfinite(shares).all()
-    assert np.all(shares[steps < -1e-14] == 1)
-    gaps = np.sqrt(np.maximum(steps, 4 * EPS))
-    assert np.all(1 - shares <= 12 * gaps)
-    assert np.all(np.diff(shares) <= 12 * np.sqrt(4 * EPS))
-    directions = refracted(viewers, UP, UP, np.full(9, 1.5))
-    assert np.isfinite(directions).all()
 
 
 @pytest.mark.parametrize(("ratio", "share"), [(1.0, 0.0), (1.5, 1.0), (1 / 1.5, 1.0)])
@@ -109,61 +92,6 @@ def test_rays_stay_on_their_side_of_the_true_surface() -> None:
     assert through.max() <= 4 * EPS
     straight = 2 * dot(bent, viewers) * bent - viewers
     assert np.count_nonzero(dot(straight, normals) < 0) > 500
-
-
-def waves(document: Json, origins: np.ndarray, directions: np.ndarray) -> list[Wave]:
-    """All waves of some rays."""
-    plan = plan_of(document, DOUBLE)
-    numbers = np.arange(directions.shape[1])
-    waiting, done = [camera_wave(Rays(origins, directions, numbers, np.zeros_like(numbers)))], []
-    while waiting:
-        wave = waiting.pop()
-        _, points = local_radiance(plan, wave.rays, Counter())
-        done.append(wave)
-        for spawner in plan.spawners:
-            waiting.extend(spawner.run(points, wave))
-    return done
-
-
-def through(document: Json, origins: np.ndarray, directions: np.ndarray) -> list[Wave]:
-    """The waves of refracted rays that were never reflected, the first from the camera."""
-    chain = waves(document, origins, directions)
-    ways = {0: chain[0]}
-    for wave in chain[1:]:
-        before = ways.get(wave.depth - 1)
-        if before is not None and wave.weights.min() > 0.5:
-            ways[wave.depth] = wave
-    return [ways[depth] for depth in sorted(ways)]
-
-
-@pytest.mark.parametrize("offset", [0.0, 1e3])
-@pytest.mark.parametrize("radius", [1e-6, 1.0, 1e4])
-def test_a_ray_meets_a_glass_sphere_exactly_twice(offset: float, radius: float) -> None:
-    """In at one side, out at the other, and no more: reflected paths are too faint or go on inside."""
-    rng = np.random.default_rng(1)
-    turns = rng.uniform(0, 2 * np.pi, 400)
-    away = np.sqrt(rng.uniform(0, 0.8**2, 400))
-    centre = np.array([[offset], [-offset], [offset]])
-    origins = centre + radius * np.stack((away * np.cos(turns), away * np.sin(turns), np.full(400, 3.0)))
-    directions = np.broadcast_to([[0.0], [0.0], [-1.0]], (3, 400)).copy()
-    ball = sphere(centre[:, 0].tolist(), radius)
-    chain = through(scene(ball, materials={"plain": GLASS}), origins, directions)
-    assert [wave.rays.t.size for wave in chain] == [400, 400, 400]
-    assert [int(np.isfinite(wave.rays.t).sum()) for wave in chain] == [400, 400, 0]
-
-
-def test_directions_behind_a_glass_sphere_are_those_of_exact_arithmetic() -> None:
-    """At most 16 eps for each of the two bounces."""
-    heights = np.linspace(0.05, 0.8, 40)
-    origins = np.stack((heights, np.zeros(40), np.full(40, 2.0)))
-    directions = np.broadcast_to([[0.0], [0.0], [-1.0]], (3, 40)).copy()
-    behind = through(scene(sphere([0, 0, 0], 1), materials={"plain": GLASS}), origins, directions)[2]
-    assert behind.targets.tolist() == list(range(40))
-    for height, got in zip(heights, behind.rays.directions.T, strict=True):
-        entering = mpmath.asin(mpmath.mpf(height))
-        turn = 2 * (entering - mpmath.asin(mpmath.mpf(height) / mpmath.mpf(1.5)))
-        wanted = (-mpmath.sin(turn), 0, -mpmath.cos(turn))
-        assert max(abs(mpmath.mpf(got[i]) - wanted[i]) for i in range(3)) <= 2 * 16 * EPS
 
 
 def test_a_slab_moves_rays_sideways_and_keeps_their_direction() -> None:
