@@ -5,6 +5,7 @@ from typing import Any
 from hypothesis import strategies as st
 
 from renderer.hard_cases.documents import Json, camera, phong, sampled
+from renderer.hard_cases.placed import placed
 from schemas.errors import SceneError
 from schemas.reading import read_scene
 
@@ -71,38 +72,6 @@ def scenes(draw: Draw) -> Json:
     scale = draw(st.sampled_from([1.0, 1.0, 1e-12, 2.0**-20, 3e5, 1e9]))
     offset = draw(st.sampled_from([0.0, 0.0, 10.0, 1e3, 2.0**20]))
     return placed(document, scale, offset)
-
-
-def placed(document: Json, scale: float, offset: float = 0.0) -> Json:
-    """The same scene moved along (1, -1, 1), then scaled."""
-
-    def point(place: list[float]) -> list[float]:
-        return [(x + side * offset) * scale for x, side in zip(place, (1, -1, 1), strict=True)]
-
-    def length(edge: list[float]) -> list[float]:
-        return [x * scale for x in edge]
-
-    def part(item: Json) -> Json:
-        changes: Json = {}
-        for name, value in item.items():
-            if name in {"corner", "center", "position", "look_at"}:
-                changes[name] = point(value)
-            elif name == "vertices":
-                changes[name] = [point(vertex) for vertex in value]
-            elif name in {"edges", "axes"}:
-                changes[name] = [length(edge) for edge in value]
-            elif name == "radius":
-                changes[name] = value * scale
-            elif name == "size":
-                changes[name] = length(value)
-        return {**item, **changes}
-
-    return {
-        **document,
-        "camera": part(document["camera"]),
-        "shapes": [part(shape) for shape in document["shapes"]],
-        "lights": [part(light) for light in document["lights"]],
-    }
 
 
 def accepted(document: Json) -> bool:

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 import renderer
 from renderer.film import compose
 from renderer.hard_cases.documents import Json, camera, phong, sampled
+from renderer.hard_cases.placed import placed
 from renderer.tiling import tiles
 from tests.images import pictures
 from tests.images.parts import DOUBLE, SINGLE, image_of, plan_of, png
-from tests.images.random_scenes import accepted, placed, scenes
+from tests.images.random_scenes import accepted, scenes
 
 FILES = {"picture.png": png(pictures.codes(6, 5)), "bumps.png": png(pictures.bumps())}
 
