@@ -56,7 +56,11 @@ class Scene(Closed):
     )
     textures: dict[Name, Texture] = Field(default_factory=dict, description="Textures by name.")
     materials: dict[Name, Material] = Field(default_factory=dict, description="Materials by name.")
-    shapes: tuple[Shape, ...] = Field(default=(), description="What is seen, and what casts shadows.")
+    shapes: tuple[Shape, ...] = Field(
+        default=(),
+        description="What is seen, and what casts shadows. Where flat ones overlap in one plane, the first "
+        "is seen.",
+    )
     lights: tuple[Light, ...] = Field(default=(), description="What shines.")
     sampling: Sampling = Field(default_factory=Sampling, description="How many samples, and where.")
     display: Display = Field(default_factory=Display, description="How the picture file is encoded.")

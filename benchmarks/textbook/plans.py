@@ -56,8 +56,8 @@ def _with(plan: RenderPlan, for_lights: ForLights) -> RenderPlan:
     return dataclasses.replace(
         plan,
         camera=TextbookCamera(**arguments(plan.camera)),
-        meetings=tuple(_for_rays(stage) for stage in plan.meetings),
-        visible_lights=tuple(_for_rays(stage) for stage in plan.visible_lights),
+        meetings=_for_rays(plan.meetings),
+        visible_lights=_for_rays(plan.visible_lights),
         surfaces=(InSingle(), *map(_for_points, plan.surfaces)),
         lightings=tuple(_lighting(light, for_lights) for light in plan.lightings),
     )
@@ -74,7 +74,12 @@ def _family(family: Family) -> Family:
     raise ValueError(f"no textbook formula for {family.plural}.")
 
 
-def _for_rays(stage: RayStage) -> RayStage:
+def _for_rays(stages: tuple[RayStage, ...]) -> tuple[RayStage, ...]:
+    return tuple(replaced for stage in stages if (replaced := _met_by(stage)) is not None)
+
+
+def _met_by(stage: RayStage) -> RayStage | None:
+    """The textbooks' way to meet shapes; None for what only mends hits, which they know nothing of."""
     match stage:
         case Meeting():
             return dataclasses.replace(stage, family=_family(stage.family))
@@ -82,7 +87,7 @@ def _for_rays(stage: RayStage) -> RayStage:
             return TextbookTree(**arguments(stage))
         case LightSurfaces():
             return LightSurfaces(TextbookRectangles(**arguments(stage.rectangles)))
-    raise ValueError(f"no textbook formula for {type(stage).__name__}.")
+    return None
 
 
 def _for_points(stage: PointStage) -> PointStage:

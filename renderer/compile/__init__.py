@@ -11,7 +11,7 @@ from renderer import cost, tiling
 from renderer.arrays import column
 from renderer.cameras import Pinhole, pinhole, thin_lens
 from renderer.compile import layers as layer_stages
-from renderer.compile import lights, shapes, spawners, surfaces
+from renderer.compile import lights, overlaps, shapes, spawners, surfaces
 from renderer.compile.request import Request
 from renderer.cost import COSTS
 from renderer.lights import surfaces as light_surfaces
@@ -70,6 +70,7 @@ def _plan(request: Request) -> RenderPlan:
     families = shapes.families(request)
     emitters = lights.emitters(request, families)
     meetings = [shapes.meeting(request, family, camera) for family in families]
+    meetings += overlaps.stages(request, families)
     visible = lights.visible_lights(request)
     table = phong.build([request.document.materials[name] for name in request.names])
     points, bent = surfaces.surfaces(request, families, table)

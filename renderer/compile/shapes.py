@@ -125,9 +125,12 @@ def _list_family(request: Request, family: Family) -> None:
 
 def meeting(request: Request, family: Family, camera: Pinhole) -> RayStage:
     """Few shapes are met one by one, many triangles through a tree."""
-    if in_tree(family):
-        return TreeMeeting(family, tree_of(family))
-    return Meeting(family, Outline.of(family.corners(), camera) if request.culling else None)
+    return meeting_of(family, Outline.of(family.corners(), camera) if request.culling else None)
+
+
+def meeting_of(family: Family, outline: Outline | None = None) -> RayStage:
+    """A stage for rays from anywhere, unless there are outlines to cull by."""
+    return TreeMeeting(family, tree_of(family)) if in_tree(family) else Meeting(family, outline)
 
 
 def in_tree(family: Family) -> TypeGuard[Triangles]:

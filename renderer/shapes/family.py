@@ -1,7 +1,8 @@
 """What every family of shapes can do, and which of its shapes a block of rays may meet."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Self
 
 import numpy as np
 
@@ -83,6 +84,14 @@ class Family(ABC):
     def plural(self) -> str:
         """Several of its kind, in words."""
         return self.kind + ("es" if self.kind.endswith("sh") else "s")
+
+    def part(self, kept: Masks | Integers) -> Self:
+        """The family of some primitives, by a mask (K,) or their numbers in it.
+
+        Points are located only in a family that has all primitives of a shape, or none.
+        """
+        arrays = (item.name for item in fields(self) if item.name != "kind")
+        return type(self)(self.kind, **{name: getattr(self, name)[..., kept] for name in arrays})
 
     @abstractmethod
     def corners(self) -> Floats:

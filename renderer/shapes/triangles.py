@@ -1,7 +1,7 @@
 """Triangles, met by the watertight test of Woop, Benthin and Wald (2013)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -45,11 +45,6 @@ class Triangles(Family):
     smooth: Masks
     retried: Masks
     texture: Floats
-
-    def part(self, kept: Masks) -> "Triangles":
-        """The family of some of the triangles, a mask (K,). Of a shape all are kept, or none."""
-        arrays = (item.name for item in fields(self) if item.name != "kind")
-        return Triangles(self.kind, **{name: getattr(self, name)[..., kept] for name in arrays})
 
     def corners(self) -> Floats:
         """The vertices."""
