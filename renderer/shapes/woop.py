@@ -107,9 +107,11 @@ def _sheared(axis: int, vertices: Floats, origins: Floats, directions: Floats, c
 
 def _by_axis(directions: Floats) -> Iterator[tuple[int, Integers]]:
     """Pairs sorted by the axis that the rays follow most."""
-    leading = np.argmax(np.abs(directions), axis=0)
-    for axis in range(3):
-        chosen = np.flatnonzero(leading == axis)
+    x, y, z = np.abs(directions)
+    first = (x >= y) & (x >= z)
+    second = ~first & (y >= z)
+    for axis, leading in enumerate((first, second, ~(first | second))):
+        chosen = np.flatnonzero(leading)
         if chosen.size:
             yield axis, chosen
 

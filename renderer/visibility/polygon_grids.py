@@ -15,6 +15,9 @@ from renderer.numerics import SURFACE, outward
 from renderer.shapes.polygons import Polygons
 from renderer.visibility.polygons import PolygonShadows, signed
 
+LARGEST = float(np.finfo(np.float64).max)
+"""What an infinite number of a point becomes: an infinite one could not be rounded outward."""
+
 
 @dataclass(slots=True)
 class SharedLight:
@@ -78,7 +81,8 @@ class GridPolygonShadows(PolygonShadows):
         if not rows.size:
             return
         numbers = self._edge_numbers(view, positions, candidates[rows], distances[rows])
-        alphas = [outward(np.nan_to_num(number), self.dtype) for number in numbers]
+        # 0 / 0 stays NaN: such a point lies on the plane, crosses nothing, and is not compared.
+        alphas = [outward(np.clip(number, -LARGEST, LARGEST, out=number), self.dtype) for number in numbers]
         for row, shape in enumerate(candidates[rows].tolist()):
             for side, mask in enumerate(crossing):
                 possible = mask[rows[row]]
@@ -106,10 +110,9 @@ class GridPolygonShadows(PolygonShadows):
     def _edge_numbers(
         self, view: LightView, positions: Floats, candidates: Integers, distances: Floats
     ) -> list[Floats]:
-        rounding = self.rounding(view, candidates)
+        room, spans = 2 * self.rounding(view, candidates), np.abs(distances)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             return [
-                (signed(n[:, candidates], a[:, candidates], positions, 1.0) + 2 * rounding)
-                / np.abs(distances)
+                (signed(n[:, candidates], a[:, candidates], positions, 1.0) + room) / spans
                 for n, a in zip(self.occluders.edge_normals, self.occluders.edge_anchors, strict=True)
             ]
