@@ -7,38 +7,42 @@ left out of the geometry, as they cast no shadow.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from benchmarks.planes import corner_and_edges
 from schemas.lights import Light, ParallelogramLight, RectangleLight
 from schemas.shapes import Ellipsoid, MeshFile, Parallelogram, Rectangle, Shape, Sphere, Triangle
-from schemas.textures import CheckerTexture
+
+mi.set_variant("llvm_ad_rgb")
+
+# Tables of materials are arrays of the variant, which is chosen before they are defined.
+from benchmarks.mitsuba_materials import Materials, materials_of  # noqa: E402
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from numpy.typing import NDArray
 
-    from schemas.materials import PhongMaterial
     from schemas.scene import Scene
-
-_Color: TypeAlias = tuple[float, float, float]
-
-mi.set_variant("llvm_ad_rgb")
 
 
 @dataclass(frozen=True)
 class AreaLight:
-    """Points corner + u e1 + v e2 with u, v in [0, 1], as seen by the peer."""
+    """Points corner + u e1 + v e2 with u, v in [0, 1], as seen by the peer.
+
+    `area` is that of a light whose brightness falls with the distance, or None.
+    """
 
     corner: Any
     edges: tuple[Any, Any]
     color: Any
     visible: bool
     two_sided: bool
+    area: float | None
 
 
 @dataclass(frozen=True)
@@ -50,17 +54,16 @@ class PeerScene:
     geometry : mitsuba.Scene
         Every shape, and nothing else.
     index_of : mitsuba.UInt32
-        Row of `material` for each of Mitsuba's shape numbers.
-    material : dict of str to Dr.Jit array
-        One row a shape: `even` and `odd` colour (equal without a checker), `repeat`, `ambient`, `diffuse`,
-        `specular`, `shininess`.
+        Row of the materials for each of Mitsuba's shape numbers.
+    materials : Materials
+        One row a shape.
     lights : list of AreaLight
     background, ambient : mitsuba.Color3f
     """
 
     geometry: Any
     index_of: Any
-    material: dict[str, Any]
+    materials: Materials
     lights: list[AreaLight]
     background: Any
     ambient: Any
@@ -72,8 +75,8 @@ def convert(scene: Scene, folder: Path) -> PeerScene:
     Raises
     ------
     ValueError
-        If the scene uses something that the study scenes do not: normals on single triangles, image textures,
-        normal maps, point or directional lights.
+        If the scene uses something that the compared scenes do not: normals on single triangles, meshes that
+        are not PLY files, point or directional lights, textures with a filter of their own, bounces.
     """
     shapes = [_shape(shape, folder) for shape in scene.shapes]
     geometry = mi.load_dict({"type": "scene"} | {f"shape{i}": shape for i, shape in enumerate(shapes)})
@@ -83,7 +86,7 @@ def convert(scene: Scene, folder: Path) -> PeerScene:
     return PeerScene(
         geometry=geometry,
         index_of=mi.UInt32(index_of),
-        material=_material_table(scene),
+        materials=materials_of(scene, folder),
         lights=[_light(light) for light in scene.lights],
         background=mi.Color3f(*scene.background),
         ambient=mi.Color3f(*scene.ambient),
@@ -99,7 +102,7 @@ def _shape(shape: Shape, folder: Path) -> Any:
         case Ellipsoid():
             return _ellipsoid(shape.center, np.array(shape.axes))
         case Sphere():
-            return _ellipsoid(shape.center, shape.radius * np.eye(3))
+            return mi.load_dict({"type": "sphere", "center": list(shape.center), "radius": shape.radius})
         case MeshFile() if shape.asset.endswith(".ply"):
             return _mesh(shape, folder)
     raise ValueError(f"the peer's scene has no {shape.type} with these fields")
@@ -140,20 +143,6 @@ def _rectangle_transform(shape: Rectangle | Parallelogram) -> Any:
     return mi.ScalarTransform4f(world_from_square)
 
 
-def corner_and_edges(
-    rectangle: Rectangle | Parallelogram | RectangleLight | ParallelogramLight,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Write both forms of a rectangle as corner, first edge and second edge, each of shape (3,)."""
-    if isinstance(rectangle, Parallelogram | ParallelogramLight):
-        first, second = np.array(rectangle.edges)
-        return np.array(rectangle.corner), first, second
-    normal = np.array(rectangle.normal) / np.linalg.norm(rectangle.normal)
-    tangent = np.array(rectangle.tangent) - np.dot(rectangle.tangent, normal) * normal
-    tangent /= np.linalg.norm(tangent)
-    first, second = rectangle.size[0] * tangent, rectangle.size[1] * np.cross(normal, tangent)
-    return np.array(rectangle.center) - first / 2 - second / 2, first, second
-
-
 def _ellipsoid(center: tuple[float, float, float], axes: NDArray[np.float64]) -> Any:
     lengths = np.linalg.norm(axes, axis=1)
     rotation = axes / lengths[:, None]
@@ -171,36 +160,16 @@ def _ellipsoid(center: tuple[float, float, float], axes: NDArray[np.float64]) ->
     )
 
 
-def _material_table(scene: Scene) -> dict[str, Any]:
-    materials = [scene.materials[shape.material] for shape in scene.shapes]
-    squares = [_squares(scene, material) for material in materials]
-    return {
-        "even": mi.Color3f(np.array([even for even, _, _ in squares]).T),
-        "odd": mi.Color3f(np.array([odd for _, odd, _ in squares]).T),
-        "repeat": mi.Vector2f(np.array([repeat for _, _, repeat in squares]).T),
-    } | {
-        field: mi.Float([getattr(material, field) for material in materials])
-        for field in ("ambient", "diffuse", "specular", "shininess")
-    }
-
-
-def _squares(scene: Scene, material: PhongMaterial) -> tuple[_Color, _Color, tuple[float, float]]:
-    if material.color is not None and material.normal_map is None:
-        return material.color, material.color, (1.0, 1.0)
-    texture = scene.textures.get(material.color_texture or "")
-    if isinstance(texture, CheckerTexture) and material.normal_map is None:
-        return texture.even, texture.odd, texture.repeat
-    raise ValueError("the peer's materials have a colour or a checker, and no normal map")
-
-
 def _light(light: Light) -> AreaLight:
     if not isinstance(light, RectangleLight | ParallelogramLight):
         raise ValueError(f"the peer's scene has no {light.type} light")
     corner, first, second = corner_and_edges(light)
+    area = float(np.linalg.norm(np.cross(first, second)))
     return AreaLight(
         corner=mi.Point3f(*corner.tolist()),
         edges=(mi.Vector3f(*first.tolist()), mi.Vector3f(*second.tolist())),
         color=mi.Color3f(*light.color),
         visible=light.visible,
         two_sided=light.two_sided,
+        area=area if light.falloff == "physical" else None,
     )

@@ -23,7 +23,8 @@ import numpy as np
 from rich.console import Console
 
 from benchmarks import references
-from benchmarks.mitsuba_scene import AreaLight, PeerScene, convert
+from benchmarks.mitsuba_scene import PeerScene, convert
+from benchmarks.mitsuba_shading import radiance
 from schemas.reading import read_scene
 
 if TYPE_CHECKING:
@@ -51,7 +52,11 @@ def picture(name: str, samples: int, seed: int) -> NDArray[np.float64]:
     """
     path = references.PATHS[name]
     scene, _ = read_scene(path.read_bytes())
-    peer, camera = convert(scene, path.parent), scene.camera
+    return shot(convert(scene, path.parent), scene.camera, samples, seed)
+
+
+def shot(peer: PeerScene, camera: Camera, samples: int, seed: int) -> NDArray[np.float64]:
+    """Render a scene that is the peer's already; otherwise as `picture`."""
     rows = max(1, _LANES // (camera.width * samples))
     starts = range(0, camera.height, rows)
     bands = [
@@ -69,7 +74,7 @@ def _band(
     sampler.seed(seed * camera.height + rows[0], pixels * samples)
     pixel = dr.arange(mi.UInt32, pixels * samples) // samples
     column, row = pixel % camera.width, pixel // camera.width + dr.opaque(mi.UInt32, rows[0])
-    value = _radiance(peer, _camera_ray(camera, column, row, sampler.next_2d()), sampler)
+    value = radiance(peer, _camera_ray(camera, column, row, sampler.next_2d()), sampler)
     sums = [dr.zeros(mi.Float64, pixels) for _ in range(3)]
     for total, component in zip(sums, value, strict=True):
         dr.scatter_reduce(dr.ReduceOp.Add, total, mi.Float64(component), pixel)
@@ -87,61 +92,6 @@ def _camera_ray(camera: Camera, column: Any, row: Any, inside: Any) -> Any:
     upward = half * (1 - 2 * (row + inside.y) / camera.height)
     f, r, u = (mi.Vector3f(*axis.tolist()) for axis in (forward, right, above))
     return mi.Ray3f(mi.Point3f(*camera.position), dr.normalize(f + r * across + u * upward))
-
-
-def _radiance(peer: PeerScene, ray: Any, sampler: Any) -> Any:
-    hit = peer.geometry.ray_intersect(ray)
-    index = dr.gather(mi.UInt32, peer.index_of, dr.reinterpret_array(mi.UInt32, hit.shape), hit.is_valid())
-    material = {name: dr.gather(type(row), row, index, hit.is_valid()) for name, row in peer.material.items()}
-    square = dr.floor(hit.uv * material["repeat"])
-    odd = dr.abs(square.x + square.y - 2 * dr.floor((square.x + square.y) / 2)) > 0
-    color = dr.select(odd, material["odd"], material["even"])
-    value = peer.ambient * material["ambient"] * color
-    for light in peer.lights:
-        value += _from_light(peer, light, ray, hit, material, color, sampler.next_2d())
-    value = dr.select(hit.is_valid(), value, peer.background)
-    return _with_visible_lights(peer, ray, hit.t, value)
-
-
-def _from_light(
-    peer: PeerScene, light: AreaLight, ray: Any, hit: Any, material: dict[str, Any], color: Any, point: Any
-) -> Any:
-    side = dr.select(dr.dot(hit.n, ray.d) > 0, -1, 1)
-    true, n = hit.n * side, hit.sh_frame.n * side
-    target = light.corner + light.edges[0] * point.x + light.edges[1] * point.y
-    l = dr.normalize(target - hit.p)
-    cosine = dr.dot(n, l)
-    r = 2 * cosine * n - l
-    highlight = dr.power(dr.maximum(0, dr.dot(r, -ray.d)), material["shininess"])
-    reflected = material["diffuse"] * color * cosine + material["specular"] * highlight
-    faces = hit.is_valid() & (cosine > 0) & (dr.dot(true, l) > 0)
-    if not light.two_sided:
-        faces &= dr.dot(dr.cross(*light.edges), l) < 0
-    seen = faces & ~peer.geometry.ray_test(hit.spawn_ray_to(target), faces)
-    return dr.select(seen, light.color * reflected, 0)
-
-
-def _with_visible_lights(peer: PeerScene, ray: Any, nearest: Any, value: Any) -> Any:
-    for light in peer.lights:
-        if light.visible:
-            distance = _distance(light, ray)
-            value = dr.select(distance < nearest, light.color, value)
-            nearest = dr.minimum(nearest, distance)
-    return value
-
-
-def _distance(light: AreaLight, ray: Any) -> Any:
-    """Triple products, as a parallelogram's edges need not be perpendicular."""
-    normal = dr.cross(*light.edges)
-    facing = dr.dot(ray.d, normal)
-    offset = ray.o - light.corner
-    turned = dr.cross(offset, ray.d)
-    u, v = -dr.dot(turned, light.edges[1]) / facing, dr.dot(turned, light.edges[0]) / facing
-    t = -dr.dot(offset, normal) / facing
-    inside = (u >= 0) & (u <= 1) & (v >= 0) & (v <= 1) & (t > 0)
-    if not light.two_sided:
-        inside &= facing < 0
-    return dr.select(inside, t, dr.inf)
 
 
 def make_reference(name: str, samples: int, pictures: int, folder: Path) -> references.Provenance:

@@ -22,6 +22,9 @@ PATHS = {
     "soft": SCENES / "soft.json",
     "chess": SCENES / "chess.json",
     "mesh": SCENES.parent / "gallery" / "mesh.json",
+    "normal_texturing": SCENES.parent / "gallery" / "normal_texturing.json",
+    "lamp": SCENES / "lamp.json",
+    "shell": SCENES / "shell.json",
 }
 """The scene file that each reference shows."""
 NAMES = tuple(PATHS)

@@ -1,6 +1,6 @@
-"""Make the mesh of the gallery: a sea shell, as a binary PLY file.
+"""Make the meshes of the gallery and of the study: a sea shell, coarser and finer, as binary PLY files.
 
-Run it with ``python -m scenes.make_meshes``. It takes no random numbers, so it writes the same shape every
+Run it with ``python -m scenes.make_meshes``. It takes no random numbers, so it writes the same shapes every
 time.
 """
 
@@ -18,6 +18,9 @@ ALONG = 360
 """Rings from the tip to the mouth."""
 AROUND = 48
 """Vertices of a ring."""
+FINE_FILE = Path(__file__).parent / "study" / "meshes" / "shell.ply"
+FINE_ALONG, FINE_AROUND = 440, 57
+"""The same of the study's shell, which comes to about 50,000 triangles."""
 
 TURNS = 6.0
 GROWTH = 0.1
@@ -30,30 +33,30 @@ RIBS = 11
 """Ribs a turn."""
 
 
-def shell() -> tuple[Array, NDArray[np.int32]]:
+def shell(along: int = ALONG, around: int = AROUND) -> tuple[Array, NDArray[np.int32]]:
     """Vertices (V, 3) and triangles (T, 3) of a shell that stands on its mouth, its axis upright.
 
     A tube along a logarithmic spiral, each ring a scaled copy of the one before (after Raup 1966), with ribs
     that fade towards the tip.
     """
-    turn = np.linspace(-2 * np.pi * TURNS, 0, ALONG)[:, None]
-    around = np.linspace(0, 2 * np.pi, AROUND, endpoint=False)[None, :]
+    turn = np.linspace(-2 * np.pi * TURNS, 0, along)[:, None]
+    angle = np.linspace(0, 2 * np.pi, around, endpoint=False)[None, :]
     size = np.exp(GROWTH * turn)
-    ribs = 1 + 0.07 * np.cos(RIBS * turn) ** 4 + 0.012 * np.cos(12 * around)
-    radius = size * (1 + TUBE * ribs * np.cos(around))
-    height = size * TUBE * ribs * 1.2 * np.sin(around) - TALL * size
+    ribs = 1 + 0.07 * np.cos(RIBS * turn) ** 4 + 0.012 * np.cos(12 * angle)
+    radius = size * (1 + TUBE * ribs * np.cos(angle))
+    height = size * TUBE * ribs * 1.2 * np.sin(angle) - TALL * size
     places = np.stack((radius * np.cos(turn), height, radius * np.sin(turn)), axis=-1).reshape(-1, 3)
     places[:, 1] -= places[:, 1].min()
-    return places, _net()
+    return places, _net(along, around)
 
 
-def _net() -> NDArray[np.int32]:
+def _net(along: int, around: int) -> NDArray[np.int32]:
     """Two triangles between each four neighbours, and both ends closed by a fan."""
-    ring, place = np.meshgrid(np.arange(ALONG - 1), np.arange(AROUND), indexing="ij")
-    a = (ring * AROUND + place).reshape(-1)
-    b = (ring * AROUND + (place + 1) % AROUND).reshape(-1)
-    sides = np.concatenate((np.stack((a, b, a + AROUND), 1), np.stack((b, b + AROUND, a + AROUND), 1)))
-    fan = np.stack((np.zeros(AROUND - 2), np.arange(2, AROUND), np.arange(1, AROUND - 1)), 1).astype(int)
+    ring, place = np.meshgrid(np.arange(along - 1), np.arange(around), indexing="ij")
+    a = (ring * around + place).reshape(-1)
+    b = (ring * around + (place + 1) % around).reshape(-1)
+    sides = np.concatenate((np.stack((a, b, a + around), 1), np.stack((b, b + around, a + around), 1)))
+    fan = np.stack((np.zeros(around - 2), np.arange(2, around), np.arange(1, around - 1)), 1).astype(int)
     return np.concatenate((sides, fan)).astype(np.int32)
 
 
@@ -70,10 +73,11 @@ def ply(vertices: Array, triangles: NDArray[np.int32]) -> bytes:
 
 
 def main() -> None:
-    """Write the file."""
-    FILE.parent.mkdir(exist_ok=True)
-    FILE.write_bytes(ply(*shell()))
-    print(f"wrote {FILE}")
+    """Write the files."""
+    for path, mesh in ((FILE, shell()), (FINE_FILE, shell(FINE_ALONG, FINE_AROUND))):
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(ply(*mesh))
+        print(f"wrote {path}: {len(mesh[1])} triangles")
 
 
 if __name__ == "__main__":

@@ -32,7 +32,14 @@ def test_the_reference_shows_the_scene_as_it_is_now(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "quality", "limit"), [("soft", FINE, 1.0), ("chess", FINE, 2.4), ("mesh", FOUR, 2.5)]
+    ("name", "quality", "limit"),
+    [
+        ("soft", FINE, 1.0),
+        ("chess", FINE, 2.4),
+        ("mesh", FOUR, 2.5),
+        ("normal_texturing", FOUR, 1.0),
+        ("lamp", FOUR, 1.0),
+    ],
 )
 def test_16_camera_samples_come_as_near_to_the_converged_picture_as_their_edges_allow(
     name: str, quality: FixedQuality, limit: float
