@@ -24,6 +24,13 @@ shape's plane takes as many again.
 """
 
 
+NEARER = 2.0**-20
+"""How far from a plane that it touches a point is taken to stand, in shares of what rounding may move it by.
+
+A segment that leaves the plane at an angle of 1e-6 still passes it nearer to the point than that.
+"""
+
+
 def snapped(distances: Floats, bounds: Floats, sides: Floats) -> Floats:
     """Signed distances whose sign can be trusted.
 
@@ -31,7 +38,15 @@ def snapped(distances: Floats, bounds: Floats, sides: Floats) -> Floats:
     then on the side that its ray came from, `sides` (-1, 0 or 1), because the ray did not pass the plane
     before it reached the point. All arrays broadcast to (K, N).
     """
-    return np.where(np.abs(distances) <= bounds, sides * bounds, distances)
+    return np.where(np.abs(distances) <= bounds, sides * (NEARER * bounds), distances)
+
+
+def unit_of(sizes: Floats) -> Floats:
+    """Powers of two that bring positive sizes to between 1/2 and 1.
+
+    Lengths in such a unit lose no digit to it, and float32 holds them whatever the scene's unit is.
+    """
+    return np.ldexp(1.0, -np.frexp(sizes)[1])
 
 
 def halving_sum(terms: Pairs) -> Pairs:

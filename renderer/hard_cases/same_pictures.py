@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -74,20 +75,21 @@ def _plainly(changes: list[Change], share: float) -> Outcome:
     "a scene in units of another power of two",
     symptom="Shadows vanish in small models; large ones are covered with dark speckles.",
     cause="A least distance, such as t > 0.0001, is a length: as large as one scene, and nothing in another.",
-    remedy="No bound is a length; each is a multiple of the numbers that it is about.",
-    expected="The same bytes at 2^-20 and 2^20 times the size, in both precisions.",
+    remedy="No bound is a length; each is a multiple of the numbers that it is about. What is rounded to "
+    "float32 is counted in a unit of about its own size.",
+    expected="The same bytes at 2^-300, 2^-20 and 2^40 times the size, in both precisions.",
     source="geometry (such a scale is exact)",
 )
 def powers_of_two() -> Outcome:
     """Every scene, in both precisions."""
-    changes: list[Change] = [lambda document: placed(document, 2.0**-20), lambda d: placed(d, 2.0**20)]
+    changes: list[Change] = [partial(placed, scale=2.0**power) for power in (-300, -20, 40)]
     outcomes = [_plainly(changes, 0.0)]
     for make in SCENES.values():
         document = make()
         for quality in (SINGLE, DOUBLE):
             expected = image_of(document, quality)
             wrong = sum(unlike(image_of(change(document), quality), expected) for change in changes)
-            outcomes.append(Outcome(2 * expected[..., 0].size, wrong))
+            outcomes.append(Outcome(len(changes) * expected[..., 0].size, wrong))
     return total(outcomes)
 
 

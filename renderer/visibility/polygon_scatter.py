@@ -11,7 +11,7 @@ import numpy as np
 from renderer.arrays import Floats, Integers, Masks, dot
 from renderer.lights.samples import LightPoints, Terms
 from renderer.lights.view import LightView
-from renderer.numerics import SURFACE
+from renderer.numerics import SURFACE, unit_of
 from renderer.visibility.polygons import PolygonShadows, signed
 
 MARGIN = 2.0**-19
@@ -50,12 +50,12 @@ class ScatterPolygonShadows(PolygonShadows):
     def _edges(self, positions: Floats, distance: Floats, rounding: Floats, shape: int) -> list[Terms]:
         """|s_q| a_p + |s_p| a_q for every edge as a function on the light; inside is positive."""
         one = slice(shape, shape + 1)
-        plane = self._on_light(self.occluders.normals[:, one], self.occluders.anchors[:, one])
+        plane = self._on_light(shape, self.occluders.normals, self.occluders.anchors)
         far = -np.sign(distance)
         edges = []
         for normals, anchors in zip(self.occluders.edge_normals, self.occluders.edge_anchors, strict=True):
             of_point = signed(normals[:, one], anchors[:, one], positions, 1.0)[0] + 2 * rounding
-            of_light = self._on_light(normals[:, one], anchors[:, one])
+            of_light = self._on_light(shape, normals, anchors)
             scale = np.abs(of_point) + np.abs(distance)
             near, away = of_point * far / scale, np.abs(distance) / scale
             constant, by_u, by_v = (near * s + away * a for s, a in zip(plane, of_light, strict=True))
@@ -63,10 +63,16 @@ class ScatterPolygonShadows(PolygonShadows):
             edges.append((constant + slack, by_u, by_v))
         return edges
 
-    def _on_light(self, normals: Floats, anchors: Floats) -> Terms:
+    def _unit(self, shape: int) -> Floats:
         emitter = self.emitter
+        return unit_of(self.occluders.sizes[shape] * emitter.weight + emitter.scale)
+
+    def _on_light(self, shape: int, normals: Floats, anchors: Floats) -> Terms:
+        """Signed distance of light points from a line or plane of one shape, in its unit."""
+        emitter, unit, one = self.emitter, self._unit(shape), slice(shape, shape + 1)
+        normals, anchors = normals[:, one], anchors[:, one]
         constant = signed(normals, anchors, emitter.centre, emitter.weight)[0]
-        return constant, dot(normals, emitter.first), dot(normals, emitter.second)
+        return constant * unit, dot(normals, emitter.first) * unit, dot(normals, emitter.second) * unit
 
     def _hidden(
         self, view: LightView, edges: list[Terms], distance: Floats, shape: int, index: Integers
@@ -86,11 +92,10 @@ class ScatterPolygonShadows(PolygonShadows):
         hidden[...] = True
         slack = SURFACE * (self.occluders.sizes[shape] + self.emitter.scale)
         if np.abs(self.ends[shape]).min() <= slack or np.ptp(np.sign(self.ends[shape])) > 0:
-            one = slice(shape, shape + 1)
-            plane = self._on_light(self.occluders.normals[:, one], self.occluders.anchors[:, one])
+            plane = self._on_light(shape, self.occluders.normals, self.occluders.anchors)
             terms = tuple(np.broadcast_to(term, distance.shape) * -np.sign(distance) for term in plane)
             values = view.workspace.pairs("edge", lights.count, distance.size, self.dtype)
-            lights.affine((terms[0] - slack, terms[1], terms[2]), values, view.workspace)
+            lights.affine((terms[0] - slack * self._unit(shape), terms[1], terms[2]), values, view.workspace)
             np.greater(values, 0, out=hidden)
         return hidden
 

@@ -15,7 +15,7 @@ from renderer.arrays import Floats, Integers, Masks, Pairs, cross, dot, magnitud
 from renderer.lights.emitters import Emitter
 from renderer.lights.samples import Terms
 from renderer.lights.view import LightView
-from renderer.numerics import SURFACE
+from renderer.numerics import SURFACE, unit_of
 from renderer.shapes.triangles import Triangles
 from renderer.visibility.polygon_scatter import highest, lowest
 from renderer.visibility.sides import rounding_of, start_sides
@@ -112,8 +112,9 @@ class PairShadows:
                 lights.affine(terms, values, workspace)
                 np.logical_and(hidden, np.greater_equal(values, 0, out=inside), out=hidden)
         constant, by_u, by_v = self._plane(triangles)
-        other = -sides
-        slack = SURFACE * (self.family.sizes[triangles] + self.emitter.scale)
+        sizes, scale = self.family.sizes[triangles], self.emitter.scale
+        unit = unit_of(sizes * self.emitter.weight + scale)
+        other, slack = -sides * unit, SURFACE * (sizes + scale) * unit
         beyond = (constant * other - slack, by_u * other, by_v * other)
         if lowest(beyond).min() <= 0:
             lights.affine(beyond, values, workspace)
