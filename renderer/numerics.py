@@ -27,7 +27,7 @@ shape's plane takes as many again.
 NEARER = 2.0**-20
 """How far from a plane that it touches a point is taken to stand, in shares of what rounding may move it by.
 
-A segment that leaves the plane at an angle of 1e-6 still passes it nearer to the point than that.
+A segment at an angle of 1e-6 to the plane passes it no farther than that rounding from the point.
 """
 
 

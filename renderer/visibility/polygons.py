@@ -103,8 +103,8 @@ class PolygonShadows(ABC):
         """Bounds on the error of the points' signed distances and edge functions, (K, n).
 
         Edge functions are raised by twice as much. A point in a corner of three walls touches the two that it
-        is not on, and stands a bound away from either (`snapped`). Towards a light behind both, it is a bound
-        and a rounding outside of one at least; raised, it is inside.
+        is not on, and by rounding may lie beside their edges; raised, it is inside. It stands next to nothing
+        away from either (`snapped`): to a light behind both it goes through them, however sharp the corner.
         """
         sizes = view.of_points(view.points.sizes)
         return SURFACE * (sizes[None, :] + self.occluders.sizes[candidates][:, None])
