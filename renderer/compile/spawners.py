@@ -5,6 +5,7 @@ import numpy as np
 from renderer import cost
 from renderer.arrays import Floats
 from renderer.compile.request import Request
+from renderer.compile.surfaces import material_numbers
 from renderer.cost import COSTS
 from renderer.materials.mirror import MirrorRays
 from renderer.materials.transmission import TransmittedRays
@@ -20,8 +21,8 @@ def spawners(request: Request) -> tuple[Spawner, ...]:
         stages.append(MirrorRays(_numbers(request, "mirror"), depths))
     detail = "refracted rays, and reflected ones by Fresnel's formulas"
     if _asked(request, "transmission", "transmitted rays", detail, rays=3):
-        indices = _numbers(request, "ior")
-        stages.append(TransmittedRays(_numbers(request, "transmission"), indices, depths))
+        strengths, indices = _numbers(request, "transmission"), _numbers(request, "ior")
+        stages.append(TransmittedRays(strengths, indices, depths, material_numbers(request)))
     return tuple(stages)
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers
+from renderer.arrays import Floats, Integers, Masks
 from renderer.interaction import Points
 from renderer.materials.optics import fresnel, reflected, refracted
 from renderer.waves import Wave, leaving
@@ -21,11 +21,14 @@ class TransmittedRays:
         Refractive index inside relative to outside; inside is behind the outward normal.
     depths : (materials,) int64
         Most bounces of a path, where it bounces.
+    materials : (shapes,) int64
+        Material of each shape.
     """
 
     strengths: Floats
     indices: Floats
     depths: Integers
+    materials: Integers
 
     def run(self, points: Points, wave: Wave) -> tuple[Wave, ...]:
         """Rays from the points of a wave whose materials are transparent."""
@@ -35,12 +38,26 @@ class TransmittedRays:
         viewers, shading = points.viewers[:, chosen], points.shading_normals[:, chosen]
         normals, inside = points.normals[:, chosen], points.flipped[chosen]
         ratio = np.where(inside, indices, 1 / indices)
-        share = fresnel(viewers, shading, ratio)
+        passed = self._passed(points, wave, chosen)
+        share = np.where(passed, 0.0, fresnel(viewers, shading, ratio))
         back = reflected(viewers, shading, normals)
-        through = refracted(viewers, shading, normals, ratio)
+        through = np.where(passed, -viewers, refracted(viewers, shading, normals, ratio))
         return (
             *leaving(wave, points, chosen, back, strengths * share, ~inside, "reflection", "transmission"),
             *leaving(
                 wave, points, chosen, through, strengths * (1 - share), inside, "refraction", "transmission"
             ),
         )
+
+    def _passed(self, points: Points, wave: Wave, chosen: Integers) -> Masks:
+        """Which of the chosen points (M,) their rays have passed already.
+
+        At an edge of glass a ray goes in, or out, through two faces in one place. The first has bent it.
+        """
+        departure = wave.rays.departure
+        if departure is None:
+            return np.zeros(chosen.size, dtype=bool)
+        rays = points.rays[chosen]
+        nowhere = (points.sources[:, chosen] != points.origins[:, chosen]).any(axis=0)
+        alike = self.materials[departure.shapes[rays]] == points.materials[chosen]
+        return nowhere & alike & (departure.outside[rays] == points.flipped[chosen])
