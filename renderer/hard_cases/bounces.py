@@ -6,11 +6,12 @@ import mpmath
 import numpy as np
 
 import renderer
-from renderer.arrays import Floats, Pairs
+from renderer.arrays import Floats, Pairs, dot, unit
 from renderer.execute import local_radiance
 from renderer.hard_cases.cases import Outcome, Section
 from renderer.hard_cases.documents import Json, camera, phong, rectangle, scene, sphere, triangle
 from renderer.hard_cases.plain_glass import endless, plain_fresnel, plain_meetings, true_fresnel
+from renderer.hard_cases.solids import turned_box
 from renderer.interaction import Rays
 from renderer.materials.optics import fresnel, refracted
 from renderer.numerics import EPS
@@ -175,6 +176,50 @@ def _wrong_turns(behind: Wave, origins: Floats) -> int:
         wanted = (aside * x, aside * y, -mpmath.cos(turn))
         wrong += max(abs(mpmath.mpf(got[i]) - wanted[i]) for i in range(3)) > 2 * 16 * EPS
     return wrong
+
+
+@SECTION.case(
+    "the edge of a glass block",
+    symptom="A line of wrong pixels along the edge of a glass block that stands in the very middle of "
+    "the picture.",
+    cause="At the edge a ray meets two faces in one place, and is bent by both.",
+    remedy="A face that a ray passes in the place where it passed another of the same glass, the same way, "
+    "bends nothing more.",
+    expected="Inside, the direction by Snell's law of the one face or of the other, to 16 eps a component.",
+    source="geometry (beside the edge there is one face only)",
+)
+def edge_of_glass() -> Outcome:
+    """Turned cubes, seen along the bisector of two faces, more or less."""
+    rng = np.random.default_rng(6)
+    tried, wrong, plain = 0, 0, [0, 0]
+    for place in (0.0, 1e3, 1e6) * 4:
+        axes = np.linalg.qr(rng.normal(size=(3, 3)))[0].T
+        center = place + rng.normal(size=3)
+        targets = center + np.array([0.5, 0.5, 0]) @ axes + np.outer(rng.uniform(-0.4, 0.4, 75), axes[2])
+        eye = center + [3 + rng.uniform(-1, 1), 3, rng.uniform(-1, 1)] @ axes
+        ways, normals = unit((targets - eye).T), axes[:2, :, None]
+        cube = scene(*turned_box(center, axes, 1.0), materials={"plain": GLASS})
+        # The first bounce is at one face, the second at the other.
+        inside = [wave for wave in through(cube, np.tile(eye, (75, 1)).T, ways) if wave.depth <= 2][-1]
+        bent = np.full((3, 75), np.nan)
+        bent[:, inside.targets] = inside.rays.directions
+        tried, wrong = tried + 75, wrong + _bent_by_none(bent, ways, normals, EPS)
+        for i, dtype in enumerate(PRECISIONS):
+            twice = ways.astype(dtype)
+            for normal in normals.astype(dtype):
+                twice = refracted(-twice, normal, normal, np.full(75, 1 / 1.5, dtype))
+            plain[i] += _bent_by_none(twice, ways, normals, float(np.finfo(dtype).eps))
+    return Outcome(tried, wrong, *plain)
+
+
+def _bent_by_none(bent: Floats, ways: Floats, normals: Floats, eps: float) -> int:
+    """Directions (3, N) that come of `ways` by Snell's law of neither normal: what lies in a face shrinks."""
+
+    def along(directions: Floats, normal: Floats) -> Floats:
+        return directions - dot(directions, normal) * normal
+
+    off = [np.abs(along(bent, normal) - along(ways, normal) / 1.5).max(axis=0) for normal in normals]
+    return int(np.count_nonzero(~(np.minimum(*off) <= 16 * eps)))
 
 
 @SECTION.case(

@@ -10,7 +10,7 @@ from renderer.arrays import dot, unit
 from renderer.execute import local_radiance
 from renderer.hard_cases.bounces import GLASS, through, waves
 from renderer.hard_cases.documents import Json, bulb, phong, rectangle, scene, sphere, triangle
-from renderer.hard_cases.solids import outward, turned_box
+from renderer.hard_cases.solids import outward
 from renderer.interaction import Rays
 from renderer.materials.optics import fresnel, reflected, refracted, transmitted_cosine
 from tests.images.parts import DOUBLE, plan_of
@@ -107,29 +107,6 @@ def test_a_slab_moves_rays_sideways_and_keeps_their_direction() -> None:
         wanted = np.tan(angles[target]) + np.tan(np.arcsin(np.sin(angles[target]) / 1.5))
         assert start[0] == pytest.approx(wanted, rel=1e-13)
     assert inside.rays.t.size >= behind.targets.size
-
-
-@pytest.mark.parametrize("place", [0.0, 1e3, 1e6])
-def test_at_an_edge_of_glass_a_ray_is_bent_by_one_of_its_faces(place: float) -> None:
-    """A cube looked at along the bisector of two faces, more or less: by Snell's law of either, 16 eps."""
-    rng = np.random.default_rng(6)
-    for _ in range(10):
-        axes = np.linalg.qr(rng.normal(size=(3, 3)))[0].T
-        center = place + rng.normal(size=3)
-        targets = center + np.array([0.5, 0.5, 0]) @ axes + np.outer(rng.uniform(-0.4, 0.4, 30), axes[2])
-        eye = center + [3 + rng.uniform(-1, 1), 3, rng.uniform(-1, 1)] @ axes
-        ways = unit((targets - eye).T)
-        cube = scene(*turned_box(center, axes, 1.0), materials={"plain": GLASS})
-        last = [wave for wave in through(cube, np.tile(eye, (30, 1)).T, ways) if wave.depth <= 2][-1]
-        assert np.abs(last.rays.origins - targets.T).max() <= 1e-9 * (1 + place)
-        assert np.array_equal(np.sort(last.targets), np.arange(30))
-        off = [along(last.rays.directions, n) - along(ways, n)[:, last.targets] / 1.5 for n in axes[:2]]
-        assert np.minimum(*(np.abs(part).max(axis=0) for part in off)).max() <= 16 * EPS
-
-
-def along(directions: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """What of directions (3, N) lies in the plane of a normal (3,)."""
-    return directions - dot(directions, normal[:, None]) * normal[:, None]
 
 
 def folded() -> list[Json]:
