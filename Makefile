@@ -6,7 +6,7 @@ CONSTRAINTS ?= --constraint constraints.txt
 BIN := .venv/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo serve test check gallery bench bench-references clean
+.PHONY: help install demo serve test check gallery bench bench-peers bench-references clean
 
 help:  ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-17s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -33,6 +33,9 @@ gallery: .venv/installed  ## render the gallery and the hard scenes into out
 
 bench: .venv/installed  ## measure times and errors on this machine, into out/bench.json
 	$(BIN)/python -m benchmarks
+
+bench-peers: .venv/installed-bench  ## compare CPU seconds at equal error with other renderers, into out/peers.json
+	$(BIN)/python -m benchmarks.peers
 
 bench-references: .venv/installed-bench  ## make the reference pictures again with another renderer
 	$(BIN)/python -m benchmarks.peer_pictures

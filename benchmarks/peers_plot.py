@@ -1,0 +1,47 @@
+"""Error against CPU seconds of every setting, a panel for each scene."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+from benchmarks.peers_tables import OURS, PEERS, front
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from matplotlib.axes import Axes
+
+    from benchmarks.peers_runs import Run
+
+COLORS = dict(zip((OURS, *PEERS), ("#4477aa", "#ee6677", "#228833"), strict=True))
+"""From Paul Tol's bright scheme, which people with any colour vision tell apart."""
+COLUMNS = 3
+
+
+def draw(scenes: Mapping[str, Sequence[Run]], path: Path) -> None:
+    """Write the panels as SVG, the same bytes for the same figures."""
+    rows = -(-len(scenes) // COLUMNS)
+    with mpl.rc_context({"svg.hashsalt": "penumbra", "svg.fonttype": "none", "font.size": 9}):
+        figure = Figure(figsize=(4 * COLUMNS, 3.4 * rows), layout="constrained")
+        for place, (scene, runs) in enumerate(scenes.items(), start=1):
+            _panel(figure.add_subplot(rows, COLUMNS, place), scene, runs)
+        figure.savefig(path, format="svg", metadata={"Date": None})
+
+
+def _panel(panel: Axes, scene: str, runs: Sequence[Run]) -> None:
+    for name, color in COLORS.items():
+        own = sorted((run for run in runs if run["renderer"] == name), key=lambda run: run["cpu_seconds"])
+        best = front(own)
+        panel.scatter(*_places(own), color=color, s=10, alpha=0.4, linewidths=0)
+        panel.plot(*_places(best), color=color, marker="o", markersize=4, label=name)
+    panel.set(xscale="log", yscale="log", title=scene, xlabel="CPU seconds", ylabel="RMSE x 255")
+    panel.grid(visible=True, which="both", alpha=0.2)
+    panel.legend(frameon=False)
+
+
+def _places(runs: Sequence[Run]) -> tuple[list[float], list[float]]:
+    return [run["cpu_seconds"] for run in runs], [run["rmse_255"] for run in runs]
