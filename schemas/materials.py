@@ -62,7 +62,8 @@ class PhongMaterial(Closed):
         default=None,
         description="The name of an image texture of heights, the mean of its channels as stored. The "
         "surface is really moved along its normal and casts shadows on itself: it is cut into triangles with "
-        "edges of 2 pixels, at most 400,000 of them in a scene.",
+        "edges of 2 pixels, at most 400,000 of them in a scene. Shapes of the same map and height stay "
+        "together along borders whose corners are the same numbers.",
     )
     displacement_height: Height = Field(
         default=0.0, description="Height of white in the displacement map, scene units."

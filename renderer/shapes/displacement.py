@@ -1,8 +1,9 @@
 """Displaced surfaces: fine meshes whose vertices are moved along the normal by a height map.
 
 Cracks cannot open: vertices at one place share one normal and one height, the means over the faces that
-meet there. What the shape was shaded with stays, and is turned as the relief turns the surface, so that a
-smooth mesh stays smooth, a flat one keeps its edges, and flat heights give the picture without them.
+meet there, and so do shapes along a border that they share (`borders`). What the shape was shaded with stays,
+and is turned as the relief turns the surface, so that a smooth mesh stays smooth, a flat one keeps its edges,
+and flat heights give the picture without them.
 """
 
 from collections.abc import Sequence
@@ -11,10 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 import schemas.shapes as language
-from renderer.arrays import Floats, Integers, columns, dot, lengths, unit
+from renderer.arrays import Floats, Integers, Masks, columns, dot, lengths, unit
 from renderer.assets import AssetSource
 from renderer.cameras import Pinhole
 from renderer.shapes import ellipsoids, rectangles, triangles
+from renderer.shapes.borders import Lift, join, neighbours, open_edges
 from renderer.shapes.meshes import CORNERS, Surface, joined, placed, smooth_normals, surface_of, triangles_of
 from renderer.shapes.triangles import Triangles
 from renderer.textures.heights import Heights
@@ -56,6 +58,8 @@ class Patch:
     coordinates : (2, V) float64
         Texture coordinates; vertices at one place may differ in them.
     triangles : (3, T) int64
+    border : (V,) bool
+        Whether the shape ends there.
     """
 
     positions: Floats
@@ -63,21 +67,47 @@ class Patch:
     shading: Floats
     coordinates: Floats
     triangles: Integers
+    border: Masks
 
 
 def build(parts: Sequence[Displaced], camera: Pinhole, assets: AssetSource) -> Triangles:
     """The family of all displaced shapes, fine enough for the camera."""
     most = MAX_TRIANGLES // len(parts)
-    return joined([_moved(part, _patch(part.shape, camera, assets, most)) for part in parts])
+    surfaces = [_surface(part.shape, assets) for part in parts]
+    together = _of_one_relief(parts)
+    cuts = _cuts(surfaces, together, camera, most)
+    patches = [
+        _round(part.shape, camera, assets, most) if surface is None else _flat(part.shape, surface, count)
+        for part, surface, count in zip(parts, surfaces, cuts.tolist(), strict=True)
+    ]
+    lifts = [_lift(part, patch) for part, patch in zip(parts, patches, strict=True)]
+    for group in together:
+        join([lifts[i] for i in group])
+    return joined([_moved(*each) for each in zip(parts, patches, lifts, strict=True)])
 
 
-def _moved(part: Displaced, patch: Patch) -> Triangles:
+def _of_one_relief(parts: Sequence[Displaced]) -> list[list[int]]:
+    """Shapes that are moved by the same heights, several each."""
+    groups: dict[int, list[int]] = {}
+    for i, part in enumerate(parts):
+        groups.setdefault(id(part.heights), []).append(i)
+    return [group for group in groups.values() if len(group) > 1]
+
+
+def _lift(part: Displaced, patch: Patch) -> Lift:
     places, owner = np.unique(patch.positions, axis=1, return_inverse=True)
     owner = owner.reshape(-1)
-    share = np.bincount(owner)
-    heights = np.bincount(owner, part.heights.at(patch.coordinates)) / share
-    normals = unit(np.stack([np.bincount(owner, row) for row in patch.normals]))
-    moved = (places + normals * heights)[:, owner]
+    return Lift(
+        places=places,
+        owner=owner,
+        normals=unit(np.stack([np.bincount(owner, row) for row in patch.normals])),
+        heights=np.bincount(owner, part.heights.at(patch.coordinates)) / np.bincount(owner),
+        border=np.bincount(owner, patch.border) > 0,
+    )
+
+
+def _moved(part: Displaced, patch: Patch, lift: Lift) -> Triangles:
+    moved = lift.moved()
     surface = Surface(moved, patch.triangles, patch.coordinates)
     family = triangles_of(part.number, moved, surface, smooth=True)
     family.vertex_normals = _turned(patch, family.vertex_normals)
@@ -90,19 +120,24 @@ def _turned(patch: Patch, moved: Floats) -> Floats:
     return np.stack([unit(own[:, row] + corner) for row, corner in zip(patch.triangles, moved, strict=True)])
 
 
-def _patch(shape: language.Shape, camera: Pinhole, assets: AssetSource, most: int) -> Patch:
+def _surface(shape: language.Shape, assets: AssetSource) -> Surface | None:
+    """The shape as a coarse mesh; None for what is round."""
     match shape:
         case language.Ellipsoid() | language.Sphere():
-            return _ellipsoid(shape, camera, assets, most)
+            return None
         case language.Mesh() | language.MeshFile():
-            surface = _mesh(shape, assets)
+            return _mesh(shape, assets)
         case language.Triangle():
-            surface = Surface(
+            return Surface(
                 columns(shape.vertices), np.array([[0], [1], [2]]), np.array(shape.uvs or CORNERS).T
             )
         case _:
-            surface = _rectangle(shape)
-    return _subdivided(surface, _normals(shape, surface), _cuts(surface, camera, most), smooth=_smooth(shape))
+            return _rectangle(shape)
+
+
+def _flat(shape: language.Shape, surface: Surface, count: int) -> Patch:
+    """The fine mesh of a coarse one, each edge cut into `count`."""
+    return _subdivided(surface, _normals(shape, surface), count, smooth=_smooth(shape))
 
 
 def _normals(shape: language.Shape, surface: Surface) -> Floats:
@@ -160,7 +195,10 @@ def _subdivided(surface: Surface, normals: Floats, count: int, *, smooth: bool) 
     rows = (each[:, None, :] + offsets[None, :, None]).reshape(3, -1)
     along = mean(normals)
     shading = unit(along) if smooth else _face_normals(surface).repeat(first.size, axis=1)
-    return Patch(mean(surface.vertices), along, shading, mean(surface.texture), rows)
+    sides = (third == 0, first == 0, second == 0)
+    ends = zip(open_edges(surface), sides, strict=True)
+    border = np.logical_or.reduce([edge[:, None] & side for edge, side in ends]).reshape(-1)
+    return Patch(mean(surface.vertices), along, shading, mean(surface.texture), rows, border)
 
 
 def _cells(numbers: Integers) -> Integers:
@@ -171,11 +209,27 @@ def _cells(numbers: Integers) -> Integers:
     return np.hstack((lower[:, lower.min(axis=0) >= 0], upper[:, upper.min(axis=0) >= 0]))
 
 
-def _cuts(surface: Surface, camera: Pinhole, most: int) -> int:
+def _cuts(
+    surfaces: Sequence[Surface | None], together: Sequence[Sequence[int]], camera: Pinhole, most: int
+) -> Integers:
+    """Parts (N,) that the edges of each surface are cut into: alike for neighbours of one relief."""
+    flat = {i: surface for i, surface in enumerate(surfaces) if surface is not None}
+    allowed, cuts = np.ones((2, len(surfaces)), dtype=np.int64)
+    for i, surface in flat.items():
+        allowed[i] = max(1, int(np.sqrt(most / surface.triangles.shape[1])))
+        cuts[i] = min(int(np.ceil(_longest(surface, camera) / PIXELS)), allowed[i])
+    for group in together:
+        chosen = np.array([i for i in group if i in flat], dtype=np.int64)
+        labels = neighbours([flat[i] for i in chosen.tolist()])
+        for label in np.unique(labels):
+            members = chosen[labels == label]
+            cuts[members] = min(cuts[members].max(), allowed[members].min())
+    return cuts
+
+
+def _longest(surface: Surface, camera: Pinhole) -> float:
     corners = [surface.vertices[:, row] for row in surface.triangles]
-    longest = max(float(_pixels(corners[i], corners[(i + 1) % 3], camera).max(initial=1.0)) for i in range(3))
-    allowed = int(np.sqrt(most / surface.triangles.shape[1]))
-    return max(1, min(int(np.ceil(longest / PIXELS)), allowed))
+    return max(float(_pixels(corners[i], corners[(i + 1) % 3], camera).max(initial=1.0)) for i in range(3))
 
 
 def _pixels(start: Floats, end: Floats, camera: Pinhole) -> Floats:
@@ -186,10 +240,9 @@ def _pixels(start: Floats, end: Floats, camera: Pinhole) -> Floats:
     return length / np.where(away > 0, away, 1.0) / (2 * camera.half_height) * camera.height
 
 
-def _ellipsoid(
-    shape: language.Ellipsoid | language.Sphere, camera: Pinhole, assets: AssetSource, most: int
-) -> Patch:
+def _round(shape: language.Shape, camera: Pinhole, assets: AssetSource, most: int) -> Patch:
     """A grid of longitudes and latitudes. Its first and last column, and each pole, are one place."""
+    assert isinstance(shape, language.Ellipsoid | language.Sphere)
     family = ellipsoids.build([0], [shape], assets)
     axes, inverse = family.axes[:, :, 0], family.inverse[:, :, 0]
     radius = float(np.max([lengths(axis[:, None]) for axis in axes]))
@@ -200,7 +253,8 @@ def _ellipsoid(
     local = _on_sphere(coordinates)
     positions = family.centers + np.stack([dot(local, axes[:, i, None]) for i in range(3)])
     normals = unit(np.stack([dot(local, inverse[:, i, None]) for i in range(3)]))
-    return Patch(positions, normals, normals, coordinates, cells)
+    border = np.zeros(coordinates.shape[1], dtype=bool)
+    return Patch(positions, normals, normals, coordinates, cells, border)
 
 
 def _graticule(rows: int) -> tuple[Floats, Integers]:

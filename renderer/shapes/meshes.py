@@ -72,7 +72,7 @@ def smooth_normals(vertices: Floats, triangles: Integers) -> Floats:
     Vertices at the same place count as one, so that a seam in the texture is no seam in the shading. The
     angle makes the mean independent of how faces are cut into triangles (Thuermer and Wuethrich 1998).
     """
-    owner = _places(vertices)
+    owner = place_numbers(vertices)
     corners = [vertices[:, row] for row in triangles]
     normals = unit_normals(np.stack(corners))
     total = np.zeros((3, owner.max() + 1))
@@ -84,7 +84,7 @@ def smooth_normals(vertices: Floats, triangles: Integers) -> Floats:
     return unit(total)[:, owner]
 
 
-def _places(vertices: Floats) -> Integers:
+def place_numbers(vertices: Floats) -> Integers:
     """Number of the place of each vertex (V,): equal for equal coordinates."""
     order = np.lexsort(vertices)
     ordered = vertices[:, order]
