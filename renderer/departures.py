@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.arrays import Floats, Integers, Masks, magnitude
+from renderer.numerics import NEARER
 from renderer.streams import Keys
 
 NEAR = 2.0**-40
@@ -66,7 +67,8 @@ class Departure:
 def settled(distances: Floats, bounds: Floats, before: Floats) -> Floats:
     """Signed distances of origins, those within `bounds` moved to the side of the origins before.
 
-    Where these touch as well, the plane is met no more: the result is 0.
+    They stand next to nothing away on that side, so that a ray which meets the plane there goes nowhere.
+    Where the origins before touch as well, the plane is met no more: the result is 0.
     """
     sides = np.where(np.abs(before) <= bounds, 0.0, np.sign(before))
-    return np.where(np.abs(distances) <= bounds, sides * bounds, distances)
+    return np.where(np.abs(distances) <= bounds, sides * (NEARER * bounds), distances)

@@ -49,7 +49,7 @@ def sharp_corners() -> Outcome:
 
 def _wedge(kind: str, angle: float, place: Place, chosen: np.random.Generator) -> View:
     """Rays from between the outer walls at the foot of the one between them, with lights behind."""
-    walls = [wall for share in (0, 1, 0.45) for wall in _rising(kind, place, share * angle)]
+    walls = [wall for share in (0, 1, 0.45) for wall in rising(kind, place, share * angle)]
     away, within = math.pi + angle / 2, angle * chosen.choice([0.2, 0.8])
     behind = place.at(5 * math.cos(away), 5 * math.sin(away), 0.3).tolist()
     edges = place.way(0, 0, 0.8), place.way(-0.3 * math.sin(away), 0.3 * math.cos(away), 0)
@@ -59,7 +59,7 @@ def _wedge(kind: str, angle: float, place: Place, chosen: np.random.Generator) -
     return View(walls, lights, len(walls), eye, foot - eye, np.zeros((40, 2)))
 
 
-def _rising(kind: str, place: Place, angle: float) -> list[Json]:
+def rising(kind: str, place: Place, angle: float) -> list[Json]:
     """A wall six units wide that rises at an angle from a line of eight units."""
     corner, along = place.at(0, 0, -4), place.way(0, 0, 8)
     up = place.way(6 * math.cos(angle), 6 * math.sin(angle), 0)

@@ -85,6 +85,8 @@ class Rectangles(Family):
             before = -side * dot(rays.departure.before - anchor, product)
             own = rays.departure.shapes == self.numbers[shape]
             depth = np.where(own, 0.0, settled(depth, bound, before))
+            # What rounding could decide is settled.
+            rounding = np.zeros(1)
         border = magnitude(rays.directions) * (gamma(4) * lengths(from_anchor) + gamma(1) * self.sizes[shape])
         beside, above = border * lengths(second), border * lengths(first)
         hit = (

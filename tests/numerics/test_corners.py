@@ -1,11 +1,18 @@
 """Corner lines of rooms: what mirrors show there, and what light passes there."""
 
+import math
+from collections import Counter
+
 import numpy as np
 import pytest
 
+from renderer.execute import radiance
+from renderer.hard_cases.documents import phong, scene
 from renderer.hard_cases.shadow_rooms import WALLS, inner_lights, outer_lights, room, seen_in_room
 from renderer.hard_cases.shadow_scenes import PATTERNS, SCALES, Place, places
-from tests.images.parts import DOUBLE, SINGLE
+from renderer.hard_cases.sharp_corners import rising
+from renderer.interaction import Rays
+from tests.images.parts import DOUBLE, SINGLE, plan_of
 
 BOTH = pytest.mark.parametrize("quality", [SINGLE, DOUBLE], ids=["single", "double"])
 KINDS = pytest.mark.parametrize("kind", WALLS)
@@ -54,3 +61,19 @@ def test_no_light_from_outside_is_seen_at_the_corners_of_a_room_nor_in_mirrors_t
                 pattern=PATTERNS[number % 4],
             )
             assert not light.any()
+
+
+@KINDS
+@pytest.mark.parametrize("degrees", [10, 2, 0.5])
+def test_no_path_leaves_a_wedge_of_mirrors_at_its_edge(kind: str, degrees: float) -> None:
+    """Unfolded the path is straight: it leaves after 180 degrees of walls, 18 at least, and may pass 10."""
+    angle = math.radians(degrees)
+    mirror = phong([0, 0, 0], ambient=0, diffuse=0, mirror=1, max_depth=10)
+    for chosen, place in places(f"wedge {kind}", offsets=(0.0, 1e3, 1e6)):
+        walls = [*rising(kind, place, 0.0), *rising(kind, place, angle)]
+        white = {"background": [1, 1, 1], "ambient": [0, 0, 0], "materials": {"plain": mirror}}
+        foot = place.at(10.0 ** chosen.uniform(-17, -14, 40), 0, chosen.uniform(-3, 3, 40))
+        eye = place.at(3 * math.cos(0.4 * angle), 3 * math.sin(0.4 * angle), 0.3)
+        numbers = np.arange(len(foot))
+        rays = Rays(eye[:, None], np.ascontiguousarray((foot - eye).T), numbers, np.zeros_like(numbers))
+        assert not radiance(plan_of(scene(*walls, **white), DOUBLE), rays, Counter()).any()
