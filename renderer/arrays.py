@@ -5,6 +5,7 @@ columns changes, and then a pixel would depend on the tile it was rendered in.
 """
 
 from collections.abc import Sequence
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,9 @@ Integers = NDArray[np.int64]
 """int64 array."""
 Masks = NDArray[np.bool_]
 """Boolean array."""
+
+
+Value = TypeVar("Value", bound=np.generic)
 
 
 def dot(a: Floats, b: Floats) -> Floats:
@@ -41,6 +45,26 @@ def unit(v: Floats) -> Floats:
     scaled = v / np.where(largest > 0, largest, 1.0)
     length = np.sqrt(dot(scaled, scaled))
     return scaled / np.where(length > 0, length, 1.0)
+
+
+def taken(v: NDArray[Value], index: Integers) -> NDArray[Value]:
+    """Columns (..., M) of an array (..., N), row by row.
+
+    `v[:, index]` would lay them out column by column, and take four times as long.
+    """
+    return np.take(v, index, axis=-1)
+
+
+def put(v: NDArray[Value], index: Integers, columns: NDArray[Value]) -> None:
+    """Set columns (R, M) of an array (R, N), a row at a time."""
+    for row, values in zip(v, columns, strict=True):
+        row[index] = values
+
+
+def add(v: NDArray[Value], index: Integers, columns: NDArray[Value]) -> None:
+    """Add to columns (R, M) of an array (R, N), each named once, a row at a time."""
+    for row, values in zip(v, columns, strict=True):
+        row[index] += values
 
 
 def column(vector: Sequence[float]) -> Floats:

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.arrays import Floats
+from renderer.arrays import Floats, put
 from renderer.film import Film
 from renderer.interaction import Points, Rays, points_of
 from renderer.layers import Layers, record
@@ -159,7 +159,7 @@ def local_radiance(plan: RenderPlan, rays: Rays, counts: Counter[str]) -> tuple[
     for chunk in chunks(plan, points):
         for lighting in plan.lightings:
             counts["shadow"] += lighting.run(chunk, workspace())
-    result[:, points.rays] = points.radiance
+    put(result, points.rays, points.radiance)
     return result, points
 
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Masks, unit
+from renderer.arrays import Floats, Integers, Masks, taken, unit
 from renderer.departures import Departure
 from renderer.streams import Keys
 
@@ -61,7 +61,7 @@ class Rays:
 
     def origins_at(self, index: Integers) -> Floats:
         """Origins of some rays, (3, 1) if all share one."""
-        return self.origins if self.origins.shape[1] == 1 else self.origins[:, index]
+        return self.origins if self.origins.shape[1] == 1 else taken(self.origins, index)
 
     def offer(
         self,
@@ -91,7 +91,8 @@ class Rays:
         rays = candidates[nearer]
         self.t[rays] = t[nearer]
         self.shapes[rays], self.primitives[rays] = shapes[nearer], primitives[nearer]
-        self.coordinates[:, rays] = coordinates[0][nearer], coordinates[1][nearer]
+        for row, places in zip(self.coordinates, coordinates, strict=True):
+            row[rays] = places[nearer]
 
 
 @dataclass(slots=True)
@@ -211,7 +212,7 @@ def points_of(rays: Rays, materials: Integers, *, bent: bool) -> Points:
     """
     hit = np.flatnonzero((rays.shapes >= 0) & (rays.shapes < EMITTER))
     count = hit.size
-    directions = rays.directions[:, hit]
+    directions = taken(rays.directions, hit)
     shapes = rays.shapes[hit]
     normals = np.zeros((3, count))
     origins = rays.origins_at(hit)
@@ -225,7 +226,7 @@ def points_of(rays: Rays, materials: Integers, *, bent: bool) -> Points:
         sources=_sources(rays, hit, origins),
         directions=directions,
         t=rays.t[hit],
-        hits=rays.coordinates[:, hit],
+        hits=taken(rays.coordinates, hit),
         shapes=shapes,
         primitives=rays.primitives[hit],
         materials=materials[shapes],
@@ -249,4 +250,4 @@ def points_of(rays: Rays, materials: Integers, *, bent: bool) -> Points:
 def _sources(rays: Rays, hit: Integers, origins: Floats) -> Floats:
     if rays.departure is None:
         return origins
-    return rays.departure.came_from(hit, origins, rays.t[hit] * rays.directions[:, hit])
+    return rays.departure.came_from(hit, origins, rays.t[hit] * taken(rays.directions, hit))

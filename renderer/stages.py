@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from renderer.arrays import Floats
+from renderer.arrays import Floats, taken
 from renderer.interaction import Points, Rays
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView, facing
@@ -75,8 +75,8 @@ class Lighting:
             light_points=self.emitter.points(
                 points.pixels[chosen], points.samples[chosen], points.paths[chosen], self.dtype
             ),
-            towards=towards[:, chosen],
-            origins=points.sources if points.sources.shape[1] == 1 else points.sources[:, chosen],
+            towards=taken(towards, chosen),
+            origins=points.sources if points.sources.shape[1] == 1 else taken(points.sources, chosen),
             dtype=self.dtype,
             workspace=workspace,
         )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from benchmarks.textbook.pairs import stepped
-from renderer.arrays import dot
+from renderer.arrays import dot, taken
 from renderer.visibility.ellipsoids import EllipsoidShadows
 from renderer.visibility.polygon_grids import GridPolygonShadows
 from renderer.visibility.polygons import signed
@@ -62,7 +62,7 @@ class BareRoundShadows(EllipsoidShadows):
     """Shadow stage: ellipsoids in float32 between points and one light."""
 
     def _shade(self, view: LightView, shape: int, positions: Floats, index: Integers) -> None:
-        places = stepped(positions, view.of_points(view.points.normals)[:, index])
+        places = stepped(positions, taken(view.of_points(view.points.normals), index))
         relative = self.family.to_sphere(places - self.family.centers[:, shape, None], shape)
         squares = dot(relative, relative)
         power = np.maximum(squares - 1, 0)

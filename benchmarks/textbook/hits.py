@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from benchmarks.textbook.single import SINGLE, STEP, Singles, buffer, dot, normalised
-from renderer.arrays import cross
+from renderer.arrays import cross, put, taken
 from renderer.arrays import dot as plain_dot
 from renderer.shapes.ellipsoids import Ellipsoids
 from renderer.shapes.family import WHOLE
@@ -44,10 +44,10 @@ class TextbookTriangles(Triangles):
 
     def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
         """Places along the rays; normals turned to them."""
-        u, v = points.hits[:, chosen]
-        _place(points, chosen, self.normals[:, shapes])
-        corners = self.texture[:, :, shapes]
-        points.coordinates[:, chosen] = (1 - u - v) * corners[0] + u * corners[1] + v * corners[2]
+        u, v = taken(points.hits, chosen)
+        _place(points, chosen, taken(self.normals, shapes))
+        corners = taken(self.texture, shapes)
+        put(points.coordinates, chosen, (1 - u - v) * corners[0] + u * corners[1] + v * corners[2])
 
 
 @dataclass(slots=True)
@@ -72,8 +72,8 @@ class TextbookRectangles(Rectangles):
 
     def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
         """Places along the rays; normals turned to them."""
-        _place(points, chosen, self.normals[:, shapes])
-        points.coordinates[:, chosen] = points.hits[:, chosen]
+        _place(points, chosen, taken(self.normals, shapes))
+        put(points.coordinates, chosen, taken(points.hits, chosen))
 
 
 @dataclass(slots=True)
@@ -101,18 +101,18 @@ class TextbookEllipsoids(Ellipsoids):
         t = np.where(near > STEP, near, far)
         ahead = np.flatnonzero(t > STEP)
         found, t = found[ahead], t[ahead]
-        starts = np.broadcast_to(origin, (3, rays.t.size))[:, found]
+        starts = taken(np.broadcast_to(origin, (3, rays.t.size)), found)
         where = [start + t * part[found] for start, part in zip(starts, direction, strict=True)]
         rays.offer(found, t, _angles(where), self.numbers[shape : shape + 1], WHOLE)
 
     def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
         """Places along the rays; normals by the inverse transposed."""
         places = _places(points, chosen)
-        inverse = self.inverse[:, :, shapes]
-        relative = places - self.centers[:, shapes]
+        inverse = taken(self.inverse, shapes)
+        relative = places - taken(self.centers, shapes)
         x, y, z = (plain_dot(relative, row) for row in inverse)
         _place(points, chosen, normalised(x * inverse[0] + y * inverse[1] + z * inverse[2]))
-        points.coordinates[:, chosen] = points.hits[:, chosen]
+        put(points.coordinates, chosen, taken(points.hits, chosen))
 
 
 def _rows(rays: Rays, *names: str) -> list[Singles]:
@@ -129,13 +129,13 @@ def _angles(where: list[Singles]) -> tuple[Singles, Singles]:
 
 
 def _places(points: Points, chosen: Integers) -> Singles:
-    origins = points.origins if points.origins.shape[1] == 1 else points.origins[:, chosen]
-    return origins + points.t[chosen] * points.directions[:, chosen]
+    origins = points.origins if points.origins.shape[1] == 1 else taken(points.origins, chosen)
+    return origins + points.t[chosen] * taken(points.directions, chosen)
 
 
 def _place(points: Points, chosen: Integers, normals: Singles) -> None:
-    points.positions[:, chosen] = _places(points, chosen)
-    flipped = plain_dot(points.directions[:, chosen], normals) > 0
+    put(points.positions, chosen, _places(points, chosen))
+    flipped = plain_dot(taken(points.directions, chosen), normals) > 0
     points.flipped[chosen] = flipped
     facing = np.where(flipped, -normals, normals)
-    points.normals[:, chosen] = points.shading_normals[:, chosen] = facing
+    put(points.normals, chosen, facing)

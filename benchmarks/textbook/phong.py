@@ -9,6 +9,7 @@ import numpy as np
 
 from benchmarks.textbook.pairs import light_places, ways
 from benchmarks.textbook.single import Singles, buffer, dot
+from renderer.arrays import add, taken
 from renderer.arrays import dot as plain_dot
 from renderer.materials.phong import Diffuse, Highlight
 
@@ -27,7 +28,7 @@ class TextbookDiffuse(Diffuse):
         directions = _directions(view, np.arange(view.count))
         cosines = _cosines(view.of_points(points.shading_normals), directions)
         share = view.mean(cosines) * self.phong.diffuse[view.of_points(points.materials)]
-        points.radiance[:, chosen] += view.emitter.color * view.of_points(points.colors) * share
+        add(points.radiance, chosen, view.emitter.color * view.of_points(points.colors) * share)
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +42,7 @@ class TextbookHighlight(Highlight):
         if not index.size:
             return
         chosen = view.chosen[index]
-        normals, viewers = view.points.shading_normals[:, chosen], view.points.viewers[:, chosen]
+        normals, viewers = taken(view.points.shading_normals, chosen), taken(view.points.viewers, chosen)
         mirrored = 2 * plain_dot(normals, viewers) * normals - viewers
         directions = _directions(view, index)
         values = _cosines(mirrored, directions)
@@ -50,12 +51,12 @@ class TextbookHighlight(Highlight):
         if view.blocked is not None:
             lit &= ~np.take(view.blocked, index, axis=1)
         share = np.multiply(values, lit, out=values).mean(axis=0) * self.phong.specular[materials[index]]
-        view.points.radiance[:, chosen] += view.emitter.color * share
+        add(view.points.radiance, chosen, view.emitter.color * share)
 
 
 def _directions(view: LightView, index: Integers) -> list[Singles]:
     """Unit vectors from some points to the light points, three buffers (L, n)."""
-    directions = ways(view.points.positions[:, view.chosen[index]], light_places(view, index))
+    directions = ways(taken(view.points.positions, view.chosen[index]), light_places(view, index))
     squares, spare = (buffer(name, *directions[0].shape) for name in ("squares", "spare"))
     lengths = np.sqrt(dot(directions, directions, squares, spare), out=squares)
     inverse = np.reciprocal(lengths, out=lengths)

@@ -6,7 +6,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.arrays import Floats, Integers, Masks, Pairs, dot, magnitude
+from renderer.arrays import Floats, Integers, Masks, Pairs, dot, magnitude, taken
 from renderer.interaction import Points
 from renderer.lights.emitters import Emitter
 from renderer.lights.samples import Frame, LightPoints, Terms
@@ -79,7 +79,7 @@ class LightView:
 
     def of_points(self, values: NDArray[Value]) -> NDArray[Value]:
         """Values of the chunk, (..., M), at the n points."""
-        return values if self.count == values.shape[-1] else values[..., self.chosen]
+        return values if self.count == values.shape[-1] else taken(values, self.chosen)
 
     def open_points(self) -> Integers:
         """Points (m,) that some light point may still be seen from."""
@@ -117,10 +117,10 @@ class LightView:
         lit = self.open_points()
         if lit.size < self.count:
             self.blocked = np.take(self.blocked, lit, axis=1)
-            self.chosen, self.towards = self.chosen[lit], self.towards[:, lit]
+            self.chosen, self.towards = self.chosen[lit], taken(self.towards, lit)
             self.light_points = self.light_points.chosen(lit)
             if self.origins.shape[1] > 1:
-                self.origins = self.origins[:, lit]
+                self.origins = taken(self.origins, lit)
 
     def pairs(self, name: str) -> Pairs:
         """An (L, n) buffer."""
@@ -214,9 +214,9 @@ class LightView:
         return replace(
             self,
             chosen=self.chosen[index],
-            towards=self.towards[:, index],
+            towards=taken(self.towards, index),
             light_points=self.light_points.chosen(index),
-            origins=self.origins if self.origins.shape[1] == 1 else self.origins[:, index],
+            origins=self.origins if self.origins.shape[1] == 1 else taken(self.origins, index),
             dtype=dtype,
             blocked=None if self.blocked is None else np.take(self.blocked, index, axis=1),
             weights=None if self.weights is None else self.weights.part(index),

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import schemas.materials as language
-from renderer.arrays import Floats, Masks, Pairs, columns, dot
+from renderer.arrays import Floats, Masks, Pairs, add, columns, dot, taken
 from renderer.interaction import Points
 from renderer.lights.view import LightView
 
@@ -63,7 +63,7 @@ class Colors:
 
     def run(self, points: Points) -> None:
         """Fill in the colours."""
-        points.colors[...] = self.phong.colors[:, points.materials]
+        points.colors[...] = taken(self.phong.colors, points.materials)
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +89,7 @@ class Diffuse:
         points, chosen = view.points, view.chosen
         cosines = view.cosines(view.of_points(points.shading_normals), view.pairs("cosines"))
         share = view.mean(cosines) * self.phong.diffuse[view.of_points(points.materials)]
-        points.radiance[:, chosen] += view.emitter.color * view.of_points(points.colors) * share
+        add(points.radiance, chosen, view.emitter.color * view.of_points(points.colors) * share)
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,9 +116,8 @@ class Highlight:
         lit = part.positive_cosines(normals)
         if lit is not None:
             np.multiply(values, lit, out=values)
-        part.points.radiance[:, part.chosen] += view.emitter.color * (
-            part.mean(values) * self.phong.specular[materials[index]]
-        )
+        share = part.mean(values) * self.phong.specular[materials[index]]
+        add(part.points.radiance, part.chosen, view.emitter.color * share)
 
     def _mirrored(self, view: LightView) -> Masks:
         """Points whose mirrored viewer sees some place of the light, or nearly so."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import schemas.shapes as language
-from renderer.arrays import Floats, Integers, Masks, columns, cross, dot, lengths, magnitude, unit
+from renderer.arrays import Floats, Integers, Masks, columns, cross, dot, lengths, magnitude, put, taken, unit
 from renderer.assets import AssetSource
 from renderer.departures import Departure, settled
 from renderer.interaction import Points, Rays
@@ -78,9 +78,14 @@ class Ellipsoids(Family):
         closest = np.sqrt(dot(across, across))
         found = np.flatnonzero(closest <= 1)
         if found.size:
-            origin = np.broadcast_to(origin, direction.shape)[:, found]
+            origin = taken(np.broadcast_to(origin, direction.shape), found)
             lines = _Lines(
-                origin, direction[:, found], length[found], along[found], across[:, found], closest[found]
+                origin,
+                taken(direction, found),
+                length[found],
+                along[found],
+                taken(across, found),
+                closest[found],
             )
             self._offer_roots(shape, rays, found, lines)
 
@@ -101,7 +106,7 @@ class Ellipsoids(Family):
         t = np.where(entering, near, np.maximum(near, far))
         ahead = np.flatnonzero((t > 0) & inward)
         passed = np.where(entering, -half_chord, half_chord)[ahead]
-        coordinates = _angles(lines.across[:, ahead] + passed * lines.direction[:, ahead])
+        coordinates = _angles(taken(lines.across, ahead) + passed * taken(lines.direction, ahead))
         t = t[ahead] / lines.length[ahead]
         rays.offer(found[ahead], t, coordinates, self.numbers[shape : shape + 1], WHOLE)
 
@@ -122,18 +127,18 @@ class Ellipsoids(Family):
 
     def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
         """Positions put back on the sphere, normals by the inverse transposed, never by the axes."""
-        direction = points.directions[:, chosen]
+        direction = taken(points.directions, chosen)
         where = self._on_sphere(points, chosen, shapes)
-        axes, inverse = self.axes[:, :, shapes], self.inverse[:, :, shapes]
-        points.positions[:, chosen] = (
-            self.centers[:, shapes] + where[0] * axes[0] + where[1] * axes[1] + where[2] * axes[2]
-        )
+        axes, inverse = taken(self.axes, shapes), taken(self.inverse, shapes)
+        centers = taken(self.centers, shapes)
+        put(points.positions, chosen, centers + where[0] * axes[0] + where[1] * axes[1] + where[2] * axes[2])
         normals = unit(where[0] * inverse[0] + where[1] * inverse[1] + where[2] * inverse[2])
         flipped = dot(direction, normals) > 0
         points.flipped[chosen] = flipped
         facing = normals * np.where(flipped, -1.0, 1.0)
-        points.normals[:, chosen] = points.shading_normals[:, chosen] = facing
-        points.coordinates[:, chosen] = points.hits[:, chosen]
+        put(points.normals, chosen, facing)
+        put(points.shading_normals, chosen, facing)
+        put(points.coordinates, chosen, taken(points.hits, chosen))
 
     def _on_sphere(self, points: Points, chosen: Integers, shapes: Integers) -> Floats:
         """Where the rays enter or leave the unit sphere, (3, M).
@@ -141,11 +146,12 @@ class Ellipsoids(Family):
         The rounding of a long t is taken back along the ray, never across it: in front of a thin ellipsoid it
         is many times the sphere's radius. A start that far outside can only enter.
         """
-        origins = points.origins if points.origins.shape[1] == 1 else points.origins[:, chosen]
-        relative = origins - self.centers[:, shapes]
-        inverse = self.inverse[:, :, shapes]
+        origins = points.origins if points.origins.shape[1] == 1 else taken(points.origins, chosen)
+        relative = origins - taken(self.centers, shapes)
+        inverse = taken(self.inverse, shapes)
         origin = np.stack([dot(relative, row) for row in inverse])
-        along = np.stack([dot(points.directions[:, chosen], row) for row in inverse])
+        directions = taken(points.directions, chosen)
+        along = np.stack([dot(directions, row) for row in inverse])
         where = origin + points.t[chosen] * along
         along = unit(along)
         passed = dot(where, along)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import schemas.shapes as language
-from renderer.arrays import Floats, Integers, column, cross, dot, lengths, magnitude, unit
+from renderer.arrays import Floats, Integers, column, cross, dot, lengths, magnitude, put, taken, unit
 from renderer.assets import AssetSource
 from renderer.departures import settled
 from renderer.interaction import Points, Rays
@@ -101,15 +101,16 @@ class Rectangles(Family):
 
     def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
         """Positions from the surface coordinates: they stay on the plane however long the ray was."""
-        u, v = points.hits[:, chosen]
-        points.positions[:, chosen] = (
-            self.anchors[:, shapes] + u * self.first[:, shapes] + v * self.second[:, shapes]
-        )
-        points.coordinates[:, chosen] = u, v
-        flipped = dot(points.directions[:, chosen], self.products[:, shapes]) > 0
+        hits = taken(points.hits, chosen)
+        u, v = hits
+        places = taken(self.anchors, shapes) + u * taken(self.first, shapes) + v * taken(self.second, shapes)
+        put(points.positions, chosen, places)
+        put(points.coordinates, chosen, hits)
+        flipped = dot(taken(points.directions, chosen), taken(self.products, shapes)) > 0
         points.flipped[chosen] = flipped
-        facing = self.normals[:, shapes] * np.where(flipped, -1.0, 1.0)
-        points.normals[:, chosen] = points.shading_normals[:, chosen] = facing
+        facing = taken(self.normals, shapes) * np.where(flipped, -1.0, 1.0)
+        put(points.normals, chosen, facing)
+        put(points.shading_normals, chosen, facing)
 
     def frame(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
         """Directions of the edges."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import schemas.shapes as language
-from renderer.arrays import Floats, Integers, Masks, cross, dot, lengths, magnitude, unit
+from renderer.arrays import Floats, Integers, Masks, cross, dot, lengths, magnitude, put, taken, unit
 from renderer.assets import AssetSource
 from renderer.interaction import Points, Rays
 from renderer.shapes import woop
@@ -64,19 +64,20 @@ class Triangles(Family):
 
     def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
         """Position, normals and texture coordinates as means of the vertices'."""
-        second, third = points.hits[:, chosen]
+        second, third = taken(points.hits, chosen)
         first = 1 - second - third
         weights = (first, second, third)
-        points.positions[:, chosen] = _mean(self.vertices, shapes, weights)
-        points.coordinates[:, chosen] = _mean(self.texture, shapes, weights)
-        normals = self.normals[:, shapes]
-        flipped = dot(points.directions[:, chosen], normals) > 0
+        put(points.positions, chosen, _mean(self.vertices, shapes, weights))
+        put(points.coordinates, chosen, _mean(self.texture, shapes, weights))
+        normals = taken(self.normals, shapes)
+        flipped = dot(taken(points.directions, chosen), normals) > 0
         facing = normals * np.where(flipped, -1.0, 1.0)
         points.flipped[chosen] = flipped
-        points.normals[:, chosen] = points.shading_normals[:, chosen] = facing
+        put(points.normals, chosen, facing)
+        put(points.shading_normals, chosen, facing)
         if points.bent:
             smooth = unit(_mean(self.vertex_normals, shapes, weights)) * np.where(flipped, -1.0, 1.0)
-            points.shading_normals[:, chosen] = np.where(self.smooth[shapes], smooth, facing)
+            put(points.shading_normals, chosen, np.where(self.smooth[shapes], smooth, facing))
 
     def frame(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
         """Directions in which the texture coordinates grow, or any frame where they do not say."""
@@ -115,9 +116,9 @@ class Triangles(Family):
 
 def _mean(values: Floats, shapes: Integers, weights: tuple[Floats, Floats, Floats]) -> Floats:
     return (
-        values[0][:, shapes] * weights[0]
-        + values[1][:, shapes] * weights[1]
-        + values[2][:, shapes] * weights[2]
+        taken(values[0], shapes) * weights[0]
+        + taken(values[1], shapes) * weights[1]
+        + taken(values[2], shapes) * weights[2]
     )
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Masks, cross, dot, lengths
+from renderer.arrays import Floats, Integers, Masks, cross, dot, lengths, taken
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
 from renderer.numerics import gamma
@@ -50,7 +50,7 @@ class Cone:
 
     def at(self, index: Integers) -> "Cone":
         """The same at some points."""
-        return Cone(self.x[:, index], self.y[:, index], self.down[:, index], self.contact[index])
+        return Cone(taken(self.x, index), taken(self.y, index), taken(self.down, index), self.contact[index])
 
 
 @dataclass(slots=True)
@@ -86,7 +86,7 @@ class EllipsoidShadows:
             if within.size:
                 self._shade_inner(view, shape, within)
             if others.size:
-                self._shade(view, shape, positions[:, others], others)
+                self._shade(view, shape, taken(positions, others), others)
 
     def _shade(self, view: LightView, shape: int, positions: Floats, index: Integers) -> None:
         relative = self.family.to_sphere(positions - self.family.centers[:, shape, None], shape)
@@ -99,7 +99,9 @@ class EllipsoidShadows:
             self._shade_inner(view, shape, index[inside])
         outer = np.flatnonzero(~inside)
         if outer.size:
-            self._shade_outer(view, shape, relative[:, outer], distance[outer], power[outer], index[outer])
+            self._shade_outer(
+                view, shape, taken(relative, outer), distance[outer], power[outer], index[outer]
+            )
 
     def _rounding(self, view: LightView, shape: int, index: Integers) -> Floats:
         """Bound on the error of the squared distance of a computed point, in the sphere's frame."""
