@@ -15,6 +15,7 @@ from benchmarks.textbook.shadows import FlatShadowRays, RoundShadowRays
 from renderer.accelerators.meeting import TreeMeeting
 from renderer.materials.phong import Diffuse, Highlight
 from renderer.shapes.family import Location, Meeting
+from renderer.shapes.overlaps import Overlaps
 from renderer.tiling import blocks, tiles
 from renderer.visibility.ellipsoids import EllipsoidShadows
 from renderer.visibility.polygons import PolygonShadows
@@ -37,6 +38,8 @@ def kernel_of(stage: Any) -> str:
             return f"nearest hits through a tree of {stage.family.numbers.size:,} triangles"
         case Meeting():
             return f"nearest hits of {stage.family.plural}"
+        case Overlaps():
+            return "shapes in one plane"
         case Location():
             return f"points on {stage.family.plural}"
         case PolygonShadows() | FlatShadowRays():

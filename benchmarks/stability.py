@@ -48,7 +48,7 @@ side of them is right."""
 
 
 class Price(TypedDict):
-    """CPU seconds of a kernel or a picture by way, the fastest of several rounds."""
+    """CPU seconds of a kernel or a picture by way, the fastest of several rounds; 0 for a way without it."""
 
     name: str
     seconds: dict[str, float]
@@ -91,7 +91,7 @@ def _of_kernels(runs: int) -> list[Price]:
     for plan in (PRICED[0].plan(), kernels.of_many_triangles()):
         clocks = _in_turns(plan, kernels.seconds_of, runs)
         for name in clocks["penumbra"][0]:
-            seconds = {way: min(clock[name] for clock in rounds) for way, rounds in clocks.items()}
+            seconds = {way: min(clock.get(name, 0.0) for clock in rounds) for way, rounds in clocks.items()}
             prices.setdefault(name, Price(name=name, seconds=_rounded(seconds)))
     return [*prices.values()]
 

@@ -123,13 +123,9 @@ def priced(prices: list[dict[str, Any]]) -> str:
     """One row a part: milliseconds, and how many times as long Penumbra takes."""
     rows = []
     for price in prices:
-        here, plain, factored = (1000 * price["seconds"][way] for way in WAYS)
-        ratios = (ratio(price, way) for way in WAYS[1:])
-        rows.append(
-            f"| {price['name']} | {here:.0f} | {plain:.0f} | {factored:.0f} | "
-            + " | ".join(f"{times:.2f}" for times in ratios)
-            + " |"
-        )
+        times = [f"{1000 * price['seconds'][way]:.0f}" for way in WAYS]
+        ratios = [f"{ratio(price, way):.2f}" if price["seconds"][way] else "" for way in WAYS[1:]]
+        rows.append(f"| {' | '.join([price['name'], *times, *ratios])} |")
     return "\n".join(rows)
 
 

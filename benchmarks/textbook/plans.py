@@ -18,6 +18,7 @@ from renderer.lights.surfaces import LightSurfaces
 from renderer.materials.phong import Diffuse, Highlight
 from renderer.shapes.ellipsoids import Ellipsoids
 from renderer.shapes.family import Location, Meeting
+from renderer.shapes.overlaps import Overlaps
 from renderer.shapes.rectangles import Rectangles
 from renderer.shapes.triangles import Triangles
 from renderer.visibility.ellipsoids import EllipsoidShadows
@@ -75,11 +76,11 @@ def _family(family: Family) -> Family:
 
 
 def _for_rays(stages: tuple[RayStage, ...]) -> tuple[RayStage, ...]:
-    return tuple(replaced for stage in stages if (replaced := _met_by(stage)) is not None)
+    """Without what mends hits where rounding chose between them: the textbooks have nothing for it."""
+    return tuple(_met_by(stage) for stage in stages if not isinstance(stage, Overlaps))
 
 
-def _met_by(stage: RayStage) -> RayStage | None:
-    """The textbooks' way to meet shapes; None for what only mends hits, which they know nothing of."""
+def _met_by(stage: RayStage) -> RayStage:
     match stage:
         case Meeting():
             return dataclasses.replace(stage, family=_family(stage.family))
@@ -87,7 +88,7 @@ def _met_by(stage: RayStage) -> RayStage | None:
             return TextbookTree(**arguments(stage))
         case LightSurfaces():
             return LightSurfaces(TextbookRectangles(**arguments(stage.rectangles)))
-    return None
+    raise ValueError(f"no textbook formula for {type(stage).__name__}.")
 
 
 def _for_points(stage: PointStage) -> PointStage:
