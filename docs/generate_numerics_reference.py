@@ -123,8 +123,9 @@ def priced(prices: list[dict[str, Any]]) -> str:
     """One row a part: milliseconds, and how many times as long Penumbra takes."""
     rows = []
     for price in prices:
-        times = [f"{1000 * price['seconds'][way]:.0f}" for way in WAYS]
-        ratios = [f"{ratio(price, way):.2f}" if price["seconds"][way] else "" for way in WAYS[1:]]
+        timed = [way for way in WAYS if price["seconds"][way]]
+        times = [f"{1000 * price['seconds'][way]:.0f}" if way in timed else "" for way in WAYS]
+        ratios = [f"{ratio(price, way):.2f}" if way in timed else "" for way in WAYS[1:]]
         rows.append(f"| {' | '.join([price['name'], *times, *ratios])} |")
     return "\n".join(rows)
 
