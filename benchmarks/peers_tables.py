@@ -144,7 +144,7 @@ def limit_row(limit: Limit) -> tuple[str, ...]:
         limit["scene"],
         f"{limit['operations'] / 1e6:,.0f} M",
         f"{limit['operations'] / limit['camera_samples']:,.0f}",
-        f"{limit['operations'] / limit['triples']:.2g}",
+        f"{limit['operations'] / limit['triples']:.2f}",
         f"{limit['calls']:,}",
         f"{limit['in_cache_seconds']:.3f}",
         f"{limit['call_seconds']:.3f}",
