@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from benchmarks.textbook.single import SINGLE, STEP, Singles
-from renderer.accelerators.bvh import NOTHING, Level, Visits, from_root, turns
-from renderer.accelerators.meeting import PORTION, TreeMeeting
-from renderer.arrays import cross, dot
+from renderer.accelerators.bvh import NOTHING
+from renderer.accelerators.meeting import TreeMeeting
+from renderer.arrays import cross, dot, taken
 
 if TYPE_CHECKING:
+    from renderer.accelerators.bvh import Level, Visits
     from renderer.arrays import Integers
     from renderer.interaction import Rays
 
@@ -21,39 +22,23 @@ if TYPE_CHECKING:
 class TextbookTree(TreeMeeting):
     """Stage: the nearest hits of a block of rays with triangles, family and tree in float32."""
 
-    def run(self, rays: Rays) -> None:
-        """Offer hits, nearest leaves first, so that leaves behind them are left out."""
-        for start in range(0, rays.t.size, PORTION):
-            chosen = np.arange(start, min(start + PORTION, rays.t.size))
-            visits = self._visits(rays, chosen)
-            if visits.rays.size:
-                self._meet_leaves(rays, chosen, visits)
-
-    def _visits(self, rays: Rays, chosen: Integers) -> Visits:
-        origins, directions = rays.origins_at(chosen), rays.directions[:, chosen]
-        visits, reach = from_root(np.arange(chosen.size)), rays.t[chosen].astype(SINGLE)
+    def _walk(self, rays: Rays, chosen: Integers, levels: tuple[Level, ...], start: Visits) -> Visits:
+        origins, directions = rays.origins_at(chosen), taken(rays.directions, chosen)
+        visits, reach = start, rays.t[chosen].astype(SINGLE)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             inverse = np.reciprocal(directions)
-            for level in self.tree.levels:
-                begin = origins if origins.shape[1] == 1 else np.take(origins, visits.rays, axis=1)
-                near, far = _slabs(level, visits.nodes, begin, np.take(inverse, visits.rays, axis=1))
+            for level in levels:
+                begin = origins if origins.shape[1] == 1 else taken(origins, visits.rays)
+                near, far = _slabs(level, visits.nodes, begin, taken(inverse, visits.rays))
                 np.minimum(far, reach[visits.rays], out=far)
-                visits = level.below(visits, np.maximum(near, 0) <= far, near)
+                visits = level.below(visits, near <= far, (near, far))
         return visits
 
-    def _meet_leaves(self, rays: Rays, chosen: Integers, visits: Visits) -> None:
-        order = np.lexsort((visits.entries, visits.rays))
-        owners, leaves, entries = visits.rays[order], visits.nodes[order], visits.entries[order]
-        for turn in turns(owners):
-            now = turn[entries[turn] <= rays.t[chosen[owners[turn]]]]
-            self._meet_items(rays, chosen[owners[now]], self.tree.items[leaves[now]])
-
     def _meet_items(self, rays: Rays, owners: Integers, items: Integers) -> None:
-        filled = items != NOTHING
-        triangles = items[filled]
-        owners = np.broadcast_to(owners[:, None], items.shape)[filled]
+        filled = np.flatnonzero(items != NOTHING)
+        owners, triangles = owners[filled // items.shape[1]], items.reshape(-1)[filled]
         pairs, t, u, v = _moeller_trumbore(
-            self.family.vertices[:, :, triangles], rays.origins_at(owners), rays.directions[:, owners]
+            taken(self.family.vertices, triangles), rays.origins_at(owners), taken(rays.directions, owners)
         )
         order = np.lexsort((t, owners[pairs]))
         best = order[np.flatnonzero(np.diff(owners[pairs][order], prepend=-1))]
@@ -68,17 +53,16 @@ class TextbookTree(TreeMeeting):
 
 
 def _slabs(level: Level, nodes: Integers, origins: Singles, inverse: Singles) -> tuple[Singles, Singles]:
-    """Where rays enter and leave the children's boxes, (children, P) each."""
-    near = np.full((level.children, nodes.size), -np.inf, SINGLE)
-    far = np.full(near.shape, np.inf, SINGLE)
-    first, second, other = (np.empty(near.shape, SINGLE) for _ in range(3))
+    """Where rays enter and leave the children's boxes, (children, P) each, not before they begin."""
+    shape = (level.children, nodes.size)
+    near, far, distances = np.zeros(shape, SINGLE), np.full(shape, np.inf, SINGLE), np.empty(shape, SINGLE)
     for axis in range(3):
-        for sides, out in ((level.low, first), (level.high, second)):
-            np.take(sides[axis], nodes, axis=1, out=out, mode="clip")
-            np.subtract(out, origins[axis], out=out)
-            np.multiply(out, inverse[axis], out=out)
-        np.maximum(near, np.minimum(first, second, out=other), out=near)
-        np.minimum(far, np.maximum(first, second, out=other), out=far)
+        down = np.signbit(inverse[axis])
+        for upper, nearest, out in ((down, np.maximum, near), (~down, np.minimum, far)):
+            np.take(level.sides[axis], nodes + upper * level.nodes, axis=1, out=distances, mode="clip")
+            np.subtract(distances, origins[axis], out=distances)
+            np.multiply(distances, inverse[axis], out=distances)
+            nearest(out, distances, out=out)
     return near, far
 
 

@@ -4,14 +4,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.accelerators.bvh import AHEAD, NOTHING, Bvh, Visits, from_root, turns, visits_of_rays
-from renderer.arrays import Integers, Masks
+from renderer.accelerators.bvh import AHEAD, NOTHING, Bvh, Level, Visits, from_root, turns, visits_of_rays
+from renderer.arrays import Integers, taken
 from renderer.interaction import Rays
 from renderer.shapes import woop
 from renderer.shapes.triangles import Triangles
 
-PORTION = 2048
+PORTION = 4096
 """Rays that walk the tree together: their boxes and triangles stay in cache."""
+
+LEVELS = 2
+"""Levels that rays walk before they go on from the nearest node alone, to be stopped there mostly."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,33 +32,34 @@ class TreeMeeting:
     tree: Bvh
 
     def run(self, rays: Rays) -> None:
-        """Offer hits, nearest leaves first, so that leaves behind them are left out.
+        """Offer hits, nearest nodes and leaves first, so that those behind them are left out.
 
-        Leaves at the distance of a hit are not: of equal hits the first triangle counts.
+        What begins at the distance of a hit is not: of equal hits the first triangle counts.
         """
         for start in range(0, rays.t.size, PORTION):
             chosen = np.arange(start, min(start + PORTION, rays.t.size))
-            visits = visits_of_rays(
-                self.tree.levels,
-                rays.origins_at(chosen),
-                rays.directions[:, chosen],
-                rays.t[chosen],
-                from_root(np.arange(chosen.size)),
-            )
-            if visits.rays.size:
-                self._meet_leaves(rays, chosen, visits)
+            visits = self._walk(rays, chosen, self.tree.levels[:LEVELS], from_root(np.arange(chosen.size)))
+            nearest = visits.nearest()
+            for now in (nearest, ~nearest):
+                ahead = now & (visits.entries <= rays.t[chosen[visits.rays]] * AHEAD)
+                self._meet_leaves(
+                    rays, chosen, self._walk(rays, chosen, self.tree.levels[LEVELS:], visits.chosen(ahead))
+                )
+
+    def _walk(self, rays: Rays, chosen: Integers, levels: tuple[Level, ...], start: Visits) -> Visits:
+        directions = taken(rays.directions, chosen)
+        return visits_of_rays(levels, rays.origins_at(chosen), directions, rays.t[chosen], start)
 
     def _meet_leaves(self, rays: Rays, chosen: Integers, visits: Visits) -> None:
-        order = np.lexsort((visits.entries, visits.rays))
+        order = visits.nearest_first()
         owners, leaves, entries = visits.rays[order], visits.nodes[order], visits.entries[order]
         for turn in turns(owners):
             now = turn[entries[turn] <= rays.t[chosen[owners[turn]]] * AHEAD]
             self._meet_items(rays, chosen[owners[now]], self.tree.items[leaves[now]])
 
     def _meet_items(self, rays: Rays, owners: Integers, items: Integers) -> None:
-        filled: Masks = items != NOTHING
-        triangles = items[filled]
-        owners = np.broadcast_to(owners[:, None], items.shape)[filled]
+        filled = np.flatnonzero(items != NOTHING)
+        owners, triangles = owners[filled // items.shape[1]], items.reshape(-1)[filled]
         family, start = self.family, None
         if rays.departure is not None:
             start = woop.start_of(
@@ -65,9 +69,9 @@ class TreeMeeting:
                 family.primitives[triangles],
                 family.sizes[triangles],
             )
-        found = woop.hits(
-            family.vertices[:, :, triangles], rays.origins_at(owners), rays.directions[:, owners], start
-        )
+        vertices = np.take(family.vertices, triangles, axis=2, mode="clip")
+        directions = taken(rays.directions, owners)
+        found = woop.hits(vertices, rays.origins_at(owners), directions, start)
         ray, triangle = owners[found.pairs], triangles[found.pairs]
         # Of the hits of one ray the nearest, and of equal ones the first triangle, comes first.
         order = np.lexsort((triangle, found.t, ray))

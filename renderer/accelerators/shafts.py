@@ -69,22 +69,25 @@ def _between(level: Level, visits: Visits, shafts: Shafts, rising: Slopes, falli
     rays, shape = visits.rays, (level.children, visits.rays.size)
     first, height = np.zeros(shape), np.zeros(shape)
     last = np.full(shape, np.inf if shafts.endless else 1.0)
-    low, high, spare, other = (np.empty(shape) for _ in range(4))
+    ahead, behind, spare, other = (np.empty(shape) for _ in range(4))
     for axis in range(3):
-        point, normal = shafts.points[axis][rays], shafts.normals[axis][rays]
-        for sides, out in ((level.low, low), (level.high, high)):
-            np.take(sides[axis], visits.nodes, axis=1, out=out, mode="clip")
-            np.subtract(out, point, out=out)
-        np.multiply(low, normal, out=spare)
-        np.maximum(spare, np.multiply(high, normal, out=other), out=spare)
+        point, normal = (np.take(values[axis], rays) for values in (shafts.points, shafts.normals))
+        np.take(level.sides[axis], visits.nodes, axis=1, out=ahead, mode="clip")
+        np.subtract(ahead, point, out=ahead)
+        np.take(level.sides[axis], visits.nodes + level.nodes, axis=1, out=behind, mode="clip")
+        np.subtract(point, behind, out=behind)
+        np.multiply(ahead, normal, out=spare)
+        np.maximum(spare, np.multiply(behind, -normal, out=other), out=spare)
         np.add(height, spare, out=height)
         # s * (light.high - p) >= box.low - p, and s * (p - light.low) >= p - box.high
-        np.negative(high, out=high)
-        for side, slopes in ((low, rising), (high, falling)):
-            least, greatest, beyond = (values[axis][rays] for values in slopes)
-            np.maximum(first, np.multiply(side, least, out=spare), out=first)
-            np.add(np.multiply(side, greatest, out=spare), beyond, out=spare)
-            np.minimum(last, spare, out=last)
+        for side, slopes in ((ahead, rising), (behind, falling)):
+            least, greatest, beyond = (np.take(values[axis], rays) for values in slopes)
+            # Slopes of one kind are mostly 0 for all points, which then bound nothing.
+            if least.any():
+                np.maximum(first, np.multiply(side, least, out=spare), out=first)
+            if greatest.any():
+                np.add(np.multiply(side, greatest, out=spare), beyond, out=spare)
+                np.minimum(last, spare, out=last)
     last *= 1 + 2 * gamma(3)
     last += 2 * gamma(3)
     return (first <= last) & (height >= -shafts.slack[rays])

@@ -3,12 +3,14 @@
 import hashlib
 from collections import OrderedDict
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 import numpy as np
 
 from renderer.accelerators import bvh
 from renderer.accelerators.bvh import Bvh
+from renderer.accelerators.discs import Discs, discs_of
 from renderer.accelerators.solids import Solid, solids_of
 from renderer.shapes.triangles import Triangles
 
@@ -19,6 +21,19 @@ KEPT = 4
 """Families whose trees a process keeps, the last ones used."""
 
 Value = TypeVar("Value")
+
+
+@dataclass(frozen=True, slots=True)
+class Tree(Bvh):
+    """A tree of triangles.
+
+    Attributes
+    ----------
+    discs : tuple of Discs
+        Around the leaves, and around the nodes above them where there are any.
+    """
+
+    discs: tuple[Discs, ...]
 
 
 class _Kept(Generic[Value]):
@@ -39,14 +54,20 @@ class _Kept(Generic[Value]):
         return self._values[name]
 
 
-def _tree(family: Triangles) -> Bvh:
-    return bvh.build(family.vertices.min(axis=0), family.vertices.max(axis=0))
+def build(family: Triangles) -> Tree:
+    """The tree of a family."""
+    tree = bvh.build(family.vertices.min(axis=0), family.vertices.max(axis=0))
+    items, discs = tree.items, []
+    for level in reversed(tree.levels[-2:]):
+        discs.append(discs_of(family, items, *level.boxes(np.arange(items.shape[0]))))
+        items = items.reshape(-1, level.children * items.shape[1])
+    return Tree(tree.levels, tree.items, tuple(discs))
 
 
-_trees, _solids = _Kept(_tree), _Kept(solids_of)
+_trees, _solids = _Kept(build), _Kept(solids_of)
 
 
-def tree_of(family: Triangles) -> Bvh:
+def tree_of(family: Triangles) -> Tree:
     """The tree of a family; one for the same vertices is used again."""
     return _trees(family)
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Masks, cross, dot, magnitude
+from renderer.arrays import Floats, Integers, Masks, cross, dot, magnitude, taken
 from renderer.departures import Departure, settled
 from renderer.numerics import SURFACE, gamma
 
@@ -216,7 +216,7 @@ def _settled(
 
 
 def _at(vectors: Floats, chosen: Integers) -> Floats:
-    return vectors if vectors.shape[1] in {1, chosen.size} else vectors[:, chosen]
+    return vectors if vectors.shape[1] in {1, chosen.size} else taken(vectors, chosen)
 
 
 def _rounding(sheared: list[Floats], depths: list[Floats]) -> Floats:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.accelerators.bvh import Bvh, Visits
+from renderer.accelerators.bvh import Bvh, Visits, visits_of
 from renderer.accelerators.shafts import Shafts
 from renderer.arrays import Floats, Integers, Masks
 from renderer.lights.view import LightView
@@ -13,6 +13,9 @@ from renderer.numerics import SURFACE, gamma
 
 HORIZON = 8 * SURFACE
 """What is farther below a point's own plane than this share of the sizes does not touch it by rounding."""
+
+PAIRS = 16384
+"""Pairs of ray and node whose boxes are met at once: their few temporaries stay in cache."""
 
 
 def shafts_of(view: LightView, size: float) -> Shafts:
@@ -51,7 +54,7 @@ class Walk:
         tree : Bvh
         positions : (3, m) float64
         towards : (3, L, m) float64
-            Light points minus points; ray number m * L + l goes to light point l.
+            Light points minus points; ray number l * m + p goes from point p to light point l.
         reach : float
             Where rays end, in units of `towards`.
         """
@@ -60,23 +63,34 @@ class Walk:
         longest = np.take(np.maximum.reduceat(lengths, starts, axis=1), self.owners, axis=1)
         met = lengths >= 0
         first = met & (lengths == longest)
-        yield self._visits(first)
-        yield self._visits(met & ~first)
+        yield self._visits(first, positions.shape[1])
+        yield self._visits(met & ~first, positions.shape[1])
 
     def _lengths(self, tree: Bvh, positions: Floats, towards: Floats, reach: float) -> Floats:
         """How long rays are in the nodes' boxes, (L, P), widened by rounding; negative beside them."""
-        shape = (towards.shape[1], self.nodes.size)
         sides = tree.levels[self.levels - 1].boxes(self.nodes)
+        beside = [[side[axis] - positions[axis][self.owners] for side in sides] for axis in range(3)]
+        lights, step = towards.shape[1], max(1, PAIRS // self.nodes.size)
+        parts = [
+            self._lengths_to(towards[:, start : start + step], beside, reach)
+            for start in range(0, lights, step)
+        ]
+        return np.concatenate(parts)
+
+    def _lengths_to(self, towards: Floats, beside: list[list[Floats]], reach: float) -> Floats:
+        shape = (towards.shape[1], self.nodes.size)
         begins, ends = np.zeros(shape), np.full(shape, reach)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             for axis in range(3):
                 inverse = np.take(1 / towards[axis], self.owners, axis=1)
-                low, high = (side[axis] - positions[axis][self.owners] for side in sides)
+                low, high = beside[axis]
                 enter, leave = low * inverse, np.multiply(high, inverse, out=inverse)
                 np.maximum(begins, np.minimum(enter, leave), out=begins)
                 np.minimum(ends, np.maximum(enter, leave, out=enter), out=ends)
             return ends * (1 + 2 * gamma(3)) - begins
 
-    def _visits(self, chosen: Masks) -> Visits:
-        light, pair = np.divmod(np.flatnonzero(chosen), self.owners.size)
-        return Visits(self.owners[pair] * chosen.shape[0] + light, self.nodes[pair], np.zeros(pair.size))
+    def _visits(self, chosen: Masks, count: int) -> Visits:
+        index = np.flatnonzero(chosen)
+        light = index // self.owners.size
+        pair = index - light * self.owners.size
+        return visits_of(light * count + self.owners[pair], self.nodes[pair])

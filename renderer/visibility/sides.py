@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, dot
+from renderer.arrays import Floats, Integers, dot, taken
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
 from renderer.numerics import SURFACE, snapped
@@ -24,9 +24,9 @@ def start_sides(
     points, triangles : (P,) int64
         Which of the view's points, and which of the family's triangles.
     """
-    normals, anchors = family.normals[:, triangles], family.vertices[0][:, triangles]
+    normals, anchors = (taken(values, triangles) for values in (family.normals, family.vertices[0]))
     rounding = rounding_of(family, view, points, triangles)
-    origins = view.origins if view.origins.shape[1] == 1 else view.origins[:, points]
+    origins = view.origins if view.origins.shape[1] == 1 else taken(view.origins, points)
     sides = np.sign(dot(normals, origins - anchors))
     own = (family.numbers[triangles] == view.of_points(view.points.shapes)[points]) & (
         family.primitives[triangles] == view.of_points(view.points.primitives)[points]
@@ -44,7 +44,7 @@ def end_sides(
     family: Triangles, emitter: Emitter, positions: Floats, directions: Floats, triangles: Integers
 ) -> Floats:
     """Sides of the planes that the light points at the ends of rays (3, P) are on, 0 where they touch."""
-    normals, anchors = family.normals[:, triangles], family.vertices[0][:, triangles]
+    normals, anchors = (taken(values, triangles) for values in (family.normals, family.vertices[0]))
     light_points = directions + emitter.weight * positions
     distances = dot(normals, light_points - emitter.weight * anchors)
     rounding = SURFACE * (family.sizes[triangles] * emitter.weight + emitter.scale)

@@ -37,7 +37,7 @@ class SolidShadows:
     def run(self, view: LightView) -> None:
         """Mark pairs that pass a box."""
         shafts = shafts_of(view, 0.0)
-        level = Level(self.boxes.low[:, :, None], self.boxes.high[:, :, None])
+        level = Level.of(self.boxes.low[:, :, None], self.boxes.high[:, :, None])
         visits = visits_of_shafts((level,), shafts, from_root(np.arange(view.count)))
         for box in range(self.boxes.count):
             index = visits.rays[visits.nodes == box]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Masks, Pairs, cross, dot, magnitude
+from renderer.arrays import Floats, Integers, Masks, Pairs, cross, dot, magnitude, taken
 from renderer.lights.emitters import Emitter
 from renderer.lights.samples import Terms
 from renderer.lights.view import LightView
@@ -47,11 +47,11 @@ class PairShadows:
             self._mark_part(view, positions, points[part], triangles[part])
 
     def _mark_part(self, view: LightView, positions: Floats, points: Integers, triangles: Integers) -> None:
-        sides = start_sides(self.family, view, positions[:, points], points, triangles)
+        sides = start_sides(self.family, view, taken(positions, points), points, triangles)
         crossing = self._crossing(sides, triangles)
         points, triangles, sides = points[crossing], triangles[crossing], sides[crossing]
         rounding = rounding_of(self.family, view, points, triangles)
-        edges = self._edges(positions[:, points], sides, triangles, rounding)
+        edges = self._edges(taken(positions, points), sides, triangles, rounding)
         possible = np.logical_and.reduce([highest(terms) >= 0 for terms in edges])
         if not possible.any():
             return
@@ -70,7 +70,8 @@ class PairShadows:
     def _plane(self, triangles: Integers) -> Terms:
         """Signed distance of light points from the triangles' planes, as functions on the light."""
         emitter = self.emitter
-        normals, anchors = self.family.normals[:, triangles], self.family.vertices[0][:, triangles]
+        family = self.family
+        normals, anchors = (taken(values, triangles) for values in (family.normals, family.vertices[0]))
         constant = dot(normals, emitter.centre - emitter.weight * anchors)
         return constant, dot(normals, emitter.first), dot(normals, emitter.second)
 
@@ -78,7 +79,7 @@ class PairShadows:
         """Functions on the light that are not negative inside of each edge, as seen from the points."""
         emitter = self.emitter
         towards = emitter.centre - emitter.weight * positions
-        corners = [vertex[:, triangles] - positions for vertex in self.family.vertices]
+        corners = [taken(vertex, triangles) - positions for vertex in self.family.vertices]
         # Seen from the front, where sides are positive, the corners run against the clock.
         side = -sides
         edges = []

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.accelerators.bvh import NOTHING, Bvh, Visits, turns, visits_of_rays
-from renderer.arrays import Floats, Integers, Masks
+from renderer.arrays import Floats, Integers, Masks, taken
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
 from renderer.shapes import woop
@@ -38,8 +38,7 @@ class RayShadows:
 
     def mark(self, view: LightView, positions: Floats, shafts: Visits, levels: int) -> None:
         """Send rays from the nodes that the shafts of their points have met after so many levels."""
-        order = np.argsort(shafts.rays, kind="stable")
-        owners, nodes = shafts.rays[order], shafts.nodes[order]
+        owners, nodes = shafts.rays, shafts.nodes
         points, first = np.unique(owners, return_index=True)
         step = max(1, RAYS // view.light_points.count)
         ends = np.append(first, owners.size)
@@ -57,19 +56,19 @@ class RayShadows:
         """Pairs (L, m) with a triangle between, of points at `positions` (3, m)."""
         towards = self._towards(view, positions, index)
         lights, count = towards.shape[1:]
-        directions = towards.transpose(0, 2, 1).reshape(3, -1)
-        origins = positions.repeat(lights, axis=1)
-        reach = np.full(count * lights, 1.0 if self.emitter.weight else np.inf)
+        directions = towards.reshape(3, -1)
+        origins = np.tile(positions, lights)
+        reach = np.full(lights * count, 1.0 if self.emitter.weight else np.inf)
         # A point on the light itself has no way to it that something could be in.
         blocked = ~(directions != 0).any(axis=0)
         if view.blocked is not None:
-            blocked |= view.blocked[:, index].T.reshape(-1)
+            blocked |= taken(view.blocked, index).reshape(-1)
         before = blocked.copy()
         for begin in walk.turns(self.tree, positions, towards, reach[0]):
             still = begin.chosen(~blocked[begin.rays])
             visits = visits_of_rays(self.tree.levels[walk.levels :], origins, directions, reach, still)
-            self._block(view, visits, origins, directions, index.repeat(lights), blocked)
-        return (blocked & ~before).reshape(count, lights).T
+            self._block(view, visits, origins, directions, np.tile(index, lights), blocked)
+        return (blocked & ~before).reshape(lights, count)
 
     def _towards(self, view: LightView, positions: Floats, index: Integers) -> Floats:
         """Light points minus points, (3, L, m)."""
@@ -88,13 +87,13 @@ class RayShadows:
         blocked: Masks,
     ) -> None:
         """Look into leaves, one a ray at a time, until the ray is blocked or has no more."""
-        order = np.argsort(visits.rays, kind="stable")
+        order = visits.longest_first()
         rays, leaves = visits.rays[order], visits.nodes[order]
         for turn in turns(rays):
             now = turn[~blocked[rays[turn]]]
             items = self.tree.items[leaves[now]]
-            filled = items != NOTHING
-            ray, triangle = np.broadcast_to(rays[now, None], items.shape)[filled], items[filled]
+            filled = np.flatnonzero(items != NOTHING)
+            ray, triangle = rays[now][filled // items.shape[1]], items.reshape(-1)[filled]
             blocked[self._stopped(view, origins, directions, points, ray, triangle)] = True
 
     def _stopped(
@@ -109,10 +108,9 @@ class RayShadows:
         """Rays of the pairs (ray, triangle) in which the triangle is in the way."""
         rounding = rounding_of(self.family, view, points[rays], triangles)
         vertices = np.take(self.family.vertices, triangles, axis=2, mode="clip")
-        inside = woop.inside(
-            vertices, np.take(origins, rays, axis=1), np.take(directions, rays, axis=1), rounding
-        )
+        inside = woop.inside(vertices, taken(origins, rays), taken(directions, rays), rounding)
         rays, triangles = rays[inside], triangles[inside]
-        start = start_sides(self.family, view, origins[:, rays], points[rays], triangles)
-        end = end_sides(self.family, self.emitter, origins[:, rays], directions[:, rays], triangles)
+        begins, ways = (taken(vectors, rays) for vectors in (origins, directions))
+        start = start_sides(self.family, view, begins, points[rays], triangles)
+        end = end_sides(self.family, self.emitter, begins, ways, triangles)
         return rays[start * end < 0]

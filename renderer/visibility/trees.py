@@ -10,8 +10,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from renderer.accelerators.bvh import NOTHING, Bvh, Visits, from_root
+from renderer.accelerators.bvh import NOTHING, Visits, from_root
+from renderer.accelerators.discs import Discs
 from renderer.accelerators.shafts import Shafts, visits_of_shafts
+from renderer.accelerators.trees import Tree
 from renderer.arrays import Integers, dot
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
@@ -40,14 +42,14 @@ class TreeShadows:
     Attributes
     ----------
     family : Triangles
-    tree : Bvh
+    tree : Tree
     emitter : Emitter
     dtype : float32 or float64
         Of the work for each light point.
     """
 
     family: Triangles
-    tree: Bvh
+    tree: Tree
     emitter: Emitter
     dtype: np.dtype[np.floating]
     pairs: PairShadows = field(init=False)
@@ -72,7 +74,8 @@ class TreeShadows:
         for number in range(SHAFT_LEVELS, len(levels) - 1):
             visits = visits_of_shafts(levels[number : number + 1], shafts, visits)
             visits = self._few(view, shafts, visits, number + 1, FEW_NODES[1])
-        visits = visits_of_shafts(levels[max(SHAFT_LEVELS, len(levels) - 1) :], shafts, visits)
+        for level in levels[max(SHAFT_LEVELS, len(levels) - 1) :]:
+            visits = visits_of_shafts((level,), shafts, self._risen(shafts, visits, self.tree.discs[1]))
         self._compare(view, shafts, visits)
 
     def _few(self, view: LightView, shafts: Shafts, visits: Visits, level: int, most: int) -> Visits:
@@ -83,6 +86,7 @@ class TreeShadows:
 
     def _compare(self, view: LightView, shafts: Shafts, visits: Visits) -> None:
         """Compare the triangles in leaves with all light points, or send rays where there are many."""
+        visits = self._risen(shafts, visits, self.tree.discs[0])
         points, triangles = self._above_horizon(shafts, visits)
         count = np.bincount(points, minlength=view.count)
         few = count[points] <= FEW_TRIANGLES
@@ -90,12 +94,17 @@ class TreeShadows:
         many = visits.chosen(count[visits.rays] > FEW_TRIANGLES)
         self.rays.mark(view, shafts.points, many, len(self.tree.levels))
 
+    def _risen(self, shafts: Shafts, visits: Visits, discs: Discs) -> Visits:
+        """Visits of nodes that may rise above the horizon of their point."""
+        normals = np.take(shafts.normals, visits.rays, axis=1, mode="clip")
+        lowest = (dot(shafts.normals, shafts.points) - shafts.slack)[visits.rays]
+        return visits.chosen(discs.heights(normals, visits.nodes) >= lowest)
+
     def _above_horizon(self, shafts: Shafts, visits: Visits) -> tuple[Integers, Integers]:
         """Pairs of point and triangle of the leaves, sorted by point, but for triangles below the horizon."""
-        order = np.argsort(visits.rays, kind="stable")
-        items = self.tree.items[visits.nodes[order]]
+        items = self.tree.items[visits.nodes]
         filled = np.flatnonzero(items != NOTHING)
-        points, triangles = visits.rays[order][filled // items.shape[1]], items.reshape(-1)[filled]
+        points, triangles = visits.rays[filled // items.shape[1]], items.reshape(-1)[filled]
         normals = np.take(shafts.normals, points, axis=1)
         corners = np.take(self.family.vertices, triangles, axis=2, mode="clip")
         heights = [dot(normals, corner) for corner in corners]

@@ -164,10 +164,29 @@ def test_every_item_is_in_one_leaf_and_in_the_boxes_above_it(count: int) -> None
         held = items[items != bvh.NOTHING]
         node = leaf
         for level in reversed(tree.levels):
-            node, child = divmod(node, level.children)
-            assert (level.low[:, child, node, None] <= low[:, held]).all()
-            assert (level.high[:, child, node, None] >= high[:, held]).all()
+            least, greatest = level.boxes(np.array([node]))
+            assert (least <= low[:, held]).all()
+            assert (greatest >= high[:, held]).all()
+            node //= level.children
         assert node == 0
+
+
+def visits(rays: list[int], entries: list[float], exits: list[float]) -> bvh.Visits:
+    return bvh.Visits(np.array(rays), np.arange(len(rays)), np.array(entries), np.array(exits))
+
+
+def test_visits_are_ordered_within_their_ray() -> None:
+    some = visits([0, 0, 0, 2, 2, 5], [3.0, 1.0, 2.0, 4.0, 0.0, 7.0], [4.0, 4.0, 8.0, 4.5, 9.0, 7.0])
+    assert some.nearest_first().tolist() == [1, 2, 0, 4, 3, 5]
+    assert some.longest_first().tolist() == [2, 1, 0, 4, 3, 5]
+    assert some.nearest().tolist() == [False, True, False, False, True, True]
+
+
+@pytest.mark.parametrize("distance", [0.0, np.inf])
+def test_visits_keep_the_order_of_rays_where_distances_say_nothing(distance: float) -> None:
+    some = visits([0, 1, 1, 3], [distance] * 4, [np.inf] * 4)
+    for order in (some.nearest_first(), some.longest_first()):
+        assert order.tolist() == [0, 1, 2, 3]
 
 
 def test_points_and_slivers_are_met_by_nothing() -> None:
