@@ -31,7 +31,7 @@ def fixed(pattern: _Pattern, samples: int, light: _LightPattern, points: int) ->
     )
 
 
-PENUMBRA: tuple[Quality, ...] = (
+_FIXED = (
     fixed("center", 1, "uniform", 16),
     fixed("rotated", 4, "uniform", 16),
     fixed("rotated", 4, "uniform", 64),
@@ -45,6 +45,9 @@ PENUMBRA: tuple[Quality, ...] = (
     fixed("sobol", 64, "sobol", 4),
     fixed("sobol", 128, "sobol", 4),
 )
+
+PENUMBRA: tuple[tuple[Quality, ...], ...] = (_FIXED,)
+"""Ways to ask for a picture, each from cheap to dear."""
 
 MITSUBA = (4, 16, 64, 256)
 """Multi-jittered samples a pixel, each with one light point."""

@@ -51,7 +51,8 @@ def test_a_row_tells_how_many_times_the_seconds_of_each_peer_ours_are() -> None:
 
 
 def test_every_setting_has_a_name_of_its_own() -> None:
-    assert len({label(quality) for quality in PENUMBRA}) == len(PENUMBRA)
+    names = [label(quality) for qualities in PENUMBRA for quality in qualities]
+    assert len(set(names)) == len(names)
 
 
 @pytest.mark.parametrize("name", SCENES)
