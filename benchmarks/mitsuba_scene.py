@@ -34,7 +34,8 @@ if TYPE_CHECKING:
 class AreaLight:
     """Points corner + u e1 + v e2 with u, v in [0, 1], as seen by the peer.
 
-    `area` is that of a light whose brightness falls with the distance, or None.
+    `area` is that of a light whose brightness falls with the distance, or None. Places are scalars: Dr.Jit
+    widens a literal 0 that is multiplied by an array to the array's length, and it would not fit the next.
     """
 
     corner: Any
@@ -166,8 +167,8 @@ def _light(light: Light) -> AreaLight:
     corner, first, second = corner_and_edges(light)
     area = float(np.linalg.norm(np.cross(first, second)))
     return AreaLight(
-        corner=mi.Point3f(*corner.tolist()),
-        edges=(mi.Vector3f(*first.tolist()), mi.Vector3f(*second.tolist())),
+        corner=mi.ScalarPoint3f(corner),
+        edges=(mi.ScalarVector3f(first), mi.ScalarVector3f(second)),
         color=mi.Color3f(*light.color),
         visible=light.visible,
         two_sided=light.two_sided,

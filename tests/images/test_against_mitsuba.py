@@ -62,3 +62,14 @@ def test_the_peer_draws_the_reference_again(name: str) -> None:
     rough, finer = (peer.picture(name, samples, seed=1000) for samples in (16, 64))
     assert references.rmse_255(finer, converged) < references.rmse_255(rough, converged) / 2
     assert abs(references.mean_difference_255(finer, converged)) < 0.01
+
+
+def test_a_scene_that_the_peer_has_is_drawn_with_one_number_of_samples_after_another() -> None:
+    """The edges of the shell's lamp have a coordinate that is 0."""
+    peer = pytest.importorskip(
+        "benchmarks.peer_pictures", reason="needs the extra `bench` and LLVM", exc_type=ImportError
+    )
+    scene = scene_of("shell")
+    prepared = peer.convert(scene, references.PATHS["shell"].parent)
+    first, second = (peer.shot(prepared, scene.camera, samples, seed=1) for samples in (1, 4))
+    assert first.shape == second.shape == (512, 512, 3)
