@@ -9,7 +9,7 @@ from renderer.cameras import Pinhole
 from renderer.layers import Layer
 from renderer.lights.surfaces import Unshaded
 from renderer.scenes import LoadedScene
-from renderer.stages import Entry, Lighting, PointStage, RayStage, Spawner
+from renderer.stages import Entry, Illumination, PointStage, RayStage, Spawner
 from schemas.plans import LeftOut, PlanCost, PlanDocument, PlanStage
 from schemas.quality import Quality
 from schemas.sampling import Antialiasing
@@ -53,6 +53,8 @@ class RenderPlan:
         exact arithmetic had to tell if they have one.
     entries, left_out
         The plan as told to people.
+    look : RenderPlan or None
+        What runs at the first look that target quality takes at each pixel; None for fixed quality.
     """
 
     scene: LoadedScene
@@ -64,7 +66,7 @@ class RenderPlan:
     meetings: tuple[RayStage, ...]
     visible_lights: tuple[RayStage, ...]
     surfaces: tuple[PointStage, ...]
-    lightings: tuple[Lighting, ...]
+    lightings: tuple[Illumination, ...]
     spawners: tuple[Spawner, ...]
     unshaded: Unshaded
     materials: Integers
@@ -75,6 +77,7 @@ class RenderPlan:
     numerics: dict[str, int]
     entries: tuple[Entry, ...]
     left_out: tuple[LeftOut, ...]
+    look: "RenderPlan | None"
 
     @property
     def document(self) -> Scene:

@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from renderer.arrays import Floats, taken
+from renderer.arrays import Floats, Integers, taken
 from renderer.interaction import Points, Rays
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView, facing
@@ -47,6 +47,19 @@ class Spawner(Protocol):
         ...
 
 
+class Illumination(Protocol):
+    """All that one light does to points."""
+
+    @property
+    def emitter(self) -> Emitter:
+        """The light."""
+        ...
+
+    def run(self, points: Points, workspace: Workspace) -> int:
+        """Add the light to the points' radiance; gives the number of shadow rays."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class Lighting:
     """All that one light does: who faces it, what blocks it, and what it adds.
@@ -64,10 +77,13 @@ class Lighting:
     terms: tuple[LightStage, ...]
     dtype: np.dtype[np.floating]
 
-    def view(self, points: Points, workspace: Workspace) -> LightView:
-        """The light as seen by those of the points that face it, with blocked pairs marked."""
+    def view(self, points: Points, workspace: Workspace, among: Integers | None = None) -> LightView:
+        """The light as seen by those of the points that face it, with blocked pairs marked.
+
+        Points `among` (m,) are known to face it; without them, it is found out for all.
+        """
         towards = self.emitter.towards(points.positions)
-        chosen = np.flatnonzero(facing(self.emitter, points, towards))
+        chosen = np.flatnonzero(facing(self.emitter, points, towards)) if among is None else among
         view = LightView(
             emitter=self.emitter,
             points=points,
@@ -87,9 +103,9 @@ class Lighting:
                 view.block_below_horizon()
         return view
 
-    def run(self, points: Points, workspace: Workspace) -> int:
-        """Add the light to the points' radiance; gives the number of shadow rays."""
-        view = self.view(points, workspace)
+    def run(self, points: Points, workspace: Workspace, among: Integers | None = None) -> int:
+        """Add the light to the points' radiance, as `view` sees it; gives the number of shadow rays."""
+        view = self.view(points, workspace, among)
         rays = view.count * view.light_points.count if self.shadows else 0
         view.drop_dark()
         if view.count:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -26,4 +26,27 @@ class FixedQuality(Closed):
     )
 
 
-Quality = FixedQuality
+class TargetQuality(Closed):
+    """As many samples as an error asks for, where they are needed.
+
+    The picture is rendered in passes until its estimated error is at most `error`, or the time is spent.
+    """
+
+    mode: Literal["target"] = Field(description="`target`.")
+    error: Annotated[float, Field(gt=0, le=1)] = Field(
+        description="Root mean square error of the linear picture, clipped to 0..1, over its pixels and channels. "
+        "One step of a picture of 8 bits is 0.0039.",
+    )
+    time_limit: Annotated[float, Field(gt=0, le=86400)] | None = Field(
+        default=None,
+        description="Seconds after which the picture is taken as it is, with the error that it has reached; "
+        "by default it may take as long as it needs.",
+    )
+    precision: Literal["single", "double"] = Field(
+        default="single",
+        description="Arithmetic of the work on pairs of point and light: float32 or float64.",
+    )
+
+
+Quality = Annotated[FixedQuality | TargetQuality, Field(discriminator="mode")]
+"""How a picture is sampled: a number of samples, or an error."""

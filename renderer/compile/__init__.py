@@ -5,13 +5,14 @@ highlight of strength 0. What is built carries the lines of the scene that asked
 """
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import schemas.cameras as language
 from renderer import cost, tiling
 from renderer.arrays import column
 from renderer.cameras import Pinhole, pinhole, thin_lens
 from renderer.compile import layers as layer_stages
-from renderer.compile import lights, overlaps, shapes, spawners, surfaces
+from renderer.compile import first_looks, lights, overlaps, shapes, spawners, surfaces
 from renderer.compile.request import Request
 from renderer.cost import COSTS
 from renderer.lights import surfaces as light_surfaces
@@ -20,7 +21,7 @@ from renderer.plan import RenderPlan
 from renderer.scenes import LoadedScene, Source, load_scene
 from renderer.stages import Lighting
 from schemas.layers import checked_layers
-from schemas.quality import Quality
+from schemas.quality import Quality, TargetQuality
 
 
 def compile_scene(
@@ -55,7 +56,21 @@ def compile_scene(
         If there is no layer of some name.
     """
     names = checked_layers(layers)
-    return _plan(Request(load_scene(scene), quality, culling, names))
+    request = Request(load_scene(scene), quality, culling, names)
+    plan = _plan(request)
+    return plan if request.target is None else replace(plan, look=_look(request, request.target))
+
+
+def _look(request: Request, target: TargetQuality) -> RenderPlan:
+    """The plan of the first look that target quality takes at each pixel."""
+    seen = Request(first_looks.filtered(request.scene), first_looks.quality_of(target), request.culling)
+    plan = _plan(seen)
+    families, table = shapes.families(seen), _table(seen)
+    return replace(
+        plan,
+        surfaces=tuple(map(first_looks.averaged, plan.surfaces)),
+        lightings=first_looks.lightings(seen, target, plan.lightings, families, table),
+    )
 
 
 def compile_visibility(plan: RenderPlan) -> tuple[Lighting, ...]:
@@ -72,7 +87,7 @@ def _plan(request: Request) -> RenderPlan:
     meetings = [shapes.meeting(request, family, camera) for family in families]
     meetings += overlaps.stages(request, families)
     visible = lights.visible_lights(request)
-    table = phong.build([request.document.materials[name] for name in request.names])
+    table = _table(request)
     points, bent = surfaces.surfaces(request, families, table)
     bounces = spawners.spawners(request)
     antialiasing = request.sampling.antialiasing
@@ -87,6 +102,7 @@ def _plan(request: Request) -> RenderPlan:
         visible_lights=tuple(visible),
         surfaces=tuple(points),
         lightings=tuple(lights.lighting(request, emitter, families, table) for emitter in emitters),
+        look=None,
         spawners=bounces,
         unshaded=light_surfaces.Unshaded(
             column(request.document.background),
@@ -104,6 +120,10 @@ def _plan(request: Request) -> RenderPlan:
         entries=tuple(request.listing.entries),
         left_out=(*request.listing.left_out, *surfaces.unused(request)),
     )
+
+
+def _table(request: Request) -> phong.Phong:
+    return phong.build([request.document.materials[name] for name in request.names])
 
 
 def _camera(request: Request) -> Pinhole:

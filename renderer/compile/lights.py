@@ -5,6 +5,7 @@ import numpy as np
 from renderer import cost
 from renderer.accelerators.boxes import Boxes
 from renderer.accelerators.trees import inside_of, tree_of
+from renderer.adaptive.sampling import in_sequence
 from renderer.arrays import column, dot
 from renderer.compile import shapes
 from renderer.compile.request import Request
@@ -32,7 +33,8 @@ from renderer.visibility.trees import TreeShadows
 def emitter_of(request: Request, number: int) -> Emitter:
     """A light of the scene, with its sampling."""
     light = request.document.lights[number]
-    return LIGHTS[type(light)](number, light, request.sampling.light, request.sampling.seed)
+    emitter = LIGHTS[type(light)](number, light, request.sampling.light, request.sampling.seed)
+    return in_sequence(emitter) if request.target and emitter.count > 1 else emitter
 
 
 def emitters(request: Request, families: list[Family]) -> list[Emitter]:
@@ -109,7 +111,7 @@ def visibility(request: Request, families: list[Family]) -> tuple[Lighting, ...]
     """Every light with what casts its shadows."""
     seen = [emitter_of(request, number) for number in range(len(request.document.lights))]
     return tuple(
-        Lighting(emitter, tuple(_shadow_stages(request, emitter, families)), (), request.dtype)
+        Lighting(emitter, tuple(shadow_stages(request, emitter, families)), (), request.dtype)
         for emitter in seen
     )
 
@@ -122,7 +124,7 @@ def _shadows(request: Request, emitter: Emitter, families: list[Family]) -> list
             "shadow rays", "a single convex shape has nothing to cast its shadow on", (pointer,)
         )
         return []
-    stages = _shadow_stages(request, emitter, families)
+    stages = shadow_stages(request, emitter, families)
     for family in families:
         price = cost.seconds(request.rays, _shading(family, emitter.count))
         detail = f"shadow rays from points to light {emitter.number}"
@@ -150,7 +152,8 @@ def _shades_nothing(request: Request, families: list[Family]) -> bool:
     return not any(isinstance(family, Ellipsoids) and (lens or family.holds(position)) for family in families)
 
 
-def _shadow_stages(request: Request, emitter: Emitter, families: list[Family]) -> list[LightStage]:
+def shadow_stages(request: Request, emitter: Emitter, families: list[Family]) -> list[LightStage]:
+    """What marks the light points that families of shapes block."""
     stages: list[LightStage] = []
     for family in families:
         match family:

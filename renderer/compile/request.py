@@ -6,8 +6,8 @@ import numpy as np
 
 from renderer.scenes import LoadedScene
 from renderer.stages import Listing
-from schemas.quality import Quality
-from schemas.sampling import Sampling
+from schemas.quality import Quality, TargetQuality
+from schemas.sampling import Antialiasing, LightSampling, Sampling
 from schemas.scene import Scene
 
 
@@ -62,13 +62,28 @@ class Request:
         self.rays = float(camera.width * camera.height * self.sampling.antialiasing.samples)
 
     @property
+    def target(self) -> TargetQuality | None:
+        """The error asked for, if it is one."""
+        return self.quality if isinstance(self.quality, TargetQuality) else None
+
+    @property
     def document(self) -> Scene:
         """The scene as written."""
         return self.scene.document
 
 
+ADAPTIVE = {
+    "antialiasing": Antialiasing(pattern="sobol", samples=16),
+    "light": LightSampling(pattern="sobol", samples=4),
+}
+"""Target quality takes camera samples where they are needed, with so few light points each that they cost no
+more than the ray. Textures that filter do so as for 16 samples a pixel, however many there are."""
+
+
 def _sampling(sampling: Sampling, quality: Quality | None) -> Sampling:
     if quality is None:
         return sampling
+    if isinstance(quality, TargetQuality):
+        return sampling.model_copy(update=ADAPTIVE)
     changes = {"antialiasing": quality.antialiasing, "light": quality.light}
     return sampling.model_copy(update={part: value for part, value in changes.items() if value is not None})

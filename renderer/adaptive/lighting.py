@@ -1,0 +1,97 @@
+"""What the first look does about a light with an area: find out who sees all of it, and who sees a part.
+
+Where nothing stands between, the light is a smooth function on a rectangle: a grid of few cells gives its
+mean without noise. Where all is blocked there is nothing to add. Only in between are many points spent.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.arrays import Floats, Integers, lengths
+from renderer.interaction import Points
+from renderer.lights.emitters import Emitter
+from renderer.lights.view import LightView
+from renderer.stages import Lighting
+from renderer.workspace import Workspace
+
+SIDES = (2, 4, 8, 16)
+"""Cells along each side of the grids on a light that is seen whole."""
+
+CORNERS = 4
+"""Light points along each side that tell who sees all of a light. The outermost lie on its edges, so that
+for convex occluders larger than the gaps between them nobody is taken to see a light that he sees in part."""
+
+
+@dataclass(frozen=True, slots=True)
+class ProbingEmitter(Emitter):
+    """A light whose points lie on a grid that reaches up to its edges."""
+
+    def grid(self) -> tuple[Floats, Floats]:
+        """U of the columns and v of the rows, from -1/2 to 1/2."""
+        along = np.linspace(-0.5, 0.5, CORNERS)
+        return along, along
+
+
+@dataclass(frozen=True, slots=True)
+class FirstLook:
+    """All that one light does at the first look.
+
+    Attributes
+    ----------
+    probe : Lighting
+        Light points up to the edges, with shadows and without terms.
+    whole : tuple of Lighting
+        A grid of each of `SIDES`, with terms and without shadows.
+    partial : Lighting
+        Many points, with shadows and terms.
+    finest : (materials,) float64
+        Cells along a side that a material needs where the light is as far away as it is large.
+    """
+
+    probe: Lighting
+    whole: tuple[Lighting, ...]
+    partial: Lighting
+    finest: Floats
+
+    @property
+    def emitter(self) -> Emitter:
+        """The light."""
+        return self.partial.emitter
+
+    def run(self, points: Points, workspace: Workspace) -> int:
+        """Add the light to the points' radiance; gives the number of shadow rays."""
+        view = self.probe.view(points, workspace)
+        rays = view.count * view.light_points.count if self.probe.shadows else 0
+        lit, torn = _sorted_out(view)
+        sides = self.sides(view, lit)
+        for number, lighting in enumerate(self.whole):
+            lighting.run(points, workspace, view.chosen[lit[sides == number]])
+        return rays + self.partial.run(points, workspace, view.chosen[torn])
+
+    def sides(self, view: LightView, index: Integers) -> Integers:
+        """Which of the grids some of a view's points (m,) need.
+
+        The midpoint rule errs by the second derivative over 24 n n; that of the cosine at a point goes with
+        the square of the light's size over its distance, and that of a highlight with the exponent as well.
+        """
+        emitter = self.emitter
+        size = max(lengths(emitter.first).item(), lengths(emitter.second).item())
+        away = lengths(view.towards[:, index])
+        needed = size / np.maximum(away, size / 4) * self.finest[view.of_points(view.points.materials)[index]]
+        return np.minimum(np.searchsorted(SIDES, needed), len(SIDES) - 1)
+
+
+def _sorted_out(view: LightView) -> tuple[Integers, Integers]:
+    """Which of a view's points see all of the light, and which a part."""
+    if view.blocked is None:
+        return np.arange(view.count), np.arange(0)
+    torn = np.logical_or.reduce(view.blocked, axis=0)
+    dark = np.logical_and.reduce(view.blocked, axis=0)
+    return np.flatnonzero(~torn), np.flatnonzero(torn & ~dark)
+
+
+def finest(error: float, brightest: float, specular: Floats, shininess: Floats) -> Floats:
+    """`FirstLook.finest` of materials (K,) for a wished error, a quarter of which the grid may have."""
+    curvature = brightest * np.maximum(2.0, specular * shininess)
+    return np.sqrt(curvature / (24 * error / 4))

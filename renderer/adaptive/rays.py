@@ -1,0 +1,147 @@
+"""Rendering what an adaptive pass asks of a tile."""
+
+import time
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.adaptive.levels import LOOKED, Levels, samples_of
+from renderer.adaptive.sampling import HALVES, places
+from renderer.arrays import Floats, Integers
+from renderer.execute import WORK, radiance
+from renderer.interaction import EMITTER, Rays
+from renderer.numerics import halving_sum
+from renderer.plan import RenderPlan
+from schemas.tiles import Tile
+
+BATCH = 16384
+"""Rays worked on at once: twice those of a block, as they are scattered and calls are most of their price."""
+
+
+@dataclass(frozen=True, slots=True)
+class Samples:
+    """What a pass has found in a tile.
+
+    Pixels are in the order of rows: first looks of those that were at level 0, samples of those that go on.
+
+    Attributes
+    ----------
+    looks : (3, n) float32
+    labels : (n,) int32
+        What the first looks met: a shape's number, -1 for the background, -2 and below for lights.
+    halves : (2, 3, m) float32
+        Means of the new samples of either half.
+    squares : (m,) float32
+        Sum over the new samples of squares about their mean, mean over channels.
+    counts, work : dict
+    cpu_seconds : float
+        As in `execute.TileResult`.
+    """
+
+    looks: NDArray[np.float32]
+    labels: NDArray[np.int32]
+    halves: NDArray[np.float32]
+    squares: NDArray[np.float32]
+    counts: dict[str, int]
+    work: dict[str, int]
+    cpu_seconds: float
+
+
+def render_samples(plan: RenderPlan, tile: Tile, have: Levels, want: Levels) -> Samples:
+    """Bring the pixels of a tile from the levels that they have to those that are wanted.
+
+    A pure function of its arguments, and what it finds about a pixel does not depend on the tile.
+
+    Parameters
+    ----------
+    plan : RenderPlan
+        Of target quality.
+    tile : Tile
+    have, want : (h, w) uint8
+        A pixel whose wanted level is not higher is left alone.
+    """
+    begun = time.process_time()
+    counts: Counter[str] = Counter(camera=0, shadow=0, mirror=0, transmission=0, **dict.fromkeys(WORK, 0))
+    looks, labels = _first_looks(plan, tile, want == LOOKED, counts)
+    halves, squares = _samples(plan, tile, have, np.where(want > LOOKED, want, 0), counts)
+    work = {name: counts.pop(name) for name in WORK}
+    return Samples(looks, labels, halves, squares, dict(counts), work, time.process_time() - begun)
+
+
+def _first_looks(
+    plan: RenderPlan, tile: Tile, wanted: NDArray[np.bool_], counts: Counter[str]
+) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    assert plan.look is not None
+    rows, columns = np.nonzero(wanted)
+    values = np.empty((3, rows.size), dtype=np.float32)
+    labels = np.empty(rows.size, dtype=np.int32)
+    for chosen in _batches(columns, rows, 1):
+        x, y = columns[chosen] + tile.x0, rows[chosen] + tile.y0
+        rays = _rays(plan.look, x, y, np.full(x.size, HALVES), (0.5, 0.5))
+        values[:, chosen] = radiance(plan.look, rays, counts)
+        labels[chosen] = np.where(rays.shapes >= EMITTER, EMITTER - 2 - rays.shapes, rays.shapes)
+    return values, labels
+
+
+def _samples(
+    plan: RenderPlan, tile: Tile, have: Levels, want: Levels, counts: Counter[str]
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    rows, columns = np.nonzero(want > have)
+    levels = have[rows, columns].astype(np.int64) * 256 + want[rows, columns]
+    halves = np.empty((HALVES, 3, rows.size), dtype=np.float32)
+    squares = np.empty(rows.size, dtype=np.float32)
+    for step in np.unique(levels).tolist():
+        group = np.flatnonzero(levels == step)
+        first, last = samples_of(step // 256), samples_of(step % 256)
+        for part in _batches(columns[group], rows[group], last - first):
+            chosen = group[part]
+            x, y = columns[chosen] + tile.x0, rows[chosen] + tile.y0
+            halves[:, :, chosen], squares[chosen] = _batch(plan, x, y, (first, last), counts)
+    return halves, squares
+
+
+def _batch(
+    plan: RenderPlan, x: Integers, y: Integers, span: tuple[int, int], counts: Counter[str]
+) -> tuple[Floats, Floats]:
+    """Means of the halves (2, 3, n), and sums of squares (n,), of the samples `span` of some pixels."""
+    count = span[1] - span[0]
+    columns, rows = x.repeat(count), y.repeat(count)
+    numbers = np.tile(np.arange(*span, dtype=np.int64), x.size)
+    place = places(plan.seed, rows * plan.width + columns, numbers)
+    found = radiance(plan, _rays(plan, columns, rows, numbers, place), counts)
+    samples = np.ascontiguousarray(found.reshape(3, x.size, count).transpose(2, 0, 1))
+    halves = np.stack(
+        [halving_sum(samples[half::HALVES].copy()) / (count // HALVES) for half in range(HALVES)]
+    )
+    samples -= halves.mean(axis=0)
+    np.multiply(samples, samples, out=samples)
+    return halves, halving_sum(samples).sum(axis=0) / 3
+
+
+def _rays(
+    plan: RenderPlan, columns: Integers, rows: Integers, samples: Integers, place: tuple[Floats | float, ...]
+) -> Rays:
+    pixels = rows * plan.width + columns
+    origins, directions = plan.camera.rays(columns + place[0], rows + place[1], pixels, samples)
+    left, right = plan.camera.screen(
+        np.array([columns.min(), columns.max() + 1]), np.array([rows.max() + 1, rows.min()])
+    )
+    return Rays(origins, directions, pixels, samples, screen=np.concatenate((left, right)))
+
+
+def _batches(columns: Integers, rows: Integers, count: int) -> Iterator[Integers]:
+    """Portions of pixels with about `BATCH` rays, `count` a pixel, neighbours together."""
+    order = np.argsort(_spread(columns) | _spread(rows) << 1, kind="stable")
+    step = max(1, BATCH // count)
+    return (order[start : start + step] for start in range(0, order.size, step))
+
+
+def _spread(numbers: Integers) -> Integers:
+    """The lower 16 bits of numbers at every other place: two of them make Morton's order."""
+    numbers = numbers & 0xFFFF
+    for shift, mask in ((8, 0x00FF00FF), (4, 0x0F0F0F0F), (2, 0x33333333), (1, 0x55555555)):
+        numbers = (numbers | numbers << shift) & mask
+    return numbers

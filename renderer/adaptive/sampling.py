@@ -1,0 +1,45 @@
+"""The samples of an adaptive picture: where they lie, and what is kept of them.
+
+Sample number i belongs to half i % 2 and is number i // 2 of it. Each half of a pixel is one Sobol sequence in
+the pixel and one on every light, scrambled by itself, so that the two know nothing of each other and their
+difference tells the error of their mean. The light points of a half go on from sample to sample, in an order
+of their own, so that no place in the pixel goes with a place on the light.
+"""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from renderer.arrays import Floats, Integers
+from renderer.cameras.thin_lens import shuffled
+from renderer.lights.emitters import PIXEL_DIMENSIONS, Emitter
+from renderer.lights.samples import LightPoints, Scatter
+from renderer.samplers import PATTERNS
+from renderer.streams import Keys, keys
+
+HALVES = 2
+
+
+def places(seed: int, pixels: Integers, samples: Integers) -> tuple[Floats, Floats]:
+    """Places in the pixel, (N,) each in [0, 1), of samples (N,) of pixels (N,)."""
+    half, index = samples % HALVES, samples // HALVES
+    return PATTERNS["sobol"](keys(seed, PIXEL_DIMENSIONS, pixels, half), index, 0)
+
+
+@dataclass(frozen=True, slots=True)
+class SequenceEmitter(Emitter):
+    """A light whose points go on from sample to sample of a half."""
+
+    def points(
+        self, pixels: Integers, samples: Integers, paths: Keys, dtype: np.dtype[np.floating]
+    ) -> LightPoints:
+        """Light points (L, n) for each bounce of each camera sample, (n,) pixel, sample and path numbers."""
+        key = keys(self.seed, paths + np.uint64(1 + self.number), pixels, samples % HALVES)
+        index = samples // HALVES * self.count + np.arange(self.count, dtype=np.int64)[:, None]
+        a, b = PATTERNS["sobol"](key[None, :], shuffled(key[None, :], index), self.count)
+        return Scatter((a - 0.5).astype(dtype), (b - 0.5).astype(dtype))
+
+
+def in_sequence(emitter: Emitter) -> SequenceEmitter:
+    """The same light with its points in a sequence."""
+    return SequenceEmitter(**{item.name: getattr(emitter, item.name) for item in fields(emitter)})

@@ -1,0 +1,94 @@
+"""The first look that target quality takes at each pixel: one ray, with as little noise as may be."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+
+import schemas.textures as language
+from renderer.adaptive.lighting import CORNERS, SIDES, FirstLook, ProbingEmitter, finest
+from renderer.compile.lights import shadow_stages
+from renderer.compile.request import Request
+from renderer.lights.emitters import Emitter
+from renderer.materials.maps import ColorTexture
+from renderer.materials.phong import Phong
+from renderer.scenes import LoadedScene
+from renderer.shapes import Family
+from renderer.stages import Illumination, Lighting, PointStage
+from renderer.textures.averaged import AveragedTexture
+from renderer.textures.checker import BoxCheckerTexture
+from schemas.quality import FixedQuality, TargetQuality
+from schemas.sampling import Antialiasing, LightSampling
+
+PENUMBRA = 64, 2.0**-8
+"""So many points see an error of so much of a light that is half covered; fewer or more by its inverse."""
+
+
+PARTS = 4
+"""A pixel has so many parts along each side whose checkers are averaged: the box around each is little larger
+than the part, whatever its shape."""
+
+
+def filtered(scene: LoadedScene) -> LoadedScene:
+    """The scene with the mean of a checker board over the pixel in place of the field that its middle meets."""
+    boards = {
+        name: texture.model_copy(update={"filter": "box"})
+        for name, texture in scene.document.textures.items()
+        if isinstance(texture, language.CheckerTexture)
+    }
+    textures = scene.document.textures | boards
+    return replace(scene, document=scene.document.model_copy(update={"textures": textures}))
+
+
+def averaged(stage: PointStage) -> PointStage:
+    """A stage that looks up colours, with their mean over the parts of a pixel."""
+    if not isinstance(stage, ColorTexture) or not isinstance(stage.texture, BoxCheckerTexture):
+        return stage
+    return replace(stage, texture=AveragedTexture(stage.texture, PARTS))
+
+
+def quality_of(target: TargetQuality) -> FixedQuality:
+    """One ray through the middle of the pixel, and many points on a light that is seen in part."""
+    return FixedQuality(
+        mode="fixed",
+        antialiasing=Antialiasing(pattern="center"),
+        light=LightSampling(pattern="sobol", samples=_points(target.error)),
+        precision=target.precision,
+    )
+
+
+def lightings(
+    request: Request,
+    target: TargetQuality,
+    plain: tuple[Illumination, ...],
+    families: list[Family],
+    table: Phong,
+) -> tuple[Illumination, ...]:
+    """A first look for each light; lights without an area are looked at as always."""
+    return tuple(
+        _first_look(request, target, lighting, families, table)
+        if isinstance(lighting, Lighting) and lighting.emitter.count > 1
+        else lighting
+        for lighting in plain
+    )
+
+
+def _first_look(
+    request: Request, target: TargetQuality, lighting: Lighting, families: list[Family], table: Phong
+) -> FirstLook:
+    emitter = lighting.emitter
+    grid = replace(emitter, pattern="uniform")
+    values = {item.name: getattr(grid, item.name) for item in fields(Emitter)}
+    probing = ProbingEmitter(**values | {"count": CORNERS * CORNERS})
+    shadows = tuple(shadow_stages(request, probing, families)) if lighting.shadows else ()
+    return FirstLook(
+        probe=replace(lighting, emitter=probing, shadows=shadows, terms=()),
+        whole=tuple(replace(lighting, emitter=replace(grid, count=n * n), shadows=()) for n in SIDES),
+        partial=lighting,
+        finest=finest(target.error, float(emitter.color.max()), table.specular, table.shininess),
+    )
+
+
+def _points(error: float) -> int:
+    """Light points in a penumbra, a power of two."""
+    points, at = PENUMBRA
+    return int(2 ** np.clip(np.round(np.log2(points * at / error)), 3, 10))

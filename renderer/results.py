@@ -1,0 +1,51 @@
+"""What rendering a picture tells while it goes on, and gives at its end."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.film import Image
+from renderer.layers import Layers
+from schemas.tiles import Pass, Tile
+
+
+@dataclass(frozen=True, slots=True)
+class TileEvent:
+    """A finished tile of a pass.
+
+    Attributes
+    ----------
+    tile : Tile
+    pass_ : Pass
+    pixels : (h, w, 3) float32
+        The mean over all samples so far; the preview is enlarged to full size.
+    done, total : int
+        Tiles of all passes; for target quality of those passes that are known by now.
+    """
+
+    tile: Tile
+    pass_: Pass
+    pixels: Image
+    done: int
+    total: int
+
+
+@dataclass(frozen=True, slots=True)
+class RenderResult:
+    """A finished picture.
+
+    Attributes
+    ----------
+    image : (H, W, 3) float32
+        Linear radiance.
+    layers : dict of str to (H, W) or (H, W, channels) array
+        What the plan was asked to tell about each pixel beside its colour; float32 or int32.
+    report : dict
+        Seconds, rays, work, samples, numerics and the plan, as `penumbra render --json` prints them.
+    """
+
+    image: NDArray[np.float32]
+    layers: Layers
+    report: dict[str, Any]
