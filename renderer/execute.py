@@ -131,8 +131,10 @@ def centre_points(plan: RenderPlan, counts: Counter[str], block: Block) -> Point
     return points
 
 
-def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str]) -> Floats:
+def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str], colors: Floats | None = None) -> Floats:
     """Radiance (3, N) along camera rays (N,), over all bounces.
+
+    Into `colors` (3, N) go those of the surfaces that the camera rays meet.
 
     A wave's successors are worked on before its neighbours: few wait at a time, and what belongs to one ray
     is added in an order that depends on its own path alone.
@@ -144,6 +146,8 @@ def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str]) -> Floats:
         seen, points = local_radiance(plan, wave.rays, counts)
         result[:, wave.targets] += wave.weights * seen
         counts[wave.count_as] += wave.rays.t.size
+        if wave.depth == 0 and colors is not None:
+            colors[:, points.rays] = points.colors
         for spawner in plan.spawners:
             waves.extend(spawner.run(points, wave))
     return result

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Integers
+from renderer.arrays import Integers, Masks
 from renderer.cameras import Pinhole
 from renderer.layers import Layer
 from renderer.lights.surfaces import Unshaded
@@ -55,6 +55,9 @@ class RenderPlan:
         The plan as told to people.
     look : RenderPlan or None
         What runs at the first look that target quality takes at each pixel; None for fixed quality.
+    textured, rough : (shapes,) bool
+        Shapes that take their colour from a texture, and shapes with something else on them that may be finer
+        than pixels: bent normals, mirrors, glass.
     """
 
     scene: LoadedScene
@@ -78,6 +81,8 @@ class RenderPlan:
     entries: tuple[Entry, ...]
     left_out: tuple[LeftOut, ...]
     look: "RenderPlan | None"
+    textured: Masks
+    rough: Masks
 
     @property
     def document(self) -> Scene:
@@ -107,7 +112,7 @@ class RenderPlan:
         """The plan for people and programs: stages with who asked, what was left out, predicted cost."""
         total = sum(entry.seconds for entry in self.entries)
         rays = self.width * self.height * self.antialiasing.samples
-        shadow = sum(lighting.emitter.count for lighting in self.lightings if lighting.shadows)
+        shadow = sum(lighting.emitter.count for lighting in self.lightings if lighting.casts)
         return PlanDocument(
             stages=tuple(
                 PlanStage(

@@ -55,6 +55,11 @@ class Illumination(Protocol):
         """The light."""
         ...
 
+    @property
+    def casts(self) -> bool:
+        """Whether anything can stand in its way."""
+        ...
+
     def run(self, points: Points, workspace: Workspace) -> int:
         """Add the light to the points' radiance; gives the number of shadow rays."""
         ...
@@ -76,6 +81,11 @@ class Lighting:
     shadows: tuple[LightStage, ...]
     terms: tuple[LightStage, ...]
     dtype: np.dtype[np.floating]
+
+    @property
+    def casts(self) -> bool:
+        """Whether anything can stand in its way."""
+        return bool(self.shadows)
 
     def view(self, points: Points, workspace: Workspace, among: Integers | None = None) -> LightView:
         """The light as seen by those of the points that face it, with blocked pairs marked.

@@ -34,8 +34,8 @@ class TargetQuality(Closed):
 
     mode: Literal["target"] = Field(description="`target`.")
     error: Annotated[float, Field(gt=0, le=1)] = Field(
-        description="Root mean square error of the linear picture, clipped to 0..1, over its pixels and channels. "
-        "One step of a picture of 8 bits is 0.0039.",
+        description="Root mean square error of the linear picture, clipped to 0..1, over its pixels and "
+        "channels. One step of a picture of 8 bits is 0.0039.",
     )
     time_limit: Annotated[float, Field(gt=0, le=86400)] | None = Field(
         default=None,

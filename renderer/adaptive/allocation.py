@@ -1,154 +1,90 @@
+"""Which pixel gets how many samples, so that the error wished for costs the least.
+
+The squared error of a pixel whose single samples have variance c goes like c n**-1.5 with n samples of a
+Sobol sequence: most of it comes from edges. The sum over pixels is wanted at the least sum of n, which
+Lagrange's multiplier gives: n = (1.5 c m)**0.4 for a price of 1 / m a sample.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
+from numpy.typing import NDArray
 
-from renderer.adaptive.levels import HIGHEST, LOOKED, SAMPLED
-from renderer.streams import bits, keys, uniforms
+from renderer.adaptive.levels import COUNTS, HIGHEST, SAMPLED
+from renderer.adaptive.strata import Survey
+from renderer.arrays import Floats, Integers
 
-N = np.array([1.0, 1.0] + [float(1 << k) for k in range(2, 17)])
-VB = 24
-GAIN = 1.0
-
-
-def predicted(value, label):
-    """Predicted squared error of one look at each pixel, mean over channels."""
-    out = np.zeros(label.shape, np.float32)
-    for axis in (1, 2):
-        v = value if axis == 2 else value.transpose(0, 2, 1)
-        d = np.diff(v, axis=2)
-        e = np.empty_like(v)
-        e[:, :, 1:-1] = d[:, :, 1:] - d[:, :, :-1]
-        e[:, :, 0] = e[:, :, 1]; e[:, :, -1] = e[:, :, -2]
-        np.multiply(e, e, out=e)
-        m = e.sum(axis=0)
-        np.maximum(out, m if axis == 2 else m.T, out=out)
-    out *= 1 / 36
-    return out
+BINS = 256
+"""Of the logarithm of variances, four an octave, for the search of the multiplier."""
 
 
-def box(a):
-    """Mean over 3x3 neighbours."""
-    p = np.pad(a, 1, mode="edge")
-    r = p[:-2] + p[1:-1] + p[2:]
-    return (r[:, :-2] + r[:, 1:-1] + r[:, 2:]) / 9
+@dataclass(frozen=True, slots=True)
+class Allocation:
+    """Levels that are wanted.
+
+    Attributes
+    ----------
+    pixels : (n,) int64
+        Of the sampled pixels.
+    strata : (K,) int64
+        Of all pixels of a stratum, 0 where their first look is good enough.
+    """
+
+    pixels: Integers
+    strata: Integers
 
 
-def bins_of(est):
-    b = np.clip(((np.log2(np.maximum(est.pred, 1e-12)) + 36) * 0.67).astype(np.int64), 0, VB - 1)
-    lab = est.label
-    edge = np.zeros(lab.shape, bool)
-    dx = lab[:, 1:] != lab[:, :-1]; dy = lab[1:] != lab[:-1]
-    edge[:, 1:] |= dx; edge[:, :-1] |= dx; edge[1:] |= dy; edge[:-1] |= dy
-    kind = np.where(est.level == LOOKED, 1 + edge + 2 * est.rough[lab], 0)
-    return b + VB * kind
+def allocate(variances: Floats, levels: NDArray[np.uint8], survey: Survey, goal: float) -> Allocation:
+    """Distribute samples so that the sum of squared errors becomes `goal`, as far as can be told now.
+
+    Parameters
+    ----------
+    variances : (n,) float64
+        Of single samples of the pixels that are sampled, so that they times n**-1.5 are squared errors.
+    levels : (n,) uint8
+        That they have; none gets fewer samples than it has.
+    survey : Survey
+        Of the pixels whose first look is shown.
+    goal : float
+    """
+    bins = np.clip(np.log2(np.maximum(variances, 1e-15)) * 4 + 200, 0, BINS - 1).astype(np.int64)
+    sorts = np.bincount(bins * 32 + levels, minlength=BINS * 32)
+    used = np.flatnonzero(sorts)
+    typical, have, many = 2.0 ** ((used // 32 - 199.5) / 4), used % 32, sorts[used]
+
+    def left(multiplier: float) -> float:
+        wanted = np.maximum(_levels(typical, multiplier), have)
+        sampled = (many * typical * COUNTS[wanted] ** -1.5).sum()
+        return float(sampled + (survey.sizes * _looked(survey, multiplier)[1]).sum())
+
+    multiplier = _least(left, goal)
+    return Allocation(
+        pixels=np.maximum(_levels(variances, multiplier), levels), strata=_looked(survey, multiplier)[0]
+    )
 
 
-def allocate(est):
-    H, W = est.level.shape
-    P = H * W
-    e2 = est.target**2 * P
-    level = est.level
-    est.round += 1
-    sampled = level >= SAMPLED
-    want = est.want
-    NB = VB * 5
-    if est.round == 1:
-        est.bin = bins_of(est)
-        u = uniforms(bits(keys(est.plan.seed, 1 << 41, np.arange(P)), 0)).reshape(H, W)
-        n = np.bincount(est.bin.ravel(), minlength=NB)
-        V = np.bincount(est.bin.ravel(), est.pred.ravel(), minlength=NB)
-        asked = est.q * n + 16 + 50 * V / e2
-        est.probability = np.minimum(asked / np.maximum(n, 1), 1)
-        est.shown = np.zeros((H, W), bool)
-        est.probe = u < est.probability[est.bin]
-        want[...] = 0
-        want[est.probe] = SAMPLED
-        return True
-    lev = level.ravel()
-    shown = est.shown.ravel()
-    binr = est.bin.ravel()
-    ii = np.flatnonzero(shown)
-    half = est.half.reshape(2, 3, -1)
+def _levels(variances: Floats, multiplier: float) -> Integers:
+    counts = (1.5 * variances * multiplier) ** 0.4
+    return np.clip(np.rint(np.log2(np.maximum(counts, 1))), SAMPLED, HIGHEST).astype(np.int64)
 
-    def halves(index):
-        hf = half[:, :, index]
-        return np.clip(hf[0], 0, 1), np.clip(hf[1], 0, 1)
-    a, b = halves(ii)
-    d2 = ((a - b) ** 2).mean(axis=0) / 4
-    lv = lev[ii]
-    n = N[lv]
-    E1 = float(d2.sum())
-    v1 = 2 * float((d2 ** 2).sum())
-    pi = np.flatnonzero(est.probe.ravel() & ~shown)
-    base = np.clip(est.value.reshape(3, -1)[:, pi], 0, 1)
-    a, b = halves(pi)
-    D = ((a - base) * (b - base)).mean(axis=0)
-    bp = binr[pi]
-    cnt = np.bincount(bp, minlength=NB)
-    mD = np.bincount(bp, D, minlength=NB) / np.maximum(cnt, 1)
-    m2 = np.bincount(bp, D**2, minlength=NB) / np.maximum(cnt, 1)
-    se = np.sqrt(m2 / np.maximum(cnt, 1))
-    unref = np.flatnonzero(~shown)
-    N0 = np.bincount(binr[unref], minlength=NB)
-    full_bin = cnt >= N0
-    E0 = float((N0 * mD).sum())
-    v0 = float(((N0 * se)**2).sum())
-    total = E1 + E0
-    sd = np.sqrt(v1 + v0)
-    upper = total + 1.64 * sd
-    est.error = tuple(float(np.sqrt(max(x, 0) / P)) for x in (total, total - 1.64 * sd, upper))
-    est.parts = tuple(float(x) for x in (E1, E0, np.sqrt(v1), np.sqrt(v0)))
-    if upper <= e2:
-        return False
-    out = np.zeros(P, np.uint8)
-    if ii.size:
-        s2 = est.squares.ravel()[ii] / np.maximum(n - 1, 1)
-        s2[(half[:, :, ii].mean(axis=0) > 1).all(axis=0)] = 0
-        full = np.zeros(P); full[ii] = s2
-        s2m = (box(full.reshape(H, W)) / np.maximum(box(est.shown.astype(float)), 1e-9)).ravel()[ii]
-        c = np.maximum(s2, s2m)
-        gain = E1 / max(float((c * n**-1.5).sum()), 1e-30)
-        c = c * gain
-    else:
-        c = np.zeros(0)
-    # per bin: what its probes say of single samples
-    sp = est.squares.ravel()[pi] / np.maximum(N[lev[pi]] - 1, 1)
-    cb = np.bincount(bp, sp, minlength=NB) / np.maximum(cnt, 1) * GAIN
-    keep = np.maximum(mD - se, 0)
-    goal = max((0.9 * est.target) ** 2 * P - 1.0 * np.sqrt(v1), 0.3 * e2)
-    key = (np.clip(np.log2(np.maximum(c, 1e-15)) * 4 + 200, 0, 255).astype(np.int64)) * 32 + lv
-    cw = np.bincount(key, minlength=256 * 32)
-    used = np.flatnonzero(cw)
-    hc = 2.0 ** ((used // 32 - 199.5) / 4); hl = used % 32; hw = cw[used]
 
-    def levels(cc, lam):
-        nn = (1.5 * cc * lam) ** 0.4
-        return np.clip(np.round(np.log2(np.maximum(nn, 1))), 2, HIGHEST).astype(np.int64)
+def _looked(survey: Survey, multiplier: float) -> tuple[Integers, Floats]:
+    """Levels of the strata, and the squared error that a pixel of them is left with.
 
-    def solve(lam):
-        bl = levels(cb, lam)
-        e = cb * N[bl] ** -1.5
-        refine = (e + N[bl] / lam < keep) & (N0 > 0)
-        hl2 = np.maximum(levels(hc, lam), hl)
-        err = (hw * hc * N[hl2] ** -1.5).sum() + (N0 * np.where(refine, e, keep)).sum()
-        return err, np.where(refine, bl, 0)
-    lo, hi = 1e-2, 1e12
-    while hi / lo > 1.05:
-        lam = np.sqrt(lo * hi)
-        if solve(lam)[0] > goal: lo = lam
-        else: hi = lam
-    blev = solve(hi)[1]
-    out[ii] = np.maximum(levels(c, hi), lv)
-    out[unref] = blev[binr[unref]]
-    newly = (out > 0) & ~shown
-    est.shown |= newly.reshape(H, W)
-    # probes of bins that stay, where what they do not know matters
-    unsure = (blev == 0) & (N0 * se > 0.05 * e2)
-    more = pi[unsure[bp]]
-    out[more] = np.minimum(lev[more] + 2, HIGHEST)
-    out = np.minimum(out, np.maximum(lev + 3, SAMPLED + 2))
-    want[...] = np.where(out > lev, out, 0).reshape(H, W)
-    est.info = (newly.sum(), more.size, int((want>0).sum()))
-    print(est.round, est.info, est.parts, "lam", hi, "goal", goal, "e2", e2, "c", len(c), c.sum(), np.bincount(np.minimum(out[out>lev],20)), flush=True)
-    if not want.any():
-        if newly.any(): return allocate(est)
-        out = np.where(shown | est.probe.ravel(), np.minimum(lev + 1, HIGHEST), 0); want[...] = out.reshape(H, W)
-    return est.round < 14
+    A first look stays where samples would not pay. What is but the noise of its probes is no error.
+    """
+    levels = _levels(survey.variances, multiplier)
+    kept = np.maximum(survey.errors - survey.uncertain, 0)
+    sampled = survey.variances * COUNTS[levels] ** -1.5
+    pays = sampled + COUNTS[levels] / multiplier < kept
+    return levels * pays, sampled * pays + kept * ~pays
+
+
+def _least(left: Callable[[float], float], goal: float) -> float:
+    """The least multiplier, within a twentieth, that leaves no more than `goal`."""
+    low, high = 1e-2, 1e14
+    while high > 1.05 * low:
+        middle = np.sqrt(low * high)
+        low, high = (middle, high) if left(middle) > goal else (low, middle)
+    return float(high)

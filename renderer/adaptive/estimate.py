@@ -1,114 +1,299 @@
-"""The picture so far, what is known of its error, and what to sample next."""
+"""The picture so far, what is known of its error, and what the next pass samples.
 
-from dataclasses import dataclass, field
+All decisions are made about the whole picture between passes, so that no pixel depends on tiles, and all
+sums are formed in the order of pixels.
+"""
+
+from dataclasses import astuple, dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.adaptive import allocation
-from renderer.adaptive.lattice import COARSEST, smooth_cells
-from renderer.adaptive.levels import LOOKED, SAMPLED, UNSEEN, Levels
-from renderer.adaptive.rays import Samples
-from renderer.arrays import Masks
+from renderer.adaptive import strata
+from renderer.adaptive.allocation import allocate
+from renderer.adaptive.findings import Findings, findings_of
+from renderer.adaptive.halves import HALVES
+from renderer.adaptive.lattice import COARSEST, Labels, Picture, cells_of, fill
+from renderer.adaptive.levels import COUNTS, HIGHEST, LOOKED, SAMPLED, Levels
+from renderer.adaptive.samples import Samples, of_labels
+from renderer.adaptive.uncertainty import ErrorEstimate, error_of
+from renderer.arrays import Floats, Integers, Masks
+from renderer.film import Image
+from renderer.plan import RenderPlan
+from schemas.quality import TargetQuality
 from schemas.tiles import Tile
 
-N_LEVELS = np.array([0, 0] + [1 << k for k in range(2, 17)], dtype=np.int64)
+CALM = 0.5
+"""Share of the wished error that interpolation may err by. It mostly errs by far less: the least smooth place
+decides."""
+
+MARGIN = 0.9
+"""Share of the wished error that samples are allotted for: what they meet is not known exactly."""
+
+LEAP = 3
+"""Levels that a pixel may rise at once: few samples do not tell well how many more are needed."""
+
+DOUBT = 0.2
+"""Share of the budget that all strata together may be uncertain by."""
+
+FIND = 16.0
+"""A probe found something if its squared error is so many times the wished one, and that of its like."""
+
+DARKEST = 2.0**-10
+"""Darker textures than this are taken to be as bright, so that the light on them can be told."""
+
+MOST_ROUNDS = 40
+"""More has never been needed; it ends in any case."""
+
+STRIDE, ROUND = 0, 1
+"""Places in `Estimate.counters`: pixels between the first looks so far, and rounds of samples."""
 
 
-@dataclass
+@dataclass(slots=True)
 class Estimate:
-    plan: object
-    target: float
-    rough: NDArray[np.bool_]
-    stride: int = COARSEST
-    level: Levels = field(init=False)
-    want: Levels = field(init=False)
+    """An adaptive picture.
 
-    def __post_init__(self):
-        h, w = self.plan.height, self.plan.width
-        self.value = np.zeros((3, h, w), np.float32)
-        self.label = np.zeros((h, w), np.int32)
-        self.level = np.zeros((h, w), np.uint8)
-        self.half = np.zeros((2, 3, h, w), np.float64)
-        self.squares = np.zeros((h, w), np.float64)
-        self.want = np.zeros((h, w), np.uint8)
-        self.want[:: self.stride, :: self.stride] = LOOKED
-        self.phase = "lattice"
-        self.round = 0
-        self.error = None
-        if self.plan.camera_is_lens:
-            self.phase = "samples"; self.want[...] = SAMPLED
-            self.pred = np.ones((h, w), np.float32)
+    A pass brings the pixels from the levels that they `have` to those that it wants (`levels`). Between
+    passes `advance` decides.
 
-    def take(self, tile: Tile, samples: Samples):
+    Attributes
+    ----------
+    plan : RenderPlan
+    values : (3, H, W) float32
+        First looks, and what is interpolated between them.
+    labels : (H, W) int32
+        What the first looks met.
+    colors : (3, H, W) float32
+        What textures gave there, 1 where there was none.
+    have, want : (H, W) uint8
+    halves : (2, 3, H, W) float64
+        Means of either half of the samples.
+    squares : (H, W) float64
+        Sum over the samples of squares about their mean, mean over channels.
+    shown : (H, W) bool
+        Pixels whose samples are shown, and not the first look.
+    strata : (H, W) int64
+    chances : (strata.COUNT,) float64
+        Share of the pixels of each stratum that are probes.
+    counters : (2,) int64
+    error : ErrorEstimate or None
+        None before anything is known.
+    """
+
+    plan: RenderPlan
+    values: Picture
+    labels: Labels
+    colors: Picture
+    have: Levels
+    want: Levels
+    halves: Floats
+    squares: Floats
+    shown: Masks
+    strata: Integers
+    chances: Floats
+    counters: Integers
+    error: ErrorEstimate | None = None
+
+    @classmethod
+    def begin(cls, plan: RenderPlan) -> "Estimate":
+        """Nothing but what the first pass wants: first looks on a coarse lattice.
+
+        A lens leaves nothing smooth between pixels, so all are sampled at once.
+        """
+        size = plan.height, plan.width
+        looks = plan.look is not None
+        want = np.zeros(size, dtype=np.uint8)
+        want[::COARSEST, ::COARSEST] = LOOKED
+        return cls(
+            plan=plan,
+            values=np.zeros((3, *size), dtype=np.float32),
+            labels=np.zeros(size, dtype=np.int32),
+            colors=np.ones((3, *size), dtype=np.float32),
+            have=np.zeros(size, dtype=np.uint8),
+            want=want if looks else np.full(size, SAMPLED, dtype=np.uint8),
+            halves=np.zeros((HALVES, 3, *size)),
+            squares=np.zeros(size),
+            shown=np.full(size, not looks),
+            strata=np.zeros(size, dtype=np.int64),
+            chances=np.zeros(strata.COUNT),
+            counters=np.array([COARSEST if looks else 1, 0 if looks else 1]),
+        )
+
+    @classmethod
+    def restored(cls, plan: RenderPlan, arrays: dict[str, NDArray[Any]]) -> "Estimate":
+        """The estimate that gave `arrays`."""
+        known = dict(arrays)
+        error = known.pop("error", None)
+        return cls(plan, **known, error=None if error is None else ErrorEstimate(*error.tolist()))
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """All that it knows beside the plan."""
+        known = {item.name: getattr(self, item.name) for item in fields(self)[1:-1]}
+        if self.error is not None:
+            known["error"] = np.array(astuple(self.error))
+        return known
+
+    @property
+    def target(self) -> float:
+        """The error asked for."""
+        assert isinstance(self.plan.quality, TargetQuality)
+        return self.plan.quality.error
+
+    @property
+    def budget(self) -> float:
+        """Sum of squared errors, mean over channels, that the target allows."""
+        return self.target**2 * self.have.size
+
+    def take(self, tile: Tile, samples: Samples) -> None:
+        """Add what this pass has found in a tile. The order of tiles does not matter."""
         part = np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]
-        have, want = self.level[part], self.want[part]
-        looked = want == LOOKED
-        self.value[(slice(None), *part)][:, looked] = samples.looks
-        self.label[part][looked] = samples.labels
-        more = (want > have) & (want > LOOKED)
-        if more.any():
-            n0 = N_LEVELS[have[more]].astype(float); n1 = N_LEVELS[want[more]].astype(float)
-            dn = n1 - n0
-            half = self.half[(slice(None), slice(None), *part)]
-            old = half[:, :, more]
-            new = samples.halves.astype(np.float64)
-            share = dn / n1
-            merged = old + (new - old) * share
-            mean_old, mean_new = old.mean(axis=0), new.mean(axis=0)
-            apart = ((mean_new - mean_old) ** 2).mean(axis=0) * (n0 * share)
-            self.squares[part][more] += samples.squares + apart
-            half[:, :, more] = merged
-            self.value_of_samples(part, more, merged)
-        np.maximum(have, want, out=self.level[part])
+        have, want = self.have[part], self.want[part]
+        looked = (want == LOOKED) & (have < want)
+        self.values[:, *part][:, looked] = samples.looks
+        self.labels[part][looked] = samples.labels
+        self.colors[:, *part][:, looked] = samples.colors
+        more = (want > LOOKED) & (have < want)
+        before, after = COUNTS[have[more]], COUNTS[want[more]]
+        share = (after - before) / after
+        halves = self.halves[:, :, *part]
+        apart = samples.halves - halves[:, :, more]
+        self.squares[part][more] += samples.squares + (apart.mean(axis=0) ** 2).mean(axis=0) * before * share
+        halves[:, :, more] += apart * share
+        np.maximum(have, want, out=have)
 
-    def value_of_samples(self, part, more, merged):
-        pass
+    def image(self) -> Image:
+        """The picture so far, (H, W, 3) float32, linear.
 
-    def image(self):
-        out = self.value.copy()
-        s = self.shown
-        out[:, s] = self.half[:, :, s].mean(axis=0)
-        return out
+        Before the first looks have reached every pixel, each node of their lattice fills its square.
+        """
+        stride = int(self.counters[STRIDE])
+        if stride > 1:
+            nodes = self.values[:, ::stride, ::stride].repeat(stride, axis=1).repeat(stride, axis=2)
+            return np.ascontiguousarray(
+                nodes[:, : self.have.shape[0], : self.have.shape[1]].transpose(1, 2, 0)
+            )
+        sampled = self.shown & (self.have >= SAMPLED)
+        picture = self.values.copy()
+        picture[:, sampled] = self.halves[:, :, sampled].mean(axis=0)
+        return np.ascontiguousarray(picture.transpose(1, 2, 0))
 
-    # ---- next pass
-    def advance(self):
-        """Form the next demand in self.want; returns False when done."""
-        if self.phase == "lattice":
-            if self.stride > 1:
-                self._finer()
-                return True
-            self.phase = "samples"
-            self.pred = allocation.predicted(np.clip(self.value, 0, 1), self.label)
-        return allocation.allocate(self)
+    def counts(self) -> Integers:
+        """Camera samples that each pixel's value is formed of, (H, W); 0 where it is interpolated."""
+        return np.maximum(COUNTS[self.have], self.have > 0)
 
-    def _finer(self):
-        s, h = self.stride, self.stride // 2
-        L = self.value[:, ::s, ::s]; lab = self.label[::s, ::s]
-        cells = smooth_cells(L, lab, self.rough[lab], self.target * self.loose)
-        a, b = lab.shape
-        H, W = self.level.shape
-        want = self.want; want[...] = 0
-        new = self.level[::h, ::h]  # view
-        A, B = new.shape
-        known = np.zeros((A, B), bool)
-        # padded cells: outside counts as smooth for shared edges
-        pad = np.pad(cells, 1, constant_values=True)
-        hor = pad[:-1, 1:-1] & pad[1:, 1:-1]       # edges (i, j+1/2): (a, b-1)
-        ver = pad[1:-1, :-1] & pad[1:-1, 1:]       # (a-1, b)
-        V = self.value[:, ::h, ::h]; LB = self.label[::h, ::h]
-        def put(oi, oj, mask, vals, labs):
-            sub = V[:, oi::2, oj::2][:, : mask.shape[0], : mask.shape[1]]
-            np.copyto(sub, vals, where=mask)
-            np.copyto(LB[oi::2, oj::2][: mask.shape[0], : mask.shape[1]], labs, where=mask)
-            known[oi::2, oj::2][: mask.shape[0], : mask.shape[1]] = mask
-        # an edge interpolates only if its ends agree
-        hx = (L[:, :, 1:] + L[:, :, :-1]) / 2
-        vx = (L[:, 1:] + L[:, :-1]) / 2
-        put(0, 1, hor & (lab[:, 1:] == lab[:, :-1]) , hx, lab[:, 1:])
-        put(1, 0, ver & (lab[1:] == lab[:-1]), vx, lab[1:])
-        put(1, 1, cells, (hx[:, 1:] + hx[:, :-1]) / 2, lab[1:, 1:])
-        known[0::2, 0::2] = True
-        W2 = want[::h, ::h]
-        W2[~known] = LOOKED
-        self.stride = h
+    def advance(self) -> bool:
+        """Decide what the next pass wants, after all tiles of this one; False if the picture is done."""
+        if self.counters[STRIDE] > 1:
+            self._look_closer()
+            return True
+        self.counters[ROUND] += 1
+        if self.counters[ROUND] == 1:
+            self._choose_probes()
+            return True
+        return self._sample_more()
+
+    def _look_closer(self) -> None:
+        stride = int(self.counters[STRIDE])
+        nodes = np.s_[::stride, ::stride]
+        cells = cells_of(self.values[:, *nodes], self.labels[nodes], self._fine()[nodes], CALM * self.target)
+        half = stride // 2
+        finer = np.s_[::half, ::half]
+        self.want[...] = 0
+        self.want[finer][fill(self.values[:, *finer], self.labels[finer], cells)] = LOOKED
+        self.counters[STRIDE] = half
+
+    def _fine(self) -> Masks:
+        """Pixels that show something that may be finer than the lattice, (H, W)."""
+        return of_labels(self.plan.rough | self.plan.textured, self.labels)
+
+    def _choose_probes(self) -> None:
+        expected = strata.expected_errors(self.values)
+        if self.plan.textured.any():
+            self._leave_textures_out(expected)
+        rough = of_labels(self.plan.rough, self.labels)
+        self.strata[...] = strata.strata_of(expected, self.labels, self.have, rough)
+        share = float(np.clip(2.0**-14 / self.target, 2.0**-7, 2.0**-2))
+        self.chances[...] = strata.chances(self.strata, expected, share, self.budget)
+        self.want[...] = SAMPLED * self._probes()
+
+    def _leave_textures_out(self, expected: NDArray[np.float32]) -> None:
+        """Expect of textures, whose mean the first look took, no error: only of the light on them.
+
+        Beside another shape the light is no guide.
+        """
+        colors = np.maximum(self.colors, np.float32(DARKEST))
+        unlike = of_labels(self.plan.textured, self.labels) & ~strata.borders(self.labels)
+        light = strata.expected_errors(np.divide(self.values, colors, dtype=np.float32))
+        light *= (colors**2).mean(axis=0)
+        np.copyto(expected, light, where=unlike)
+
+    def _probes(self) -> Masks:
+        return strata.lots(self.plan.seed, self.have.shape) < self.chances[self.strata]
+
+    def _sample_more(self) -> bool:
+        found = findings_of(self.halves, self.squares, self.have, self.shown, self.values, self.strata)
+        self.error = error_of(found.total, found.variance, self.have.size)
+        self.want[...] = 0
+        if self.error.bound <= self.target or self.counters[ROUND] > MOST_ROUNDS:
+            return False
+        self._suspect(found)
+        self._allot(found)
+        self._question(found)
+        if not (self.want > self.have).any():
+            self._raise_all()
+        return bool((self.want > self.have).any())
+
+    def _allot(self, found: Findings) -> None:
+        """Samples where they lower the error most; strata whose first look is not good enough show them."""
+        deviation = np.sqrt(found.variance - found.survey.variance)
+        goal = max(MARGIN**2 * self.budget - deviation, self.budget / 4)
+        have, want = self.have.ravel(), self.want.ravel()
+        allotted = allocate(found.variances, have[found.sampled], found.survey, goal)
+        want[found.sampled] = np.minimum(allotted.pixels, have[found.sampled] + LEAP)
+        looks = np.flatnonzero(~self.shown.ravel())
+        levels = allotted.strata[self.strata.ravel()[looks]]
+        want[looks] = np.minimum(levels, np.maximum(have[looks], SAMPLED) + LEAP)
+        self.shown.ravel()[looks[levels > 0]] = True
+
+    def _question(self, found: Findings) -> None:
+        """More of probes whose strata leave the error uncertain: more samples, or more of them."""
+        survey = found.survey
+        unsure = survey.unsure((DOUBT * self.budget) ** 2)
+        noisy = unsure & (survey.noise**2 > survey.uncertain**2 / 2)
+        have, want, shown = self.have.ravel(), self.want.ravel(), self.shown.ravel()
+        again = found.probes[noisy[self.strata.ravel()[found.probes]] & ~shown[found.probes]]
+        want[again] = np.minimum(have[again] + 2, HIGHEST)
+        self.chances[unsure & ~noisy] = np.minimum(2 * self.chances[unsure & ~noisy], 1.0)
+        fresh = self._probes() & ~self.shown & (self.have < SAMPLED)
+        self.want[fresh] = SAMPLED
+
+    def _suspect(self, found: Findings) -> None:
+        """Sample all pixels near a probe that found what first looks had missed.
+
+        They become a stratum of their own, so that what one probe found is not taken to be everywhere.
+        """
+        kinds = self.strata.ravel() // strata.STEPS
+        typical = found.survey.errors[self.strata.ravel()[found.probes]]
+        odd = (found.errors > FIND * np.maximum(self.target**2, typical)) & (
+            kinds[found.probes] <= strata.EVEN
+        )
+        if not odd.any():
+            return
+        near = np.zeros(self.have.shape, dtype=bool)
+        near.ravel()[found.probes[odd]] = True
+        near = _spread(near, COARSEST // 2) & ~self.shown
+        self.strata[near] = self.strata[near] % strata.STEPS + strata.STEPS * strata.SUSPECT
+
+    def _raise_all(self) -> None:
+        """More of everything, where all that was asked for was done and was not enough."""
+        more = self.have >= SAMPLED
+        self.want[more] = np.minimum(self.have[more] + 1, HIGHEST)
+
+
+def _spread(marks: Masks, reach: int) -> Masks:
+    """Marks (H, W) with all pixels up to `reach` away along and across."""
+    height, width = marks.shape
+    padded = np.pad(marks, reach)
+    rows = np.logical_or.reduce([padded[step : step + height] for step in range(2 * reach + 1)])
+    return np.logical_or.reduce([rows[:, step : step + width] for step in range(2 * reach + 1)])

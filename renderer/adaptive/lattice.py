@@ -1,4 +1,10 @@
-"""First looks on lattices that grow finer, and values in between where the picture is smooth."""
+"""First looks on lattices that grow finer, and values in between where the picture is smooth.
+
+Where four neighbouring nodes of the lattice show the same shape, and the second differences around them
+are small, the nodes of the finer lattice between them are interpolated and not looked at.
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,50 +15,102 @@ COARSEST = 8
 """Pixels between the first looks to begin with."""
 
 Picture = NDArray[np.float32]
-"""(3, H, W) float32."""
+"""(3, H, W) float32, linear."""
 Labels = NDArray[np.int32]
-"""(H, W) int32: what the first look at a pixel met."""
+"""(H, W) int32: what the first look at a pixel met (`samples.Samples.labels`)."""
 
 
-def smooth_cells(values: Picture, labels: Labels, rough: Masks, allowed: float) -> Masks:
-    """Cells of a lattice, (a - 1, b - 1), between whose four corners the picture may be interpolated.
+@dataclass(frozen=True, slots=True)
+class Cells:
+    """What lies between the nodes of a lattice of (a, b) nodes: where it may be interpolated.
 
-    The corners show one shape with nothing fine on it, and the second differences along and across say that
-    interpolation errs by no more than `allowed`. At the border of a shape they are taken on its own side.
+    Attributes
+    ----------
+    middles : (a - 1, b - 1) bool
+        Cells that are smooth.
+    across : (a, b - 1) bool
+        Edges between neighbours in a row, both of whose cells are smooth.
+    along : (a - 1, b) bool
+        The same for neighbours in a column.
+    """
+
+    middles: Masks
+    across: Masks
+    along: Masks
+
+
+def cells_of(values: Picture, labels: Labels, rough: Masks, allowed: float) -> Cells:
+    """Where a lattice may be interpolated.
 
     Parameters
     ----------
     values : (3, a, b) float32
     labels : (a, b) int32
     rough : (a, b) bool
-        Nodes that show something finer than the lattice can tell.
+        Nodes that show something finer than a lattice can tell.
     allowed : float
-        Least error of a cell to count, linear radiance.
+        What interpolation may err by, as second differences tell it; linear radiance.
     """
-    same = labels[:, 1:] == labels[:, :-1]
-    across = _curvature(values, same)
-    below = labels[1:] == labels[:-1]
-    along = _curvature(values.transpose(0, 2, 1), below.T).T
-    error = (_of_cells(across, "max") + _of_cells(along, "max")) / 8
-    calm = _of_cells(~rough, "and") & (same[1:] & same[:-1] & below[:, 1:])
-    return calm & (error <= allowed)
+    in_row, in_column = labels[:, 1:] == labels[:, :-1], labels[1:] == labels[:-1]
+    across, along = _bends(values, in_row), _bends(values.transpose(0, 2, 1), in_column.T).T
+    same = in_row[1:] & in_row[:-1] & in_column[:, 1:]
+    error = (_greatest(across) + _greatest(along)) / 8
+    middles = same & ~_any(rough) & (error <= allowed)
+    ringed = np.pad(middles, 1, constant_values=True)
+    return Cells(
+        middles=middles,
+        across=in_row & ringed[:-1, 1:-1] & ringed[1:, 1:-1],
+        along=in_column & ringed[1:-1, :-1] & ringed[1:-1, 1:],
+    )
 
 
-def _curvature(values: Picture, same: Masks) -> NDArray[np.float32]:
-    """Largest second difference of the channels at each node (a, b), along the last axis.
+def _bends(values: Picture, same: Masks) -> NDArray[np.float32]:
+    """Greatest second difference of the channels along the last axis at each node (a, b).
 
-    The one of the next node where a neighbour shows something else, infinite where that does not help.
+    Where a neighbour shows something else, that of the next node on the same side; infinite where there is
+    none.
     """
-    steps = np.diff(values, axis=2)
-    second = np.abs(np.diff(steps, axis=2)).max(axis=0)
+    second = np.abs(np.diff(values, n=2, axis=2)).max(axis=0)
     second[~(same[:, 1:] & same[:, :-1])] = -1.0
     padded = np.pad(second, ((0, 0), (2, 2)), constant_values=-1.0)
-    own, before, after = padded[:, 1:-1], padded[:, :-2], padded[:, 2:]
-    known = np.maximum(own, np.maximum(before, after) * (own < 0))
+    own = padded[:, 1:-1]
+    known = np.maximum(own, np.maximum(padded[:, :-2], padded[:, 2:]) * (own < 0))
     known[known < 0] = np.inf
     return known
 
 
-def _of_cells(nodes: NDArray[np.generic], how: str) -> NDArray[np.generic]:
-    join = np.maximum if how == "max" else np.logical_and
-    return join(join(nodes[1:, 1:], nodes[1:, :-1]), join(nodes[:-1, 1:], nodes[:-1, :-1]))
+def _greatest(nodes: NDArray[np.float32]) -> NDArray[np.float32]:
+    pairs = np.maximum(nodes[1:], nodes[:-1])
+    return np.maximum(pairs[:, 1:], pairs[:, :-1])
+
+
+def _any(nodes: Masks) -> Masks:
+    pairs = nodes[1:] | nodes[:-1]
+    return pairs[:, 1:] | pairs[:, :-1]
+
+
+def fill(values: Picture, labels: Labels, cells: Cells) -> Masks:
+    """Interpolate the nodes of the finer lattice in place; gives those that must be looked at, (a', b').
+
+    Parameters
+    ----------
+    values, labels
+        Views of the finer lattice (3, a', b') and (a', b'), whose every other node is known.
+    cells : Cells
+        Of the coarser lattice.
+    """
+    unknown = np.ones(labels.shape, dtype=bool)
+    unknown[::2, ::2] = False
+    coarse, marks = values[:, ::2, ::2], labels[::2, ::2]
+    across, along = (coarse[:, :, 1:] + coarse[:, :, :-1]) / 2, (coarse[:, 1:] + coarse[:, :-1]) / 2
+    middle = (across[:, 1:] + across[:, :-1]) / 2
+    for place, chosen, found, mark in (
+        (np.s_[0::2, 1::2], cells.across, across, marks[:, 1:]),
+        (np.s_[1::2, 0::2], cells.along, along, marks[1:]),
+        (np.s_[1::2, 1::2], cells.middles, middle, marks[1:, 1:]),
+    ):
+        inside = np.s_[: chosen.shape[0], : chosen.shape[1]]
+        np.copyto(values[(slice(None), *place)][(slice(None), *inside)], found, where=chosen)
+        np.copyto(labels[place][inside], mark, where=chosen)
+        unknown[place][inside] = ~chosen
+    return unknown

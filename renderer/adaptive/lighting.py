@@ -59,6 +59,11 @@ class FirstLook:
         """The light."""
         return self.partial.emitter
 
+    @property
+    def casts(self) -> bool:
+        """Whether anything can stand in its way."""
+        return self.partial.casts
+
     def run(self, points: Points, workspace: Workspace) -> int:
         """Add the light to the points' radiance; gives the number of shadow rays."""
         view = self.probe.view(points, workspace)

@@ -58,7 +58,9 @@ def compile_scene(
     names = checked_layers(layers)
     request = Request(load_scene(scene), quality, culling, names)
     plan = _plan(request)
-    return plan if request.target is None else replace(plan, look=_look(request, request.target))
+    if request.target is None or request.document.camera.lens_radius > 0:
+        return plan
+    return replace(plan, look=_look(request, request.target))
 
 
 def _look(request: Request, target: TargetQuality) -> RenderPlan:
@@ -103,6 +105,8 @@ def _plan(request: Request) -> RenderPlan:
         surfaces=tuple(points),
         lightings=tuple(lights.lighting(request, emitter, families, table) for emitter in emitters),
         look=None,
+        textured=first_looks.shapes_with(request, "color_texture"),
+        rough=first_looks.shapes_with(request, "normal_map", "bump_map", "mirror", "transmission"),
         spawners=bounces,
         unshaded=light_surfaces.Unshaded(
             column(request.document.background),

@@ -6,6 +6,7 @@ import numpy as np
 
 import schemas.textures as language
 from renderer.adaptive.lighting import CORNERS, SIDES, FirstLook, ProbingEmitter, finest
+from renderer.arrays import Masks
 from renderer.compile.lights import shadow_stages
 from renderer.compile.request import Request
 from renderer.lights.emitters import Emitter
@@ -29,7 +30,7 @@ than the part, whatever its shape."""
 
 
 def filtered(scene: LoadedScene) -> LoadedScene:
-    """The scene with the mean of a checker board over the pixel in place of the field that its middle meets."""
+    """The scene with the means of checker boards over a pixel in place of the field that its middle meets."""
     boards = {
         name: texture.model_copy(update={"filter": "box"})
         for name, texture in scene.document.textures.items()
@@ -37,6 +38,13 @@ def filtered(scene: LoadedScene) -> LoadedScene:
     }
     textures = scene.document.textures | boards
     return replace(scene, document=scene.document.model_copy(update={"textures": textures}))
+
+
+def shapes_with(request: Request, *parts: str) -> Masks:
+    """Shapes (K,) whose material has any of these parts."""
+    materials = request.document.materials
+    having = {name for name, material in materials.items() if any(getattr(material, part) for part in parts)}
+    return np.array([shape.material in having for shape in request.document.shapes], dtype=bool)
 
 
 def averaged(stage: PointStage) -> PointStage:

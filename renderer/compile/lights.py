@@ -5,7 +5,7 @@ import numpy as np
 from renderer import cost
 from renderer.accelerators.boxes import Boxes
 from renderer.accelerators.trees import inside_of, tree_of
-from renderer.adaptive.sampling import in_sequence
+from renderer.adaptive.halves import in_sequence
 from renderer.arrays import column, dot
 from renderer.compile import shapes
 from renderer.compile.request import Request

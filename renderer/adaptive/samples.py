@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.adaptive.levels import LOOKED, Levels, samples_of
-from renderer.adaptive.sampling import HALVES, places
-from renderer.arrays import Floats, Integers
+from renderer.adaptive.halves import HALVES, places
+from renderer.adaptive.levels import COUNTS, LOOKED, Levels
+from renderer.arrays import Floats, Integers, Masks
 from renderer.execute import WORK, radiance
 from renderer.interaction import EMITTER, Rays
 from renderer.numerics import halving_sum
@@ -32,6 +32,8 @@ class Samples:
     looks : (3, n) float32
     labels : (n,) int32
         What the first looks met: a shape's number, -1 for the background, -2 and below for lights.
+    colors : (3, n) float32
+        What textures gave at the first looks, 1 where there was none.
     halves : (2, 3, m) float32
         Means of the new samples of either half.
     squares : (m,) float32
@@ -43,6 +45,7 @@ class Samples:
 
     looks: NDArray[np.float32]
     labels: NDArray[np.int32]
+    colors: NDArray[np.float32]
     halves: NDArray[np.float32]
     squares: NDArray[np.float32]
     counts: dict[str, int]
@@ -65,25 +68,35 @@ def render_samples(plan: RenderPlan, tile: Tile, have: Levels, want: Levels) -> 
     """
     begun = time.process_time()
     counts: Counter[str] = Counter(camera=0, shadow=0, mirror=0, transmission=0, **dict.fromkeys(WORK, 0))
-    looks, labels = _first_looks(plan, tile, want == LOOKED, counts)
+    looks, labels, colors = _first_looks(plan, tile, (want == LOOKED) & (have < LOOKED), counts)
     halves, squares = _samples(plan, tile, have, np.where(want > LOOKED, want, 0), counts)
     work = {name: counts.pop(name) for name in WORK}
-    return Samples(looks, labels, halves, squares, dict(counts), work, time.process_time() - begun)
+    return Samples(looks, labels, colors, halves, squares, dict(counts), work, time.process_time() - begun)
 
 
 def _first_looks(
     plan: RenderPlan, tile: Tile, wanted: NDArray[np.bool_], counts: Counter[str]
-) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-    assert plan.look is not None
+) -> tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.float32]]:
+    look = plan.look or plan
     rows, columns = np.nonzero(wanted)
     values = np.empty((3, rows.size), dtype=np.float32)
     labels = np.empty(rows.size, dtype=np.int32)
+    colors = np.ones((3, rows.size))
+    middle = np.full(rows.size, 0.5)
     for chosen in _batches(columns, rows, 1):
         x, y = columns[chosen] + tile.x0, rows[chosen] + tile.y0
-        rays = _rays(plan.look, x, y, np.full(x.size, HALVES), (0.5, 0.5))
-        values[:, chosen] = radiance(plan.look, rays, counts)
+        rays = _rays(look, x, y, np.full(x.size, HALVES), (middle[chosen], middle[chosen]))
+        seen = np.ones((3, x.size))
+        values[:, chosen] = radiance(look, rays, counts, seen)
         labels[chosen] = np.where(rays.shapes >= EMITTER, EMITTER - 2 - rays.shapes, rays.shapes)
-    return values, labels
+        np.copyto(seen, 1.0, where=~of_labels(plan.textured, labels[chosen]))
+        colors[:, chosen] = seen
+    return values, labels, colors.astype(np.float32)
+
+
+def of_labels(shapes: Masks, labels: NDArray[np.int32]) -> Masks:
+    """What a mask of the scene's shapes says of labels, False where they show no shape."""
+    return np.append(shapes, False)[np.where(labels < 0, shapes.size, labels)]
 
 
 def _samples(
@@ -95,7 +108,7 @@ def _samples(
     squares = np.empty(rows.size, dtype=np.float32)
     for step in np.unique(levels).tolist():
         group = np.flatnonzero(levels == step)
-        first, last = samples_of(step // 256), samples_of(step % 256)
+        first, last = int(COUNTS[step // 256]), int(COUNTS[step % 256])
         for part in _batches(columns[group], rows[group], last - first):
             chosen = group[part]
             x, y = columns[chosen] + tile.x0, rows[chosen] + tile.y0
@@ -122,7 +135,7 @@ def _batch(
 
 
 def _rays(
-    plan: RenderPlan, columns: Integers, rows: Integers, samples: Integers, place: tuple[Floats | float, ...]
+    plan: RenderPlan, columns: Integers, rows: Integers, samples: Integers, place: tuple[Floats, Floats]
 ) -> Rays:
     pixels = rows * plan.width + columns
     origins, directions = plan.camera.rays(columns + place[0], rows + place[1], pixels, samples)

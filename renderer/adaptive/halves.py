@@ -1,9 +1,9 @@
-"""The samples of an adaptive picture: where they lie, and what is kept of them.
+"""Where the samples of an adaptive picture lie.
 
-Sample number i belongs to half i % 2 and is number i // 2 of it. Each half of a pixel is one Sobol sequence in
-the pixel and one on every light, scrambled by itself, so that the two know nothing of each other and their
-difference tells the error of their mean. The light points of a half go on from sample to sample, in an order
-of their own, so that no place in the pixel goes with a place on the light.
+Sample number i belongs to half i % 2 and is number i // 2 of it. Each half of a pixel is one Sobol sequence
+in the pixel and one on every light, scrambled by itself, so that the two know nothing of each other and
+their difference tells the error of their mean. The light points of a half go on from sample to sample, in
+an order of their own, so that no place in the pixel goes with a place on the light.
 """
 
 from dataclasses import dataclass, fields

@@ -1,0 +1,105 @@
+"""What samples tell: errors of the pixels that show them, and of first looks where they are probes."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.adaptive.lattice import Picture
+from renderer.adaptive.levels import COUNTS, Levels
+from renderer.adaptive.strata import COUNT, Survey, survey
+from renderer.arrays import Floats, Integers, Masks
+
+
+@dataclass(frozen=True, slots=True)
+class Findings:
+    """Numbers about the n sampled pixels that show their samples, and the m probes that show a first look.
+
+    Attributes
+    ----------
+    sampled, probes : (n,) and (m,) int64
+        Numbers of the pixels.
+    squares : (n,) float64
+        Squared standard errors, mean over channels: a quarter of the squared difference of the halves.
+    variances : (n,) float64
+        Of single samples, such that they times the number of samples to the power -1.5 add up to `squares`.
+    errors : (m,) float64
+        Squared errors of first looks, without bias.
+    survey : Survey
+        What the probes tell of each stratum.
+    """
+
+    sampled: Integers
+    probes: Integers
+    squares: Floats
+    variances: Floats
+    errors: Floats
+    survey: Survey
+
+    @property
+    def total(self) -> float:
+        """Sum of the squared errors of all pixels."""
+        return float(self.squares.sum()) + self.survey.total
+
+    @property
+    def variance(self) -> float:
+        """Of `total`: a squared difference of two numbers has twice its own square."""
+        return 2 * float((self.squares**2).sum()) + self.survey.variance
+
+
+def findings_of(
+    halves: Floats, squares: Floats, have: Levels, shown: Masks, looks: Picture, strata: Integers
+) -> Findings:
+    """What is known of a picture; arrays as in `estimate.Estimate`, `looks` its values."""
+    taken = COUNTS[have.ravel()]
+    sampled = np.flatnonzero(shown.ravel() & (taken > 0))
+    probes = np.flatnonzero(~shown.ravel() & (taken > 0))
+    both = np.clip(halves.reshape(2, 3, -1), 0, 1)
+    single = squares.ravel() / np.maximum(taken - 1, 1)
+    differences = _differences(both[:, :, sampled])
+    bright = (halves.reshape(2, 3, -1)[:, :, sampled] > 1).all(axis=(0, 1))
+    single[sampled[bright]] = 0.0
+    variances = _guarded(single.reshape(have.shape), sampled, differences, taken[sampled])
+    a, b = both[:, :, probes] - np.clip(looks.reshape(3, -1)[:, probes], 0, 1)
+    errors, spread = (a * b).mean(axis=0), 2 * _differences(both[:, :, probes])
+    numbers = strata.ravel()
+    return Findings(
+        sampled=sampled,
+        probes=probes,
+        squares=differences,
+        variances=variances,
+        errors=errors,
+        survey=survey(
+            strata=numbers[probes],
+            sizes=np.bincount(numbers[~shown.ravel()], minlength=COUNT),
+            errors=errors,
+            spread=spread * (2 * np.maximum(errors, 0) + spread),
+            variances=single[probes],
+        ),
+    )
+
+
+def _differences(halves: Floats) -> Floats:
+    """Squared standard errors of the means of two halves (2, 3, n), mean over channels."""
+    return ((halves[0] - halves[1]) ** 2).mean(axis=0) / 4
+
+
+def _guarded(single: Floats, sampled: Integers, squares: Floats, taken: Integers) -> Floats:
+    """Variances of the sampled pixels (n,), none far below its neighbours'.
+
+    Few samples may all fall on one side of an edge: the neighbours tell that there is one. The variances
+    are scaled so that they explain the differences of the halves.
+    """
+    known = np.zeros(single.size)
+    known[sampled] = 1.0
+    inside = np.where(known.reshape(single.shape) > 0, single, 0.0)
+    around = _sums(inside).ravel()[sampled] / _sums(known.reshape(single.shape)).ravel()[sampled]
+    variances = np.maximum(single.ravel()[sampled], around)
+    explained = float((variances * taken**-1.5).sum())
+    return variances * (float(squares.sum()) / explained if explained > 0 else 0.0)
+
+
+def _sums(values: Floats) -> Floats:
+    """Sums over each pixel and its eight neighbours."""
+    padded = np.pad(values, 1)
+    rows = padded[:-2] + padded[1:-1] + padded[2:]
+    return rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:]

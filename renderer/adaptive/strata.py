@@ -1,0 +1,153 @@
+"""Pixels sorted by what is expected of their first look, and what probes tell about each sort.
+
+A stratum is a kind of pixel and an octave or so of its expected error. Of each some pixels, chosen by a hash
+of their number, are sampled as probes. From the halves a and b of a probe and the first look v the mean of
+(a - v)(b - v) is the squared error of v, without bias, because the halves know nothing of each other.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.adaptive.lattice import Labels, Picture
+from renderer.adaptive.levels import LOOKED, Levels
+from renderer.arrays import Floats, Integers, Masks
+from renderer.streams import bits, keys, uniforms
+
+STEPS = 24
+"""Strata of a kind: 1.5 octaves each of the squared error, from below 1e-10 up to 1."""
+
+INTERPOLATED, EVEN, BORDER, ROUGH, SUSPECT = range(5)
+"""Kinds: not looked at; among its like; beside another shape; with something fine on it; near a find."""
+
+COUNT = STEPS * (SUSPECT + 1)
+"""Number of strata."""
+
+PROBES = 1 << 41
+"""Stream of the choice of probes, beyond those of lights and lens."""
+
+
+def expected_errors(values: Picture) -> NDArray[np.float32]:
+    """Squared error, mean over channels, to expect of one look at each pixel, (H, W).
+
+    A step of height h somewhere between two looks shows as a second difference h; one look errs by h * h / 12
+    in the mean.
+    """
+    clipped = np.clip(values, 0, 1)
+    across = _squares(np.diff(clipped, n=2, axis=2))
+    along = _squares(np.diff(clipped, n=2, axis=1))
+    found = np.maximum(
+        np.pad(across, ((0, 0), (1, 1)), mode="edge") if across.size else 0,
+        np.pad(along, ((1, 1), (0, 0)), mode="edge") if along.size else 0,
+    )
+    return np.broadcast_to(found / np.float32(36), values.shape[1:]).astype(np.float32)
+
+
+def _squares(differences: Picture) -> NDArray[np.float32]:
+    return np.multiply(differences, differences, out=differences).sum(axis=0)
+
+
+def strata_of(expected: NDArray[np.float32], labels: Labels, have: Levels, rough: Masks) -> Integers:
+    """Stratum of each pixel, (H, W), from its expected error, what it shows, and its level.
+
+    `rough` (H, W) tells the pixels that show something finer than pixels.
+    """
+    steps = (np.log2(np.maximum(expected, 1e-12)) + 36) * np.float32(2 / 3)
+    kinds = (EVEN + borders(labels) + (ROUGH - EVEN) * rough) * (have >= LOOKED)
+    return np.clip(steps, 0, STEPS - 1).astype(np.int64) + STEPS * np.minimum(kinds, ROUGH)
+
+
+def borders(labels: Labels) -> Masks:
+    """Pixels one of whose four neighbours shows another shape."""
+    found = np.zeros(labels.shape, dtype=bool)
+    across, along = labels[:, 1:] != labels[:, :-1], labels[1:] != labels[:-1]
+    found[:, 1:] |= across
+    found[:, :-1] |= across
+    found[1:] |= along
+    found[:-1] |= along
+    return found
+
+
+def chances(strata: Integers, expected: NDArray[np.float32], share: float, budget: float) -> Floats:
+    """Share (COUNT,) of the pixels of each stratum that are probed.
+
+    At least some everywhere, and more where more of the `budget` of squared errors is expected.
+    """
+    sizes = np.bincount(strata.ravel(), minlength=COUNT)
+    errors = np.bincount(strata.ravel(), expected.ravel(), minlength=COUNT)
+    return np.minimum((share * sizes + 16 + 50 * errors / budget) / np.maximum(sizes, 1), 1.0)
+
+
+def lots(seed: int, shape: tuple[int, int]) -> Floats:
+    """A number in [0, 1) for each pixel (H, W): it is a probe where that is below its stratum's chance."""
+    numbers = np.arange(shape[0] * shape[1], dtype=np.int64)
+    return uniforms(bits(keys(seed, PROBES, numbers), 0)).reshape(shape)
+
+
+@dataclass(frozen=True, slots=True)
+class Survey:
+    """What probes tell of each stratum; all (COUNT,).
+
+    Attributes
+    ----------
+    sizes : int64
+        Pixels whose first look is shown, probes among them.
+    errors, uncertain : float64
+        Mean squared error of a first look, and the standard error of that.
+    noise : float64
+        Part of `uncertain` that more samples of the same probes would take away.
+    variances : float64
+        Of a single camera sample, mean over channels.
+    """
+
+    sizes: Integers
+    errors: Floats
+    uncertain: Floats
+    noise: Floats
+    variances: Floats
+
+    @property
+    def total(self) -> float:
+        """Sum of the squared errors of all first looks that are shown."""
+        return float((self.sizes * self.errors).sum())
+
+    @property
+    def variance(self) -> float:
+        """Of `total`."""
+        return float(((self.sizes * self.uncertain) ** 2).sum())
+
+    def unsure(self, allowed: float) -> Masks:
+        """The strata of the largest variances, without which those of all others add up to what is allowed."""
+        variances = (self.sizes * self.uncertain) ** 2
+        order = np.argsort(variances, kind="stable")
+        unsure = np.zeros(variances.size, dtype=bool)
+        unsure[order] = np.cumsum(variances[order]) > allowed
+        return unsure
+
+
+def survey(strata: Integers, sizes: Integers, errors: Floats, spread: Floats, variances: Floats) -> Survey:
+    """What probes (n,) tell.
+
+    Parameters
+    ----------
+    strata : (n,) int64
+    sizes : (COUNT,) int64
+    errors : (n,) float64
+        (a - v)(b - v) of each probe.
+    spread : (n,) float64
+        Its squared standard error, from the difference of its halves.
+    variances : (n,) float64
+    """
+    counts = np.maximum(np.bincount(strata, minlength=COUNT), 1)
+
+    def mean(values: Floats) -> Floats:
+        return np.bincount(strata, values, minlength=COUNT) / counts
+
+    return Survey(
+        sizes=sizes,
+        errors=mean(errors),
+        uncertain=np.sqrt(mean(errors * errors) / counts),
+        noise=np.sqrt(mean(spread) / counts),
+        variances=mean(variances),
+    )

@@ -1,0 +1,45 @@
+"""How far the picture is from the converged one, and how sure that is."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+SURE = 1.645
+"""Standard errors to the bound that holds in 95 of 100 cases."""
+
+INTERVAL = 1.96
+"""Standard errors to either side of an interval that holds in 95 of 100 cases."""
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorEstimate:
+    """Root mean square error of the linear picture clipped to 0..1, over pixels and channels.
+
+    Attributes
+    ----------
+    estimate : float
+    low, high : float
+        An interval that holds the true one in 95 of 100 pictures.
+    bound : float
+        What the true one is below in 95 of 100 pictures.
+    """
+
+    estimate: float
+    low: float
+    high: float
+    bound: float
+
+
+def error_of(total: float, variance: float, pixels: int) -> ErrorEstimate:
+    """The error of a picture, from the estimated sum of its pixels' squared errors and its variance."""
+
+    def root(squares: float) -> float:
+        return float(np.sqrt(max(squares, 0.0) / pixels))
+
+    deviation = float(np.sqrt(variance))
+    return ErrorEstimate(
+        estimate=root(total),
+        low=root(total - INTERVAL * deviation),
+        high=root(total + INTERVAL * deviation),
+        bound=root(total + SURE * deviation),
+    )
