@@ -5,7 +5,8 @@ from renderer.compile import compile_scene
 from renderer.errors import ImageFileError, RenderError, SceneError
 from renderer.execute import TileResult, render_tile
 from renderer.plan import RenderPlan
-from renderer.rendering import RenderResult, TileEvent, render
+from renderer.rendering import render
+from renderer.results import RenderResult, TileEvent
 from renderer.scenes import LoadedScene, load_scene
 from renderer.tracing import Hits, trace
 

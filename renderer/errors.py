@@ -6,9 +6,13 @@ RenderError            a scene that was accepted could not be rendered
     MissingExtraError  for want of a package that is not installed
 """
 
-from schemas.errors import SceneError
+from collections.abc import Iterator
+from contextlib import contextmanager
 
-__all__ = ["ImageFileError", "MissingExtraError", "RenderError", "SceneError"]
+from schemas.errors import SceneError
+from schemas.tiles import Tile
+
+__all__ = ["ImageFileError", "MissingExtraError", "RenderError", "SceneError", "told"]
 
 
 class RenderError(RuntimeError):
@@ -21,3 +25,13 @@ class ImageFileError(RenderError):
 
 class MissingExtraError(ImageFileError):
     """A package is not installed that files of this kind need; the message says how to install it."""
+
+
+@contextmanager
+def told(seed: int, tile: Tile, what: str) -> Iterator[None]:
+    """Say of an error of arithmetic or memory which pixels, samples and seed it came from."""
+    try:
+        yield
+    except (ArithmeticError, MemoryError, ValueError) as error:
+        place = f"pixels {tile.x0}..{tile.x1} x {tile.y0}..{tile.y1}, {what}"
+        raise RenderError(f"{place}, seed {seed}: {type(error).__name__}: {error}") from error

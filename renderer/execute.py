@@ -91,6 +91,12 @@ def render_tile(plan: RenderPlan, tile: Tile, pass_: Pass) -> TileResult:
     return TileResult(film.image(), dict(counts), work, _cpu_seconds() - begun, records)
 
 
+def render_layers(plan: RenderPlan, tile: Tile) -> tuple[Layers, dict[str, int]]:
+    """Fill the layers of a tile that tell what the centres of its pixels show, and count what that takes."""
+    counts: Counter[str] = Counter()
+    return record(plan.layers, tile, partial(centre_points, plan, counts)), dict(counts)
+
+
 def camera_rays(plan: RenderPlan, block: Block, pass_: Pass) -> Rays:
     """Rays through a block, those of one pixel together, in the order of their sample numbers."""
     count = pass_.last - pass_.first

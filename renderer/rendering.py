@@ -2,65 +2,25 @@
 
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from renderer.adaptive.rendering import render_adaptively
 from renderer.compile import compile_scene
-from renderer.errors import RenderError
+from renderer.errors import told
 from renderer.execute import TileResult, render_tile
 from renderer.film import Image, clamped, compose, enlarge, non_finite
-from renderer.layers import Layers, Sheets
+from renderer.layers import Sheets
 from renderer.plan import RenderPlan
+from renderer.results import RenderResult, TileEvent
 from renderer.tiling import tiles
-from renderer.workers import Workers
-from schemas.quality import Quality
+from renderer.workers import shared_out
+from schemas.quality import Quality, TargetQuality
 from schemas.tiles import Pass, Tile
-
-
-@dataclass(frozen=True, slots=True)
-class TileEvent:
-    """A finished tile of a pass.
-
-    Attributes
-    ----------
-    tile : Tile
-    pass_ : Pass
-    pixels : (h, w, 3) float32
-        The mean over all samples so far; the preview is enlarged to full size.
-    done, total : int
-        Tiles of all passes.
-    """
-
-    tile: Tile
-    pass_: Pass
-    pixels: Image
-    done: int
-    total: int
-
-
-@dataclass(frozen=True, slots=True)
-class RenderResult:
-    """A finished picture.
-
-    Attributes
-    ----------
-    image : (H, W, 3) float32
-        Linear radiance.
-    layers : dict of str to (H, W) or (H, W, channels) array
-        What the plan was asked to tell about each pixel beside its colour; float32 or int32.
-    report : dict
-        Seconds, rays, work, samples, numerics and the plan, as `penumbra render --json` prints them.
-    """
-
-    image: NDArray[np.float32]
-    layers: Layers
-    report: dict[str, Any]
 
 
 @dataclass(slots=True)
@@ -127,12 +87,14 @@ def render(
     if quality is not None:
         names = [layer.name for layer in plan.layers]
         plan = compile_scene(plan.scene, quality, layers=names, culling=plan.culling)
+    if isinstance(plan.quality, TargetQuality):
+        return render_adaptively(plan, plan.quality, on_tile, workers, tile_size)
     begun = time.perf_counter()
     rounds = plan.passes if on_tile else plan.passes[1:]
     work = [[(tile, pass_) for tile in tiles(plan, pass_, tile_size)] for pass_ in rounds]
     sheets = Sheets(plan.layers, plan.height, plan.width)
     picture, done, total = _Picture(plan, sheets), 0, sum(map(len, work))
-    with _executor(plan, workers) as results_of:
+    with shared_out(workers, partial(_attempt, plan)) as results_of:
         for tasks in work:
             for (tile, pass_), result in results_of(tasks):
                 pixels, done = picture.take(tile, pass_, result), done + 1
@@ -143,25 +105,12 @@ def render(
 
 
 _Task = tuple[Tile, Pass]
-_Results = Callable[[list[_Task]], Iterator[tuple[_Task, TileResult]]]
-
-
-@contextmanager
-def _executor(plan: RenderPlan, workers: int | None) -> Iterator[_Results]:
-    if not workers or workers == 1:
-        yield lambda tasks: ((task, _attempt(plan, task)) for task in tasks)
-        return
-    with Workers(workers, partial(_attempt, plan)) as crew:
-        yield crew.each
 
 
 def _attempt(plan: RenderPlan, task: _Task) -> TileResult:
     tile, pass_ = task
-    try:
+    with told(plan.seed, tile, f"samples {pass_.first}..{pass_.last}"):
         return render_tile(plan, tile, pass_)
-    except (ArithmeticError, MemoryError, ValueError) as error:
-        place = f"pixels {tile.x0}..{tile.x1} x {tile.y0}..{tile.y1}, samples {pass_.first}..{pass_.last}"
-        raise RenderError(f"{place}, seed {plan.seed}: {type(error).__name__}: {error}") from error
 
 
 def _report(plan: RenderPlan, picture: _Picture, image: Image, seconds: float) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection, wait
+from multiprocessing.reduction import ForkingPickler
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
 from renderer.errors import RenderError
@@ -21,8 +22,15 @@ from renderer.errors import RenderError
 if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
 
+SMALL = 4096
+"""Bytes that a pipe takes in any case. Only so small a task is given to a worker that may be about to answer:
+with a larger one both might wait for the other to read."""
+
 Task = TypeVar("Task")
 Result = TypeVar("Result")
+
+Each = Callable[[Iterable[Task]], Iterator[tuple[Task, Result]]]
+"""Does tasks, and gives each with its result."""
 
 WINDOW = 2
 """Tasks given to a worker at once: the second one waits in its pipe, so that it begins without a pause."""
@@ -74,7 +82,7 @@ class Workers(Generic[Task, Result]):
         Exception
             What `do` raised, with its traceback as a note.
         """
-        waiting = deque(tasks)
+        waiting = deque((task, ForkingPickler.dumps(task)) for task in tasks)
         given: dict[Connection, deque[Task]] = {connection: deque() for connection in self._members}
         for connection in [*given] * WINDOW:
             _give(connection, given[connection], waiting)
@@ -105,6 +113,16 @@ class Workers(Generic[Task, Result]):
 
 
 @contextmanager
+def shared_out(count: int | None, do: Callable[[Task], Result]) -> Iterator[Each[Task, Result]]:
+    """`Workers.each` of so many workers, or the same in this process if there is but one."""
+    if not count or count == 1:
+        yield lambda tasks: ((task, do(task)) for task in tasks)
+        return
+    with Workers(count, do) as crew:
+        yield crew.each
+
+
+@contextmanager
 def _unheard() -> Iterator[None]:
     """Keep Ctrl-C from the processes that are started meanwhile: a terminal sends it to all of them.
 
@@ -117,12 +135,14 @@ def _unheard() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _give(connection: Connection, held: deque[Task], waiting: deque[Task]) -> None:
-    if not waiting:
+def _give(connection: Connection, held: deque[Task], waiting: deque[tuple[Task, memoryview]]) -> None:
+    """Give a worker its next task, if there is one and it can be told without waiting for the worker."""
+    if not waiting or (held and len(waiting[0][1]) > SMALL):
         return
-    held.append(waiting.popleft())
+    task, message = waiting.popleft()
+    held.append(task)
     try:
-        connection.send(held[-1])
+        connection.send_bytes(message)
     except OSError as error:
         raise _died() from error
 

@@ -4,6 +4,7 @@ All decisions are made about the whole picture between passes, so that no pixel 
 sums are formed in the order of pixels.
 """
 
+from collections.abc import Iterable
 from dataclasses import astuple, dataclass, fields
 from typing import Any
 
@@ -20,6 +21,7 @@ from renderer.adaptive.samples import Samples, of_labels
 from renderer.adaptive.uncertainty import ErrorEstimate, error_of
 from renderer.arrays import Floats, Integers, Masks
 from renderer.film import Image
+from renderer.layers import Layers
 from renderer.plan import RenderPlan
 from schemas.quality import TargetQuality
 from schemas.tiles import Tile
@@ -163,24 +165,55 @@ class Estimate:
         np.maximum(have, want, out=have)
 
     def image(self) -> Image:
-        """The picture so far, (H, W, 3) float32, linear.
+        """The picture so far, (H, W, 3) float32, linear."""
+        return self.part(Tile(0, 0, 0, self.have.shape[1], self.have.shape[0]))
+
+    def part(self, tile: Tile) -> Image:
+        """The picture so far in a tile, (h, w, 3) float32, linear.
 
         Before the first looks have reached every pixel, each node of their lattice fills its square.
         """
         stride = int(self.counters[STRIDE])
-        if stride > 1:
-            nodes = self.values[:, ::stride, ::stride].repeat(stride, axis=1).repeat(stride, axis=2)
-            return np.ascontiguousarray(
-                nodes[:, : self.have.shape[0], : self.have.shape[1]].transpose(1, 2, 0)
-            )
-        sampled = self.shown & (self.have >= SAMPLED)
-        picture = self.values.copy()
-        picture[:, sampled] = self.halves[:, :, sampled].mean(axis=0)
+        rows, columns = np.arange(tile.y0, tile.y1)[:, None], np.arange(tile.x0, tile.x1)
+        y, x = rows // stride * stride, columns // stride * stride
+        picture = self.values[:, y, x]
+        coming = (self.want[y, x] == LOOKED) & (self.have[y, x] < LOOKED)
+        if coming.any():
+            above, beside = rows // (2 * stride) * (2 * stride), columns // (2 * stride) * (2 * stride)
+            picture = np.where(coming, self.values[:, above, beside], picture)
+        sampled = self.shown[y, x] & (self.have[y, x] >= SAMPLED)
+        if sampled.any():
+            picture[:, sampled] = self.halves[:, :, y, x][:, :, sampled].mean(axis=0)
         return np.ascontiguousarray(picture.transpose(1, 2, 0))
 
     def counts(self) -> Integers:
         """Camera samples that each pixel's value is formed of, (H, W); 0 where it is interpolated."""
         return np.maximum(COUNTS[self.have], self.have > 0)
+
+    def layers(self, names: Iterable[str]) -> Layers:
+        """Those layers of a request that tell about samples."""
+        known = {"samples": lambda: self.counts().astype(np.int32), "error": self.errors}
+        return {name: known[name]() for name in names if name in known}
+
+    def errors(self) -> Image:
+        """Estimated standard errors of the pixels, (H, W, 3) float32: of first looks that of their like."""
+        found = self._findings()
+        looks = np.sqrt(np.maximum(found.survey.errors, 0))[self.strata]
+        halves = np.abs(self.halves[0] - self.halves[1]) / 2
+        return np.where(self.shown, halves, looks).transpose(1, 2, 0).astype(np.float32)
+
+    def settle(self) -> ErrorEstimate:
+        """The error of the picture as it is, in the middle of a pass or not.
+
+        Before there are samples nothing is known of it but what the coarse picture lets expect.
+        """
+        if (self.have >= SAMPLED).any():
+            found = self._findings()
+            self.error = error_of(found.total, found.variance, self.have.size)
+        elif self.error is None:
+            expected = strata.expected_errors(self.image().transpose(2, 0, 1)).mean(dtype=np.float64)
+            self.error = ErrorEstimate(float(np.sqrt(expected)), 0.0, 1.0, 1.0)
+        return self.error
 
     def advance(self) -> bool:
         """Decide what the next pass wants, after all tiles of this one; False if the picture is done."""
@@ -232,7 +265,7 @@ class Estimate:
         return strata.lots(self.plan.seed, self.have.shape) < self.chances[self.strata]
 
     def _sample_more(self) -> bool:
-        found = findings_of(self.halves, self.squares, self.have, self.shown, self.values, self.strata)
+        found = self._findings()
         self.error = error_of(found.total, found.variance, self.have.size)
         self.want[...] = 0
         if self.error.bound <= self.target or self.counters[ROUND] > MOST_ROUNDS:
@@ -243,6 +276,9 @@ class Estimate:
         if not (self.want > self.have).any():
             self._raise_all()
         return bool((self.want > self.have).any())
+
+    def _findings(self) -> Findings:
+        return findings_of(self.halves, self.squares, self.have, self.shown, self.values, self.strata)
 
     def _allot(self, found: Findings) -> None:
         """Samples where they lower the error most; strata whose first look is not good enough show them."""

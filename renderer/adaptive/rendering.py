@@ -1,30 +1,166 @@
 """A whole picture of target quality: passes, until its error is what was asked for or the time is spent."""
 
 import time
-import zlib
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.levels import Levels
 from renderer.adaptive.samples import Samples, render_samples
 from renderer.errors import told
-from renderer.execute import render_layers
-from renderer.film import BRIGHTEST
-from renderer.layers import Layers
+from renderer.execute import WORK, render_layers
+from renderer.film import BRIGHTEST, non_finite
+from renderer.layers import Layers, Sheets
 from renderer.plan import RenderPlan
 from renderer.results import RenderResult, TileEvent
-from renderer.tiling import cut
-from renderer.workers import Workers
+from renderer.tiling import tiles
+from renderer.workers import shared_out
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
 
 TILE = 256
-"""Side of a tile, pixels, unless asked otherwise: few pixels of it have anything to do in most passes."""
+"""Side of a tile, pixels, unless asked otherwise: in most passes few of its pixels have anything to do."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Demand:
+    """What a pass asks of a tile: `have` and `want` are those of its pixels, (h, w) uint8."""
+
+    tile: Tile
+    have: Levels
+    want: Levels
+
+
+@dataclass(slots=True)
+class _Course:
+    """A picture in the making: its passes, one after another, and what they took."""
+
+    plan: RenderPlan
+    tile_size: int | None
+    on_tile: Callable[[TileEvent], None] | None
+    deadline: float
+    begun: float
+    estimate: Estimate
+    counts: Counter[str] = field(default_factory=Counter)
+    cpu_seconds: float = 0.0
+    done: int = 0
+    passes: list[dict[str, Any]] = field(default_factory=list)
+
+    def run(self, each: Callable[[list[Demand]], Iterator[tuple[Demand, Samples]]]) -> None:
+        """Render pass after pass; the first, a coarse picture, is never cut short."""
+        more = True
+        while more:
+            for demand, samples in each(self.demands()):
+                self.take(demand.tile, samples)
+                if self.passes and time.monotonic() > self.deadline:
+                    self.estimate.settle()
+                    self.note()
+                    return
+            more = self.estimate.advance()
+            self.note()
+
+    def demands(self) -> list[Demand]:
+        """The tiles of a pass in which something is wanted."""
+        have, want = self.estimate.have, self.estimate.want
+        cuts = tiles(self.plan, self.number(), self.tile_size or TILE)
+        parts = [(tile, np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]) for tile in cuts]
+        return [
+            Demand(tile, have[part].copy(), want[part].copy())
+            for tile, part in parts
+            if (want[part] > have[part]).any()
+        ]
+
+    def number(self) -> Pass:
+        """The pass that runs."""
+        return Pass(index=len(self.passes), stride=1, first=0, last=0)
+
+    def take(self, tile: Tile, samples: Samples) -> None:
+        """Keep what was found in a tile, and show it."""
+        self.estimate.take(tile, samples)
+        self.counts.update(samples.counts)
+        self.counts.update(samples.work)
+        self.cpu_seconds += samples.cpu_seconds
+        self.done += 1
+        if self.on_tile:
+            pixels = self.estimate.part(tile)
+            self.on_tile(TileEvent(tile, self.number(), pixels, self.done, self.done + 1))
+
+    def note(self) -> None:
+        """Keep what the picture has taken when a pass ends, and its error, if that is known by then."""
+        error = self.estimate.error
+        rays = {name: count for name, count in self.counts.items() if name not in WORK}
+        self.passes.append(
+            {
+                "seconds": time.monotonic() - self.begun,
+                "cpu_seconds": self.cpu_seconds,
+                "rays": rays,
+                "error": None if error is None else error.document(),
+            }
+        )
+
+
+def render_adaptively(
+    plan: RenderPlan,
+    quality: TargetQuality,
+    on_tile: Callable[[TileEvent], None] | None,
+    workers: int | None,
+    tile_size: int | None,
+) -> RenderResult:
+    """Render a whole picture of target quality; parameters as of `renderer.render`."""
+    begun = time.monotonic()
+    deadline = np.inf if quality.time_limit is None else begun + quality.time_limit
+    course = _Course(plan, tile_size, on_tile, deadline, begun, Estimate.begin(plan))
+    with shared_out(workers, partial(_answer, plan)) as each:
+        course.run(each)
+    layers = _layers(course)
+    image = course.estimate.image()
+    return RenderResult(image, layers, _report(course, image))
+
+
+def _answer(plan: RenderPlan, demand: Demand) -> Samples:
+    with told(plan.seed, demand.tile, f"levels up to {demand.want.max()}"):
+        return render_samples(plan, demand.tile, demand.have, demand.want)
+
+
+def _layers(course: _Course) -> Layers:
+    """The layers: what the centres of pixels show, how many samples they got, and how far they may be off."""
+    plan, estimate = course.plan, course.estimate
+    if not plan.layers:
+        return {}
+    sheets = Sheets(plan.layers, plan.height, plan.width)
+    for tile in tiles(plan, course.number(), course.tile_size or TILE):
+        records, counts = render_layers(plan, tile)
+        sheets.take(tile, records)
+        course.counts.update(counts)
+    return sheets.finished() | estimate.layers(layer.name for layer in plan.layers)
+
+
+def _report(course: _Course, image: Any) -> dict[str, Any]:
+    plan, estimate = course.plan, course.estimate
+    assert estimate.error is not None
+    shaded = [lighting.emitter.count for lighting in plan.lightings]
+    return {
+        "seconds": time.monotonic() - course.begun,
+        "cpu_seconds": course.cpu_seconds,
+        "width": plan.width,
+        "height": plan.height,
+        "rays": {name: count for name, count in course.counts.items() if name not in WORK},
+        "work": {name: course.counts[name] for name in WORK},
+        "samples": {
+            "antialiasing_mean": float(estimate.counts().mean()),
+            "light_mean": float(np.mean(shaded)) if shaded else 0.0,
+        },
+        "error": estimate.error.document(),
+        "passes": course.passes,
+        "numerics": {
+            "non_finite": non_finite(image),
+            "clamped": int(np.count_nonzero((image >= BRIGHTEST).any(axis=2))),
+        }
+        | plan.numerics,
+        "plan": plan.describe().model_dump(mode="json"),
+    }

@@ -12,6 +12,7 @@ from renderer.adaptive.halves import HALVES, places
 from renderer.adaptive.levels import COUNTS, LOOKED, Levels
 from renderer.arrays import Floats, Integers, Masks
 from renderer.execute import WORK, radiance
+from renderer.film import BRIGHTEST
 from renderer.interaction import EMITTER, Rays
 from renderer.numerics import halving_sum
 from renderer.plan import RenderPlan
@@ -87,7 +88,7 @@ def _first_looks(
         x, y = columns[chosen] + tile.x0, rows[chosen] + tile.y0
         rays = _rays(look, x, y, np.full(x.size, HALVES), (middle[chosen], middle[chosen]))
         seen = np.ones((3, x.size))
-        values[:, chosen] = radiance(look, rays, counts, seen)
+        values[:, chosen] = np.minimum(radiance(look, rays, counts, seen), BRIGHTEST)
         labels[chosen] = np.where(rays.shapes >= EMITTER, EMITTER - 2 - rays.shapes, rays.shapes)
         np.copyto(seen, 1.0, where=~of_labels(plan.textured, labels[chosen]))
         colors[:, chosen] = seen
@@ -124,7 +125,7 @@ def _batch(
     columns, rows = x.repeat(count), y.repeat(count)
     numbers = np.tile(np.arange(*span, dtype=np.int64), x.size)
     place = places(plan.seed, rows * plan.width + columns, numbers)
-    found = radiance(plan, _rays(plan, columns, rows, numbers, place), counts)
+    found = np.minimum(radiance(plan, _rays(plan, columns, rows, numbers, place), counts), BRIGHTEST)
     samples = np.ascontiguousarray(found.reshape(3, x.size, count).transpose(2, 0, 1))
     halves = np.stack(
         [halving_sum(samples[half::HALVES].copy()) / (count // HALVES) for half in range(HALVES)]

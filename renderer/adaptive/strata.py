@@ -118,7 +118,7 @@ class Survey:
         return float(((self.sizes * self.uncertain) ** 2).sum())
 
     def unsure(self, allowed: float) -> Masks:
-        """The strata of the largest variances, without which those of all others add up to what is allowed."""
+        """The strata of the largest variances, so that those of all others add up to what is allowed."""
         variances = (self.sizes * self.uncertain) ** 2
         order = np.argsort(variances, kind="stable")
         unsure = np.zeros(variances.size, dtype=bool)

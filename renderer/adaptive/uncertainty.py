@@ -29,6 +29,10 @@ class ErrorEstimate:
     high: float
     bound: float
 
+    def document(self) -> dict[str, float]:
+        """As results tell it."""
+        return {"estimate": self.estimate, "low": self.low, "high": self.high}
+
 
 def error_of(total: float, variance: float, pixels: int) -> ErrorEstimate:
     """The error of a picture, from the estimated sum of its pixels' squared errors and its variance."""

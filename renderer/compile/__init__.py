@@ -11,8 +11,8 @@ import schemas.cameras as language
 from renderer import cost, tiling
 from renderer.arrays import column
 from renderer.cameras import Pinhole, pinhole, thin_lens
-from renderer.compile import layers as layer_stages
 from renderer.compile import first_looks, lights, overlaps, shapes, spawners, surfaces
+from renderer.compile import layers as layer_stages
 from renderer.compile.request import Request
 from renderer.cost import COSTS
 from renderer.lights import surfaces as light_surfaces
