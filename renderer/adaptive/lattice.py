@@ -29,7 +29,7 @@ class Cells:
     middles : (a - 1, b - 1) bool
         Cells that are smooth.
     across : (a, b - 1) bool
-        Edges between neighbours in a row, both of whose cells are smooth.
+        Edges between neighbours in a row, both of whose cells are smooth; at the border of the picture, one.
     along : (a - 1, b) bool
         The same for neighbours in a column.
     """
@@ -56,7 +56,7 @@ def cells_of(values: Picture, labels: Labels, rough: Masks, allowed: float) -> C
     same = in_row[1:] & in_row[:-1] & in_column[:, 1:]
     error = (_greatest(across) + _greatest(along)) / 8
     middles = same & ~_any(rough) & (error <= allowed)
-    ringed = np.pad(middles, 1, constant_values=True)
+    ringed = np.pad(middles, 1, constant_values=bool(middles.size))
     return Cells(
         middles=middles,
         across=in_row & ringed[:-1, 1:-1] & ringed[1:, 1:-1],

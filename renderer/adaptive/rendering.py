@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from renderer.adaptive.estimate import Estimate
-from renderer.adaptive.levels import Levels
+from renderer.adaptive.levels import COUNTS, Levels
 from renderer.adaptive.samples import Samples, render_samples
 from renderer.errors import told
 from renderer.execute import WORK, render_layers
@@ -23,8 +23,12 @@ from renderer.workers import shared_out
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
 
-TILE = 256
-"""Side of a tile, pixels, unless asked otherwise: in most passes few of its pixels have anything to do."""
+RAYS = 16384
+"""Camera rays of a tile, unless a size is asked for: in most passes few pixels have anything to do, so tiles
+are as large as that needs. Half of that costs a twentieth more."""
+
+SIDES = (64, 4096)
+"""Least and greatest side of a tile, pixels, that is chosen so."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,13 +71,23 @@ class _Course:
     def demands(self) -> list[Demand]:
         """The tiles of a pass in which something is wanted."""
         have, want = self.estimate.have, self.estimate.want
-        cuts = tiles(self.plan, self.number(), self.tile_size or TILE)
+        cuts = tiles(self.plan, self.number(), self.tile_size or self.side())
         parts = [(tile, np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]) for tile in cuts]
         return [
             Demand(tile, have[part].copy(), want[part].copy())
             for tile, part in parts
             if (want[part] > have[part]).any()
         ]
+
+    def side(self) -> int:
+        """Side of a tile that has about `RAYS` rays, if those of this pass are spread evenly; pixels."""
+        rays = int(
+            np.maximum(COUNTS[self.estimate.want] - COUNTS[self.estimate.have], 1).sum(
+                where=self.estimate.want > self.estimate.have
+            )
+        )
+        side = np.sqrt(self.plan.width * self.plan.height * RAYS / max(rays, 1))
+        return int(np.clip(side, *SIDES))
 
     def number(self) -> Pass:
         """The pass that runs."""
@@ -133,7 +147,7 @@ def _layers(course: _Course) -> Layers:
     if not plan.layers:
         return {}
     sheets = Sheets(plan.layers, plan.height, plan.width)
-    for tile in tiles(plan, course.number(), course.tile_size or TILE):
+    for tile in tiles(plan, course.number(), course.tile_size):
         records, counts = render_layers(plan, tile)
         sheets.take(tile, records)
         course.counts.update(counts)
