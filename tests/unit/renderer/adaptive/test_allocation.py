@@ -1,0 +1,148 @@
+"""Samples where they lower the error most, against all that might have been done instead."""
+
+import itertools
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from renderer.adaptive.allocation import Allocation, allocate
+from renderer.adaptive.levels import COUNTS, HIGHEST, SAMPLED
+from renderer.adaptive.strata import COUNT, Survey
+
+LEVELS = range(SAMPLED, HIGHEST + 1)
+Numbers = NDArray[np.float64]
+
+
+def surveyed(
+    sizes: object = (), errors: object = (), variances: object = (), uncertain: object = 0
+) -> Survey:
+    """Some strata, the others empty."""
+    count = len(np.atleast_1d(np.array(sizes)))
+    arrays = {"sizes": np.zeros(COUNT, np.int64)} | {
+        name: np.zeros(COUNT) for name in ("errors", "uncertain", "noise", "variances")
+    }
+    for name, given in (
+        ("sizes", sizes),
+        ("errors", errors),
+        ("variances", variances),
+        ("uncertain", uncertain),
+    ):
+        arrays[name][:count] = given
+    return Survey(**arrays)
+
+
+def variances(*quarters: int) -> Numbers:
+    """Variances in the middle of a quarter of an octave, so that the search knows them exactly."""
+    return 2.0 ** ((np.array(quarters) + 0.5) / 4)
+
+
+def left(found: Allocation, single: Numbers, survey: Survey) -> float:
+    looked = np.where(
+        found.strata > 0, survey.variances * COUNTS[found.strata].clip(1) ** -1.5, survey.errors
+    )
+    return float((single * COUNTS[found.pixels] ** -1.5).sum() + (survey.sizes * looked).sum())
+
+
+def spent(found: Allocation, survey: Survey) -> int:
+    return int(COUNTS[found.pixels].sum() + (survey.sizes * COUNTS[found.strata]).sum())
+
+
+def least(errors: list[dict[int, float]], costs: list[dict[int, float]], allowed: float) -> float:
+    """The least sum of costs of all combinations whose errors add up to what is allowed."""
+    error, cost = np.zeros(1), np.zeros(1)
+    for known, price in zip(errors, costs, strict=True):
+        error = np.add.outer(error, list(known.values())).ravel()
+        cost = np.add.outer(cost, list(price.values())).ravel()
+    return float(cost[error <= allowed * (1 + 1e-12)].min())
+
+
+@pytest.mark.parametrize(
+    "quarters", [(-40, -31, -22, -9), (-20, -20, -19, -3), (-60, -8, -7, 0), (5, 5, 5, 5)]
+)
+@pytest.mark.parametrize("part", [0.3, 0.03, 0.003])
+def test_no_other_levels_of_a_few_pixels_do_it_for_much_less(quarters: tuple[int, ...], part: float) -> None:
+    """All combinations of levels are tried. A twentieth: the rule for real numbers of samples is rounded."""
+    single = variances(*quarters)
+    goal = part * float((single * COUNTS[SAMPLED] ** -1.5).sum())
+    nothing = surveyed()
+    found = allocate(single, np.full(4, SAMPLED, np.uint8), nothing, goal)
+    reached = left(found, single, nothing)
+    assert reached <= goal
+    errors = [{n: float(c) * COUNTS[n] ** -1.5 for n in LEVELS} for c in single]
+    costs = [{n: float(COUNTS[n]) for n in LEVELS}] * 4
+    assert spent(found, nothing) <= 1.05 * least(errors, costs, reached)
+
+
+@pytest.mark.parametrize("have", [(2, 9, 2, 12), (5, 5, 5, 5), (16, 2, 2, 2)])
+def test_no_pixel_gets_fewer_samples_than_it_has_and_the_others_fewer_for_it(have: tuple[int, ...]) -> None:
+    single, nothing = variances(-30, -24, -10, -26), surveyed()
+    goal = 0.01 * float(single.sum())
+    found = allocate(single, np.array(have, np.uint8), nothing, goal)
+    assert (found.pixels >= have).all()
+    reached = left(found, single, nothing)
+    assert reached <= goal
+    errors = [
+        {n: float(c) * COUNTS[n] ** -1.5 for n in range(first, HIGHEST + 1)}
+        for c, first in zip(single, have, strict=True)
+    ]
+    costs = [{n: float(COUNTS[n]) for n in range(first, HIGHEST + 1)} for first in have]
+    assert spent(found, nothing) <= 1.05 * least(errors, costs, reached)
+
+
+@pytest.mark.parametrize("part", [0.5, 0.1, 0.01])
+def test_strata_and_pixels_share_the_error_at_the_least_cost(part: float) -> None:
+    """Every stratum may also keep its first looks for nothing."""
+    single = variances(-18, -30)
+    survey = surveyed([100, 20, 3], [2e-3, 1e-5, 0.05], variances(-30, -12, -16))
+    goal = part * (left(Allocation(np.full(2, 2), np.zeros(COUNT, np.int64)), single, survey))
+    found = allocate(single, np.full(2, SAMPLED, np.uint8), survey, goal)
+    reached = left(found, single, survey)
+    assert reached <= goal
+    errors = [{n: float(c) * COUNTS[n] ** -1.5 for n in LEVELS} for c in single]
+    costs: list[dict[int, float]] = [{n: float(COUNTS[n]) for n in LEVELS}] * 2
+    for size, error, spread in zip(survey.sizes[:3], survey.errors, survey.variances, strict=False):
+        errors.append({0: size * error} | {n: size * spread * COUNTS[n] ** -1.5 for n in LEVELS})
+        costs.append({0: 0.0} | {n: float(size * COUNTS[n]) for n in LEVELS})
+    assert spent(found, survey) <= 1.05 * least(errors, costs, reached)
+
+
+@pytest.mark.parametrize("goal", [10.0, 1.0, 0.1, 0.01])
+def test_many_pixels_reach_the_goal_and_not_much_more(goal: float) -> None:
+    """Variances over 20 octaves. The squared error goes with the multiplier to the power -0.6; that is known
+    to a twentieth, and pixels of one quarter of an octave change their level together.
+    """
+    single = variances(*itertools.chain(range(-80, 0), range(-80, 0)))
+    found = allocate(single, np.full(160, SAMPLED, np.uint8), surveyed(), goal)
+    reached = left(found, single, surveyed())
+    assert reached <= goal
+    if (found.pixels > SAMPLED).any():
+        assert reached >= goal * (1.05 * 2.0**0.25) ** -0.6 * 0.95
+    assert (np.diff(found.pixels[:80]) >= 0).all()
+
+
+def test_first_looks_stay_where_they_are_as_good_as_samples() -> None:
+    survey = surveyed([1000, 1000], [1e-9, 0.04], [1e-3, 1e-3])
+    found = allocate(np.zeros(0), np.zeros(0, np.uint8), survey, 2.0)
+    assert found.strata[0] == 0
+    assert found.strata[1] >= SAMPLED
+    assert not found.strata[2:].any()
+
+
+def test_what_probes_tell_no_more_of_than_noise_is_not_sampled() -> None:
+    survey = surveyed([1000, 10], [0.01, 0.3], [0.5, 0.1], uncertain=[0.01, 0.1])
+    found = allocate(np.zeros(0), np.zeros(0, np.uint8), survey, 0.5)
+    assert found.strata[0] == 0
+    assert found.strata[1] >= SAMPLED
+
+
+def test_pixels_that_do_not_vary_get_the_fewest_samples() -> None:
+    single = np.array([0.0, 0.0, 0.5])
+    found = allocate(single, np.full(3, SAMPLED, np.uint8), surveyed(), 1e-3)
+    assert found.pixels[:2].tolist() == [SAMPLED, SAMPLED]
+    assert 0.5 * COUNTS[found.pixels[2]] ** -1.5 <= 1e-3 * 2.0**0.125
+
+
+def test_a_goal_out_of_reach_gets_the_most_samples_there_are() -> None:
+    found = allocate(np.array([0.5, 1.0]), np.full(2, SAMPLED, np.uint8), surveyed(), 0.0)
+    assert found.pixels.tolist() == [HIGHEST, HIGHEST]

@@ -1,0 +1,203 @@
+"""Pixels by what is expected of their first look, and what probes tell about their like."""
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from renderer.adaptive import strata
+from renderer.adaptive.levels import LOOKED
+from renderer.adaptive.strata import BORDER, COUNT, EVEN, INTERPOLATED, ROUGH, STEPS, Survey
+
+
+def grey(rows: object) -> np.ndarray:
+    return np.repeat(np.array(rows, dtype=np.float32)[None], 3, axis=0)
+
+
+def squared_error_of_a_step(parts: int) -> Fraction:
+    """Of the value in a pixel's middle, mean over a step of height 1 at the middles of parts of the pixel."""
+    total = Fraction(0)
+    for part in range(parts):
+        place = Fraction(2 * part + 1, 2 * parts)
+        mean, middle = 1 - place, Fraction(place < Fraction(1, 2))
+        total += (middle - mean) ** 2
+    return total / parts
+
+
+@pytest.mark.parametrize("height", [1.0, 0.5, 2.0**-6])
+@pytest.mark.parametrize("turned", [True, False])
+def test_a_step_is_expected_to_err_by_its_mean_over_all_its_places(height: float, turned: bool) -> None:
+    """That is 1 / 12 of its square: the mean over n parts tends to it by 1 / (12 n n)."""
+    n = 64
+    mean = squared_error_of_a_step(n)
+    assert abs(mean - Fraction(1, 12)) <= Fraction(1, 12 * n * n)
+    picture = grey(np.arange(9) * np.ones((7, 1)) > 4) * np.float32(height)
+    found = strata.expected_errors(picture.transpose(0, 2, 1) if turned else picture)
+    found = found.T if turned else found
+    np.testing.assert_allclose(found[:, 4:6], height**2 / 12, rtol=4 * 2.0**-24)
+    assert not found[:, :3].any()
+    assert not found[:, 7:].any()
+
+
+def test_a_step_in_one_channel_counts_a_third() -> None:
+    picture = np.zeros((3, 5, 8), np.float32)
+    picture[1, :, 4:] = 1
+    found = strata.expected_errors(picture)
+    np.testing.assert_allclose(found[:, 3:5], 1 / 36, rtol=2.0**-23)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (1, 2), (2, 1), (2, 2), (1, 9), (9, 1), (5, 7)])
+def test_of_planes_no_error_is_expected(size: tuple[int, int]) -> None:
+    y, x = np.indices(size)
+    found = strata.expected_errors(grey(x / 16 + y / 32))
+    assert (found.shape, found.dtype) == (size, np.float32)
+    assert not found.any()
+
+
+def test_of_what_is_brighter_than_white_no_error_is_expected() -> None:
+    y, x = np.indices((6, 6))
+    assert not strata.expected_errors(grey(1 + (x + y) % 2 * 100)).any()
+
+
+def test_a_bend_in_a_single_row_is_seen() -> None:
+    assert strata.expected_errors(grey([[0, 0, 0, 1, 1, 1]])).any()
+
+
+@pytest.mark.parametrize("step", range(STEPS))
+def test_a_stratum_is_one_and_a_half_octaves_of_expected_error(step: int) -> None:
+    low = 2.0 ** (-36 + 1.5 * step)
+    inside = np.array([[low * 2**0.01, low * 2**0.75, low * 2**1.49]], np.float32)
+    labels, have = np.zeros((1, 3), np.int32), np.full((1, 3), LOOKED, np.uint8)
+    found = strata.strata_of(inside, labels, have, np.zeros((1, 3), bool))
+    assert (found == step + STEPS * EVEN).all()
+
+
+def test_nothing_and_too_much_are_in_the_first_and_last_strata_of_their_kind() -> None:
+    labels, have = np.zeros((1, 2), np.int32), np.full((1, 2), LOOKED, np.uint8)
+    found = strata.strata_of(np.array([[0, 9]], np.float32), labels, have, np.zeros((1, 2), bool))
+    assert found.tolist() == [[STEPS * EVEN, STEPS * EVEN + STEPS - 1]]
+
+
+def test_each_pixel_is_of_the_kind_that_it_shows() -> None:
+    labels = np.array([[0, 0, 0, 1], [0, 0, 0, 1], [0, 0, 0, 1], [-1, 0, 0, 1]], np.int32)
+    have = np.full((4, 4), LOOKED, np.uint8)
+    have[0, 0] = have[1, 3] = 0
+    have[1, 0] = LOOKED + 4
+    rough = np.zeros((4, 4), bool)
+    rough[0, 1] = rough[2, 2] = True
+    found = strata.strata_of(np.zeros((4, 4), np.float32), labels, have, rough) // STEPS
+    assert found.tolist() == [
+        [INTERPOLATED, ROUGH, BORDER, BORDER],
+        [EVEN, EVEN, BORDER, INTERPOLATED],
+        [BORDER, EVEN, ROUGH, BORDER],
+        [BORDER, BORDER, BORDER, BORDER],
+    ]
+
+
+def test_of_every_stratum_enough_pixels_are_probed_and_of_the_worse_more() -> None:
+    random = np.random.default_rng(3)
+    sorts = random.choice([0, 5, 30, 47, 90], size=(64, 96), p=[0.6, 0.2, 0.15, 0.049, 0.001])
+    expected = (random.random(sorts.shape) ** 4).astype(np.float32) * (sorts == 30) / 4
+    share, budget = 1 / 128, 2.0
+    found = strata.chances(sorts, expected, share, budget)
+    assert found.shape == (COUNT,)
+    assert ((found > 0) & (found <= 1)).all()
+    for stratum in np.unique(sorts):
+        inside = sorts == stratum
+        size, error = inside.sum(), expected[inside].sum(dtype=float)
+        assert found[stratum] * size >= min(size, share * size)
+        assert found[stratum] * size >= min(size, 16) * (1 - 2.0**-50)
+        assert found[stratum] * size >= min(size, 50 * error / budget) * (1 - 2.0**-20)
+    assert found[90] == 1
+    assert found[5] < 1
+
+
+def test_lots_are_uniform_and_those_of_neighbours_and_seeds_know_nothing_of_each_other() -> None:
+    """All within 5 standard deviations of independent numbers."""
+    lots, other = strata.lots(7, (300, 200)), strata.lots(8, (300, 200))
+    assert ((lots >= 0) & (lots < 1)).all()
+    cells = np.bincount((lots * 32).astype(int).ravel(), minlength=32)
+    expected = lots.size / 32
+    assert np.abs(cells - expected).max() <= 5 * math.sqrt(expected)
+    for a, b in ((lots[1:], lots[:-1]), (lots[:, 1:], lots[:, :-1]), (lots, other)):
+        correlation = 12 * ((a - 0.5) * (b - 0.5)).mean()
+        assert abs(correlation) <= 5 / math.sqrt(a.size)
+
+
+def test_a_pixel_draws_its_lot_by_its_number_alone() -> None:
+    assert (strata.lots(7, (30, 20)).ravel() == strata.lots(7, (1, 600)).ravel()).all()
+    assert (strata.lots(7, (10, 20)) == strata.lots(7, (30, 20))[:10]).all()
+
+
+@pytest.mark.parametrize("noise", [0.01, 0.3])
+@pytest.mark.parametrize("error", [0.0, 0.1])
+def test_the_error_that_halves_tell_of_a_first_look_is_without_bias(noise: float, error: float) -> None:
+    """Exponential noise, far from Gaussian; (a - v)(b - v) has variance 2 e e s s + s**4. 5 deviations."""
+    random, n = np.random.default_rng(5), 200_000
+    a, b = (random.exponential(noise, (2, n)) - noise) + 0.4
+    products = (a - (0.4 + error)) * (b - (0.4 + error))
+    deviation = math.sqrt((2 * error**2 * noise**2 + noise**4) / n)
+    sorts = np.full(n, 3)
+    told = strata.survey(sorts, np.bincount(sorts, minlength=COUNT), products, 0 * products, 0 * products)
+    assert abs(told.errors[3] - error**2) <= 5 * deviation
+    assert abs(told.total / n - error**2) <= 5 * deviation
+    assert not np.delete(told.errors, 3).any()
+
+
+def of_sums() -> tuple[Survey, dict[str, np.ndarray]]:
+    random = np.random.default_rng(11)
+    probes = {
+        "strata": random.choice([0, 7, 50, 119], 200),
+        "errors": random.normal(0.01, 0.02, 200),
+        "spread": random.random(200) / 1e4,
+        "variances": random.random(200),
+    }
+    sizes = np.zeros(COUNT, np.int64)
+    sizes[[0, 7, 50, 60, 119]] = 4000, 300, 70, 9, 1
+    return strata.survey(sizes=sizes, **probes), probes | {"sizes": sizes}
+
+
+def test_a_survey_has_the_means_of_its_probes_and_sums_over_all_pixels() -> None:
+    told, probes = of_sums()
+    total = variance = 0.0
+    for stratum in (0, 7, 50, 119):
+        of_it = np.flatnonzero(probes["strata"] == stratum)
+        errors = [float(probes["errors"][i]) for i in of_it]
+        mean = math.fsum(errors) / len(errors)
+        uncertain = math.fsum(e * e for e in errors) / len(errors) ** 2
+        assert told.errors[stratum] == pytest.approx(mean, rel=1e-12)
+        assert told.uncertain[stratum] ** 2 == pytest.approx(uncertain, rel=1e-12)
+        noise = math.fsum(probes["spread"][of_it]) / len(errors) ** 2
+        assert told.noise[stratum] ** 2 == pytest.approx(noise, rel=1e-12)
+        spread = math.fsum(probes["variances"][of_it]) / len(errors)
+        assert told.variances[stratum] == pytest.approx(spread, rel=1e-12)
+        total += int(probes["sizes"][stratum]) * mean
+        variance += int(probes["sizes"][stratum]) ** 2 * uncertain
+    assert told.total == pytest.approx(total, rel=1e-12)
+    assert told.variance == pytest.approx(variance, rel=1e-12)
+
+
+def test_the_standard_error_of_a_stratum_covers_what_it_may_be_off_by() -> None:
+    """Over 400 surveys of 50 probes each, in 90 of 100 or more: 1.645 standard errors either way."""
+    random = np.random.default_rng(2)
+    sorts, sizes = np.full(50, 2), np.bincount([2], minlength=COUNT)
+    inside = 0
+    for _ in range(400):
+        errors = random.exponential(1.0, 50)
+        told = strata.survey(sorts, sizes, errors, errors, errors)
+        inside += abs(told.errors[2] - 1) <= 1.645 * told.uncertain[2]
+    assert inside >= 0.9 * 400 - 3 * math.sqrt(400 * 0.9 * 0.1)
+
+
+@pytest.mark.parametrize("part", [0.0, 0.01, 0.3, 0.9, 1.0])
+def test_unsure_are_the_fewest_strata_without_which_the_rest_is_sure_enough(part: float) -> None:
+    told, _ = of_sums()
+    variances = (told.sizes * told.uncertain) ** 2
+    allowed = part * told.variance * (1 + 2.0**-40)
+    unsure = told.unsure(allowed)
+    assert variances[~unsure].sum() <= allowed
+    if unsure.any():
+        assert variances[~unsure].sum() + variances[unsure].min() > allowed * (1 - 2.0**-40)
+        assert variances[unsure].min() >= variances[~unsure].max()
+    assert unsure.any() == (part < 1)
