@@ -1,9 +1,9 @@
 """Where the samples of an adaptive picture lie.
 
 Sample number i belongs to half i % 2 and is number i // 2 of it. Each half of a pixel is one Sobol sequence
-in the pixel and one on every light, scrambled by itself, so that the two know nothing of each other and
-their difference tells the error of their mean. The light points of a half go on from sample to sample, in
-an order of their own, so that no place in the pixel goes with a place on the light.
+in the pixel, one on the lens and one on every light, scrambled by itself, so that the two know nothing of
+each other and their difference tells the error of their mean. The light points of a half go on from sample
+to sample, in an order of their own, so that no place in the pixel goes with a place on the light.
 """
 
 from dataclasses import dataclass, fields
@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from renderer.arrays import Floats, Integers
-from renderer.cameras.thin_lens import shuffled
+from renderer.cameras.thin_lens import LENS_DIMENSIONS, ThinLens, disk, shuffled
 from renderer.lights.emitters import PIXEL_DIMENSIONS, Emitter
 from renderer.lights.samples import LightPoints, Scatter
 from renderer.samplers import PATTERNS
@@ -43,3 +43,18 @@ class SequenceEmitter(Emitter):
 def in_sequence(emitter: Emitter) -> SequenceEmitter:
     """The same light with its points in a sequence."""
     return SequenceEmitter(**{item.name: getattr(emitter, item.name) for item in fields(emitter)})
+
+
+@dataclass(frozen=True, slots=True)
+class SequenceLens(ThinLens):
+    """A lens with a sequence of places a half: those of one set in turns would be far from independent."""
+
+    def places(self, pixels: Integers, samples: Integers) -> tuple[Floats, Floats]:
+        """Places on the lens of radius 1, (N,) and (N,)."""
+        key = keys(self.seed, LENS_DIMENSIONS, pixels, samples % HALVES)
+        return disk(*PATTERNS["sobol"](key, shuffled(key, samples // HALVES), self.antialiasing.samples))
+
+
+def lens_in_sequence(lens: ThinLens) -> SequenceLens:
+    """The same lens with its places in a sequence a half."""
+    return SequenceLens(**{item.name: getattr(lens, item.name) for item in fields(lens)})

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import schemas.cameras as language
 from renderer import cost, tiling
+from renderer.adaptive.halves import lens_in_sequence
 from renderer.arrays import column
 from renderer.cameras import Pinhole, pinhole, thin_lens
 from renderer.compile import first_looks, lights, overlaps, shapes, spawners, surfaces
@@ -151,4 +152,4 @@ def _lens(request: Request, camera: language.Camera) -> Pinhole:
     pointers = tuple(f"/camera/{name}" for name in ("lens_radius", "focus_distance") if getattr(camera, name))
     detail = f"a place on the lens for each ray, in focus at a distance of {lens.focus:.6g}"
     request.listing.add("lens", "camera.lens", detail, pointers, cost.seconds(request.rays, COSTS.lens))
-    return lens
+    return lens_in_sequence(lens) if request.target else lens
