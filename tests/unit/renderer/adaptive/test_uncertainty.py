@@ -1,0 +1,31 @@
+"""The error of a picture as it is told."""
+
+import math
+
+import numpy as np
+import pytest
+
+from renderer.adaptive.uncertainty import error_of
+
+
+def test_the_error_is_the_root_of_the_mean_square() -> None:
+    told = error_of(total=4.0, variance=0.0, pixels=100)
+    assert told.estimate == told.low == told.high == told.bound == 0.2
+
+
+def test_intervals_hold_what_normal_numbers_do_in_95_of_100_cases() -> None:
+    """Both sides, and one: Phi(1.96) = 0.975 and Phi(1.645) = 0.95."""
+    told = error_of(total=4.0, variance=0.25, pixels=100)
+    beyond = (told.high**2 * 100 - 4) / 0.5
+    assert math.erfc(beyond / math.sqrt(2)) == pytest.approx(0.05, abs=1e-4)
+    assert (4 - told.low**2 * 100) / 0.5 == pytest.approx(beyond, rel=1e-12)
+    beyond = (told.bound**2 * 100 - 4) / 0.5
+    assert math.erfc(beyond / math.sqrt(2)) / 2 == pytest.approx(0.05, abs=1e-4)
+
+
+def test_a_sum_that_noise_made_negative_is_no_error() -> None:
+    told = error_of(total=-1.0, variance=1.0, pixels=10)
+    assert (told.estimate, told.low) == (0, 0)
+    assert told.bound > 0
+    assert np.isfinite(list(told.document().values())).all()
+    assert told.document().keys() == {"estimate", "low", "high"}
