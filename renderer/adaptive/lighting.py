@@ -98,5 +98,5 @@ def _sorted_out(view: LightView) -> tuple[Integers, Integers]:
 
 def finest(error: float, brightest: float, specular: Floats, shininess: Floats) -> Floats:
     """`FirstLook.finest` of materials (K,) for a wished error, a quarter of which the grid may have."""
-    curvature = brightest * np.maximum(2.0, specular * shininess)
+    curvature = brightest * (2.0 + 2.0 * specular * shininess)
     return np.sqrt(curvature / (24 * error / 4))

@@ -76,8 +76,8 @@ def test_over_a_box_along_the_board_the_mean_is_exact(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(20))
 def test_a_side_of_a_field_across_a_sheared_pixel_counts_by_its_share(seed: int) -> None:
-    """The side meets the boxes of 7 of 16 parts at most; a box and the parallelogram in it, cut by a line along
-    the box, differ by an eighth of their areas at most.
+    """The side meets the boxes of 7 of 16 parts at most; a line along a box cuts shares off it and off the
+    parallelogram in it that differ by an eighth at most.
     """
     random = np.random.default_rng(seed)
     slant, height = random.uniform(-0.4, 0.4, 2)

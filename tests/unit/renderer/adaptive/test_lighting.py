@@ -1,0 +1,217 @@
+"""The first look at a light: who sees all of it, who sees none, and how near its mean comes."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import renderer
+from renderer.adaptive.lighting import CORNERS, SIDES, FirstLook
+from renderer.execute import shaded_points, workspace
+from renderer.hard_cases.documents import bulb, lamp, phong, rectangle, scene
+from renderer.interaction import Points, Rays
+from schemas.quality import TargetQuality
+
+Numbers = NDArray[np.float64]
+
+LAMP = lamp([-0.5, 3, -0.5], [1, 0, 0], [0, 0, 1], (0.9, 0.6, 0.3), visible=False)
+FLOOR = rectangle([-9, 0, -9], [0, 0, 18], [18, 0, 0])
+SCREEN = rectangle([-0.5, 1.5, -0.5], [0, 0, 1], [1, 0, 0])
+"""Halfway between floor and lamp, and as large as it: (x, z) on the floor and (u, v) on the lamp do not see
+each other where x + u and z + v are within 1 of 0."""
+COLOR = np.array([[0.9], [0.6], [0.3]])
+
+
+def plan_of(*shapes: Any, error: float = 4 / 255, **changes: Any) -> renderer.RenderPlan:
+    document = scene(*shapes, **{"lights": [LAMP], **changes})
+    plan = renderer.compile_scene(document, TargetQuality(mode="target", error=error)).look
+    assert plan is not None
+    return plan
+
+
+def first_look(plan: renderer.RenderPlan) -> FirstLook:
+    (look,) = plan.lightings
+    assert isinstance(look, FirstLook)
+    return look
+
+
+def points_on_floor(
+    plan: renderer.RenderPlan, x: Numbers, z: Numbers, viewers: Numbers | None = None
+) -> Points:
+    """Points of the floor as seen from a hand above it, straight down or along -viewers (3, N)."""
+    down = np.zeros((3, x.size)) if viewers is None else -viewers
+    if viewers is None:
+        down[1] = -1
+    origins = np.stack((x, np.zeros(x.size), z)) - down / np.abs(down[1]) * 0.1
+    numbers = np.arange(x.size)
+    rays = Rays(origins, down, numbers, np.zeros_like(numbers))
+    for stage in plan.meetings:
+        stage.run(rays)
+    points = shaded_points(plan, rays)
+    assert points.count == x.size
+    assert np.abs(points.positions[1]).max() <= 1e-12
+    return points
+
+
+def added(plan: renderer.RenderPlan, points: Points) -> tuple[Numbers, int]:
+    """What the light adds to the points, (3, N), and the shadow rays that it took."""
+    before = points.radiance.copy()
+    rays = first_look(plan).run(points, workspace())
+    return points.radiance - before, rays
+
+
+CELLS = 64
+"""Along each side of a part of the lamp for what is exact: 4 times the finest of the grids that are tried."""
+
+
+def part_of(bounds: Numbers, points: Points, specular: float, shininess: float) -> Numbers:
+    """What the part u0, u1, v0, v1 (4, N) of `LAMP` gives a floor of `phong()` with a highlight, (3, N)."""
+    cells = (np.arange(CELLS) + 0.5)[:, None, None] / CELLS
+    u0, u1, v0, v1 = bounds
+    x, _, z = points.positions
+    to = np.stack(
+        np.broadcast_arrays(u0 + cells * (u1 - u0) - x, 3.0, (v0 + cells * (v1 - v0) - z)[:, 0][None])
+    )
+    to = to / np.sqrt((to * to).sum(axis=0))
+    right, up, front = points.viewers
+    mirrored = np.maximum(to[1] * up - to[0] * right - to[2] * front, 0)
+    weight = (u1 - u0) * (v1 - v0)
+    matt, shine = to[1].mean(axis=(0, 1)) * weight, (mirrored**shininess).mean(axis=(0, 1)) * weight
+    return COLOR * (0.9 * np.array([[0.8], [0.7], [0.6]]) * matt + specular * shine)
+
+
+def exact(
+    points: Points, *, screened: bool = False, specular: float = 0.0, shininess: float = 1.0
+) -> Numbers:
+    """The light of `LAMP`, but for the part that `SCREEN` hides."""
+    x, _, z = points.positions
+    half = np.full(x.size, 0.5)
+    whole = part_of(np.stack((-half, half, -half, half)), points, specular, shininess)
+    if not screened:
+        return whole
+    hidden = np.clip(np.stack((-1 - x, 1 - x, -1 - z, 1 - z)), -0.5, 0.5)
+    return whole - part_of(hidden, points, specular, shininess)
+
+
+def places(seed: int, count: int, reach: float) -> tuple[Numbers, Numbers]:
+    x, z = np.random.default_rng(seed).uniform(-reach, reach, (2, count))
+    return x, z
+
+
+def beyond(x: Numbers, z: Numbers, bound: float) -> NDArray[np.bool_]:
+    return np.maximum(np.abs(x), np.abs(z)) > bound
+
+
+@pytest.mark.parametrize("error", [0.1, 4 / 255, 1 / 1024])
+def test_who_sees_all_of_a_light_gets_its_mean_within_a_quarter_of_the_error(error: float) -> None:
+    plan = plan_of(FLOOR, SCREEN, error=error)
+    x, z = places(1, 200, 5)
+    outside = beyond(x, z, 1.5)
+    points = points_on_floor(plan, x[outside], z[outside])
+    found, rays = added(plan, points)
+    assert np.abs(found - exact(points)).max() <= error / 4
+    assert rays == CORNERS * CORNERS * points.count
+
+
+@pytest.mark.parametrize("error", [4 / 255, 1 / 1024])
+@pytest.mark.parametrize(("specular", "shininess"), [(0.6, 8.0), (0.4, 60.0), (1.0, 30.0)])
+def test_so_does_a_highlight(error: float, specular: float, shininess: float) -> None:
+    """Seen from everywhere around the mirror image of the lamp."""
+    shiny = {"plain": phong(specular=specular, shininess=shininess)}
+    plan = plan_of(FLOOR, error=error, materials=shiny)
+    x, z = places(2, 150, 2)
+    viewers = np.stack((x, np.full(x.size, 3.0), z)) + np.random.default_rng(3).uniform(-0.9, 0.9, (3, 150))
+    points = points_on_floor(plan, x, z, viewers / np.sqrt((viewers**2).sum(axis=0)))
+    found, _ = added(plan, points)
+    expected = exact(points, specular=specular, shininess=shininess)
+    assert (expected - exact(points)).max() > specular / 4
+    assert np.abs(found - expected).max() <= error / 4
+
+
+def test_who_sees_nothing_of_a_light_gets_none_of_it() -> None:
+    plan = plan_of(FLOOR, SCREEN)
+    x, z = places(4, 100, 0.49)
+    points = points_on_floor(plan, x, z)
+    found, rays = added(plan, points)
+    assert not found.any()
+    assert rays == CORNERS * CORNERS * 100
+
+
+def test_only_who_sees_a_part_of_a_light_asks_for_many_shadow_rays() -> None:
+    plan = plan_of(FLOOR, SCREEN)
+    x, z = places(5, 400, 3)
+    part = beyond(x, z, 0.5) & ~beyond(x, z, 1.5)
+    assert 50 < part.sum() < 300
+    many = first_look(plan).partial.emitter.count
+    _, rays = added(plan, points_on_floor(plan, x, z))
+    assert rays == CORNERS * CORNERS * 400 + many * part.sum()
+
+
+@pytest.mark.parametrize(
+    ("error", "many"), [(1.0, 8), (2.0**-6, 16), (2.0**-8, 64), (2.0**-10, 256), (1e-6, 1024)]
+)
+def test_a_smaller_error_asks_for_more_points_in_a_penumbra(error: float, many: int) -> None:
+    assert first_look(plan_of(FLOOR, SCREEN, error=error)).partial.emitter.count == many
+
+
+@pytest.mark.parametrize("error", [2.0**-6, 2.0**-8, 2.0**-10])
+def test_in_a_penumbra_the_mean_is_as_near_as_stratified_points_come(error: float) -> None:
+    """By the root of the mean square over it, in shares of what the whole light gives.
+
+    The border of what a rectangle hides goes through at most 2 sqrt(n) of n square cells with a point each.
+    Where it hides a share f of a cell, uniform on 0..1, the point has variance f (1 - f), in the mean 1 / 6.
+    """
+    plan = plan_of(FLOOR, SCREEN, error=error)
+    n = first_look(plan).partial.emitter.count
+    x, z = places(6, 300, 1.5)
+    part = beyond(x, z, 0.5)
+    points = points_on_floor(plan, x[part], z[part])
+    found, _ = added(plan, points)
+    share = (found - exact(points, screened=True)) / exact(points)
+    assert np.sqrt((share**2).mean()) <= np.sqrt(2 * np.sqrt(n) / 6) / n
+
+
+def test_a_corner_of_a_light_that_is_hidden_is_found() -> None:
+    """At the border of the penumbra, where next to nothing of the light is hidden."""
+    plan = plan_of(FLOOR, SCREEN)
+    edge = np.array([1.5, 1.5, -1.5, 0.3])
+    for inside, expected in ((1 - 1e-6, 4), (1 + 1e-6, 0)):
+        points = points_on_floor(plan, edge * inside, np.array([1.5, 0.2, 1.5, -1.5]) * inside)
+        _, rays = added(plan, points)
+        assert rays == CORNERS * CORNERS * 4 + first_look(plan).partial.emitter.count * expected
+
+
+def test_who_is_nearer_to_a_light_takes_a_finer_grid() -> None:
+    plan = plan_of(FLOOR, error=1 / 1024)
+    look = first_look(plan)
+    points = points_on_floor(plan, np.array([0.0, 3.0, 8.5]), np.array([0.0, 1.0, 8.5]))
+    view = look.probe.view(points, workspace())
+    cells = np.array(SIDES)[look.sides(view, np.arange(3))]
+    assert (np.diff(cells) <= 0).all()
+    assert cells[0] > cells[2]
+
+
+def test_a_single_shape_casts_no_shadow_and_asks_for_no_shadow_rays() -> None:
+    plan = plan_of(FLOOR)
+    x, z = places(7, 100, 4)
+    points = points_on_floor(plan, x, z)
+    found, rays = added(plan, points)
+    assert rays == 0
+    assert not first_look(plan).casts
+    assert np.abs(found - exact(points)).max() <= 1 / 255
+
+
+def test_who_looks_at_the_back_of_a_light_gets_none_of_it() -> None:
+    light = lamp([-0.5, 3, -0.5], [0, 0, 1], [1, 0, 0], two_sided=False, visible=False)
+    found, towards = [], [light, light | {"edges": light["edges"][::-1]}]
+    for turned in towards:
+        plan = plan_of(FLOOR, SCREEN, rectangle([-9, 9, -9], [18, 0, 0], [0, 0, 18]), lights=[turned])
+        found.append(added(plan, points_on_floor(plan, np.array([2.0, 0.0]), np.array([2.0, 0.0]))))
+    assert sorted(rays for _, rays in found) == [0, CORNERS * CORNERS * 2]
+    assert sorted(bool(light.any()) for light, _ in found) == [False, True]
+
+
+def test_lights_without_an_area_are_looked_at_as_always() -> None:
+    plan = plan_of(FLOOR, SCREEN, lights=[bulb([0, 3, 0])])
+    assert not any(isinstance(lighting, FirstLook) for lighting in plan.lightings)
