@@ -65,8 +65,25 @@ class Progress(Message):
     """How much of a job is rendered. A step is one tile in one pass."""
 
     done: int = Field(ge=0, description="Steps finished.")
-    total: int = Field(ge=1, description="Steps in all.")
-    share: float = Field(ge=0, le=1, description="Samples taken over samples asked for, 0 to 1.")
+    total: int = Field(
+        ge=1, description="Steps in all; with target quality those known so far, more with each pass."
+    )
+    share: float = Field(
+        ge=0,
+        le=1,
+        description="Samples taken over samples asked for, 0 to 1; with target quality over those expected.",
+    )
+
+
+class ReachedError(Message):
+    """Root mean square error of a linear picture, clipped to 0..1, as it is estimated from its samples.
+
+    The interval holds the true one in 95 of 100 pictures.
+    """
+
+    estimate: float = Field(ge=0, description="The estimate.")
+    low: float = Field(ge=0, description="Lower end of its interval.")
+    high: float = Field(ge=0, description="Upper end of its interval.")
 
 
 class Work(Message):
@@ -131,6 +148,9 @@ class Job(Message):
     failure: Failure | None = None
     cost: JobCost
     numerics: Numerics | None = Field(default=None, description="Null until the picture is finished.")
+    error: ReachedError | None = Field(
+        default=None, description="With target quality the error reached so far; null before it is known."
+    )
     warnings: tuple[Problem, ...] = Field(default=(), description="Valid, but probably not meant.")
     links: JobLinks
 
@@ -146,7 +166,8 @@ class TileEvent(Message):
     """One tile was finished in one pass. Events of a job are numbered 1, 2, 3 without gaps.
 
     The rectangle is half open, in pixels of the whole picture, rows from the top. With ``stride`` s > 1
-    the pixels are a preview: one value stands for a block of s x s.
+    the pixels are a preview: one value stands for a block of s x s. With target quality the tiles of a pass
+    are numbered from 1, and the event of tile 0 is that of the whole picture, after all others of its pass.
     """
 
     seq: int = Field(ge=1)

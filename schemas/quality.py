@@ -8,6 +8,7 @@ from pydantic import Field
 
 from schemas.base import Closed
 from schemas.sampling import Antialiasing, LightSampling
+from schemas.unions import chosen_by, tag
 
 
 class FixedQuality(Closed):
@@ -33,11 +34,11 @@ class TargetQuality(Closed):
     """
 
     mode: Literal["target"] = Field(description="`target`.")
-    error: Annotated[float, Field(gt=0, le=1)] = Field(
+    error: Annotated[float, Field(strict=True, gt=0, le=1)] = Field(
         description="Root mean square error of the linear picture, clipped to 0..1, over its pixels and "
         "channels. One step of a picture of 8 bits is 0.0039.",
     )
-    time_limit: Annotated[float, Field(gt=0, le=86400)] | None = Field(
+    time_limit: Annotated[float, Field(strict=True, gt=0, le=86400)] | None = Field(
         default=None,
         description="Seconds after which the picture is taken as it is, with the error that it has reached; "
         "by default it may take as long as it needs.",
@@ -48,5 +49,8 @@ class TargetQuality(Closed):
     )
 
 
-Quality = Annotated[FixedQuality | TargetQuality, Field(discriminator="mode")]
+Quality = Annotated[
+    Annotated[FixedQuality, tag(FixedQuality)] | Annotated[TargetQuality, tag(TargetQuality)],
+    chosen_by({"fixed": (FixedQuality,), "target": (TargetQuality,)}, field="mode"),
+]
 """How a picture is sampled: a number of samples, or an error."""

@@ -85,7 +85,7 @@ def _finding(detail: ErrorDetails, model: type[BaseModel], content: object) -> F
         case "extra_forbidden":
             return _unknown_field(location, model_at(model, detail["loc"]), content)
         case "unknown_type":
-            return _unknown_type(location, detail["msg"], str(context["names"]).split(), content)
+            return _unknown_type(location, detail["msg"], content)
         case "literal_error":
             context["names"] = _QUOTED.findall(context["expected"])
     code, sentence = say(detail["type"], detail["msg"], context)
@@ -109,13 +109,13 @@ def _unknown_field(location: Parts, model: type[BaseModel] | None, content: obje
     return Finding(location, code, sentence, nearest(location[-1], absent), about_key=True)
 
 
-def _unknown_type(location: Parts, message: str, names: list[str], content: object) -> Finding:
-    value = value_at(content, location)
+def _unknown_type(location: Parts, message: str, content: object) -> Finding:
+    value, (field, *names) = value_at(content, location), _QUOTED.findall(message)
     if not isinstance(value, Mapping):
         return Finding(location, *say("model_type", "", {}))
-    if "type" not in value:
+    if field not in value:
         return Finding(location, "missing_field", message.replace("must be", "is missing. It must be"))
-    return Finding((*location, "type"), "unknown_type", message, nearest(value["type"], names))
+    return Finding((*location, field), f"unknown_{field}", message, nearest(value[field], names))
 
 
 def model_at(model: type[BaseModel] | None, location: Sequence[str | int]) -> type[BaseModel] | None:

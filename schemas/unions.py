@@ -25,20 +25,22 @@ def tag(model: type[Closed]) -> Tag:
     return Tag(name)
 
 
-def chosen_by(forms: Mapping[str, tuple[type[Closed], ...]]) -> Discriminator:
+def chosen_by(forms: Mapping[str, tuple[type[Closed], ...]], *, field: str = "type") -> Discriminator:
     """Choose by `type`, and among several forms of one type by the fields that only one of them requires.
 
     Parameters
     ----------
     forms
         For each value of `type` its classes; the first is taken where no field decides.
+    field
+        What is looked at in place of `type`.
     """
     required = {model: _required(model) for models in forms.values() for model in models}
 
     def choose(value: Any) -> str | None:
         if isinstance(value, Closed):
             return MARK + type(value).__name__
-        kind = value.get("type") if isinstance(value, Mapping) else None
+        kind = value.get(field) if isinstance(value, Mapping) else None
         candidates = forms.get(kind) if isinstance(kind, str) else None
         if not candidates:
             return None
@@ -48,8 +50,7 @@ def chosen_by(forms: Mapping[str, tuple[type[Closed], ...]]) -> Discriminator:
     return Discriminator(
         choose,
         custom_error_type="unknown_type",
-        custom_error_message=_offer(tuple(forms)),
-        custom_error_context={"names": " ".join(forms)},
+        custom_error_message=_offer(field, tuple(forms)),
     )
 
 
@@ -57,6 +58,6 @@ def _required(model: type[Closed]) -> tuple[str, ...]:
     return tuple(name for name, field in model.model_fields.items() if field.is_required())
 
 
-def _offer(names: tuple[str, ...]) -> str:
+def _offer(field: str, names: tuple[str, ...]) -> str:
     quoted = [f"'{name}'" for name in names]
-    return f"The field 'type' must be {'one of ' if len(names) > 1 else ''}{', '.join(quoted)}."
+    return f"The field '{field}' must be {'one of ' if len(names) > 1 else ''}{', '.join(quoted)}."

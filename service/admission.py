@@ -13,6 +13,7 @@ from schemas.jobs import JobRequest
 from schemas.plans import PlanDocument
 from schemas.pointers import pointer
 from schemas.problems import Problem
+from schemas.quality import TargetQuality
 from schemas.reading import read_document
 from schemas.scene import Scene
 from schemas.shapes import MeshFile
@@ -20,6 +21,7 @@ from schemas.textures import ImageTexture
 from service.context import Service
 from service.database.models import AssetRow
 from service.outlines import outlined
+from service.pricing import check_cost, priced, target_of
 from service.specs import compile_request
 from service.store.assets import PREFIX, is_sha256
 
@@ -34,6 +36,7 @@ class Admitted:
     warnings: tuple[Problem, ...]
     plan: renderer.RenderPlan
     description: PlanDocument
+    target: TargetQuality | None
 
 
 def admit(service: Service, body: bytes) -> Admitted:
@@ -46,9 +49,10 @@ def admit(service: Service, body: bytes) -> Admitted:
     """
     request, warnings = read_request(service, body, JobRequest)
     plan = compile_admitted(service, request)
-    description = plan.describe()
-    check_cost(service, description)
-    return Admitted(request, warnings, plan, description)
+    target = target_of(request)
+    description = priced(plan, target, service.settings)
+    check_cost(description, target, service.settings)
+    return Admitted(request, warnings, plan, description, target)
 
 
 def read_request(service: Service, body: bytes, model: type[Model]) -> tuple[Model, tuple[Problem, ...]]:
@@ -70,17 +74,6 @@ def compile_admitted(service: Service, request: JobRequest) -> renderer.RenderPl
     except renderer.SceneError as error:
         moved = [found.model_copy(update={"pointer": f"/scene{found.pointer}"}) for found in error.errors]
         raise renderer.SceneError(moved, error.more) from None
-
-
-def check_cost(service: Service, description: PlanDocument) -> None:
-    """Refuse what is predicted to cost more than the service allows."""
-    predicted, limit = description.cost.cpu_seconds, service.settings.max_cpu_seconds
-    if predicted > limit:
-        detail = (
-            f"This is predicted to take {predicted:.0f} CPU seconds, more than the {limit:.0f} allowed. "
-            "Ask for fewer pixels, samples or light samples."
-        )
-        raise renderer.SceneError([Problem(pointer="/scene", detail=detail, code="cost")])
 
 
 def _missing_assets(service: Service, scene: Scene) -> list[Problem]:

@@ -27,6 +27,7 @@ from service.routes import assets, jobs, operations, pictures, scenes, tiles
 from service.routes.parameters import COMPONENTS, problem
 from service.settings import Settings
 from service.store.assets import AssetStore
+from service.store.passes import PassStore
 from service.store.tiles import FileTileStore
 
 DESCRIPTION = "Send a scene as JSON, watch its tiles arrive, fetch the picture by the job's id."
@@ -82,7 +83,7 @@ def _assemble(settings: Settings, feed: Feed) -> Service:
     )
     dispatcher = Dispatcher(database, store, SlotEngine(settings.workers, setup), feed, settings)
     dispatcher.start()
-    return Service(settings, database, store, textures, dispatcher, feed)
+    return Service(settings, database, store, PassStore(store.folder), textures, dispatcher, feed)
 
 
 def _document_bodies(app: FastAPI) -> None:

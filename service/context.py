@@ -12,6 +12,7 @@ from service.dispatcher import Dispatcher
 from service.feed import Feed
 from service.settings import Settings
 from service.store.assets import AssetStore
+from service.store.passes import PassStore
 from service.store.tiles import TileStore
 
 
@@ -22,6 +23,7 @@ class Service:
     settings: Settings
     database: Database
     store: TileStore
+    passes: PassStore
     assets: AssetStore
     dispatcher: Dispatcher
     feed: Feed

@@ -12,6 +12,7 @@ import time
 from collections import deque
 from collections.abc import Mapping
 from concurrent.futures import Future
+from datetime import UTC, datetime
 
 import structlog
 from sqlalchemy import select
@@ -76,6 +77,7 @@ class Dispatcher:
         self._answers: dict[TraceTask, Future[Outcome]] = {}
         self._leaving: dict[str, float] = {}
         self._pause_until = 0.0
+        self._deadline: datetime | None = None
 
     def start(self) -> None:
         """Take back what an earlier service left unfinished, and begin."""
@@ -155,8 +157,11 @@ class Dispatcher:
     def _patience(self) -> float | None:
         if self._leaving:
             return LEAVING_SECONDS
-        paused = self._pause_until - time.monotonic()
-        return max(0.0, paused) if self._pause_until else None
+        if self._pause_until:
+            return max(0.0, self._pause_until - time.monotonic())
+        if self._deadline:
+            return max(0.0, (self._deadline - datetime.now(UTC)).total_seconds())
+        return None
 
     def _take_note(self, task: Task, outcome: Outcome) -> None:
         if not isinstance(task, TraceTask):
@@ -194,6 +199,7 @@ class Dispatcher:
             self._pause()
         else:
             self._reports = []
+            self._deadline = result.next_deadline
             self._act(result)
 
     def _interrupt(self) -> None:

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 from dataclasses import asdict
 from datetime import UTC, datetime
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import structlog
 from fastapi.concurrency import run_in_threadpool
@@ -16,10 +16,21 @@ from sqlalchemy import func, insert, select
 from sqlalchemy.orm import Session
 
 from renderer import tiling
-from schemas.jobs import Failure, Job, JobCost, JobLinks, JobList, JobState, Numerics, Progress, Work
+from schemas.jobs import (
+    Failure,
+    Job,
+    JobCost,
+    JobLinks,
+    JobList,
+    JobState,
+    Numerics,
+    Progress,
+    ReachedError,
+    Work,
+)
 from schemas.plans import PlanDocument
 from schemas.problems import Problem
-from service import ledger
+from service import rows, targets
 from service.admission import Admitted
 from service.context import Service
 from service.database.models import JobRow, TileRow
@@ -42,41 +53,47 @@ def create(service: Service, admitted: Admitted, body: bytes) -> str:
     """Keep a job with all its steps, and return its id."""
     plan = admitted.plan
     job_id = secrets.token_hex(8)
-    steps = [
-        (pass_, tile)
-        for pass_ in plan.passes
-        for tile in tiling.tiles(plan, pass_, service.settings.tile_size)
-    ]
+    steps, course = _course(admitted, service.settings.tile_size)
     row = JobRow(
         id=job_id,
         name=admitted.request.scene.name,
         width=plan.width,
         height=plan.height,
         spec_sha256=hashlib.sha256(body).hexdigest(),
-        passes=[asdict(pass_) for pass_ in plan.passes],
+        passes=[asdict(pass_) for pass_ in dict.fromkeys(pass_ for pass_, _ in steps)],
         display=admitted.request.scene.display.model_dump(),
         layers=list(admitted.request.layers),
         plan=admitted.description.model_dump(mode="json"),
         warnings=[warning.model_dump() for warning in admitted.warnings],
         total_steps=len(steps),
-        total_work=sum(ledger.work(pass_, tile) for pass_, tile in steps),
         predicted_cpu_seconds=admitted.description.cost.cpu_seconds,
         numerics=plan.numerics,
         created_at=datetime.now(UTC),
+        **course,
     )
     service.store.put_spec(job_id, body)
     try:
         with service.database.writing() as session:
             session.add(row)
             session.flush()
-            rows = [ledger.new_step(row.number, pass_, tile) for pass_, tile in steps]
-            session.execute(insert(TileRow), rows)
+            session.execute(
+                insert(TileRow), [rows.new_step(row.number, pass_, tile) for pass_, tile in steps]
+            )
     except BaseException:
         service.store.drop_job(job_id)
         raise
     service.dispatcher.wake()
     log.info("job queued", job=job_id, width=plan.width, height=plan.height, steps=len(steps))
     return job_id
+
+
+def _course(admitted: Admitted, tile_size: int | None) -> tuple[list[targets.Step], dict[str, Any]]:
+    """The steps of a job, as far as they are known, and the columns that tell how it goes on."""
+    plan, target = admitted.plan, admitted.target
+    if target is not None:
+        return targets.begin(plan, target, tile_size, admitted.description.cost.camera_rays)
+    steps = [(pass_, tile) for pass_ in plan.passes for tile in tiling.tiles(plan, pass_, tile_size)]
+    return steps, {"total_work": sum(rows.work(pass_, tile) for pass_, tile in steps)}
 
 
 def find(session: Session, job_id: str) -> JobRow:
@@ -99,9 +116,9 @@ def page(service: Service, limit: int, cursor: int | None) -> JobList:
     if cursor is not None:
         query = query.where(JobRow.number < cursor)
     with service.database.reading() as session:
-        rows = session.scalars(query).all()
-        following = str(rows[limit - 1].number) if len(rows) > limit else None
-        return JobList(jobs=tuple(_document(session, row) for row in rows[:limit]), next=following)
+        found = session.scalars(query).all()
+        following = str(found[limit - 1].number) if len(found) > limit else None
+        return JobList(jobs=tuple(_document(session, row) for row in found[:limit]), next=following)
 
 
 def plan_of(service: Service, job_id: str) -> PlanDocument:
@@ -116,7 +133,7 @@ def cancel(service: Service, job_id: str) -> None:
         row = find(session, job_id)
         running = row.state is JobState.RUNNING
         if row.state is JobState.QUEUED:
-            ledger.end(row, JobState.CANCELLED)
+            rows.end(row, JobState.CANCELLED)
         row.cancel_requested = running
     if running:
         service.dispatcher.cancel(job_id)
@@ -173,12 +190,18 @@ def _standing(service: Service, job_id: str) -> Standing:
 
 def progress_of(row: JobRow) -> Progress:
     """Describe how far a job is."""
-    return Progress(done=row.done_steps, total=row.total_steps, share=row.done_work / row.total_work)
+    return Progress(done=row.done_steps, total=row.total_steps, share=rows.share(row))
 
 
 def failure_of(row: JobRow) -> Failure | None:
     """Describe why a job failed, if it did."""
     return Failure.model_validate(row.failure) if row.failure else None
+
+
+def _error_of(row: JobRow) -> ReachedError | None:
+    """Describe the error that a job of target quality has reached, once it is known."""
+    known = row.merges[-1]["error"] if row.merges else None
+    return ReachedError.model_validate(known) if known else None
 
 
 def _document(session: Session, row: JobRow) -> Job:
@@ -202,6 +225,7 @@ def _document(session: Session, row: JobRow) -> Job:
             work=Work.model_validate(row.work),
         ),
         numerics=_numerics(row),
+        error=_error_of(row),
         warnings=tuple(Problem.model_validate(warning) for warning in row.warnings),
         links=_links(row),
     )

@@ -20,6 +20,11 @@ def records(pass_: Pass, names: Sequence[str]) -> bool:
     return any(LAYERS[name].recorded_in(pass_) for name in names)
 
 
+def of_centres(name: str) -> bool:
+    """Whether a layer tells what the centres of pixels show, and not of their samples."""
+    return LAYERS[name].values is not None
+
+
 def composed(
     store: TileStore, job: str, size: tuple[int, int], names: Sequence[str], parts: Iterable[StoredTile]
 ) -> Layers:

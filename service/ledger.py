@@ -12,10 +12,10 @@ from datetime import UTC, datetime
 from sqlalchemy import bindparam, exists, literal_column, or_, select, update
 from sqlalchemy.orm import Session
 
-from schemas.jobs import Failure, JobState
-from schemas.tiles import Pass, Tile
+from schemas.jobs import JobState
+from service import rows, targets
 from service.database.models import DONE, RUNNING, WAITING, JobRow, TileRow
-from service.engines.tasks import ComposeDone, ComposeTask, TileDone, TileTask
+from service.engines.tasks import ComposeDone, ComposeTask, JobTask, SampleTask, TileDone, TileTask
 from service.store.tiles import StoredTile
 
 # Built once: making a statement takes longer than executing it, and these run for every tile.
@@ -50,19 +50,12 @@ def recover(session: Session) -> None:
     for job in session.scalars(select(JobRow).where(JobRow.state == JobState.RUNNING)):
         job.compose_attempt = 0
         if job.cancel_requested:
-            end(job, JobState.CANCELLED)
+            rows.end(job, JobState.CANCELLED)
 
 
 def job_of(session: Session, job_id: str) -> JobRow | None:
     """Find a job and keep others from changing it until the transaction ends."""
     return session.scalar(_JOB, {"id": job_id})
-
-
-def end(job: JobRow, state: JobState, failure: Failure | None = None) -> None:
-    """Give a job its final state."""
-    job.state = state
-    job.failure = failure.model_dump() if failure else None
-    job.finished_at = datetime.now(UTC)
 
 
 def tile_claims(session: Session, room: int) -> Iterator[TileTask]:
@@ -87,7 +80,11 @@ def _hand_out(job: JobRow, step: TileRow) -> TileTask:
         job.started_at = datetime.now(UTC)
     step.state = RUNNING
     step.attempt += 1
-    return TileTask(job.id, job.spec_sha256, tile_of(step), passes_of(job)[step.pass_index], step.attempt)
+    place = job.id, job.spec_sha256, rows.tile_of(step), rows.passes_of(job)[step.pass_index], step.attempt
+    if job.target_error is None:
+        return TileTask(*place)
+    end = targets.deadline(job) if job.merges else None
+    return SampleTask(*place, merged=targets.merged_by(job), until=end.timestamp() if end else None)
 
 
 def land(session: Session, job: JobRow, task: TileTask, done: TileDone) -> bool:
@@ -97,7 +94,9 @@ def land(session: Session, job: JobRow, task: TileTask, done: TileDone) -> bool:
         return False
     job.last_seq += 1
     job.done_steps += 1
-    job.done_work += work(task.pass_, task.tile)
+    job.done_work += (
+        done.counts["camera"] if isinstance(task, SampleTask) else rows.work(task.pass_, task.tile)
+    )
     job.cpu_seconds += done.cpu_seconds
     job.rays = _sum(job.rays, done.counts)
     job.work = _sum(job.work, done.work)
@@ -120,36 +119,42 @@ def take_back(session: Session, job: JobRow, task: TileTask, *, death: bool) -> 
     return step.deaths
 
 
-def compose_claims(session: Session, composing: Collection[str]) -> Iterator[ComposeTask]:
-    """Hand out the last step of the jobs whose tiles are all finished, except those in ``composing``."""
+def compose_claims(session: Session, composing: Collection[str]) -> Iterator[JobTask]:
+    """Hand out what puts tiles together, where all of a job are finished, except those in ``composing``."""
     for job in session.scalars(_RENDERED).all():
         if job.id not in composing:
             job.compose_attempt += 1
-            parts = tuple(sampled(session, job))
-            yield ComposeTask(job.id, job.width, job.height, parts, job.compose_attempt, tuple(job.layers))
+            yield _compose_task(session, job)
+
+
+def _compose_task(session: Session, job: JobRow) -> JobTask:
+    if job.target_error is not None:
+        return targets.advance_task(session, job)
+    parts = tuple(sampled(session, job))
+    return ComposeTask(job.id, job.width, job.height, parts, job.compose_attempt, tuple(job.layers))
 
 
 def complete(job: JobRow, done: ComposeDone) -> None:
     """Take note of a final picture."""
     job.image_sha256 = done.sha256
     job.numerics = job.numerics | done.numerics
-    end(job, JobState.SUCCEEDED)
+    rows.end(job, JobState.SUCCEEDED)
 
 
 def sampled(session: Session, job: JobRow, tiles: Collection[int] | None = None) -> Iterator[StoredTile]:
     """Iterate over the finished steps that have samples, tile by tile, each in the order of its passes."""
-    passes = passes_of(job)
+    passes = rows.passes_of(job)
     query = select(TileRow).where(TileRow.job == job.number, TileRow.state == DONE, TileRow.pass_index > 0)
     if tiles is not None:
         query = query.where(TileRow.tile.in_(tiles))
     for step in session.scalars(query.order_by(TileRow.tile, TileRow.pass_index)):
-        yield stored(step, passes)
+        yield rows.stored(step, passes)
 
 
 def coarse(session: Session, job: JobRow) -> StoredTile | None:
     """Return the coarse picture of a job, if it is finished."""
     step = session.get(TileRow, (job.number, 0, 0))
-    return stored(step, passes_of(job)) if step and step.state == DONE else None
+    return rows.stored(step, rows.passes_of(job)) if step and step.state == DONE else None
 
 
 def _handed_out(session: Session, job: JobRow, task: TileTask) -> TileRow | None:
@@ -157,39 +162,3 @@ def _handed_out(session: Session, job: JobRow, task: TileTask) -> TileRow | None
         return None
     step = session.get(TileRow, (job.number, task.pass_.index, task.tile.index))
     return step if step and step.state == RUNNING and step.attempt == task.attempt else None
-
-
-def work(pass_: Pass, tile: Tile) -> int:
-    """Camera samples of a step: the unit in which progress is measured."""
-    if pass_.stride > 1:
-        return -(-tile.width // pass_.stride) * -(-tile.height // pass_.stride)
-    return (pass_.last - pass_.first) * tile.width * tile.height
-
-
-def new_step(job: int, pass_: Pass, tile: Tile) -> dict[str, int | str]:
-    """Make the row of a step that waits."""
-    return {
-        "job": job,
-        "pass_index": pass_.index,
-        "tile": tile.index,
-        "x0": tile.x0,
-        "y0": tile.y0,
-        "x1": tile.x1,
-        "y1": tile.y1,
-    }
-
-
-def stored(step: TileRow, passes: list[Pass]) -> StoredTile:
-    """Say where the pixels of a finished step lie."""
-    assert step.crc32 is not None
-    return StoredTile(tile_of(step), passes[step.pass_index], step.attempt, step.crc32)
-
-
-def tile_of(step: TileRow) -> Tile:
-    """Give the tile of a step."""
-    return Tile(step.tile, step.x0, step.y0, step.x1, step.y1)
-
-
-def passes_of(job: JobRow) -> list[Pass]:
-    """Give the passes of a job."""
-    return [Pass(**fields) for fields in job.passes]

@@ -18,7 +18,7 @@ from renderer import film, image_files
 from schemas.display import Display
 from schemas.jobs import JobState
 from schemas.tiles import Tile
-from service import layers, ledger
+from service import layers, ledger, rows, target_pictures, targets
 from service.context import Service
 from service.database.models import JobRow
 from service.errors import PictureGoneError, PictureNotReadyError, UnknownLayerError
@@ -62,6 +62,8 @@ class _Finished:
     row: JobRow
     coarse: StoredTile | None
     parts: tuple[StoredTile, ...]
+    recorded: tuple[StoredTile, ...]
+    """The finished steps that may have recorded layers."""
 
 
 def etag_of(service: Service, job_id: str, wanted: Wanted) -> str | None:
@@ -98,9 +100,9 @@ def _picture(service: Service, job_id: str, wanted: Wanted) -> Picture:
         return Picture(_final(service.store, row, wanted), _etag(row, wanted), 1.0)
     if wanted.layer:
         return _layer_so_far(service.store, finished, wanted, wanted.layer)
-    pixels = _so_far(service.store, finished)
+    pixels = _so_far(service, finished)
     sheets = _layers_so_far(service.store, finished, row.layers if wanted.kind == "exr" else ())
-    return Picture(_encode(pixels, sheets, row, wanted), _etag(row, wanted), row.done_work / row.total_work)
+    return Picture(_encode(pixels, sheets, row, wanted), _etag(row, wanted), rows.share(row))
 
 
 def _find(session: Session, job_id: str, wanted: Wanted) -> JobRow:
@@ -115,10 +117,13 @@ def _finished(session: Session, row: JobRow) -> _Finished:
     if row.state in (JobState.FAILED, JobState.CANCELLED):
         raise PictureGoneError(f"There is no picture. The job ended as {row.state.value}.")
     if row.image_sha256 is not None:
-        return _Finished(row, None, ())
+        return _Finished(row, None, (), ())
     if row.last_seq == 0:
         raise PictureNotReadyError("Nothing of the picture is finished yet. Ask again in a moment.")
-    return _Finished(row, ledger.coarse(session, row), tuple(ledger.sampled(session, row)))
+    if row.target_error is not None:
+        return _Finished(row, None, tuple(targets.fresh(session, row)), tuple(targets.recorded(session, row)))
+    parts = tuple(ledger.sampled(session, row))
+    return _Finished(row, ledger.coarse(session, row), parts, parts)
 
 
 def _etag(row: JobRow, wanted: Wanted) -> str:
@@ -141,23 +146,27 @@ def _encode(pixels: Pixels, sheets: Layers, row: JobRow, wanted: Wanted) -> byte
 
 
 def _layer_so_far(store: TileStore, finished: _Finished, wanted: Wanted, name: str) -> Picture:
-    row, parts = finished.row, layers.recorded(finished.parts, (name,))
+    row, parts = finished.row, layers.recorded(finished.recorded, (name,))
+    if row.target_error is not None and not layers.of_centres(name):
+        raise PictureNotReadyError("With target quality this layer is there when the picture is finished.")
     if not parts:
         raise PictureNotReadyError("Nothing of the layer is finished yet. Ask again in a moment.")
     sheet = _layers_so_far(store, finished, (name,))[name]
-    passes = [pass_ for pass_ in ledger.passes_of(row) if layers.records(pass_, (name,))]
-    total = sum(ledger.work(pass_, Tile(0, 0, 0, row.width, row.height)) for pass_ in passes)
-    share = sum(ledger.work(part.pass_, part.tile) for part in parts) / total
+    passes = [pass_ for pass_ in rows.passes_of(row) if layers.records(pass_, (name,))]
+    total = sum(rows.work(pass_, Tile(0, 0, 0, row.width, row.height)) for pass_ in passes)
+    share = sum(rows.work(part.pass_, part.tile) for part in parts) / total
     return Picture(image_files.encode_layer(sheet), _etag(row, wanted), share)
 
 
 def _layers_so_far(store: TileStore, finished: _Finished, names: Sequence[str]) -> Layers:
     row = finished.row
-    return layers.composed(store, row.id, (row.height, row.width), names, finished.parts)
+    return layers.composed(store, row.id, (row.height, row.width), names, finished.recorded)
 
 
-def _so_far(store: TileStore, finished: _Finished) -> Pixels:
-    row = finished.row
+def _so_far(service: Service, finished: _Finished) -> Pixels:
+    row, store = finished.row, service.store
+    if row.target_error is not None:
+        return target_pictures.so_far(service, row, finished.parts)
     image = np.zeros((row.height, row.width, 3), np.float32)
     if finished.coarse is not None:
         stride = finished.coarse.pass_.stride

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
+from datetime import datetime
 
 from sqlalchemy.orm import Session
 
 from schemas.jobs import Failure, JobState
-from service import ledger
+from service import ledger, rows, targets
 from service.database.models import JobRow
 from service.engines.tasks import (
+    AdvanceDone,
+    AdvanceTask,
     ComposeDone,
     ComposeTask,
     JobTask,
@@ -54,6 +57,8 @@ class Round:
     """Jobs that have reached a final state, and which."""
     tasks: list[JobTask] = field(default_factory=list)
     """What to give to the engine."""
+    next_deadline: datetime | None = None
+    """When the time of some job will be spent, so that there is something to decide."""
     storage_full: bool = False
     """Whether a task found no room on the disk, so that there is no use in trying at once."""
 
@@ -64,10 +69,11 @@ class Round:
             if job is not None:
                 self._land(session, job, task, outcome)
         self._settle(session)
+        self.next_deadline = targets.expire(session)
         session.flush()
         if self.storage_full:
             return
-        composing = {task.job for task in self.flying if isinstance(task, ComposeTask)}
+        composing = {task.job for task in self.flying if isinstance(task, ComposeTask | AdvanceTask)}
         self.tasks += ledger.compose_claims(session, composing)
         self.tasks += ledger.tile_claims(session, max(0, self.room - len(self.tasks)))
         self.touched |= {task.job for task in self.tasks}
@@ -79,7 +85,7 @@ class Round:
         if isinstance(task, TileTask):
             self._land_tile(session, job, task, outcome)
         else:
-            self._land_picture(job, task, outcome)
+            self._land_picture(session, job, task, outcome)
         if job.state.final:
             self.ended[job.id] = job.state
 
@@ -95,10 +101,14 @@ class Round:
             case _:
                 ledger.take_back(session, job, task, death=False)
 
-    def _land_picture(self, job: JobRow, task: ComposeTask, outcome: Outcome) -> None:
+    def _land_picture(
+        self, session: Session, job: JobRow, task: ComposeTask | AdvanceTask, outcome: Outcome
+    ) -> None:
         match outcome:
             case ComposeDone() if not job.cancel_requested:
                 ledger.complete(job, outcome)
+            case AdvanceDone() if isinstance(task, AdvanceTask):
+                targets.merge(session, job, task, outcome)
             case TaskFailed(code=code) if code != "storage_full":
                 _fail(job, "storage_failed", "The picture could not be put together.", retryable=True)
             case WorkerDied() if task.attempt >= self.max_attempts:
@@ -110,14 +120,14 @@ class Round:
         for job_id in set(self.leaving) - busy:
             job = ledger.job_of(session, job_id)
             if job is not None and not job.state.final:
-                ledger.end(job, JobState.CANCELLED)
+                rows.end(job, JobState.CANCELLED)
             self.touched.add(job_id)
             self.ended[job_id] = job.state if job else JobState.CANCELLED
 
 
 def _fail(job: JobRow, code: str, message: str, *, retryable: bool) -> None:
     if not job.state.final and not job.cancel_requested:
-        ledger.end(job, JobState.FAILED, Failure(code=code, message=message, retryable=retryable))
+        rows.end(job, JobState.FAILED, Failure(code=code, message=message, retryable=retryable))
 
 
 def _died(attempts: int, task: TileTask) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
@@ -13,7 +14,7 @@ from renderer import image_files
 from schemas.batches import FLOAT32, RGB8, BatchHead, TileHead
 from schemas.display import Display
 from schemas.jobs import JobState, TileBatch, TileEvent
-from service import ledger
+from service import ledger, target_pictures, targets
 from service.context import Service
 from service.database.models import JobRow, TileRow
 from service.jobs import failure_of, find, progress_of
@@ -84,7 +85,7 @@ def _pixel_batch(service: Service, job_id: str, after: int, encoding: int) -> by
         news = _news(session, find(session, job_id), after, service.settings.max_events)
     tiles = [
         _parcel(event, pixels, Display.model_validate(news.row.display), encoding)
-        for event, pixels in _pixels(service.store, news)
+        for event, pixels in _pixels(service, news)
     ]
     head = BatchHead(
         encoding=encoding,
@@ -100,6 +101,8 @@ def _news(session: Session, row: JobRow, after: int, limit: int) -> _News:
     events = _batch(session, row, after, limit)
     if row.state.final:
         return _News(row, events, None, ())
+    if row.target_error is not None:
+        return _News(row, events, None, tuple(targets.fresh(session, row)))
     tiles = {event.tile for event in events.events if event.pass_index > 0}
     parts = tuple(ledger.sampled(session, row, tiles))
     # A preview that came late, its worker having died, must not be painted over better pixels.
@@ -107,14 +110,31 @@ def _news(session: Session, row: JobRow, after: int, limit: int) -> _News:
     return _News(row, events, ledger.coarse(session, row) if first else None, parts)
 
 
-def _pixels(store: TileStore, news: _News) -> list[tuple[TileEvent, Pixels]]:
+def _pixels(service: Service, news: _News) -> list[tuple[TileEvent, Pixels]]:
+    events, row = news.events.events, news.row
+    if row.state is JobState.SUCCEEDED:
+        image = np.load(service.store.file(row.id, "image.npy"), mmap_mode="r")
+        return [(event, image[event.y0 : event.y1, event.x0 : event.x1]) for event in _newest(row, events)]
+    if row.state.final:
+        return []
+    if row.target_error is not None:
+        return target_pictures.pixels(service, row, events, news.parts)
+    return _so_far(service.store, news)
+
+
+def _newest(row: JobRow, events: Sequence[TileEvent]) -> Sequence[TileEvent]:
+    """Of the events those over which no later one is painted, without a preview."""
+    if row.target_error is not None:
+        return target_pictures.painted(events)
+    newest = {event.tile: event for event in events if event.pass_index > 0}
+    return sorted(newest.values(), key=lambda event: event.seq)
+
+
+def _so_far(store: TileStore, news: _News) -> list[tuple[TileEvent, Pixels]]:
     newest = {event.tile: event for event in news.events.events if event.pass_index > 0}
     found: list[tuple[TileEvent, Pixels]] = []
     if news.coarse is not None:
         found.append((news.events.events[0], store.get_tile(news.row.id, news.coarse)))
-    if news.row.state is JobState.SUCCEEDED:
-        image = np.load(store.file(news.row.id, "image.npy"), mmap_mode="r")
-        found += [(event, image[event.y0 : event.y1, event.x0 : event.x1]) for event in newest.values()]
     for tile, group in groupby(news.parts, key=lambda part: part.tile.index):
         found.append((newest[tile], mean_of(store, news.row.id, list(group))))
     return sorted(found, key=lambda one: one[0].seq)

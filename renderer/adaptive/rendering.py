@@ -12,6 +12,7 @@ import numpy as np
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.levels import COUNTS, Levels
 from renderer.adaptive.samples import Samples, render_samples
+from renderer.arrays import Integers
 from renderer.errors import told
 from renderer.execute import WORK, render_layers
 from renderer.film import BRIGHTEST, non_finite
@@ -71,23 +72,13 @@ class _Course:
     def demands(self) -> list[Demand]:
         """The tiles of a pass in which something is wanted."""
         have, want = self.estimate.have, self.estimate.want
-        cuts = tiles(self.plan, self.number(), self.tile_size or self.side())
+        cuts = tiles(self.plan, self.number(), self.tile_size or side(self.estimate))
         parts = [(tile, np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]) for tile in cuts]
         return [
             Demand(tile, have[part].copy(), want[part].copy())
             for tile, part in parts
             if (want[part] > have[part]).any()
         ]
-
-    def side(self) -> int:
-        """Side of a tile that has about `RAYS` rays, if those of this pass are spread evenly; pixels."""
-        rays = int(
-            np.maximum(COUNTS[self.estimate.want] - COUNTS[self.estimate.have], 1).sum(
-                where=self.estimate.want > self.estimate.have
-            )
-        )
-        side = np.sqrt(self.plan.width * self.plan.height * RAYS / max(rays, 1))
-        return int(np.clip(side, *SIDES))
 
     def number(self) -> Pass:
         """The pass that runs."""
@@ -116,6 +107,19 @@ class _Course:
                 "error": None if error is None else error.document(),
             }
         )
+
+
+def side(estimate: Estimate) -> int:
+    """Side of a tile that has about `RAYS` rays, if those of the next pass are spread evenly; pixels."""
+    rays = int(rays_wanted(estimate).sum())
+    pixels = np.sqrt(estimate.plan.width * estimate.plan.height * RAYS / max(rays, 1))
+    return int(np.clip(pixels, *SIDES))
+
+
+def rays_wanted(estimate: Estimate) -> Integers:
+    """Camera rays that the next pass sends through each pixel, (H, W)."""
+    have, want = estimate.have, estimate.want
+    return (want > have) * np.maximum(COUNTS[want] - COUNTS[have], 1)
 
 
 def render_adaptively(

@@ -97,6 +97,8 @@ def _show(job: Job) -> None:
         output.result(f"{heading + ':':<11}{cell}")
     if job.queue_position is not None:
         output.result(f"{'queue:':<11}{job.queue_position} before it")
+    if job.error is not None:
+        output.result(f"{'error:':<11}{output.reached_error(**job.error.model_dump())}")
     if job.failure is not None:
         output.result(f"{'failure:':<11}{job.failure.message} ({job.failure.code})")
 

@@ -39,6 +39,15 @@ def harmless(text: str) -> str:
     return "".join(c if c.isprintable() else " " for c in text)
 
 
+def reached_error(*, estimate: float, low: float, high: float) -> str:
+    """The error of a picture, in words.
+
+    >>> reached_error(estimate=0.0033, low=0.0023, high=0.00406)
+    '0.0033 (0.0023 to 0.0041)'
+    """
+    return f"{estimate:.2g} ({low:.2g} to {high:.2g})"
+
+
 def on_terminal() -> bool:
     """Whether stdout is read by a person and not by a program."""
     return sys.stdout.isatty()

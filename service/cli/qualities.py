@@ -10,7 +10,7 @@ import typer
 from service.cli.errors import CommandError
 
 if TYPE_CHECKING:
-    from schemas.quality import FixedQuality
+    from schemas.quality import FixedQuality, TargetQuality
 
 Pattern = Literal["center", "uniform", "rotated", "random", "stratified", "sobol"]
 LightPattern = Literal["uniform", "random", "stratified", "sobol"]
@@ -35,6 +35,23 @@ PrecisionOption = Annotated[
     Precision | None,
     typer.Option("--precision", help="Of the work on pairs of point and light.", rich_help_panel=PANEL),
 ]
+TargetErrorOption = Annotated[
+    float | None,
+    typer.Option(
+        "--target-error",
+        help="Sample where it is needed until the picture's root mean square error is at most this; "
+        "a step of 8 bits is 0.0039.",
+        rich_help_panel=PANEL,
+    ),
+]
+TimeLimitOption = Annotated[
+    float | None,
+    typer.Option(
+        "--time-limit",
+        help="With --target-error: seconds after which the picture is taken as it is.",
+        rich_help_panel=PANEL,
+    ),
+]
 
 
 def quality(
@@ -45,7 +62,9 @@ def quality(
     light_samples: int | None,
     light_pattern: LightPattern | None,
     precision: Precision | None,
-) -> FixedQuality | None:
+    target_error: float | None = None,
+    time_limit: float | None = None,
+) -> FixedQuality | TargetQuality | None:
     """The quality that the options ask for, None where they ask for nothing.
 
     Parameters
@@ -58,13 +77,49 @@ def quality(
     CommandError
         The options contradict each other.
     """
+    fixed = {
+        "--samples": samples,
+        "--pattern": pattern,
+        "--light-samples": light_samples,
+        "--light-pattern": light_pattern,
+    }
+    if target_error is not None:
+        _check_alone(fixed)
+        return _target({"error": target_error, "time_limit": time_limit, "precision": precision})
+    if time_limit is not None:
+        raise CommandError("--time-limit ends a picture of target quality. Give --target-error too.")
+    return _fixed(scene, fixed, precision)
+
+
+def _check_alone(fixed: Mapping[str, object]) -> None:
+    given = [option for option, value in fixed.items() if value is not None]
+    if given:
+        message = "--target-error decides about samples by itself. Leave out " + " and ".join(given) + "."
+        raise CommandError(message)
+
+
+def _target(asked: Mapping[str, object]) -> TargetQuality:
+    from pydantic import ValidationError
+
+    from schemas.quality import TargetQuality
+
+    members = {name: value for name, value in asked.items() if value is not None}
+    try:
+        return TargetQuality.model_validate({"mode": "target"} | members)
+    except ValidationError as error:
+        raise CommandError(" ".join(_option(item) for item in error.errors(include_url=False))) from error
+
+
+def _fixed(
+    scene: Mapping[str, Any], given: Mapping[str, Any], precision: Precision | None
+) -> FixedQuality | None:
     from pydantic import ValidationError
 
     from schemas.quality import FixedQuality
 
     asked = {
-        "antialiasing": _merged(scene, "antialiasing", samples, pattern),
-        "light": _merged(scene, "light", light_samples, light_pattern),
+        "antialiasing": _merged(scene, "antialiasing", given["--samples"], given["--pattern"]),
+        "light": _merged(scene, "light", given["--light-samples"], given["--light-pattern"]),
         "precision": precision,
     }
     members = {name: value for name, value in asked.items() if value is not None}
@@ -93,4 +148,5 @@ def _merged(
 def _option(item: Mapping[str, Any]) -> str:
     part, *rest = [str(step) for step in item["loc"]]
     names = {"antialiasing": "--", "light": "--light-"}
-    return f"{names.get(part, '--')}{rest[0] if rest else part}: {item['msg'].rstrip('.')}."
+    alone = {"error": "target-error", "time_limit": "time-limit"}
+    return f"{names.get(part, '--')}{rest[0] if rest else alone.get(part, part)}: {item['msg'].rstrip('.')}."

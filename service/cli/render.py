@@ -37,6 +37,8 @@ def render(  # noqa: PLR0913 - one argument for each option
     light_samples: qualities.LightSamplesOption = None,
     light_pattern: qualities.LightPatternOption = None,
     precision: qualities.PrecisionOption = None,
+    target_error: qualities.TargetErrorOption = None,
+    time_limit: qualities.TimeLimitOption = None,
     layers: layer_files.LayersOption = None,
     seed: scene_files.SeedOption = None,
     workers: WorkersOption = None,
@@ -54,6 +56,8 @@ def render(  # noqa: PLR0913 - one argument for each option
         light_samples=light_samples,
         light_pattern=light_pattern,
         precision=precision,
+        target_error=target_error,
+        time_limit=time_limit,
     )
     result = _run(file.plan(quality, names), workers, tile)
     _save(file.scene, result, out)
@@ -68,10 +72,14 @@ def _run(plan: RenderPlan, workers: int | None, tile: int | None) -> RenderResul
     from renderer import render as render_plan
 
     processes = workers or len(os.sched_getaffinity(0))
+    share = 0.0
     with progress_bar("rendering") as bar:
 
         def show(event: TileEvent) -> None:
-            bar.show(event.done / event.total, f"tile {event.done} of {event.total}")
+            nonlocal share
+            # With target quality the total grows; the bar does not go back.
+            share = max(share, event.done / event.total)
+            bar.show(share, f"tile {event.done} of {event.total}")
 
         # Without somebody who looks there is no preview to render.
         on_tile = show if bar.visible else None
@@ -105,4 +113,5 @@ def _save(scene: LoadedScene, result: RenderResult, out: Path) -> None:
 def _cost(result: RenderResult) -> str:
     report = result.report
     rays = sum(report["rays"].values())
-    return f"{report['seconds']:.2f} s, {report['cpu_seconds']:.2f} CPU s, {rays:,} rays"
+    error = f", error {output.reached_error(**report['error'])}" if report["error"] else ""
+    return f"{report['seconds']:.2f} s, {report['cpu_seconds']:.2f} CPU s, {rays:,} rays{error}"

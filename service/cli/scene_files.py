@@ -17,7 +17,7 @@ from service.cli.errors import InputError, UnusableSceneError
 if TYPE_CHECKING:
     from renderer import LoadedScene, RenderPlan
     from schemas.problems import Problem
-    from schemas.quality import FixedQuality
+    from schemas.quality import Quality
 
 STDIN = "-"
 
@@ -58,7 +58,7 @@ class SceneFile:
     text: bytes
     scene: LoadedScene
 
-    def plan(self, quality: FixedQuality | None = None, layers: Sequence[str] = ()) -> RenderPlan:
+    def plan(self, quality: Quality | None = None, layers: Sequence[str] = ()) -> RenderPlan:
         """What runs for this scene.
 
         Raises

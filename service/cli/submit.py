@@ -45,6 +45,8 @@ def submit(  # noqa: PLR0913 - one argument for each option
     light_samples: qualities.LightSamplesOption = None,
     light_pattern: qualities.LightPatternOption = None,
     precision: qualities.PrecisionOption = None,
+    target_error: qualities.TargetErrorOption = None,
+    time_limit: qualities.TimeLimitOption = None,
     layers: layer_files.LayersOption = None,
     server: ServerOption = DEFAULT_SERVER,
     as_json: output.JsonOption = False,
@@ -63,6 +65,8 @@ def submit(  # noqa: PLR0913 - one argument for each option
         "light_samples": light_samples,
         "light_pattern": light_pattern,
         "precision": precision,
+        "target_error": target_error,
+        "time_limit": time_limit,
     }
     with connect(server, patience=LONG_PATIENCE if stays else SHORT_PATIENCE) as client:
         job = send(client, scene, options, names)

@@ -115,4 +115,5 @@ def _cost(job: Job) -> str:
     seconds = ""
     if job.started_at is not None and job.finished_at is not None:
         seconds = f"{(job.finished_at - job.started_at).total_seconds():.2f} s, "
-    return f"{seconds}{job.cost.cpu_seconds:.2f} CPU s{_rays(job)}"
+    error = f", error {output.reached_error(**job.error.model_dump())}" if job.error else ""
+    return f"{seconds}{job.cost.cpu_seconds:.2f} CPU s{_rays(job)}{error}"

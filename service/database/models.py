@@ -61,7 +61,11 @@ def _one_of(column: str, values: list[str]) -> str:
 
 
 class JobRow(Base):
-    """A job. ``number`` orders jobs by arrival; ``id`` is the name that the outside knows."""
+    """A job. ``number`` orders jobs by arrival; ``id`` is the name that the outside knows.
+
+    One with a ``target_error`` gets its passes one after another: ``merges`` has an entry for each pass whose
+    tiles are merged into the picture, the work before it being ``counted_work`` and ``counted_share`` of all.
+    """
 
     __tablename__ = "jobs"
     __table_args__ = (
@@ -97,6 +101,13 @@ class JobRow(Base):
     rays: Mapped[dict[str, int]] = mapped_column(JSON, default=dict)
     work: Mapped[dict[str, int]] = mapped_column(JSON, default=dict, server_default="{}")
     numerics: Mapped[dict[str, int]] = mapped_column(JSON, default=dict, server_default="{}")
+
+    target_error: Mapped[float | None] = mapped_column(Float)
+    time_limit: Mapped[float | None] = mapped_column(Float)
+    tile_size: Mapped[int | None] = mapped_column(Integer)
+    merges: Mapped[list[dict[str, Any]]] = mapped_column(JSON, default=list, server_default="[]")
+    counted_share: Mapped[float] = mapped_column(Float, default=0.0, server_default="0")
+    counted_work: Mapped[int] = mapped_column(Integer, default=0, server_default="0")
 
     image_sha256: Mapped[str | None] = mapped_column(String(64))
     failure: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))

@@ -26,6 +26,38 @@ class TileTask:
 
 
 @dataclass(frozen=True, eq=False)
+class SampleTask(TileTask):
+    """Bring the pixels of a tile to the levels that a pass wants, and keep the samples in the store.
+
+    ``merged`` is the attempt that has merged the pass before and said what this one wants; 0 where there
+    was none. A task that has not begun ``until`` then, seconds since the epoch, does not begin any more.
+    """
+
+    merged: int
+    until: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class AdvanceTask:
+    """Merge the tiles of a pass into a picture of target quality, and decide what the next pass wants.
+
+    ``merged`` is as in `SampleTask`, ``recorded`` are the tiles that have recorded ``layers``. ``last`` says
+    that no pass follows, whatever the error is: then not all tiles of the pass need be there.
+    """
+
+    job: str
+    spec_sha256: str
+    pass_: Pass
+    parts: tuple[StoredTile, ...]
+    merged: int
+    tile_size: int | None
+    last: bool
+    attempt: int
+    layers: tuple[str, ...]
+    recorded: tuple[StoredTile, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class ComposeTask:
     """Make the final picture of a job, and its layers, from its tiles."""
 
@@ -46,7 +78,7 @@ class TraceTask:
     directions: NDArray[np.float64]
 
 
-JobTask = TileTask | ComposeTask
+JobTask = TileTask | AdvanceTask | ComposeTask
 Task = JobTask | TraceTask
 
 
@@ -58,6 +90,24 @@ class TileDone:
     counts: dict[str, int]
     cpu_seconds: float
     work: dict[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class AdvanceDone:
+    """A pass is merged: picture, state and demand lie in the store.
+
+    ``tiles`` are the numbers of those in which the next pass has ``samples`` to take, if they have sides of
+    ``tile_size`` pixels. Where none follows, the final picture lies in the store, and ``sha256`` is that of
+    its file; ``numerics`` are as in `ComposeDone`. ``error`` is the estimate with its interval, once known.
+    """
+
+    tile_size: int
+    tiles: tuple[int, ...]
+    samples: int
+    error: dict[str, float] | None
+    numerics: dict[str, int]
+    cpu_seconds: float
+    sha256: str | None
 
 
 @dataclass(frozen=True)
@@ -96,7 +146,7 @@ class Interrupted:
     """The task was taken from its worker, or never began; nothing is known against it."""
 
 
-Outcome = TileDone | ComposeDone | TraceDone | TaskFailed | WorkerDied | Interrupted
+Outcome = TileDone | AdvanceDone | ComposeDone | TraceDone | TaskFailed | WorkerDied | Interrupted
 
 
 class Report(Protocol):

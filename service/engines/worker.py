@@ -21,10 +21,15 @@ import structlog
 import renderer
 from renderer import film, image_files
 from service import layers
+from service.engines.passes import PassWorker
 from service.engines.tasks import (
+    AdvanceDone,
+    AdvanceTask,
     ComposeDone,
     ComposeTask,
+    Interrupted,
     Outcome,
+    SampleTask,
     Task,
     TaskFailed,
     TileDone,
@@ -35,6 +40,7 @@ from service.engines.tasks import (
 from service.errors import StoreFullError
 from service.specs import compile_spec
 from service.store.assets import AssetStore
+from service.store.passes import PassStore
 from service.store.tiles import FileTileStore, Layers
 
 PR_SET_PDEATHSIG = 1
@@ -60,6 +66,7 @@ class Worker:
     def __init__(self, setup: WorkerSetup) -> None:
         self._store = FileTileStore(setup.jobs)
         self._assets = AssetStore(setup.assets, setup.max_asset_pixels)
+        self._passes = PassWorker(self._store, PassStore(setup.jobs))
         self._plans: OrderedDict[str, renderer.RenderPlan] = OrderedDict()
 
     @singledispatchmethod
@@ -74,6 +81,14 @@ class Worker:
             self._store.put_layers(task.job, task.tile, task.pass_, task.attempt, result.layers)
         crc32 = self._store.put_tile(task.job, task.tile, task.pass_, task.attempt, result.pixels)
         return TileDone(crc32, result.counts, result.cpu_seconds, result.work)
+
+    @execute.register
+    def _(self, task: SampleTask) -> TileDone | Interrupted:
+        return self._passes.sample(self._plan(task), task)
+
+    @execute.register
+    def _(self, task: AdvanceTask) -> AdvanceDone:
+        return self._passes.advance(self._plan(task), task)
 
     @execute.register
     def _(self, task: ComposeTask) -> ComposeDone:
@@ -102,7 +117,7 @@ class Worker:
     def _layers(self, task: ComposeTask) -> Layers:
         return layers.composed(self._store, task.job, (task.height, task.width), task.layers, task.parts)
 
-    def _plan(self, task: TileTask) -> renderer.RenderPlan:
+    def _plan(self, task: TileTask | AdvanceTask) -> renderer.RenderPlan:
         plan = self._plans.pop(task.spec_sha256, None)
         if plan is None:
             plan = compile_spec(self._store.get_spec(task.job), self._assets)

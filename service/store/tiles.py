@@ -21,6 +21,7 @@ from service.errors import StoreDamagedError, StoreFullError
 
 Pixels = NDArray[np.float32]
 Layers = dict[str, NDArray[Any]]
+LAYERS_SUFFIX = ".npz"
 
 
 @dataclass(frozen=True)
@@ -157,7 +158,7 @@ class FileTileStore:
 
     def _layers(self, job: str, tile: Tile, pass_: Pass, attempt: int) -> Path:
         path = self._tile(job, tile, pass_, attempt)
-        return path.with_name(f"{path.name}.npz")
+        return path.with_name(f"{path.name}{LAYERS_SUFFIX}")
 
 
 def _shape(tile: Tile, pass_: Pass) -> tuple[int, int, int]:

@@ -140,3 +140,14 @@ def test_an_unknown_job_is_an_error_of_the_server(penumbra: Penumbra, server: Se
         outcome = penumbra(*words)
         assert outcome.code == 4
         assert outcome.err.startswith("error: ")
+
+
+def test_a_picture_of_target_quality_is_the_same_here_and_there(
+    penumbra: Penumbra, scene_file: Path, tmp_path: Path
+) -> None:
+    words = ["--target-error", 0.05]
+    here = penumbra("render", scene_file, "-o", "here.npy", "--json", *words)
+    sent = penumbra("submit", scene_file, "-o", "sent.npy", "--json", *words)
+    assert (here.code, sent.code) == (0, 0)
+    assert sent.document["error"] == here.document["error"]
+    assert (tmp_path / "sent.npy").read_bytes() == (tmp_path / "here.npy").read_bytes()

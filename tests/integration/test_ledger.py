@@ -12,7 +12,7 @@ from sqlalchemy import select
 
 from renderer import tiling
 from schemas.jobs import JobState
-from service import ledger
+from service import ledger, rows
 from service.database.connection import Database
 from service.database.migrations import upgrade
 from service.database.models import JobRow, TileRow
@@ -69,7 +69,7 @@ class Table:
         with self.database.writing() as session:
             session.add(row)
             session.flush()
-            session.add_all(TileRow(**ledger.new_step(row.number, pass_, tile)) for pass_, tile in steps)
+            session.add_all(TileRow(**rows.new_step(row.number, pass_, tile)) for pass_, tile in steps)
 
     def round(self, *reports: tuple[JobTask, Outcome], room: int = 0, leaving: Sequence[str] = ()) -> Round:
         self.flying = [task for task in self.flying if task not in {done for done, _ in reports}]

@@ -73,7 +73,7 @@ def test_a_scene_inside_a_request_has_pointers_into_the_request(scene: dict[str,
         ("/scene/camera/up", "zero_vector", None),
         ("/scene/materials/plain/ambiant", "unknown_field", "ambient"),
         ("/scene/shapes/4/material", "unknown_material", None),
-        ("/quality/mode", "not_a_choice", "fixed"),
+        ("/quality/mode", "unknown_mode", "fixed"),
     }
 
 

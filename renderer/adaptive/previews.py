@@ -1,0 +1,56 @@
+"""What a tile looks like in the middle of a pass, before the whole picture is decided about."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.adaptive.levels import COUNTS, LOOKED, Levels
+from renderer.adaptive.samples import Samples
+from renderer.arrays import Masks
+from renderer.film import Image
+from schemas.tiles import Tile
+
+
+def preview(tile: Tile, samples: Samples, have: Levels, want: Levels, before: Image) -> Image:
+    """The pixels of a tile with what a pass has found there.
+
+    First looks fill the squares of their lattice, samples join those that a pixel shows.
+
+    Parameters
+    ----------
+    tile : Tile
+    samples : Samples
+        Of `render_samples` with the same levels.
+    have, want : (h, w) uint8
+    before : (h, w, 3) float32
+        The tile as it looked before the pass.
+
+    Returns
+    -------
+    (h, w, 3) float32
+    """
+    image = before.copy()
+    looked = (want == LOOKED) & (have < want)
+    if looked.any():
+        _fill(image, tile, looked, samples.looks)
+    more = (want > LOOKED) & (have < want)
+    first, last = COUNTS[have[more]], COUNTS[want[more]]
+    share = ((last - first) / last)[:, None]
+    image[more] += share * (samples.halves.mean(axis=0).T - image[more])
+    return image
+
+
+def _fill(image: Image, tile: Tile, looked: Masks, looks: NDArray[np.float32]) -> None:
+    """Paint first looks (3, n) over the squares that begin at their pixels."""
+    rows, columns = np.nonzero(looked)
+    # New nodes of a lattice are odd multiples of its stride along one axis at least.
+    places = np.concatenate((rows + tile.y0, columns + tile.x0))
+    stride = int(np.gcd.reduce(places)) or max(tile.width, tile.height)
+    nodes = np.s_[-tile.y0 % stride :: stride, -tile.x0 % stride :: stride]
+    colors = np.zeros((*looked.shape, 3), dtype=np.float32)
+    colors[looked] = looks.T
+    part = image[-tile.y0 % stride :, -tile.x0 % stride :]
+    inside = np.s_[: part.shape[0], : part.shape[1]]
+    known = looked[nodes].repeat(stride, axis=0).repeat(stride, axis=1)[inside]
+    np.copyto(
+        part, colors[nodes].repeat(stride, axis=0).repeat(stride, axis=1)[inside], where=known[:, :, None]
+    )

@@ -1,0 +1,135 @@
+"""What a worker does for pictures of target quality: sample the tiles of a pass, and merge them."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from renderer import RenderPlan, film, image_files
+from renderer.adaptive import Estimate, Samples, render_samples
+from renderer.adaptive.levels import Levels
+from renderer.adaptive.previews import preview
+from renderer.adaptive.rendering import rays_wanted, side
+from renderer.execute import WORK, render_layers
+from service import layers, targets
+from service.engines.tasks import AdvanceDone, AdvanceTask, Interrupted, SampleTask, TileDone
+from service.store.passes import PassStore
+from service.store.tiles import Pixels, TileStore
+
+
+@dataclass(frozen=True)
+class PassWorker:
+    """Executes tasks of jobs of target quality; all that it knows of a job lies in the store."""
+
+    store: TileStore
+    passes: PassStore
+
+    def sample(self, plan: RenderPlan, task: SampleTask) -> TileDone | Interrupted:
+        """Render what the pass wants in a tile, unless the job's time is spent."""
+        if task.until is not None and time.time() >= task.until:
+            return Interrupted()
+        begun = time.process_time()
+        have, want, before = self._demand(plan, task)
+        samples = render_samples(plan, task.tile, have, want)
+        kept = {name: value for name, value in _members(samples) if isinstance(value, np.ndarray)}
+        self.passes.put_samples(task.job, task.pass_.index, task.tile, task.attempt, kept)
+        pixels = preview(task.tile, samples, have, want, before)
+        counts = samples.counts | self._record_layers(plan, task)
+        crc32 = self.store.put_tile(task.job, task.tile, task.pass_, task.attempt, pixels)
+        work = {name: counts.pop(name, 0) + samples.work[name] for name in WORK}
+        return TileDone(crc32, counts, time.process_time() - begun, work)
+
+    def _record_layers(self, plan: RenderPlan, task: SampleTask) -> dict[str, int]:
+        """Keep what the centres of pixels show, in the first pass alone, and count what that takes."""
+        if not plan.layers or task.merged:
+            return {}
+        records, counts = render_layers(plan, task.tile)
+        kept = {name: record for name, record in records.items() if layers.of_centres(name)}
+        self.store.put_layers(task.job, task.tile, task.pass_, task.attempt, kept)
+        return counts
+
+    def _demand(self, plan: RenderPlan, task: SampleTask) -> tuple[Levels, Levels, Pixels]:
+        """Levels that the pixels of a tile have and that are wanted, and the tile as it looks."""
+        part = np.s_[task.tile.y0 : task.tile.y1, task.tile.x0 : task.tile.x1]
+        if not task.merged:
+            estimate = Estimate.begin(plan)
+            black = np.zeros((task.tile.height, task.tile.width, 3), np.float32)
+            return estimate.have[part], estimate.want[part], black
+        before = task.job, task.pass_.index - 1, task.merged
+        have, want = np.array(self.passes.get_demand(*before)[:, *part])
+        return have, want, np.array(self.passes.get_picture(*before)[part])
+
+    def advance(self, plan: RenderPlan, task: AdvanceTask) -> AdvanceDone:
+        """Merge a pass, and leave for the next one what it needs, or the final picture."""
+        begun = time.process_time()
+        estimate = self._state(plan, task)
+        goes_on = not task.last and _advanced(estimate)
+        error = estimate.settle() if task.last else estimate.error
+        image, sha256 = estimate.image(), None
+        size = task.tile_size or side(estimate)
+        if goes_on:
+            self._keep(estimate, task, image)
+        else:
+            sha256 = self._keep_final(estimate, task, image)
+        self.passes.drop_before(task.job, task.pass_.index - 1)
+        return AdvanceDone(
+            tile_size=size,
+            tiles=_tiles(estimate, size) if goes_on else (),
+            samples=int(rays_wanted(estimate).sum()) if goes_on else 0,
+            error=error.document() if error else None,
+            numerics={"non_finite": film.non_finite(image), "clamped": film.clamped([(task.pass_, image)])},
+            cpu_seconds=time.process_time() - begun,
+            sha256=sha256,
+        )
+
+    def _state(self, plan: RenderPlan, task: AdvanceTask) -> Estimate:
+        if not task.merged:
+            estimate = Estimate.begin(plan)
+        else:
+            arrays = self.passes.get_state(task.job, task.pass_.index - 1, task.merged)
+            estimate = Estimate.restored(plan, arrays)
+        for part in task.parts:
+            arrays = self.passes.get_samples(task.job, task.pass_.index, part.tile, part.attempt)
+            estimate.take(part.tile, Samples(**arrays, counts={}, work={}, cpu_seconds=0.0))
+        return estimate
+
+    def _keep(self, estimate: Estimate, task: AdvanceTask, picture: Pixels) -> None:
+        place = task.job, task.pass_.index, task.attempt
+        self.passes.put_state(*place, estimate.arrays())
+        self.passes.put_demand(*place, np.stack((estimate.have, estimate.want)))
+        self.passes.put_picture(*place, picture)
+
+    def _keep_final(self, estimate: Estimate, task: AdvanceTask, picture: Pixels) -> str:
+        size = picture.shape[0], picture.shape[1]
+        sheets = layers.composed(self.store, task.job, size, task.layers, task.recorded)
+        for name, sheet in (sheets | estimate.layers(task.layers)).items():
+            self.store.put_file(task.job, layers.file_name(name), image_files.encode_layer(sheet))
+        data = image_files.encode_npy(picture)
+        self.store.put_file(task.job, "image.npy", data)
+        return hashlib.sha256(data).hexdigest()
+
+
+def _advanced(estimate: Estimate) -> bool:
+    """Decide about the next pass that has something to do; False where the picture is done."""
+    goes_on = estimate.advance()
+    while goes_on and not rays_wanted(estimate).any():
+        goes_on = estimate.advance()
+    return goes_on
+
+
+def _members(samples: Samples) -> Iterator[tuple[str, object]]:
+    return ((item.name, getattr(samples, item.name)) for item in fields(samples))
+
+
+def _tiles(estimate: Estimate, tile_size: int) -> tuple[int, ...]:
+    """Give the numbers of the tiles in which the next pass has something to do."""
+    more = estimate.want > estimate.have
+    return tuple(
+        tile.index
+        for tile in targets.tiles(estimate.plan, tile_size)
+        if more[tile.y0 : tile.y1, tile.x0 : tile.x1].any()
+    )

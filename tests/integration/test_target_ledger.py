@@ -1,0 +1,234 @@
+"""What the dispatcher decides about jobs of target quality. Real database, no engine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+from sqlalchemy import select
+
+from schemas.jobs import JobState
+from service import ledger, rows, targets
+from service.database.connection import Database
+from service.database.migrations import upgrade
+from service.database.models import JobRow, TileRow
+from service.engines.tasks import (
+    AdvanceDone,
+    AdvanceTask,
+    Interrupted,
+    JobTask,
+    Outcome,
+    SampleTask,
+    TileDone,
+    WorkerDied,
+)
+from service.rounds import Round
+
+DONE = TileDone(crc32=1, counts={"camera": 10}, cpu_seconds=0.5)
+ERROR = {"estimate": 0.02, "low": 0.01, "high": 0.03}
+MAX_ATTEMPTS = 3
+
+
+def advanced(*tiles: int, samples: int = 10, final: bool = False) -> AdvanceDone:
+    """A merged pass of a picture whose tiles have sides of 32 pixels."""
+    return AdvanceDone(
+        tile_size=32,
+        tiles=tiles,
+        samples=samples,
+        error=ERROR,
+        numerics={"non_finite": 0},
+        cpu_seconds=0.25,
+        sha256="ab" if final else None,
+    )
+
+
+class Table:
+    """One job of 64 x 64 pixels in a database: four tiles in the first pass, of which more follow."""
+
+    def __init__(self, database: Database) -> None:
+        self.database = database
+        self.flying: list[JobTask] = []
+
+    def add(self, time_limit: float | None = None) -> None:
+        row = JobRow(
+            id="a",
+            width=64,
+            height=64,
+            spec_sha256="",
+            passes=[asdict(targets.pass_of(0))],
+            display={},
+            plan={},
+            warnings=[],
+            total_steps=4,
+            total_work=100,
+            target_error=0.01,
+            time_limit=time_limit,
+            tile_size=32,
+            predicted_cpu_seconds=1.0,
+            created_at=datetime.now(UTC),
+        )
+        with self.database.writing() as session:
+            session.add(row)
+            session.flush()
+            tiles = targets.tiles(row, 32)
+            session.add_all(TileRow(**rows.new_step(row.number, targets.pass_of(0), tile)) for tile in tiles)
+
+    def round(self, *reports: tuple[JobTask, Outcome], room: int = 8) -> list[JobTask]:
+        self.flying = [task for task in self.flying if task not in {done for done, _ in reports}]
+        result = Round(reports, self.flying, [], room, MAX_ATTEMPTS)
+        with self.database.writing() as session:
+            result.decide(session)
+        self.flying += result.tasks
+        return result.tasks
+
+    def merging(self) -> AdvanceTask:
+        """Finish the tiles of a pass."""
+        (task,) = self.round(*((task, DONE) for task in self.round()))
+        assert isinstance(task, AdvanceTask)
+        return task
+
+    @property
+    def job(self) -> JobRow:
+        with self.database.reading() as session:
+            return session.scalars(select(JobRow)).one()
+
+    def spend(self, seconds: float) -> None:
+        """Have the job begun so long ago."""
+        with self.database.writing() as session:
+            job = session.scalars(select(JobRow)).one()
+            job.started_at = datetime.now(UTC) - timedelta(seconds=seconds)
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> Iterator[Table]:
+    database = Database(f"sqlite:///{tmp_path / 'test.sqlite'}")
+    upgrade(database)
+    yield Table(database)
+    database.close()
+
+
+def test_a_pass_is_merged_when_all_its_tiles_are_finished(table: Table) -> None:
+    table.add()
+    first, *others = table.round()
+    assert [task.tile.index for task in (first, *others)] == [1, 2, 3, 4]  # type: ignore[union-attr]
+    assert table.round(*((task, DONE) for task in others)) == []
+    (task,) = table.round((first, DONE))
+    assert isinstance(task, AdvanceTask)
+    assert [part.tile.index for part in task.parts] == [1, 2, 3, 4]
+    assert (task.merged, task.last) == (0, False)
+
+
+def test_the_next_pass_has_the_tiles_that_were_decided_on(table: Table) -> None:
+    table.add()
+    tasks = table.round((table.merging(), advanced(2, 3)))
+    assert all(isinstance(task, SampleTask) for task in tasks)
+    assert [(task.pass_.index, task.tile.index, task.merged) for task in tasks] == [(1, 2, 1), (1, 3, 1)]  # type: ignore[union-attr]
+    job = table.job
+    assert (job.done_steps, job.total_steps, job.last_seq) == (5, 7, 5)
+    assert job.merges[0]["error"] == ERROR
+    assert (job.merges[0]["tiles"], job.merges[0]["rays"]) == (4, {"camera": 40})
+    assert job.merges[0]["cpu_seconds"] == 4 * 0.5 + 0.25
+
+
+def test_each_pass_is_told_with_what_it_took_by_itself(table: Table) -> None:
+    table.add()
+    table.round((table.merging(), advanced(2, 3)), room=0)
+    table.round((table.merging(), advanced(1)), room=0)
+    assert [past["rays"] for past in table.job.merges] == [{"camera": 40}, {"camera": 20}]
+    assert [past["cpu_seconds"] for past in table.job.merges] == [2.25, 1.25]
+
+
+def test_the_last_pass_ends_the_job(table: Table) -> None:
+    table.add()
+    assert table.round((table.merging(), advanced(final=True))) == []
+    job = table.job
+    assert (job.state, job.image_sha256) == (JobState.SUCCEEDED, "ab")
+    assert rows.share(job) == 1.0
+    assert job.done_steps == job.total_steps == job.last_seq
+
+
+def test_a_share_stays_where_it_is_when_a_pass_is_added(table: Table) -> None:
+    table.add()
+    task = table.merging()
+    before = rows.share(table.job)
+    # Forty of a hundred samples are taken; a thousand more are asked for.
+    assert before == 0.4
+    table.round((task, advanced(1, 2, samples=1000)), room=0)
+    assert rows.share(table.job) == before
+    table.merging()
+    # The pass is taken for half of what is left: 20 of its 1000 samples are 20 of 2000.
+    assert rows.share(table.job) == pytest.approx(0.4 + 0.6 * 20 / 2000, rel=1e-12)
+
+
+def test_merging_is_tried_again_after_a_death_and_a_stale_attempt_does_not_count(table: Table) -> None:
+    table.add()
+    first = table.merging()
+    (second,) = table.round((first, WorkerDied()))
+    assert isinstance(second, AdvanceTask)
+    assert (second.pass_, second.parts, second.attempt) == (first.pass_, first.parts, 2)
+    table.round((first, advanced(1, 2, 3)), room=0)
+    assert table.job.merges == []
+    table.round((second, advanced(2)), room=0)
+    assert [past["attempt"] for past in table.job.merges] == [2]
+
+
+def test_merging_may_cost_three_workers_and_no_more(table: Table) -> None:
+    table.add()
+    task = table.merging()
+    for _ in range(MAX_ATTEMPTS - 1):
+        (task,) = table.round((task, WorkerDied()))
+    assert table.round((task, WorkerDied())) == []
+    assert table.job.state is JobState.FAILED
+
+
+def test_after_a_restart_a_pass_is_merged_again_and_no_tile_rendered(table: Table) -> None:
+    table.add()
+    before = table.merging()
+    table.flying = []
+    with table.database.writing() as session:
+        ledger.recover(session)
+    (task,) = table.round()
+    assert isinstance(task, AdvanceTask)
+    assert task.parts == before.parts
+
+
+def test_when_the_time_is_spent_no_tile_begins_and_the_finished_ones_are_merged(table: Table) -> None:
+    table.add(time_limit=10)
+    table.round((table.merging(), advanced(1, 2, 3, 4)), room=0)
+    running, unstarted = table.round(room=2)
+    table.spend(11)
+    # One runs, one had not begun when its turn came.
+    (task,) = table.round((running, DONE), (unstarted, Interrupted()))
+    assert isinstance(task, AdvanceTask)
+    assert task.last
+    assert [part.tile.index for part in task.parts] == [1]
+    table.round((task, advanced(final=True)))
+    job = table.job
+    assert job.state is JobState.SUCCEEDED
+    assert job.done_steps == job.total_steps == job.last_seq == 4 + 1 + 1 + 1
+
+
+def test_the_coarse_picture_is_made_however_short_the_time_is(table: Table) -> None:
+    table.add(time_limit=10)
+    first = table.round(room=1)
+    table.spend(11)
+    others = table.round()
+    assert len(others) == 3
+    assert all(isinstance(task, SampleTask) and task.until is None for task in (*first, *others))
+    (task,) = table.round(*((task, DONE) for task in (*first, *others)))
+    assert isinstance(task, AdvanceTask)
+    assert task.last
+
+
+def test_a_round_says_when_the_next_time_will_be_spent(table: Table) -> None:
+    table.add(time_limit=10)
+    table.round(room=1)
+    result = Round([], [], [], 0, MAX_ATTEMPTS)
+    with table.database.writing() as session:
+        result.decide(session)
+    started = table.job.started_at
+    assert started is not None
+    assert result.next_deadline == started + timedelta(seconds=10)

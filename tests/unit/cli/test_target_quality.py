@@ -1,0 +1,67 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from service.cli.errors import CommandError
+from service.cli.qualities import quality
+from tests.unit.cli.conftest import Penumbra
+
+NOTHING = dict.fromkeys(("samples", "pattern", "light_samples", "light_pattern", "precision"))
+
+
+def test_an_error_is_asked_for_with_its_time_limit_and_precision() -> None:
+    asked = quality({}, **NOTHING | {"precision": "double"}, target_error=0.01, time_limit=3.0)
+    assert asked is not None
+    assert asked.model_dump() == {"mode": "target", "error": 0.01, "time_limit": 3.0, "precision": "double"}
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "option"),
+    [
+        ("samples", 4, "--samples"),
+        ("pattern", "sobol", "--pattern"),
+        ("light_samples", 4, "--light-samples"),
+        ("light_pattern", "sobol", "--light-pattern"),
+    ],
+)
+def test_an_error_and_samples_contradict_each_other(name: str, value: object, option: str) -> None:
+    with pytest.raises(CommandError, match=f"Leave out {option}\\.$"):
+        quality({}, **NOTHING | {name: value}, target_error=0.01)
+
+
+def test_a_time_limit_needs_an_error() -> None:
+    with pytest.raises(CommandError, match="Give --target-error too"):
+        quality({}, **NOTHING, time_limit=3.0)
+
+
+@pytest.mark.parametrize(
+    ("changes", "option"),
+    [
+        ({"target_error": 0.0}, "--target-error"),
+        ({"target_error": float("nan")}, "--target-error"),
+        ({"target_error": 0.1, "time_limit": -1.0}, "--time-limit"),
+    ],
+)
+def test_numbers_that_make_no_sense_are_told_by_their_options(changes: dict[str, float], option: str) -> None:
+    with pytest.raises(CommandError, match=f"^{option}: "):
+        quality({}, **NOTHING | changes)
+
+
+def test_a_picture_of_target_quality_tells_the_error_that_it_has_reached(
+    penumbra: Penumbra, scene_file: Path, tmp_path: Path
+) -> None:
+    for name, options in {"a": ["--workers", 1], "b": ["--workers", 2, "--tile", 9, "--json"]}.items():
+        outcome = penumbra("render", scene_file, "-o", f"{name}.npy", "--target-error", 0.05, *options)
+        assert outcome.code == 0
+    error = outcome.document["error"]
+    assert error["low"] <= error["estimate"] <= error["high"]
+    assert np.load(tmp_path / "a.npy").tobytes() == np.load(tmp_path / "b.npy").tobytes()
+
+
+def test_contradicting_options_are_wrong_use(penumbra: Penumbra, scene_file: Path) -> None:
+    outcome = penumbra("render", scene_file, "-o", "a.png", "--target-error", 0.05, "--samples", 4)
+    assert outcome.code == 2
+    assert "--samples" in outcome.err

@@ -1,0 +1,72 @@
+import numpy as np
+import pytest
+
+from renderer.adaptive.levels import LOOKED, SAMPLED
+from renderer.adaptive.previews import preview
+from renderer.adaptive.samples import Samples
+from schemas.tiles import Tile
+
+
+def samples(looks: list[list[float]] | np.ndarray = (), halves: np.ndarray | None = None) -> Samples:
+    """Looks (n, 3), and means of the halves (2, m, 3)."""
+    seen = np.array(looks, dtype=np.float32).reshape(-1, 3)
+    means = np.zeros((2, 0, 3)) if halves is None else halves
+    return Samples(
+        looks=seen.T,
+        labels=np.zeros(len(seen), np.int32),
+        colors=np.ones((3, len(seen)), np.float32),
+        halves=means.transpose(0, 2, 1).astype(np.float32),
+        squares=np.zeros(means.shape[1], np.float32),
+        counts={},
+        work={},
+        cpu_seconds=0.0,
+    )
+
+
+def shown(tile: Tile, found: Samples, have: np.ndarray, want: np.ndarray, before: float = 0.0) -> np.ndarray:
+    """The first channel of what is seen."""
+    picture = np.full((tile.height, tile.width, 3), before, np.float32)
+    return preview(tile, found, have.astype(np.uint8), want.astype(np.uint8), picture)[:, :, 0]
+
+
+def test_first_looks_fill_the_squares_of_their_lattice() -> None:
+    tile, have = Tile(0, 8, 8, 20, 16), np.zeros((8, 12))
+    want = np.zeros((8, 12))
+    want[::4, ::4] = LOOKED
+    looks = np.arange(6.0).repeat(3).reshape(6, 3)
+    wanted = np.arange(6.0).reshape(2, 3).repeat(4, 0).repeat(4, 1)
+    assert np.array_equal(shown(tile, samples(looks), have, want), wanted)
+
+
+def test_a_lattice_begins_at_the_corner_of_the_picture_wherever_a_tile_does() -> None:
+    tile, have = Tile(0, 5, 0, 11, 4), np.zeros((4, 6))
+    want = np.zeros((4, 6))
+    want[0, 3] = LOOKED  # the pixel (8, 0): on a lattice of 8 its square ends beyond the tile
+    found = shown(tile, samples([[1, 1, 1]]), have, want, before=0.25)
+    assert np.array_equal(found, [[0.25, 0.25, 0.25, 1, 1, 1]] * 4)
+
+
+def test_looks_on_a_finer_lattice_leave_the_coarser_one_as_it_was() -> None:
+    tile, have = Tile(0, 0, 0, 4, 4), np.zeros((4, 4))
+    have[::4, ::4] = LOOKED
+    want = np.zeros((4, 4))
+    want[0, 2] = want[2, 2] = LOOKED
+    found = shown(tile, samples([[1, 1, 1], [2, 2, 2]]), have, want, before=0.5)
+    wanted = [[0.5, 0.5, 1, 1], [0.5, 0.5, 1, 1], [0.5, 0.5, 2, 2], [0.5, 0.5, 2, 2]]
+    assert np.array_equal(found, wanted)
+
+
+@pytest.mark.parametrize(
+    ("have", "value"), [(0, 0.75), (LOOKED, 0.75), (SAMPLED, 0.625)], ids=["unseen", "looked", "sampled"]
+)
+def test_samples_take_the_place_of_looks_and_join_other_samples(have: int, value: float) -> None:
+    # Eight samples with a mean of 0.75; four of them new where four were there, with a mean of 0.5.
+    halves = np.array([[[0.5] * 3], [[1.0] * 3]])
+    levels = np.full((1, 1), have), np.full((1, 1), SAMPLED + 1)
+    assert shown(Tile(0, 0, 0, 1, 1), samples(halves=halves), *levels, before=0.5) == value
+
+
+def test_pixels_of_which_nothing_is_wanted_stay() -> None:
+    tile, have, want = Tile(0, 0, 0, 2, 1), np.array([[3, 2]]), np.array([[0, 3]])
+    halves = np.ones((2, 1, 3))
+    assert np.array_equal(shown(tile, samples(halves=halves), have, want), [[0.0, 0.5]])
