@@ -72,10 +72,11 @@ def _levels(variances: Floats, multiplier: float) -> Integers:
 def _looked(survey: Survey, multiplier: float) -> tuple[Integers, Floats]:
     """Levels of the strata, and the squared error that a pixel of them is left with.
 
-    A first look stays where samples would not pay. What is but the noise of its probes is no error.
+    A first look stays where samples would not pay. Its probes must be sure of its error by two standard
+    errors: to sample a whole stratum is never taken back.
     """
     levels = _levels(survey.variances, multiplier)
-    kept = np.maximum(survey.errors - survey.uncertain, 0)
+    kept = np.maximum(survey.errors - 2 * survey.uncertain, 0)
     sampled = survey.variances * COUNTS[levels] ** -1.5
     pays = sampled + COUNTS[levels] / multiplier < kept
     return levels * pays, sampled * pays + kept * ~pays

@@ -18,7 +18,7 @@ from renderer.adaptive.halves import HALVES
 from renderer.adaptive.lattice import COARSEST, Labels, Picture, cells_of, fill
 from renderer.adaptive.levels import COUNTS, HIGHEST, LOOKED, SAMPLED, Levels
 from renderer.adaptive.samples import Samples, of_labels
-from renderer.adaptive.uncertainty import ErrorEstimate, error_of
+from renderer.adaptive.uncertainty import SURE, ErrorEstimate, error_of
 from renderer.arrays import Floats, Integers, Masks
 from renderer.film import Image
 from renderer.layers import Layers
@@ -31,7 +31,11 @@ CALM = 0.5
 decides."""
 
 MARGIN = 0.9
-"""Share of the wished error that samples are allotted for: what they meet is not known exactly."""
+"""Share of the budget for samples and doubts together: what samples will meet is not known exactly."""
+
+EASES = (1.0, 0.7, 0.5, 0.3, 0.1)
+"""Shares of the goals, tried in turn until they ask for something: the error was not reached, so they were
+set too high."""
 
 LEAP = 3
 """Levels that a pixel may rise at once: few samples do not tell well how many more are needed."""
@@ -39,8 +43,17 @@ LEAP = 3
 DOUBT = 0.2
 """Share of the budget that all strata together may be uncertain by."""
 
+CLOSEST = 8
+"""Highest level of a probe: 256 samples. What is still uncertain then needs more probes."""
+
 FIND = 16.0
 """A probe found something if its squared error is so many times the wished one, and that of its like."""
+
+MANY, MOST_PROBED = 4096, 0.25
+"""Of more like pixels than these, no more than this share are probes: all would be to sample all."""
+
+BLURRED = 2e-6
+"""Squared error to expect of a texture's mean over a pixel: parts are averaged with a little around them."""
 
 DARKEST = 2.0**-10
 """Darker textures than this are taken to be as bright, so that the light on them can be told."""
@@ -259,6 +272,7 @@ class Estimate:
         unlike = of_labels(self.plan.textured, self.labels) & ~strata.borders(self.labels)
         light = strata.expected_errors(np.divide(self.values, colors, dtype=np.float32))
         light *= (colors**2).mean(axis=0)
+        light += BLURRED
         np.copyto(expected, light, where=unlike)
 
     def _probes(self) -> Masks:
@@ -271,19 +285,20 @@ class Estimate:
         if self.error.bound <= self.target or self.counters[ROUND] > MOST_ROUNDS:
             return False
         self._suspect(found)
-        self._allot(found)
-        self._question(found)
-        if not (self.want > self.have).any():
-            self._raise_all()
-        return bool((self.want > self.have).any())
+        for ease in EASES:
+            self._allot(found, ease)
+            self._question(found, ease)
+            if (self.want > self.have).any():
+                return True
+        return False
 
     def _findings(self) -> Findings:
         return findings_of(self.halves, self.squares, self.have, self.shown, self.values, self.strata)
 
-    def _allot(self, found: Findings) -> None:
+    def _allot(self, found: Findings, ease: float) -> None:
         """Samples where they lower the error most; strata whose first look is not good enough show them."""
-        deviation = np.sqrt(found.variance - found.survey.variance)
-        goal = max(MARGIN**2 * self.budget - deviation, self.budget / 4)
+        room = MARGIN * self.budget - SURE * np.sqrt(found.variance)
+        goal = ease * max(room, self.budget / 4)
         have, want = self.have.ravel(), self.want.ravel()
         allotted = allocate(found.variances, have[found.sampled], found.survey, goal)
         want[found.sampled] = np.minimum(allotted.pixels, have[found.sampled] + LEAP)
@@ -292,17 +307,27 @@ class Estimate:
         want[looks] = np.minimum(levels, np.maximum(have[looks], SAMPLED) + LEAP)
         self.shown.ravel()[looks[levels > 0]] = True
 
-    def _question(self, found: Findings) -> None:
+    def _question(self, found: Findings, ease: float) -> None:
         """More of probes whose strata leave the error uncertain: more samples, or more of them."""
         survey = found.survey
-        unsure = survey.unsure((DOUBT * self.budget) ** 2)
-        noisy = unsure & (survey.noise**2 > survey.uncertain**2 / 2)
+        unsure = survey.unsure((ease * DOUBT * self.budget) ** 2)
+        crowded = unsure & (self.chances >= 1)
+        self.shown |= crowded[self.strata]
+        most = np.where(survey.sizes > MANY, MOST_PROBED, 1.0)
+        noisy = unsure & (survey.noise**2 > survey.uncertain**2 / 2) & (self._closeness(found) < CLOSEST)
         have, want, shown = self.have.ravel(), self.want.ravel(), self.shown.ravel()
         again = found.probes[noisy[self.strata.ravel()[found.probes]] & ~shown[found.probes]]
-        want[again] = np.minimum(have[again] + 2, HIGHEST)
-        self.chances[unsure & ~noisy] = np.minimum(2 * self.chances[unsure & ~noisy], 1.0)
-        fresh = self._probes() & ~self.shown & (self.have < SAMPLED)
+        want[again] = np.minimum(have[again] + 2, CLOSEST)
+        rarer = unsure & ~noisy & (self.chances < most)
+        self.chances[rarer] = np.minimum(2 * self.chances, most)[rarer]
+        fresh = (self._probes() | self.shown) & (self.have < SAMPLED) & (self.want < SAMPLED)
         self.want[fresh] = SAMPLED
+
+    def _closeness(self, found: Findings) -> Integers:
+        """Least level of the probes of each stratum."""
+        levels = np.full(strata.COUNT, HIGHEST)
+        np.minimum.at(levels, self.strata.ravel()[found.probes], self.have.ravel()[found.probes])
+        return levels
 
     def _suspect(self, found: Findings) -> None:
         """Sample all pixels near a probe that found what first looks had missed.
@@ -311,20 +336,14 @@ class Estimate:
         """
         kinds = self.strata.ravel() // strata.STEPS
         typical = found.survey.errors[self.strata.ravel()[found.probes]]
-        odd = (found.errors > FIND * np.maximum(self.target**2, typical)) & (
-            kinds[found.probes] <= strata.EVEN
-        )
+        odd = found.errors > FIND * np.maximum(self.target**2, typical)
+        odd &= (kinds[found.probes] <= strata.EVEN) & ~self._fine().ravel()[found.probes]
         if not odd.any():
             return
         near = np.zeros(self.have.shape, dtype=bool)
         near.ravel()[found.probes[odd]] = True
         near = _spread(near, COARSEST // 2) & ~self.shown
         self.strata[near] = self.strata[near] % strata.STEPS + strata.STEPS * strata.SUSPECT
-
-    def _raise_all(self) -> None:
-        """More of everything, where all that was asked for was done and was not enough."""
-        more = self.have >= SAMPLED
-        self.want[more] = np.minimum(self.have[more] + 1, HIGHEST)
 
 
 def _spread(marks: Masks, reach: int) -> Masks:

@@ -6,7 +6,7 @@ import numpy as np
 
 from renderer.adaptive.lattice import Picture
 from renderer.adaptive.levels import COUNTS, Levels
-from renderer.adaptive.strata import COUNT, Survey, survey
+from renderer.adaptive.strata import COUNT, Survey, survey, typical_error
 from renderer.arrays import Floats, Integers, Masks
 
 
@@ -74,6 +74,7 @@ def findings_of(
             errors=errors,
             spread=spread * (2 * np.maximum(errors, 0) + spread),
             variances=single[probes],
+            expected=typical_error(numbers[probes]),
         ),
     )
 

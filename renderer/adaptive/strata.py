@@ -21,6 +21,9 @@ STEPS = 24
 INTERPOLATED, EVEN, BORDER, ROUGH, SUSPECT = range(5)
 """Kinds: not looked at; among its like; beside another shape; with something fine on it; near a find."""
 
+TRUSTED = 16.0
+"""Where probes tell of no error beyond their own noise, none is larger than so many times the expected."""
+
 COUNT = STEPS * (SUSPECT + 1)
 """Number of strata."""
 
@@ -56,6 +59,11 @@ def strata_of(expected: NDArray[np.float32], labels: Labels, have: Levels, rough
     steps = (np.log2(np.maximum(expected, 1e-12)) + 36) * np.float32(2 / 3)
     kinds = (EVEN + borders(labels) + (ROUGH - EVEN) * rough) * (have >= LOOKED)
     return np.clip(steps, 0, STEPS - 1).astype(np.int64) + STEPS * np.minimum(kinds, ROUGH)
+
+
+def typical_error(strata: Integers) -> Floats:
+    """Largest expected error of strata (n,)."""
+    return np.exp2((strata % STEPS + 1) * 1.5 - 36)
 
 
 def borders(labels: Labels) -> Masks:
@@ -126,7 +134,14 @@ class Survey:
         return unsure
 
 
-def survey(strata: Integers, sizes: Integers, errors: Floats, spread: Floats, variances: Floats) -> Survey:
+def survey(
+    strata: Integers,
+    sizes: Integers,
+    errors: Floats,
+    spread: Floats,
+    variances: Floats,
+    expected: Floats,
+) -> Survey:
     """What probes (n,) tell.
 
     Parameters
@@ -138,16 +153,22 @@ def survey(strata: Integers, sizes: Integers, errors: Floats, spread: Floats, va
     spread : (n,) float64
         Its squared standard error, from the difference of its halves.
     variances : (n,) float64
+    expected : (n,) float64
+        Squared errors that were expected.
     """
     counts = np.maximum(np.bincount(strata, minlength=COUNT), 1)
 
     def mean(values: Floats) -> Floats:
         return np.bincount(strata, values, minlength=COUNT) / counts
 
+    found, uncertain = mean(errors), np.sqrt(mean(errors * errors) / counts)
+    noise = np.sqrt(mean(spread) / counts)
+    most = TRUSTED * mean(expected)
+    silent = found < 2 * noise
     return Survey(
         sizes=sizes,
-        errors=mean(errors),
-        uncertain=np.sqrt(mean(errors * errors) / counts),
-        noise=np.sqrt(mean(spread) / counts),
+        errors=np.where(silent, np.clip(found, 0, most), found),
+        uncertain=np.where(silent, np.minimum(uncertain, most), uncertain),
+        noise=noise,
         variances=mean(variances),
     )

@@ -71,7 +71,7 @@ def _look(request: Request, target: TargetQuality) -> RenderPlan:
     families, table = shapes.families(seen), _table(seen)
     return replace(
         plan,
-        surfaces=tuple(map(first_looks.averaged, plan.surfaces)),
+        surfaces=tuple(first_looks.averaged(stage, target.error) for stage in plan.surfaces),
         lightings=first_looks.lightings(seen, target, plan.lightings, families, table),
     )
 

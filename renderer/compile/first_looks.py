@@ -24,9 +24,9 @@ PENUMBRA = 64, 2.0**-8
 """So many points see an error of so much of a light that is half covered; fewer or more by its inverse."""
 
 
-PARTS = 4
-"""A pixel has so many parts along each side whose checkers are averaged: the box around each is little larger
-than the part, whatever its shape."""
+PARTS = 4, 0.0016
+"""So many parts of a pixel along each side are averaged for such an error, more for a smaller one: the box
+around a part is a little larger than the part."""
 
 
 def filtered(scene: LoadedScene) -> LoadedScene:
@@ -47,11 +47,13 @@ def shapes_with(request: Request, *parts: str) -> Masks:
     return np.array([shape.material in having for shape in request.document.shapes], dtype=bool)
 
 
-def averaged(stage: PointStage) -> PointStage:
+def averaged(stage: PointStage, error: float) -> PointStage:
     """A stage that looks up colours, with their mean over the parts of a pixel."""
     if not isinstance(stage, ColorTexture) or not isinstance(stage.texture, BoxCheckerTexture):
         return stage
-    return replace(stage, texture=AveragedTexture(stage.texture, PARTS))
+    parts, at = PARTS
+    count = int(np.clip(np.ceil(parts * np.sqrt(at / error)), parts, 2 * parts))
+    return replace(stage, texture=AveragedTexture(stage.texture, count))
 
 
 def quality_of(target: TargetQuality) -> FixedQuality:
