@@ -6,6 +6,8 @@ import dataclasses
 import time
 from typing import TYPE_CHECKING, Any
 
+from renderer.stages import Lighting
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -38,6 +40,7 @@ def clocked(plan: RenderPlan, clock: Clock, name_of: Callable[[Any], str]) -> Re
     lightings = [
         dataclasses.replace(light, shadows=each(light.shadows), terms=each(light.terms))
         for light in plan.lightings
+        if isinstance(light, Lighting)
     ]
     return dataclasses.replace(
         plan,

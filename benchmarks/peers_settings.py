@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from benchmarks.povray_pictures import PovraySetting
 from benchmarks.povray_scene import LightGrid
-from schemas.quality import FixedQuality
+from schemas.quality import FixedQuality, TargetQuality
 from schemas.sampling import Antialiasing, LightSampling
 
 if TYPE_CHECKING:
@@ -78,6 +78,8 @@ POVRAY = {
 
 def label(quality: Quality) -> str:
     """A quality of ours in a few words."""
+    if isinstance(quality, TargetQuality):
+        return f"target {quality.error * 255:g}/255"
     camera, light = quality.antialiasing, quality.light
     assert camera is not None
     assert light is not None

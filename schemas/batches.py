@@ -18,8 +18,8 @@ Each tile is a head of 32 bytes, eight numbers of 4 bytes each: ``seq``, ``pass_
 by pixel: ceil((y1 - y0) / stride) rows of ceil((x1 - x0) / stride) pixels.
 
 The pixels are the mean of all samples that the tile has so far, so a tile comes once in a batch, under the
-number of its newest event, and not at all where a later event of the whole picture is in the batch. Painting the tiles in the order of the batch over what was painted before gives
-the newest picture.
+number of its newest event, and not at all where a later event of the whole picture is in the batch. Painting
+the tiles in the order of the batch over what was painted before gives the newest picture.
 
 >>> head = BatchHead(encoding=FLOAT32, tiles=1, next=7, complete=False, succeeded=False)
 >>> tile = TileHead(seq=7, pass_index=1, x0=0, y0=0, x1=1, y1=1, stride=1, length=12)

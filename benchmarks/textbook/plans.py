@@ -21,6 +21,7 @@ from renderer.shapes.family import Location, Meeting
 from renderer.shapes.overlaps import Overlaps
 from renderer.shapes.rectangles import Rectangles
 from renderer.shapes.triangles import Triangles
+from renderer.stages import Lighting
 from renderer.visibility.ellipsoids import EllipsoidShadows
 from renderer.visibility.polygon_grids import GridPolygonShadows
 from renderer.visibility.polygons import PolygonShadows
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
     from renderer.plan import RenderPlan
     from renderer.shapes import Family
-    from renderer.stages import Lighting, LightStage, PointStage, RayStage
+    from renderer.stages import LightStage, PointStage, RayStage
 
     ForLights = Callable[[LightStage], LightStage]
 
@@ -60,7 +61,9 @@ def _with(plan: RenderPlan, for_lights: ForLights) -> RenderPlan:
         meetings=_for_rays(plan.meetings),
         visible_lights=_for_rays(plan.visible_lights),
         surfaces=(InSingle(), *map(_for_points, plan.surfaces)),
-        lightings=tuple(_lighting(light, for_lights) for light in plan.lightings),
+        lightings=tuple(
+            _lighting(light, for_lights) for light in plan.lightings if isinstance(light, Lighting)
+        ),
     )
 
 

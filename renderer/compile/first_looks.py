@@ -24,9 +24,11 @@ PENUMBRA = 64, 2.0**-8
 """So many points see an error of so much of a light that is half covered; fewer or more by its inverse."""
 
 
-PARTS = 4, 0.0016
-"""So many parts of a pixel along each side are averaged for such an error, more for a smaller one: the box
-around a part is a little larger than the part."""
+PARTS = 4
+"""Parts of a pixel along each side that are averaged: the box around a part is a little larger than it."""
+
+FINER = 0.0016
+"""For smaller errors than this there are more parts, up to twice as many."""
 
 
 def filtered(scene: LoadedScene) -> LoadedScene:
@@ -51,8 +53,7 @@ def averaged(stage: PointStage, error: float) -> PointStage:
     """A stage that looks up colours, with their mean over the parts of a pixel."""
     if not isinstance(stage, ColorTexture) or not isinstance(stage.texture, BoxCheckerTexture):
         return stage
-    parts, at = PARTS
-    count = int(np.clip(np.ceil(parts * np.sqrt(at / error)), parts, 2 * parts))
+    count = int(np.clip(np.ceil(PARTS * np.sqrt(FINER / error)), PARTS, 2 * PARTS))
     return replace(stage, texture=AveragedTexture(stage.texture, count))
 
 
