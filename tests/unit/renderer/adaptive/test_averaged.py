@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from renderer.compile.first_looks import PARTS
 from renderer.textures import checker
 from renderer.textures.averaged import AveragedTexture
 from schemas.textures import CheckerTexture
 from tests.images.parts import Files
 
 EPS = 2.0**-52
+PARTS = 4
+"""Along each side of a pixel."""
 Point = tuple[Fraction, Fraction]
 
 
