@@ -93,7 +93,7 @@ def test_layers_say_how_many_samples_a_pixel_got_and_how_far_off_it_may_be() -> 
 
 
 def test_when_the_time_is_spent_at_once_the_coarse_picture_is_there_in_whole() -> None:
-    """Every pixel lies between the first looks around it, eight pixels apart, but in one tile of finer ones."""
+    """Every pixel lies between the first looks around it, 8 pixels apart, but in one tile of finer ones."""
     hasty = TargetQuality(mode="target", error=4 / 255, time_limit=1e-9)
     seen: list[renderer.TileEvent] = []
     result = rendered(furnished(), hasty, tile_size=16, on_tile=seen.append)
