@@ -146,3 +146,32 @@ def test_pixels_that_do_not_vary_get_the_fewest_samples() -> None:
 def test_a_goal_out_of_reach_gets_the_most_samples_there_are() -> None:
     found = allocate(np.array([0.5, 1.0]), np.full(2, SAMPLED, np.uint8), surveyed(), 0.0)
     assert found.pixels.tolist() == [HIGHEST, HIGHEST]
+
+
+def bound(single: Numbers, survey: Survey, allowed: float) -> float:
+    """What any levels cost that leave no more error than allowed, by Lagrange's duality: a lower bound.
+
+    For any price m of error, each pixel costs at least its least n + m * error; the whole at least the sum of
+    these minus m times what is allowed.
+    """
+    counts = COUNTS[SAMPLED:].astype(float)[:, None]
+    best = 0.0
+    for price in 2.0 ** np.arange(0, 40, 0.125):
+        pixels = (counts + price * single * counts**-1.5).min(axis=0).sum()
+        sampled = (counts + price * survey.variances * counts**-1.5).min(axis=0)
+        looks = (survey.sizes * np.minimum(sampled, price * survey.errors)).sum()
+        best = max(best, float(pixels + looks - price * allowed))
+    return best
+
+
+@pytest.mark.parametrize("goal", [1.0, 0.1, 0.01])
+def test_no_levels_of_many_pixels_and_strata_do_it_for_much_less(goal: float) -> None:
+    """A hundredth: the rule for real numbers of samples is rounded to powers of two."""
+    single = variances(*range(-80, 0))
+    octaves = np.arange(COUNT)
+    survey = surveyed(1 + octaves % 7, 2.0 ** -(4 + octaves % 17), 2.0 ** (-((octaves * 5) % 13) - 3.125))
+    found = allocate(single, np.full(80, SAMPLED, np.uint8), survey, goal)
+    reached = left(found, single, survey)
+    assert reached <= goal
+    assert (found.strata == 0).any()
+    assert spent(found, survey) <= 1.01 * bound(single, survey, reached)

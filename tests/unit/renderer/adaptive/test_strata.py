@@ -210,3 +210,16 @@ def test_unsure_are_the_fewest_strata_without_which_the_rest_is_sure_enough(part
         assert variances[~unsure].sum() + variances[unsure].min() > allowed * (1 - 2.0**-40)
         assert variances[unsure].min() >= variances[~unsure].max()
     assert unsure.any() == (part < 1)
+
+
+@pytest.mark.parametrize(
+    ("allowed", "expected"), [(30, []), (29.9, [4]), (14, [4]), (13.9, [3, 4]), (5, [3, 4]), (4.9, [2, 3, 4])]
+)
+def test_the_strata_of_the_largest_variances_are_unsure(allowed: float, expected: list[int]) -> None:
+    """Variances 1, 4, 9 and 16."""
+    nothing = np.zeros(COUNT)
+    sizes, uncertain = np.zeros(COUNT, np.int64), nothing.copy()
+    sizes[[30, 10, 20, 40]], uncertain[[30, 10, 20, 40]] = [1, 1, 3, 2], [1, 2, 1, 2]
+    told = Survey(sizes, nothing, uncertain, nothing, nothing)
+    by_root = {1: 30, 2: 10, 3: 20, 4: 40}
+    assert set(np.flatnonzero(told.unsure(allowed)).tolist()) == {by_root[root] for root in expected}
