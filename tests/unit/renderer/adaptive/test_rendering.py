@@ -131,6 +131,13 @@ def test_pictures_may_have_any_size(size: tuple[int, int]) -> None:
     assert (result.image > 0).all()
 
 
+def test_a_large_picture_takes_fewer_rays_than_sixteen_in_each_pixel_would() -> None:
+    """Few of its pixels show an edge: probes that are in doubt must not ask without end."""
+    report = rendered(furnished(camera=camera(width=320, height=240))).report
+    assert report["error"]["estimate"] <= TARGET.error
+    assert report["rays"]["camera"] < 16 * 320 * 240
+
+
 def test_a_scene_with_nothing_in_it_is_known_exactly_after_a_look() -> None:
     result = rendered(scene(camera=camera(width=40, height=30)))
     assert (result.image == np.float32([0.05, 0.1, 0.2])).all()
