@@ -46,7 +46,14 @@ _FIXED = (
     fixed("sobol", 128, "sobol", 4),
 )
 
-PENUMBRA: tuple[tuple[Quality, ...], ...] = (_FIXED,)
+_TARGETS = tuple(
+    TargetQuality(mode="target", error=share * error_255 / 255)
+    for error_255 in TARGETS_255
+    for share in (1.0, 0.8)
+)
+"""The errors themselves, and a little less: what is estimated may come out a little above."""
+
+PENUMBRA: tuple[tuple[Quality, ...], ...] = (_TARGETS, _FIXED)
 """Ways to ask for a picture, each from cheap to dear."""
 
 MITSUBA = (4, 16, 64, 256)
@@ -78,6 +85,8 @@ POVRAY = {
 
 def label(quality: Quality) -> str:
     """A quality of ours in a few words."""
+    if isinstance(quality, TargetQuality):
+        return f"target {255 * quality.error:.2g}/255"
     if isinstance(quality, TargetQuality):
         return f"target {quality.error * 255:g}/255"
     camera, light = quality.antialiasing, quality.light

@@ -259,6 +259,8 @@ class Estimate:
             self._leave_textures_out(expected)
         rough = of_labels(self.plan.rough, self.labels)
         self.strata[...] = strata.strata_of(expected, self.labels, self.have, rough)
+        even = (self.strata // strata.STEPS == strata.EVEN) & _outline(self.have.shape)
+        self.strata[even] += strata.STEPS * (strata.BORDER - strata.EVEN)
         share = float(np.clip(2.0**-14 / self.target, 2.0**-7, 2.0**-2))
         self.chances[...] = strata.chances(self.strata, expected, share, self.budget)
         self.want[...] = SAMPLED * self._probes()
@@ -344,6 +346,13 @@ class Estimate:
         near.ravel()[found.probes[odd]] = True
         near = _spread(near, COARSEST // 2) & ~self.shown
         self.strata[near] = self.strata[near] % strata.STEPS + strata.STEPS * strata.SUSPECT
+
+
+def _outline(shape: tuple[int, ...]) -> Masks:
+    """The outermost pixels of a picture: no neighbour tells of an edge in the outer half of them."""
+    found = np.ones(shape, dtype=bool)
+    found[1:-1, 1:-1] = False
+    return found
 
 
 def _spread(marks: Masks, reach: int) -> Masks:
