@@ -87,8 +87,6 @@ def label(quality: Quality) -> str:
     """A quality of ours in a few words."""
     if isinstance(quality, TargetQuality):
         return f"target {255 * quality.error:.2g}/255"
-    if isinstance(quality, TargetQuality):
-        return f"target {quality.error * 255:g}/255"
     camera, light = quality.antialiasing, quality.light
     assert camera is not None
     assert light is not None

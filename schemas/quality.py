@@ -34,9 +34,9 @@ class TargetQuality(Closed):
     """
 
     mode: Literal["target"] = Field(description="`target`.")
-    error: Annotated[float, Field(strict=True, gt=0, le=1)] = Field(
+    error: Annotated[float, Field(strict=True, ge=1e-6, le=1)] = Field(
         description="Root mean square error of the linear picture, clipped to 0..1, over its pixels and "
-        "channels. One step of a picture of 8 bits is 0.0039.",
+        "channels, 1e-6 to 1. One step of a picture of 8 bits is 0.0039.",
     )
     time_limit: Annotated[float, Field(strict=True, gt=0, le=86400)] | None = Field(
         default=None,

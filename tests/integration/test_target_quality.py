@@ -28,7 +28,7 @@ from tests.integration.support import (
     workers_of,
 )
 
-TARGET = 0.02
+TARGET = 0.004
 BINARY = {"Accept": "application/octet-stream"}
 LAYERS = ["depth", "samples", "error"]
 
@@ -55,15 +55,20 @@ def undisturbed() -> np.ndarray:
     return rendered(scene(256, 192), LONG).image
 
 
-def test_the_picture_is_as_near_to_the_converged_one_as_was_asked_for(client: httpx2.Client) -> None:
-    job = submit(client, scene(), quality=target())
-    error = finish(client, job)["error"]
+def test_pictures_are_as_near_to_the_converged_one_as_was_asked_for(client: httpx2.Client) -> None:
     fixed = scene(samples=1024, light_samples=4, pattern="sobol", light_pattern="sobol")
-    converged = renderer.render(renderer.compile_scene(fixed)).image
-    difference = np.clip(image(client, job), 0, 1).astype(np.float64) - np.clip(converged, 0, 1)
-    # In 95 of 100 pictures the error is at most the target; of this one, whose seed is fixed, it is.
-    assert np.sqrt((difference**2).mean()) <= TARGET
-    assert error["low"] <= error["estimate"] <= error["high"]
+    converged = np.clip(renderer.render(renderer.compile_scene(fixed)).image, 0, 1)
+    squares = []
+    for seed in range(4):
+        document = scene()
+        document["sampling"]["seed"] = seed
+        job = submit(client, document, quality=target())
+        error = finish(client, job)["error"]
+        assert error["low"] <= error["estimate"] <= error["high"]
+        difference = np.clip(image(client, job), 0, 1).astype(np.float64) - converged
+        squares.append((difference**2).mean())
+    # Each is below the target in 95 of 100 pictures; of these four, whose seeds are fixed, the mean is.
+    assert np.sqrt(np.mean(squares)) <= TARGET
 
 
 def test_picture_and_layers_have_the_bytes_that_the_renderer_makes(client: httpx2.Client) -> None:
@@ -127,7 +132,7 @@ def test_batches_received_while_it_runs_paint_the_final_image(client: httpx2.Cli
 
 
 def test_the_share_never_goes_back_though_passes_are_added(client: httpx2.Client) -> None:
-    job = submit(client, scene(160, 96), quality=target(0.02))
+    job = submit(client, scene(160, 96), quality=target(0.002))
     shares, totals, after, complete = [0.0], [0], 0, False
     while not complete:
         batch = client.get(f"/v1/jobs/{job}/tiles", params={"after": after, "wait": 5}).json()
