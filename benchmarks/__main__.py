@@ -9,9 +9,9 @@ from typing import Any
 
 from rich.console import Console
 
-from benchmarks import accuracy, effects, machine, meshes, overhead, rendering, stability, tables
+from benchmarks import accuracy, effects, machine, meshes, overhead, rendering, stability, tables, targets
 
-PARTS = ("rendering", "effects", "meshes", "accuracy", "stability", "service")
+PARTS = ("rendering", "effects", "meshes", "accuracy", "targets", "stability", "service")
 
 
 def main() -> None:
@@ -45,6 +45,9 @@ def _measure(parts: list[str], runs: int) -> dict[str, Any]:
     if "accuracy" in parts:
         measured["accuracy"] = accuracy.measure()
         console.print(tables.of_accuracy(measured["accuracy"]))
+    if "targets" in parts:
+        measured["targets"] = targets.measure()
+        console.print(tables.of_targets(measured["targets"]))
     if "stability" in parts:
         measured["stability"] = stability.measure(runs)
         console.print(tables.of_prices(measured["stability"]["prices"]))

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from benchmarks.overhead import Overhead
     from benchmarks.rendering import Timing
     from benchmarks.stability import PictureErrors, Prices
+    from benchmarks.targets import Targets
 
 
 def of_machine(machine: Machine) -> Table:
@@ -93,6 +94,26 @@ def of_accuracy(accuracies: list[Accuracy]) -> Table:
             f"{accuracy['rmse_255']:.3f}",
             f"{accuracy['mean_difference_255']:+.3f}",
         )
+    return table
+
+
+def of_targets(targets: Targets) -> Table:
+    """What each picture was asked for, what it says of its error, and what that is; below, all of them."""
+    columns = ("scene", "target", "estimate", "low .. high", "true", "true / target", "CPU s")
+    total = targets["summary"]
+    caption = (
+        f"{total['pairs']} pairs: {total['kept']:.1%} keep the target, {total['held']:.1%} of the intervals "
+        f"hold the true error, median of true / target {total['median_ratio']:.2f}"
+    )
+    table = Table(*columns, title="target quality, errors x 255", caption=caption)
+    for pair in targets["pairs"]:
+        errors = (
+            f"{pair['estimate']:.2f}",
+            f"{pair['low']:.2f} .. {pair['high']:.2f}",
+            f"{pair['true']:.2f}",
+        )
+        ratio = f"{pair['true'] / pair['target']:.2f}"
+        table.add_row(pair["scene"], f"{pair['target']:g}", *errors, ratio, f"{pair['cpu_seconds']:.2f}")
     return table
 
 
