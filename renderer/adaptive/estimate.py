@@ -43,6 +43,13 @@ LEAP = 3
 DOUBT = 0.2
 """Share of the budget that all strata together may be uncertain by."""
 
+PROBED = SAMPLED + 2
+"""Level of a new probe: 16 samples. With four, an edge at the rim of a pixel is met by both halves so seldom
+that a stratum may seem to have no error."""
+
+MOSTLY = 0.5
+"""Share of a stratum's pixels that are probes from which on it is sampled as a whole."""
+
 CLOSEST = 8
 """Highest level of a probe: 256 samples. What is still uncertain then needs more probes."""
 
@@ -263,7 +270,7 @@ class Estimate:
         self.strata[even] += strata.STEPS * (strata.BORDER - strata.EVEN)
         share = float(np.clip(2.0**-14 / self.target, 2.0**-7, 2.0**-2))
         self.chances[...] = strata.chances(self.strata, expected, share, self.budget)
-        self.want[...] = SAMPLED * self._probes()
+        self.want[...] = PROBED * self._probes()
 
     def _leave_textures_out(self, expected: NDArray[np.float32]) -> None:
         """Expect of textures, whose mean the first look took, no error: only of the light on them.
@@ -286,6 +293,8 @@ class Estimate:
         self.want[...] = 0
         if self.error.bound <= self.target or self.counters[ROUND] > MOST_ROUNDS:
             return False
+        self._show_probed()
+        found = self._findings()
         self._suspect(found)
         for ease in EASES:
             self._allot(found, ease)
@@ -323,7 +332,7 @@ class Estimate:
         rarer = unsure & ~noisy & (self.chances < most)
         self.chances[rarer] = np.minimum(2 * self.chances, most)[rarer]
         fresh = (self._probes() | self.shown) & (self.have < SAMPLED) & (self.want < SAMPLED)
-        self.want[fresh] = SAMPLED
+        self.want[fresh] = PROBED
 
     def _closeness(self, found: Findings) -> Integers:
         """Least level of the probes of each stratum."""
@@ -340,12 +349,27 @@ class Estimate:
         typical = found.survey.errors[self.strata.ravel()[found.probes]]
         odd = found.errors > FIND * np.maximum(self.target**2, typical)
         odd &= (kinds[found.probes] <= strata.EVEN) & ~self._fine().ravel()[found.probes]
-        if not odd.any():
-            return
         near = np.zeros(self.have.shape, dtype=bool)
         near.ravel()[found.probes[odd]] = True
+        near.ravel()[self._followed(found)] = True
         near = _spread(near, COARSEST // 2) & ~self.shown
         self.strata[near] = self.strata[near] % strata.STEPS + strata.STEPS * strata.SUSPECT
+        self.shown |= near
+        self.want[near] = np.maximum(self.have[near], SAMPLED) + 2
+
+    def _followed(self, found: Findings) -> Integers:
+        """Suspects that found something themselves: what is long and thin goes on beyond them."""
+        suspects = found.sampled[self.strata.ravel()[found.sampled] // strata.STEPS == strata.SUSPECT]
+        both = np.clip(self.halves.reshape(HALVES, 3, -1)[:, :, suspects], 0, 1)
+        apart = both - np.clip(self.values.reshape(3, -1)[:, suspects], 0, 1)
+        return suspects[(apart[0] * apart[1]).mean(axis=0) > FIND * self.target**2]
+
+    def _show_probed(self) -> None:
+        """Show the samples of strata most of whose pixels are probes.
+
+        What few samples say of a look is mostly nothing and seldom much; of themselves they know more.
+        """
+        self.shown |= (self.chances >= MOSTLY)[self.strata]
 
 
 def _outline(shape: tuple[int, ...]) -> Masks:

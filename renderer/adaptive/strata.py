@@ -67,13 +67,18 @@ def typical_error(strata: Integers) -> Floats:
 
 
 def borders(labels: Labels) -> Masks:
-    """Pixels one of whose four neighbours shows another shape."""
+    """Pixels one of whose eight neighbours shows another shape."""
     found = np.zeros(labels.shape, dtype=bool)
     across, along = labels[:, 1:] != labels[:, :-1], labels[1:] != labels[:-1]
+    falling, rising = labels[1:, 1:] != labels[:-1, :-1], labels[1:, :-1] != labels[:-1, 1:]
     found[:, 1:] |= across
     found[:, :-1] |= across
     found[1:] |= along
     found[:-1] |= along
+    found[1:, 1:] |= falling
+    found[:-1, :-1] |= falling
+    found[1:, :-1] |= rising
+    found[:-1, 1:] |= rising
     return found
 
 

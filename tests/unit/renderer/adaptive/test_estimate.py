@@ -7,7 +7,7 @@ import pytest
 
 import renderer
 from renderer.adaptive import Estimate, Samples, render_samples
-from renderer.adaptive.estimate import STRIDE
+from renderer.adaptive.estimate import PROBED, STRIDE
 from renderer.adaptive.levels import COUNTS, LOOKED, SAMPLED
 from renderer.adaptive.strata import expected_errors
 from renderer.tiling import tiles
@@ -147,7 +147,7 @@ def test_the_first_pass_looks_at_a_lattice_and_each_next_one_at_a_finer_one() ->
     assert (estimate.values[:, estimate.have == LOOKED] > 0).any()
     probes = estimate.want > estimate.have
     assert probes.any()
-    assert (estimate.want[probes] == SAMPLED).all()
+    assert (estimate.want[probes] == PROBED).all()
     assert estimate.error is None
 
 

@@ -90,7 +90,7 @@ def test_each_pixel_is_of_the_kind_that_it_shows() -> None:
     assert found.tolist() == [
         [INTERPOLATED, ROUGH, BORDER, BORDER],
         [EVEN, EVEN, BORDER, INTERPOLATED],
-        [BORDER, EVEN, ROUGH, BORDER],
+        [BORDER, BORDER, ROUGH, BORDER],
         [BORDER, BORDER, BORDER, BORDER],
     ]
 
