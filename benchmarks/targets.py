@@ -32,7 +32,6 @@ PATHS = (
             "filtering",
             "glass",
             "lens",
-            "mipmap",
             "mirror",
             "normal_texturing",
             "relief",
@@ -40,7 +39,10 @@ PATHS = (
         )
     ),
 )
-"""What is rendered. The scenes of meshes are left out: their references take an hour."""
+"""What is rendered.
+
+Meshes are left out, as their references take an hour, and `mipmap`, whose texture is blurred the less the
+more samples a pixel of fixed quality has: its references show another picture."""
 
 ERRORS_255 = (4.0, 2.0, 1.0, 0.5)
 """What is asked for, in units of 1/255."""
