@@ -58,6 +58,10 @@ class RenderPlan:
     textured, rough : (shapes,) bool
         Shapes that take their colour from a texture, and shapes with something else on them that may be finer
         than pixels: bent normals, mirrors, glass.
+    thin : (2, N) int64
+        Columns and rows of pixels along shapes that are thin on the picture; none for fixed quality.
+    edges : (2, N) int64
+        The same of pixels that edges of flat shapes pass.
     """
 
     scene: LoadedScene
@@ -83,6 +87,8 @@ class RenderPlan:
     look: "RenderPlan | None"
     textured: Masks
     rough: Masks
+    thin: Integers
+    edges: Integers
 
     @property
     def document(self) -> Scene:

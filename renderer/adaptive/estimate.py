@@ -17,6 +17,7 @@ from renderer.adaptive.findings import Findings, findings_of
 from renderer.adaptive.halves import HALVES
 from renderer.adaptive.lattice import COARSEST, Labels, Picture, cells_of, fill
 from renderer.adaptive.levels import COUNTS, HIGHEST, LOOKED, SAMPLED, Levels
+from renderer.adaptive.neighbours import outline, spread
 from renderer.adaptive.samples import Samples, of_labels
 from renderer.adaptive.uncertainty import SURE, ErrorEstimate, error_of
 from renderer.arrays import Floats, Integers, Masks
@@ -55,6 +56,9 @@ CLOSEST = 8
 
 FIND = 16.0
 """A probe found something if its squared error is so many times the wished one, and that of its like."""
+
+FINE = 0.004
+"""For this error and smaller ones all pixels at borders are probed: slivers of some are missed too often."""
 
 MANY, MOST_PROBED = 4096, 0.25
 """Of more like pixels than these, no more than this share are probes: all would be to sample all."""
@@ -249,16 +253,35 @@ class Estimate:
     def _look_closer(self) -> None:
         stride = int(self.counters[STRIDE])
         nodes = np.s_[::stride, ::stride]
-        cells = cells_of(self.values[:, *nodes], self.labels[nodes], self._fine()[nodes], CALM * self.target)
+        cells = cells_of(
+            self.values[:, *nodes],
+            self.labels[nodes],
+            (self._fine() | self._thin())[nodes],
+            CALM * self.target,
+        )
         half = stride // 2
         finer = np.s_[::half, ::half]
         self.want[...] = 0
         self.want[finer][fill(self.values[:, *finer], self.labels[finer], cells)] = LOOKED
         self.counters[STRIDE] = half
+        if half == 1:
+            self.want[self._edges() & (self.have < LOOKED)] = LOOKED
 
     def _fine(self) -> Masks:
         """Pixels that show something that may be finer than the lattice, (H, W)."""
         return of_labels(self.plan.rough | self.plan.textured, self.labels)
+
+    def _edges(self) -> Masks:
+        """Pixels that edges of flat shapes pass, (H, W)."""
+        passed = np.zeros(self.have.shape, dtype=bool)
+        passed[self.plan.edges[1], self.plan.edges[0]] = True
+        return passed
+
+    def _thin(self) -> Masks:
+        """Pixels near shapes that may lie between the nodes of the lattice, (H, W)."""
+        near = np.zeros(self.have.shape, dtype=bool)
+        near[self.plan.thin[1], self.plan.thin[0]] = True
+        return spread(near, COARSEST) if near.any() else near
 
     def _choose_probes(self) -> None:
         expected = strata.expected_errors(self.values)
@@ -266,10 +289,12 @@ class Estimate:
             self._leave_textures_out(expected)
         rough = of_labels(self.plan.rough, self.labels)
         self.strata[...] = strata.strata_of(expected, self.labels, self.have, rough)
-        even = (self.strata // strata.STEPS == strata.EVEN) & _outline(self.have.shape)
+        even = (self.strata // strata.STEPS == strata.EVEN) & (outline(self.have.shape) | self._edges())
         self.strata[even] += strata.STEPS * (strata.BORDER - strata.EVEN)
         share = float(np.clip(2.0**-14 / self.target, 2.0**-7, 2.0**-2))
         self.chances[...] = strata.chances(self.strata, expected, share, self.budget)
+        border = np.s_[strata.STEPS * strata.BORDER : strata.STEPS * (strata.BORDER + 1)]
+        self.chances[border] = np.maximum(self.chances[border], min(FINE / self.target, 1.0))
         self.want[...] = PROBED * self._probes()
 
     def _leave_textures_out(self, expected: NDArray[np.float32]) -> None:
@@ -352,7 +377,7 @@ class Estimate:
         near = np.zeros(self.have.shape, dtype=bool)
         near.ravel()[found.probes[odd]] = True
         near.ravel()[self._followed(found)] = True
-        near = _spread(near, COARSEST // 2) & ~self.shown
+        near = spread(near, COARSEST // 2) & ~self.shown
         self.strata[near] = self.strata[near] % strata.STEPS + strata.STEPS * strata.SUSPECT
         self.shown |= near
         self.want[near] = np.maximum(self.have[near], SAMPLED) + 2
@@ -370,18 +395,3 @@ class Estimate:
         What few samples say of a look is mostly nothing and seldom much; of themselves they know more.
         """
         self.shown |= (self.chances >= MOSTLY)[self.strata]
-
-
-def _outline(shape: tuple[int, ...]) -> Masks:
-    """The outermost pixels of a picture: no neighbour tells of an edge in the outer half of them."""
-    found = np.ones(shape, dtype=bool)
-    found[1:-1, 1:-1] = False
-    return found
-
-
-def _spread(marks: Masks, reach: int) -> Masks:
-    """Marks (H, W) with all pixels up to `reach` away along and across."""
-    height, width = marks.shape
-    padded = np.pad(marks, reach)
-    rows = np.logical_or.reduce([padded[step : step + height] for step in range(2 * reach + 1)])
-    return np.logical_or.reduce([rows[:, step : step + width] for step in range(2 * reach + 1)])

@@ -6,10 +6,13 @@ highlight of strength 0. What is built carries the lines of the scene that asked
 
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import partial
 
 import schemas.cameras as language
 from renderer import cost, tiling
+from renderer.adaptive.edges import edge_places
 from renderer.adaptive.halves import lens_in_sequence
+from renderer.adaptive.thin import thin_places
 from renderer.arrays import column
 from renderer.cameras import Pinhole, pinhole, thin_lens
 from renderer.compile import first_looks, lights, overlaps, shapes, spawners, surfaces
@@ -90,6 +93,7 @@ def _plan(request: Request) -> RenderPlan:
     meetings = [shapes.meeting(request, family, camera) for family in families]
     meetings += overlaps.stages(request, families)
     visible = lights.visible_lights(request)
+    seen = [light.rectangles for light in visible]
     table = _table(request)
     points, bent = surfaces.surfaces(request, families, table)
     bounces = spawners.spawners(request)
@@ -108,6 +112,8 @@ def _plan(request: Request) -> RenderPlan:
         look=None,
         textured=first_looks.shapes_with(request, "color_texture"),
         rough=first_looks.shapes_with(request, "normal_map", "bump_map", "mirror", "transmission"),
+        thin=first_looks.places(request, families, partial(thin_places, camera)),
+        edges=first_looks.places(request, [*families, *seen], partial(edge_places, camera)),
         spawners=bounces,
         unshaded=light_surfaces.Unshaded(
             column(request.document.background),

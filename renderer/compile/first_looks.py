@@ -1,14 +1,16 @@
 """The first look that target quality takes at each pixel: one ray, with as little noise as may be."""
 
+from collections.abc import Callable
 from dataclasses import fields, replace
 
 import numpy as np
 
 import schemas.textures as language
 from renderer.adaptive.lighting import CORNERS, SIDES, FirstLook, ProbingEmitter, finest
-from renderer.arrays import Masks
+from renderer.arrays import Floats, Integers, Masks
 from renderer.compile.lights import shadow_stages
 from renderer.compile.request import Request
+from renderer.compile.shapes import in_tree
 from renderer.lights.emitters import Emitter
 from renderer.materials.maps import ColorTexture
 from renderer.materials.phong import Phong
@@ -47,6 +49,14 @@ def shapes_with(request: Request, *parts: str) -> Masks:
     materials = request.document.materials
     having = {name for name, material in materials.items() if any(getattr(material, part) for part in parts)}
     return np.array([shape.material in having for shape in request.document.shapes], dtype=bool)
+
+
+def places(request: Request, families: list[Family], of_corners: Callable[[Floats], Integers]) -> Integers:
+    """Pixels (2, N) that hulls of shapes ask to look at; triangles in trees are parts of larger things."""
+    found = [np.zeros((2, 0), dtype=np.int64)]
+    if request.target is not None:
+        found += [of_corners(family.corners()) for family in families if not in_tree(family)]
+    return np.hstack(found)
 
 
 def averaged(stage: PointStage, error: float) -> PointStage:

@@ -1,0 +1,57 @@
+"""Where edges of flat shapes run on the picture: pixels that they pass may look like all around them."""
+
+import numpy as np
+
+from renderer.arrays import Floats, Integers, Masks, dot
+from renderer.cameras import Pinhole
+
+EDGES = {3: ((0, 1), (1, 2), (2, 0)), 4: ((0, 1), (0, 2), (1, 3), (2, 3))}
+"""Pairs of corners with an edge between them, by the number of corners; other hulls are of round shapes."""
+
+STEP = 0.5
+"""Distance of the places along an edge, pixels: an edge may cross no more than a corner of a pixel unseen."""
+
+
+def edge_places(camera: Pinhole, corners: Floats) -> Integers:
+    """Pixels that edges of shapes pass, (2, N): column and row.
+
+    Parameters
+    ----------
+    camera : Pinhole
+    corners : (V, 3, K) float64
+    """
+    away = corners.transpose(1, 0, 2) - camera.position[:, :, None]
+    depth = dot(away, camera.forward[:, :, None])
+    right = dot(away, camera.right[:, :, None]) / camera.half_width
+    up = dot(away, camera.up[:, :, None]) / camera.half_height
+    space = np.stack((right, up, depth))
+    found = [np.zeros((2, 0), dtype=np.int64)]
+    for first, second in EDGES.get(corners.shape[0], ()):
+        starts, ends = _inside(space[:, first], space[:, second])
+        found += [_pixels(camera, starts[:, k], ends[:, k]) for k in np.flatnonzero(starts[2] > 0).tolist()]
+    return np.hstack(found)
+
+
+def _inside(starts: Floats, ends: Floats) -> tuple[Floats, Floats]:
+    """The parts of edges (3, K) within the view |x| <= depth, |y| <= depth; depth 0 where there is none."""
+    enters, leaves = np.zeros(starts.shape[1]), np.ones(starts.shape[1])
+    for axis in (0, 1):
+        for side in (-1.0, 1.0):
+            one, other = starts[2] + side * starts[axis], ends[2] + side * ends[axis]
+            crossing = np.divide(one, one - other, out=np.zeros_like(one), where=one != other)
+            enters = np.where(one < 0, np.maximum(enters, crossing), enters)
+            leaves = np.where(other < 0, np.minimum(leaves, crossing), leaves)
+            leaves = np.where((one < 0) & (other < 0), -1.0, leaves)
+    seen: Masks = enters < leaves
+    along = ends - starts
+    return (starts + enters * along) * seen, (starts + leaves * along) * seen
+
+
+def _pixels(camera: Pinhole, start: Floats, end: Floats) -> Integers:
+    ends = np.stack((start, end), axis=1)
+    x, y = ends[:2] / np.maximum(ends[2], np.finfo(np.float64).tiny)
+    x, y = (x + 1) / 2 * camera.width, (1 - y) / 2 * camera.height
+    steps = np.linspace(0, 1, int(np.hypot(*np.diff([x, y])[:, 0]) / STEP) + 2)
+    size = np.array([[camera.width], [camera.height]])
+    found = np.floor(np.stack((x[0] + steps * (x[1] - x[0]), y[0] + steps * (y[1] - y[0])))).astype(np.int64)
+    return np.clip(found, 0, size - 1)

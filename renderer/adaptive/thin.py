@@ -1,0 +1,56 @@
+"""Shapes too thin on the picture for first looks on a lattice to meet them."""
+
+import numpy as np
+
+from renderer.adaptive.lattice import COARSEST
+from renderer.arrays import Floats, Integers, Masks, dot
+from renderer.cameras import Pinhole
+
+DIRECTIONS = 16
+"""In which the width of a shape on the picture is measured, over half a turn: the least is 2 % too large."""
+
+FARTHEST = 65536
+"""Places along a shape at most, however far it reaches beyond the picture."""
+
+
+def thin_places(camera: Pinhole, corners: Floats) -> Integers:
+    """Pixels along shapes narrower than the lattice, (2, N): column and row, those outside left out.
+
+    Parameters
+    ----------
+    camera : Pinhole
+    corners : (V, 3, K) float64
+        Of convex hulls of shapes. Shapes that reach behind the camera are left out: they are near, and wide.
+    """
+    x, y, ahead = _on_picture(camera, corners)
+    narrow = np.flatnonzero(ahead & (_widths(x, y) < COARSEST))
+    found = [_along(x[:, shape], y[:, shape]) for shape in narrow.tolist()]
+    places = np.floor(np.hstack([np.zeros((2, 0)), *found])).astype(np.int64)
+    inside = (places >= 0).all(axis=0) & (places[0] < camera.width) & (places[1] < camera.height)
+    return places[:, inside]
+
+
+def _on_picture(camera: Pinhole, corners: Floats) -> tuple[Floats, Floats, Masks]:
+    """Columns and rows of corners, (V, K) each, and which shapes are wholly before the camera, (K,)."""
+    away = corners.transpose(1, 0, 2) - camera.position[:, :, None]
+    depth, right, up = (dot(away, axis[:, :, None]) for axis in (camera.forward, camera.right, camera.up))
+    ahead: Masks = np.asarray((depth > 0).all(axis=0))
+    depth = np.where(depth > 0, depth, 1.0)
+    x = (right / depth / camera.half_width + 1) / 2 * camera.width
+    y = (1 - up / depth / camera.half_height) / 2 * camera.height
+    return x, y, ahead
+
+
+def _widths(x: Floats, y: Floats) -> Floats:
+    """Least width of each hull on the picture, (K,), pixels."""
+    turns = np.arange(DIRECTIONS) * (np.pi / DIRECTIONS)
+    along = np.cos(turns)[:, None, None] * x + np.sin(turns)[:, None, None] * y
+    return np.ptp(along, axis=1).min(axis=0)
+
+
+def _along(x: Floats, y: Floats) -> Floats:
+    """Places (2, n), at most a pixel apart, between the two corners (V,) that are farthest apart."""
+    away = np.hypot(x[:, None] - x, y[:, None] - y)
+    first, second = np.unravel_index(np.argmax(away), away.shape)
+    steps = np.linspace(0, 1, min(int(away.max()) + 2, FARTHEST))
+    return np.stack([values[first] + steps * (values[second] - values[first]) for values in (x, y)])
