@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import httpx2
@@ -40,17 +44,28 @@ def test_a_running_job_is_cancelled_and_nothing_is_written_afterwards(
     assert job_of(client, job)["progress"]["done"] == steps
 
 
+@contextmanager
+def stopped(process: int) -> Iterator[None]:
+    """While a process does nothing, none of the jobs before another one comes to its turn."""
+    os.kill(process, signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        os.kill(process, signal.SIGCONT)
+
+
 def test_a_queued_job_is_cancelled_before_it_begins(start: Start) -> None:
     server = start(workers=1)
     with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
         until(lambda: len(workers_of(server.process.pid)) == 1)
-        jobs = [submit(client, long_scene()) for _ in range(8)]
-        last = jobs[-1]
-        found = job_of(client, last)
-        assert found["state"] == "queued"
-        assert found["queue_position"] > 0
-        cancelled = client.post(f"/v1/jobs/{last}/cancel").json()
-        assert (cancelled["state"], cancelled["started_at"]) == ("cancelled", None)
+        with stopped(*workers_of(server.process.pid)):
+            jobs = [submit(client, long_scene()) for _ in range(8)]
+            last = jobs[-1]
+            found = job_of(client, last)
+            assert found["state"] == "queued"
+            assert found["queue_position"] > 0
+            cancelled = client.post(f"/v1/jobs/{last}/cancel").json()
+            assert (cancelled["state"], cancelled["started_at"]) == ("cancelled", None)
 
 
 @pytest.mark.parametrize("path", ["/image.png", "/image.npy", "/image.exr"])
