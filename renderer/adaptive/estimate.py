@@ -211,7 +211,10 @@ class Estimate:
         return np.ascontiguousarray(picture.transpose(1, 2, 0))
 
     def counts(self) -> Integers:
-        """Camera samples that each pixel's value is formed of, (H, W); 0 where it is interpolated."""
+        """Camera samples that each pixel has got, (H, W): 1 for a first look alone, 0 in between.
+
+        Those of a probe count, though it may show its first look.
+        """
         return np.maximum(COUNTS[self.have], self.have > 0)
 
     def layers(self, names: Iterable[str]) -> Layers:

@@ -53,14 +53,15 @@ def findings_of(
     taken = COUNTS[have.ravel()]
     sampled = np.flatnonzero(shown.ravel() & (taken > 0))
     probes = np.flatnonzero(~shown.ravel() & (taken > 0))
-    both = np.clip(halves.reshape(2, 3, -1), 0, 1)
+    means = halves.reshape(2, 3, -1)
     single = squares.ravel() / np.maximum(taken - 1, 1)
-    differences = _differences(both[:, :, sampled])
-    bright = (halves.reshape(2, 3, -1)[:, :, sampled] > 1).all(axis=(0, 1))
+    differences = _differences(np.clip(means[:, :, sampled], 0, 1))
+    bright = (means[:, :, sampled] > 1).all(axis=(0, 1))
     single[sampled[bright]] = 0.0
     variances = _guarded(single.reshape(have.shape), sampled, differences, taken[sampled])
-    a, b = both[:, :, probes] - np.clip(looks.reshape(3, -1)[:, probes], 0, 1)
-    errors, spread = (a * b).mean(axis=0), 2 * _differences(both[:, :, probes])
+    both = np.clip(means[:, :, probes], 0, 1)
+    a, b = both - np.clip(looks.reshape(3, -1)[:, probes], 0, 1)
+    errors, spread = (a * b).mean(axis=0), 2 * _differences(both)
     numbers = strata.ravel()
     return Findings(
         sampled=sampled,
