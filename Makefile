@@ -49,7 +49,7 @@ clean:  ## remove .venv and everything made
 	touch $@
 
 .venv/installed: pyproject.toml constraints.txt | .venv/created
-	$(BIN)/python -m pip install --quiet $(CONSTRAINTS) --editable '.[mesh,exr,numerics]'
+	$(BIN)/python -m pip install --quiet $(CONSTRAINTS) --editable '.[mesh,exr,numerics,study]'
 	touch $@
 
 .venv/installed-%: .venv/installed
