@@ -1,0 +1,231 @@
+"""How fast the error of a picture falls: a power law through its passes, and what half the error would cost.
+
+The error of passes that took the times t is taken to be C t^p. In logarithms that is a line, fitted by least
+squares, each pass weighing as much as its own interval says (Bevington and Robinson, Data Reduction and Error
+Analysis for the Physical Sciences, chapter 6).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from math import cos, pi, sin, sqrt, tan
+from statistics import NormalDist
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from renderer.arrays import Floats
+
+FEWEST = 3
+"""Points that a fit needs: a line goes through any two, and nothing would tell how good it is."""
+
+HOLDS = 0.95
+"""How often an interval holds the true value."""
+
+NORMAL = NormalDist().inv_cdf((1 + HOLDS) / 2)
+"""Standard deviations from the middle of such an interval to its ends."""
+
+CLOCKS = ("seconds", "cpu_seconds")
+"""The times that a pass tells."""
+
+
+class NothingToFitError(ValueError):
+    """No law goes through these points; the message says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """An estimate, and the ends of an interval that holds the true value in 95 of 100 cases.
+
+    Attributes
+    ----------
+    estimate, low : float
+    high : float or None
+        None where nothing bounds it.
+    """
+
+    estimate: float
+    low: float
+    high: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class PowerLaw:
+    """The error as a power of the time.
+
+    Attributes
+    ----------
+    order : Interval
+        The power, dimensionless; below 0 where the error falls.
+    time, error : float
+        A point of the fitted line, in the middle of the points.
+    """
+
+    order: Interval
+    time: float
+    error: float
+
+    def at(self, times: npt.ArrayLike) -> Floats:
+        """Errors (N,) after `times` (N,)."""
+        errors: Floats = self.error * (np.asarray(times, dtype=np.float64) / self.time) ** self.order.estimate
+        return errors
+
+    def halving(self, spent: float) -> Interval | None:
+        """How much longer than `spent` it takes until the error is half of what it is then, in its unit.
+
+        None where the error does not fall. Without an upper end where it may not fall.
+        """
+        estimate = _longer(self.order.estimate)
+        if estimate is None:
+            return None
+        low, high = (None if end is None else _longer(end) for end in (self.order.low, self.order.high))
+        assert low is not None
+        return Interval(spent * estimate, spent * low, None if high is None else spent * high)
+
+
+def power_law(times: npt.ArrayLike, errors: npt.ArrayLike, highs: npt.ArrayLike | None = None) -> PowerLaw:
+    """Fit a power law.
+
+    The interval of its order holds in at least 95 of 100 cases where the logarithms of the errors are off by
+    independent normal deviations, either as large as `highs` say or all larger or smaller by one factor: it
+    is the wider one of what the intervals and what the scatter about the line (Student's t) say.
+
+    Parameters
+    ----------
+    times, errors : (N,) array_like
+        In any unit. Points that have no logarithm are left out.
+    highs : (N,) array_like, optional
+        Upper ends of the errors' intervals of 95 in 100, which are symmetric in the squares of the errors.
+        Without them, or where one is not above its error, all points weigh the same and only scatter counts.
+
+    Raises
+    ------
+    NothingToFitError
+        If less than three points are left, or all are of the same time.
+    """
+    times, errors = np.asarray(times, dtype=np.float64), np.asarray(errors, dtype=np.float64)
+    usable = np.isfinite(times) & (times > 0) & np.isfinite(errors) & (errors > 0)
+    if np.count_nonzero(usable) < FEWEST:
+        raise NothingToFitError(
+            f"A fit needs {FEWEST} passes with an error above 0, and there are {np.count_nonzero(usable)}."
+        )
+    x, y = np.log(times[usable]), np.log(errors[usable])
+    deviations = _deviations(errors, highs)[usable]
+    if not (np.isfinite(deviations) & (deviations > 0)).all():
+        return _line(x, y, np.ones(x.size), 0.0)
+    least = float(deviations.min())
+    return _line(x, y, (least / deviations) ** 2, least)
+
+
+def trend(passes: Sequence[Mapping[str, Any]], unknown: str | None = None) -> dict[str, Any]:
+    """What the passes of a picture tell about its convergence.
+
+    Parameters
+    ----------
+    passes : sequence of mappings
+        `seconds`, `cpu_seconds` and `error` when each pass ended, as reports have them.
+    unknown : str, optional
+        Why there are no errors, if there are none.
+
+    Returns
+    -------
+    dict
+        `order`: the power of CPU seconds like which the error falls, with its interval. `next_halving`:
+        what half of the newest error would cost beyond what was spent for that, in `seconds` and
+        `cpu_seconds`, at the rate at which CPU seconds were spent so far. Either may be None, or the latter
+        without an upper end; `reason` then says why.
+    """
+    known = [entry for entry in passes if entry["error"] is not None]
+    try:
+        if not known and unknown:
+            raise NothingToFitError(unknown)
+        law = law_of(known)
+    except NothingToFitError as error:
+        return {"order": None, "next_halving": None, "reason": str(error)}
+    costs = {clock: law.halving(known[-1][clock]) for clock in CLOCKS}
+    documents = {clock: asdict(cost) for clock, cost in costs.items() if cost}
+    return {"order": asdict(law.order), "next_halving": documents or None, "reason": _doubt(costs)}
+
+
+def _doubt(costs: Mapping[str, Interval | None]) -> str | None:
+    if not all(costs.values()):
+        return "The error does not fall from pass to pass."
+    if any(cost and cost.high is None for cost in costs.values()):
+        return "The passes are too few, or too far from a power law, to tell how fast the error falls."
+    return None
+
+
+def law_of(passes: Sequence[Mapping[str, Any]]) -> PowerLaw:
+    """The law in CPU seconds of passes all of which have an error.
+
+    Raises
+    ------
+    NothingToFitError
+        See `power_law`.
+    """
+    errors = [entry["error"] for entry in passes]
+    return power_law(
+        [entry["cpu_seconds"] for entry in passes],
+        [error["estimate"] for error in errors],
+        [error["high"] for error in errors],
+    )
+
+
+def student(freedom: int) -> float:
+    """Half the width of Student's interval that holds in 95 of 100 cases, for that many degrees of freedom.
+
+    Where the distribution function is the finite series of Abramowitz and Stegun, 26.7.3 and 26.7.4.
+
+    >>> [round(student(freedom), 3) for freedom in (1, 2, 3, 30)]
+    [12.706, 4.303, 3.182, 2.042]
+    """
+    low, high = 0.0, pi / 2
+    # Halving the interval once for each bit of the angle.
+    for _ in range(53):
+        middle = (low + high) / 2
+        low, high = (middle, high) if _within(middle, freedom) < HOLDS else (low, middle)
+    return sqrt(freedom) * tan(low)
+
+
+def _within(angle: float, freedom: int) -> float:
+    """The probability that Student's t lies within sqrt(freedom) tan(angle) of 0."""
+    odd = freedom % 2
+    term = cos(angle) if odd else 1.0
+    total = 0.0
+    for k in range(1 + odd, freedom + odd, 2):
+        total += term
+        term *= cos(angle) ** 2 * k / (k + 1)
+    return 2 / pi * (angle + sin(angle) * total) if odd else sin(angle) * total
+
+
+def _deviations(errors: Floats, highs: npt.ArrayLike | None) -> Floats:
+    """Standard deviations of the logarithms of errors: half of those of the squares, relative to these."""
+    if highs is None:
+        return np.zeros(errors.size)
+    with np.errstate(all="ignore"):
+        deviations: Floats = ((np.asarray(highs, dtype=np.float64) / errors) ** 2 - 1) / (2 * NORMAL)
+    return deviations
+
+
+def _line(x: Floats, y: Floats, weights: Floats, deviation: float) -> PowerLaw:
+    """The line through points whose standard deviations are `deviation` over the roots of `weights`."""
+    if x.min() == x.max():
+        raise NothingToFitError("All errors are of the same time.")
+    total = weights.sum()
+    middle, height = (weights * x).sum() / total, (weights * y).sum() / total
+    across, up = x - middle, y - height
+    spread = (weights * across**2).sum()
+    order = float((weights * across * up).sum() / spread)
+    freedom = x.size - 2
+    scatter = np.sqrt((weights * (up - order * across) ** 2).sum() / freedom)
+    half = float(max(NORMAL * deviation, student(freedom) * scatter) / np.sqrt(spread))
+    return PowerLaw(Interval(order, order - half, order + half), float(np.exp(middle)), float(np.exp(height)))
+
+
+def _longer(order: float) -> float | None:
+    """How many times as long again half the error takes; None if it is never reached."""
+    if order >= 0:
+        return None
+    with np.errstate(over="ignore"):
+        more = float(np.expm1(np.log(2.0) / -order))
+    return more if np.isfinite(more) else None

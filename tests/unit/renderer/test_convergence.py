@@ -1,0 +1,220 @@
+"""The power law through the errors of passes: exact laws, noise, and points through which none goes."""
+
+from __future__ import annotations
+
+import math
+from statistics import NormalDist
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from renderer.convergence import NothingToFitError, law_of, power_law, student, trend
+
+EPS = np.finfo(np.float64).eps
+
+orders = st.floats(-3.0, 2.0)
+scales = st.floats(1e-30, 1e30)
+curves = st.lists(st.floats(1e-3, 1e6), min_size=3, max_size=12, unique=True).filter(
+    lambda times: max(times) > 2 * min(times)
+)
+
+
+def exactly(times: np.ndarray, order: float, scale: float) -> np.ndarray:
+    return scale * (times / times[0]) ** order
+
+
+@settings(max_examples=200, deadline=None)
+@given(curves, orders, scales)
+def test_an_exact_power_law_is_found(times: list[float], order: float, scale: float) -> None:
+    t = np.array(times)
+    errors = exactly(t, order, scale)
+    law = power_law(t, errors)
+    # Logarithms of at most 100 are rounded to half an EPS of themselves; the slope is a mean of differences
+    # of them over a spread of at least log(2) / 2.
+    room = 100 * EPS * t.size / (math.log(2) / 2)
+    assert law.order.estimate == pytest.approx(order, abs=room)
+    assert law.order.low <= law.order.estimate <= law.order.high
+    assert law.at(t) == pytest.approx(errors, rel=100 * EPS + 16 * room)
+
+
+@settings(max_examples=100, deadline=None)
+@given(curves, st.floats(-3.0, -0.1), scales)
+def test_the_cost_of_half_the_error_is_that_of_the_law(
+    times: list[float], order: float, scale: float
+) -> None:
+    t = np.array(times)
+    law = power_law(t, exactly(t, order, scale))
+    cost = law.halving(float(t.max()))
+    assert cost is not None
+    # e(t + cost) = e(t) / 2 exactly where (t + cost) / t = 2^(-1 / order).
+    assert cost.estimate == pytest.approx(t.max() * (2 ** (-1 / order) - 1), rel=1e-9)
+    assert law.at([t.max() + cost.estimate])[0] == pytest.approx(law.at([t.max()])[0] / 2, rel=1e-9)
+
+
+@settings(max_examples=100, deadline=None)
+@given(curves, orders, st.floats(1e-6, 1e6), st.floats(1e-6, 1e6))
+def test_the_order_does_not_depend_on_units(
+    times: list[float], order: float, seconds: float, levels: float
+) -> None:
+    t = np.array(times)
+    errors = exactly(t, order, 1.0) * np.exp(0.1 * np.sin(np.arange(t.size)))
+    highs = errors * (1.1 + 0.1 * np.cos(np.arange(t.size)))
+    one = power_law(t, errors, highs).order
+    other = power_law(seconds * t, levels * errors, levels * highs).order
+    # Logarithms of up to 60 are rounded, their spread is at least log(2) / 2, Student's factor at most 13.
+    room = 1000 * 60 * EPS * 13 / (math.log(2) / 2)
+    for end in ("estimate", "low", "high"):
+        assert getattr(other, end) == pytest.approx(getattr(one, end), abs=room)
+
+
+def intervals_that_hold(points: int, wrong: float, *, told: bool, count: int = 2000) -> int:
+    """How many of `count` curves with noise have the true order in their interval."""
+    random = np.random.default_rng([points, int(10 * wrong), told])
+    held = 0
+    for _ in range(count):
+        times = np.sort(random.uniform(1, 100, points))
+        deviations = random.uniform(0.02, 0.2, points) if told else np.full(points, 0.1)
+        errors = 0.3 * times**-0.7 * np.exp(wrong * deviations * random.standard_normal(points))
+        # The interval of a square is symmetric, with twice the deviation of the logarithm.
+        highs = errors * np.sqrt(1 + 2 * NormalDist().inv_cdf(0.975) * deviations)
+        order = power_law(times, errors, highs if told else None).order
+        held += order.low <= -0.7 <= order.high
+    return held
+
+
+@pytest.mark.parametrize("points", [3, 4, 8])
+@pytest.mark.parametrize(
+    ("told", "wrong"),
+    [(True, 1.0), (True, 4.0), (False, 1.0)],
+    ids=["intervals that are right", "intervals a quarter as wide as the noise", "no intervals"],
+)
+def test_the_interval_holds_the_order_in_95_of_100_curves(points: int, told: bool, wrong: float) -> None:
+    held = intervals_that_hold(points, wrong, told=told)
+    # 0.95 at least, judged by four standard deviations of 2000 trials: one in 30,000 fails by chance.
+    assert held >= 2000 * 0.95 - 4 * math.sqrt(2000 * 0.95 * 0.05)
+
+
+@pytest.mark.parametrize("points", [4, 8])
+def test_without_intervals_it_does_not_hold_it_more_often_than_that(points: int) -> None:
+    held = intervals_that_hold(points, 1.0, told=False)
+    assert held <= 2000 * 0.95 + 4 * math.sqrt(2000 * 0.95 * 0.05)
+
+
+@pytest.mark.parametrize(
+    ("freedom", "half"), [(1, math.tan(0.475 * math.pi)), (2, 0.95 * math.sqrt(2 / (1 - 0.95**2)))]
+)
+def test_students_interval_is_that_of_the_closed_forms(freedom: int, half: float) -> None:
+    # Their distribution functions can be inverted: 2 atan(t) / pi, and t / sqrt(2 + t^2).
+    assert student(freedom) == pytest.approx(half, rel=1e-12)
+
+
+def test_students_interval_tends_to_the_normal_one() -> None:
+    normal = NormalDist().inv_cdf(0.975)
+    # The first term of the expansion in 1 / freedom (Abramowitz and Stegun 26.7.5); the next is 1e-8 here.
+    assert student(10_000) == pytest.approx(normal + (normal**3 + normal) / 40_000, abs=1e-7)
+
+
+def highs_of(errors: list[float], deviations: list[float]) -> list[float]:
+    """Upper ends of intervals of errors whose logarithms have these standard deviations."""
+    normal = NormalDist().inv_cdf(0.975)
+    return [e * math.sqrt(1 + 2 * normal * d) for e, d in zip(errors, deviations, strict=True)]
+
+
+def test_a_point_weighs_as_much_as_the_square_of_its_interval_says() -> None:
+    # Two pairs of points, each pair of one time: the line goes through the weighted means of the pairs.
+    errors, deviations = [1.0, math.exp(0.5), math.exp(-1.0), 1.0], [0.01, 0.02, 0.03, 0.01]
+    first = (0 * 4 + 0.5 * 1) / (4 + 1)
+    second = (-1.0 * 1 + 0 * 9) / (1 + 9)
+    order = power_law([1, 1, math.e, math.e], errors, highs_of(errors, deviations)).order
+    assert order.estimate == pytest.approx(second - first, rel=1e-12)
+
+
+def test_points_on_a_line_leave_what_their_intervals_leave() -> None:
+    times = [math.exp(-1), 1.0, math.e]
+    order = power_law(times, [1 / t for t in times], highs_of([1 / t for t in times], [0.01] * 3)).order
+    # The deviation of a slope is that of the points over the root of the sum of x^2 = 2.
+    half = NormalDist().inv_cdf(0.975) * 0.01 / math.sqrt(2)
+    assert (order.low, order.high) == pytest.approx((-1 - half, -1 + half), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("times", "errors", "message"),
+    [
+        ([], [], "there are 0"),
+        ([1, 2], [0.2, 0.1], "there are 2"),
+        ([1, 2, 3], [0.2, 0.1, 0.0], "there are 2"),
+        ([0, 2, 3], [0.2, 0.1, 0.05], "there are 2"),
+        ([1, 2, 3], [0.2, math.nan, math.inf], "there are 1"),
+        ([1, 2, 3], [0.2, -0.1, 0.1], "there are 2"),
+        ([2, 2, 2], [0.2, 0.1, 0.05], "same time"),
+    ],
+)
+def test_where_there_is_nothing_to_fit_it_is_said_why(
+    times: list[float], errors: list[float], message: str
+) -> None:
+    with pytest.raises(NothingToFitError, match=message):
+        power_law(times, errors)
+
+
+def passes(*points: tuple[float, float | None], high: float = 1.01) -> list[dict[str, Any]]:
+    return [
+        {
+            "seconds": 2 * time,
+            "cpu_seconds": time,
+            "error": error and {"estimate": error, "low": error / high, "high": error * high},
+        }
+        for time, error in points
+    ]
+
+
+def test_half_the_error_costs_three_times_as_long_again_for_random_samples() -> None:
+    found = trend(passes((0.5, None), (1, 0.1), (4, 0.05), (16, 0.025)))
+    assert found["order"]["estimate"] == pytest.approx(-0.5)
+    assert found["next_halving"]["cpu_seconds"]["estimate"] == pytest.approx(48)
+    assert found["next_halving"]["seconds"]["estimate"] == pytest.approx(96)
+    for cost in found["next_halving"].values():
+        assert cost["low"] < cost["estimate"] < cost["high"]
+    assert found["reason"] is None
+
+
+def test_passes_without_an_error_do_not_count() -> None:
+    known = passes((1, 0.1), (4, 0.04), (16, 0.025))
+    assert trend([*passes((0.1, None)), *known]) == trend(known)
+    assert law_of(known).order.estimate == trend(known)["order"]["estimate"]
+
+
+@pytest.mark.parametrize("errors", [(0.1, 0.1, 0.1), (0.1, 0.2, 0.4)], ids=["level", "rising"])
+def test_an_error_that_does_not_fall_is_never_halved(errors: tuple[float, ...]) -> None:
+    found = trend(passes(*zip((1, 4, 16), errors, strict=True)))
+    assert found["order"]["estimate"] >= 0
+    assert found["next_halving"] is None
+    assert found["reason"] == "The error does not fall from pass to pass."
+
+
+def test_what_may_not_fall_at_all_has_no_upper_end_and_a_reason() -> None:
+    found = trend(passes((1, 0.1), (2, 0.02), (3, 0.05), (4, 0.03)))
+    assert found["order"]["low"] < 0 < found["order"]["high"]
+    assert found["next_halving"]["seconds"]["high"] is None
+    assert "power law" in found["reason"]
+
+
+def test_a_fall_too_slow_for_any_number_has_no_cost() -> None:
+    found = trend(passes((1, 0.1), (10, 0.1 * 10**-1e-4), (100, 0.1 * 10**-2e-4)))
+    assert found["order"]["estimate"] == pytest.approx(-1e-4)
+    assert found["next_halving"] is None
+
+
+def test_of_unknown_errors_the_reason_given_is_told() -> None:
+    found = trend(passes((1, None), (2, None), (3, None)), "For this.")
+    assert found == {"order": None, "next_halving": None, "reason": "For this."}
+    assert "there are 0" in trend([])["reason"]
+
+
+def test_a_lower_end_of_0_is_no_obstacle() -> None:
+    known = passes((1, 0.1), (4, 0.05), (16, 0.025))
+    for entry in known:
+        entry["error"]["low"] = 0.0
+    assert trend(known)["order"]["estimate"] == pytest.approx(-0.5)
