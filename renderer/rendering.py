@@ -3,7 +3,7 @@
 import time
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -11,11 +11,13 @@ import numpy as np
 
 from renderer.adaptive.rendering import render_adaptively
 from renderer.compile import compile_scene
+from renderer.convergence import trend
 from renderer.errors import told
 from renderer.execute import TileResult, render_tile
 from renderer.film import Image, clamped, compose, enlarge, non_finite
 from renderer.layers import Sheets
 from renderer.plan import RenderPlan
+from renderer.progressive import errors_of, squares_of, unknown_error
 from renderer.results import RenderResult, TileEvent
 from renderer.tiling import tiles
 from renderer.workers import shared_out
@@ -33,6 +35,7 @@ class _Picture:
     counts: Counter[str] = field(default_factory=Counter)
     work: Counter[str] = field(default_factory=Counter)
     cpu_seconds: float = 0.0
+    passes: list[dict[str, Any]] = field(default_factory=list)
 
     def take(self, tile: Tile, pass_: Pass, result: TileResult) -> Image:
         """Keep a result; gives the tile as it looks now."""
@@ -44,6 +47,21 @@ class _Picture:
             return enlarge(result.pixels, pass_.stride, tile.height, tile.width)
         self.parts.setdefault(tile.index, []).append((pass_, result.pixels))
         return compose(self.parts[tile.index])
+
+    def note(self, seconds: float) -> None:
+        """Keep what the picture has taken when a pass ends; its error is known later, if at all."""
+        cost = {"seconds": seconds, "cpu_seconds": self.cpu_seconds, "rays": dict(self.counts)}
+        self.passes.append(cost | {"error": None})
+
+    def note_errors(self) -> None:
+        """Keep the errors after those passes of which they are known."""
+        pixels = self.plan.width * self.plan.height
+        # By number and not as they came: sums would differ by rounding.
+        found = [squares_of(self.parts[number]) for number in sorted(self.parts)]
+        errors = errors_of(found, pixels)
+        for cost, pass_ in zip(reversed(self.passes), reversed(self.plan.passes), strict=False):
+            if pass_.index in errors:
+                cost["error"] = errors[pass_.index].document()
 
     def image(self, tile_size: int | None) -> Image:
         """All tiles in their places."""
@@ -88,7 +106,7 @@ def render(
         names = [layer.name for layer in plan.layers]
         plan = compile_scene(plan.scene, quality, layers=names, culling=plan.culling)
     if isinstance(plan.quality, TargetQuality):
-        return render_adaptively(plan, plan.quality, on_tile, workers, tile_size)
+        return _converging(render_adaptively(plan, plan.quality, on_tile, workers, tile_size), None)
     begun = time.perf_counter()
     rounds = plan.passes if on_tile else plan.passes[1:]
     work = [[(tile, pass_) for tile in tiles(plan, pass_, tile_size)] for pass_ in rounds]
@@ -100,8 +118,19 @@ def render(
                 pixels, done = picture.take(tile, pass_, result), done + 1
                 if on_tile:
                     on_tile(TileEvent(tile, pass_, pixels, done, total))
+            picture.note(time.perf_counter() - begun)
     image = picture.image(tile_size)
-    return RenderResult(image, sheets.finished(), _report(plan, picture, image, time.perf_counter() - begun))
+    unknown = unknown_error(plan)
+    if unknown is None:
+        picture.note_errors()
+    report = _report(plan, picture, image, time.perf_counter() - begun)
+    return _converging(RenderResult(image, sheets.finished(), report), unknown)
+
+
+def _converging(result: RenderResult, unknown: str | None) -> RenderResult:
+    """The same with how fast the error falls; `unknown` says why nothing is known of it."""
+    report = result.report | {"convergence": trend(result.report["passes"], unknown)}
+    return replace(result, report=report)
 
 
 _Task = tuple[Tile, Pass]
@@ -126,7 +155,8 @@ def _report(plan: RenderPlan, picture: _Picture, image: Image, seconds: float) -
             "antialiasing_mean": float(plan.antialiasing.samples),
             "light_mean": float(np.mean(shaded)) if shaded else 0.0,
         },
-        "error": None,
+        "error": picture.passes[-1]["error"],
+        "passes": picture.passes,
         "numerics": {
             "non_finite": non_finite(image),
             "clamped": sum(map(clamped, picture.parts.values())),

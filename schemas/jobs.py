@@ -126,6 +126,7 @@ class JobLinks(Message):
     image_png: str
     image_npy: str
     image_exr: str = ""
+    convergence: str = ""
     layers: dict[str, str] = Field(default={}, description="The layers that were asked for, by name.")
 
 
@@ -149,7 +150,9 @@ class Job(Message):
     cost: JobCost
     numerics: Numerics | None = Field(default=None, description="Null until the picture is finished.")
     error: ReachedError | None = Field(
-        default=None, description="With target quality the error reached so far; null before it is known."
+        default=None,
+        description="The error reached so far, with target quality and with random samples; null where it is "
+        "not known.",
     )
     warnings: tuple[Problem, ...] = Field(default=(), description="Valid, but probably not meant.")
     links: JobLinks

@@ -23,7 +23,7 @@ from service.dispatcher import Dispatcher
 from service.engines.slots import SlotEngine
 from service.engines.worker import WorkerSetup
 from service.feed import Feed
-from service.routes import assets, jobs, operations, pictures, scenes, tiles
+from service.routes import assets, convergence, jobs, operations, pictures, scenes, tiles
 from service.routes.parameters import COMPONENTS, problem
 from service.settings import Settings
 from service.store.assets import AssetStore
@@ -31,7 +31,7 @@ from service.store.passes import PassStore
 from service.store.tiles import FileTileStore
 
 DESCRIPTION = "Send a scene as JSON, watch its tiles arrive, fetch the picture by the job's id."
-ROUTERS = (jobs, tiles, pictures, scenes, assets, operations)
+ROUTERS = (jobs, tiles, pictures, convergence, scenes, assets, operations)
 
 
 def create_app(settings: Settings) -> FastAPI:

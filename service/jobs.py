@@ -15,7 +15,7 @@ from fastapi.concurrency import run_in_threadpool
 from sqlalchemy import func, insert, select
 from sqlalchemy.orm import Session
 
-from renderer import tiling
+from renderer import progressive, tiling
 from schemas.jobs import (
     Failure,
     Job,
@@ -30,7 +30,7 @@ from schemas.jobs import (
 )
 from schemas.plans import PlanDocument
 from schemas.problems import Problem
-from service import rows, targets
+from service import pass_costs, rows, targets
 from service.admission import Admitted
 from service.context import Service
 from service.database.models import JobRow, TileRow
@@ -93,7 +93,11 @@ def _course(admitted: Admitted, tile_size: int | None) -> tuple[list[targets.Ste
     if target is not None:
         return targets.begin(plan, target, tile_size, admitted.description.cost.camera_rays)
     steps = [(pass_, tile) for pass_ in plan.passes for tile in tiling.tiles(plan, pass_, tile_size)]
-    return steps, {"total_work": sum(rows.work(pass_, tile) for pass_, tile in steps)}
+    return steps, {
+        "total_work": sum(rows.work(pass_, tile) for pass_, tile in steps),
+        "pass_costs": pass_costs.begin([pass_.index for pass_, _ in steps]),
+        "error_unknown": progressive.unknown_error(plan),
+    }
 
 
 def find(session: Session, job_id: str) -> JobRow:
@@ -199,8 +203,9 @@ def failure_of(row: JobRow) -> Failure | None:
 
 
 def _error_of(row: JobRow) -> ReachedError | None:
-    """Describe the error that a job of target quality has reached, once it is known."""
-    known = row.merges[-1]["error"] if row.merges else None
+    """Describe the error that a job has reached, once it is known."""
+    entries = row.pass_costs if row.target_error is None else row.merges
+    known = entries[-1]["error"] if entries else None
     return ReachedError.model_validate(known) if known else None
 
 
@@ -250,6 +255,7 @@ def _links(row: JobRow) -> JobLinks:
         tiles=f"{path}/tiles",
         events=f"{path}/events",
         plan=f"{path}/plan",
+        convergence=f"{path}/convergence",
         image_png=f"{path}/image.png",
         image_npy=f"{path}/image.npy",
         image_exr=f"{path}/image.exr",

@@ -13,7 +13,7 @@ from sqlalchemy import bindparam, exists, literal_column, or_, select, update
 from sqlalchemy.orm import Session
 
 from schemas.jobs import JobState
-from service import rows, targets
+from service import pass_costs, rows, targets
 from service.database.models import DONE, RUNNING, WAITING, JobRow, TileRow
 from service.engines.tasks import ComposeDone, ComposeTask, JobTask, SampleTask, TileDone, TileTask
 from service.store.tiles import StoredTile
@@ -100,6 +100,8 @@ def land(session: Session, job: JobRow, task: TileTask, done: TileDone) -> bool:
     job.cpu_seconds += done.cpu_seconds
     job.rays = _sum(job.rays, done.counts)
     job.work = _sum(job.work, done.work)
+    if job.target_error is None:
+        pass_costs.note(job, task.pass_.index, done)
     step.state, step.seq, step.crc32, step.cpu_seconds = DONE, job.last_seq, done.crc32, done.cpu_seconds
     return True
 
@@ -131,13 +133,22 @@ def _compose_task(session: Session, job: JobRow) -> JobTask:
     if job.target_error is not None:
         return targets.advance_task(session, job)
     parts = tuple(sampled(session, job))
-    return ComposeTask(job.id, job.width, job.height, parts, job.compose_attempt, tuple(job.layers))
+    return ComposeTask(
+        job=job.id,
+        width=job.width,
+        height=job.height,
+        parts=parts,
+        attempt=job.compose_attempt,
+        layers=tuple(job.layers),
+        compared=job.error_unknown is None,
+    )
 
 
 def complete(job: JobRow, done: ComposeDone) -> None:
     """Take note of a final picture."""
     job.image_sha256 = done.sha256
     job.numerics = job.numerics | done.numerics
+    pass_costs.note_errors(job, done.errors)
     rows.end(job, JobState.SUCCEEDED)
 
 

@@ -15,6 +15,7 @@ from starlette.exceptions import HTTPException
 
 import renderer
 from renderer.assets import AssetError
+from renderer.convergence import NothingToFitError
 from renderer.errors import ImageFileError, MissingExtraError
 from schemas.problems import Problem, ProblemDocument
 from service import errors
@@ -43,6 +44,7 @@ KINDS: dict[type[Exception], Kind] = {
     ImageFileError: Kind(500, "picture_failed", told=False),
     MissingExtraError: Kind(501, "extra_missing"),
     AssetError: Kind(422, "asset_not_usable"),
+    NothingToFitError: Kind(422, "nothing_to_fit"),
     errors.ServiceError: Kind(500, "internal", told=False),
     errors.RequestError: Kind(400, "bad_request"),
     errors.BodyTooLargeError: Kind(413, "body_too_large"),

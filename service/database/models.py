@@ -65,6 +65,8 @@ class JobRow(Base):
 
     One with a ``target_error`` gets its passes one after another: ``merges`` has an entry for each pass whose
     tiles are merged into the picture, the work before it being ``counted_work`` and ``counted_share`` of all.
+    Any other has an entry for each of its passes in ``pass_costs``, and where these cannot tell the error of
+    the picture, the reason in ``error_unknown``.
     """
 
     __tablename__ = "jobs"
@@ -108,6 +110,9 @@ class JobRow(Base):
     merges: Mapped[list[dict[str, Any]]] = mapped_column(JSON, default=list, server_default="[]")
     counted_share: Mapped[float] = mapped_column(Float, default=0.0, server_default="0")
     counted_work: Mapped[int] = mapped_column(Integer, default=0, server_default="0")
+
+    pass_costs: Mapped[list[dict[str, Any]]] = mapped_column(JSON, default=list, server_default="[]")
+    error_unknown: Mapped[str | None] = mapped_column(Text)
 
     image_sha256: Mapped[str | None] = mapped_column(String(64))
     failure: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))

@@ -59,7 +59,10 @@ class AdvanceTask:
 
 @dataclass(frozen=True, eq=False)
 class ComposeTask:
-    """Make the final picture of a job, and its layers, from its tiles."""
+    """Make the final picture of a job, and its layers, from its tiles.
+
+    ``compared`` says that the differences of its passes tell their errors.
+    """
 
     job: str
     width: int
@@ -67,6 +70,7 @@ class ComposeTask:
     parts: tuple[StoredTile, ...]
     attempt: int
     layers: tuple[str, ...] = ()
+    compared: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,10 +116,14 @@ class AdvanceDone:
 
 @dataclass(frozen=True)
 class ComposeDone:
-    """The final picture lies in the store; ``numerics`` counts its bad pixels by kind."""
+    """The final picture lies in the store; ``numerics`` counts its bad pixels by kind.
+
+    ``errors`` are those after the passes of which they are known, by the pass's index.
+    """
 
     sha256: str
     numerics: dict[str, int]
+    errors: dict[int, dict[str, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ import numpy as np
 import structlog
 
 import renderer
-from renderer import film, image_files
+from renderer import film, image_files, progressive
 from service import layers
 from service.engines.passes import PassWorker
 from service.engines.tasks import (
@@ -94,18 +94,23 @@ class Worker:
     def _(self, task: ComposeTask) -> ComposeDone:
         image = np.empty((task.height, task.width, 3), np.float32)
         clamped = 0
+        squares = []
         for _, group in groupby(task.parts, key=lambda part: part.tile.index):
             parts = list(group)
             tile = parts[0].tile
             pixels = [(part.pass_, self._store.get_tile(task.job, part)) for part in parts]
             image[tile.y0 : tile.y1, tile.x0 : tile.x1] = film.compose(pixels)
             clamped += film.clamped(pixels)
+            if task.compared:
+                squares.append(progressive.squares_of(pixels))
         for name, sheet in self._layers(task).items():
             self._store.put_file(task.job, layers.file_name(name), image_files.encode_layer(sheet))
         data = image_files.encode_npy(image)
         self._store.put_file(task.job, "image.npy", data)
         numerics = {"non_finite": film.non_finite(image), "clamped": clamped}
-        return ComposeDone(hashlib.sha256(data).hexdigest(), numerics)
+        errors = progressive.errors_of(squares, task.width * task.height)
+        documents = {index: error.document() for index, error in errors.items()}
+        return ComposeDone(hashlib.sha256(data).hexdigest(), numerics, documents)
 
     @execute.register
     def _(self, task: TraceTask) -> TraceDone:

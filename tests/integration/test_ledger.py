@@ -12,7 +12,7 @@ from sqlalchemy import select
 
 from renderer import tiling
 from schemas.jobs import JobState
-from service import ledger, rows
+from service import ledger, pass_costs, rows
 from service.database.connection import Database
 from service.database.migrations import upgrade
 from service.database.models import JobRow, TileRow
@@ -48,7 +48,7 @@ class Table:
         self.database = database
         self.flying: list[JobTask] = []
 
-    def add(self, job_id: str) -> None:
+    def add(self, job_id: str, *, noted: bool = True) -> None:
         passes = tiling.passes(64, 64, 4)
         steps = [(pass_, tile) for pass_ in passes for tile in tiling.tiles(Picture(), pass_, 32)]
         row = JobRow(
@@ -64,6 +64,7 @@ class Table:
             total_work=1,
             predicted_cpu_seconds=1.0,
             numerics={"retried": 1},
+            pass_costs=pass_costs.begin([pass_.index for pass_, _ in steps]) if noted else [],
             created_at=datetime.now(UTC),
         )
         with self.database.writing() as session:
@@ -215,6 +216,70 @@ def test_the_picture_is_put_together_once_all_tiles_are_there(table: Table) -> N
     job = table.job("a")
     assert (job.state, job.image_sha256) == (JobState.SUCCEEDED, "ab")
     assert job.numerics == {"retried": 1, "clamped": 2}
+
+
+def costs(table: Table) -> list[tuple[int, float, int, float | None]]:
+    """What is told of each finished pass: its index, CPU seconds, camera rays, and error."""
+    return [
+        (entry["pass_index"], entry["cpu_seconds"], entry["rays"]["camera"], entry["error"])
+        for entry in pass_costs.told(table.job("a"))
+    ]
+
+
+def test_a_pass_is_told_when_its_last_tile_is_there_with_all_that_was_done_before(table: Table) -> None:
+    table.add("a")
+    tasks = [table.next() for _ in range(9)]
+    assert costs(table) == []
+    table.round((tasks[0], DONE))
+    assert costs(table) == [(0, 0.5, 3, None)]
+    # The last tile of pass 1 comes after one of pass 2.
+    for place in (1, 2, 3, 5):
+        table.round((tasks[place], DONE))
+    assert costs(table) == [(0, 0.5, 3, None)]
+    table.round((tasks[4], DONE))
+    assert costs(table) == [(0, 0.5, 3, None), (1, 2.5, 15, None)]
+    table.round(*((task, DONE) for task in tasks[6:]))
+    assert costs(table) == [(0, 0.5, 3, None), (1, 2.5, 15, None), (2, 4.5, 27, None)]
+
+
+def test_a_pass_does_not_end_before_an_earlier_one(table: Table) -> None:
+    table.add("a")
+    tasks = [table.next() for _ in range(9)]
+    for task in (tasks[0], *tasks[5:]):
+        table.round((task, DONE))
+    assert [index for index, *_ in costs(table)] == [0]
+    for task in tasks[1:5]:
+        table.round((task, DONE))
+    seconds = [entry["seconds"] for entry in pass_costs.told(table.job("a"))]
+    assert seconds == sorted(seconds)
+    assert seconds[1] == seconds[2] > seconds[0]
+
+
+def test_a_tile_that_is_tried_again_is_counted_once(table: Table) -> None:
+    table.add("a")
+    first = table.next()
+    table.round((first, WorkerDied()))
+    again = table.next()
+    table.round((first, DONE))
+    assert costs(table) == []
+    table.round((again, DONE), (again, DONE))
+    assert costs(table) == [(0, 0.5, 3, None)]
+
+
+def test_errors_of_passes_come_with_the_picture(table: Table) -> None:
+    table.add("a")
+    (compose,) = table.round(*((task, DONE) for task in [table.next() for _ in range(9)])).tasks
+    error = {"estimate": 0.02, "low": 0.01, "high": 0.03}
+    table.round((compose, ComposeDone("ab", {}, {2: error})))
+    assert [entry[3] for entry in costs(table)] == [None, None, error]
+
+
+def test_a_job_of_an_earlier_version_ends_without_costs_of_passes(table: Table) -> None:
+    table.add("a", noted=False)
+    (compose,) = table.round(*((task, DONE) for task in [table.next() for _ in range(9)])).tasks
+    table.round((compose, ComposeDone("ab", {})))
+    assert table.job("a").state is JobState.SUCCEEDED
+    assert costs(table) == []
 
 
 def test_putting_together_is_tried_again_after_a_death(table: Table) -> None:

@@ -1,0 +1,192 @@
+"""The error of a picture against CPU seconds, with logarithmic axes, as SVG or PNG."""
+
+from __future__ import annotations
+
+import io
+import threading
+from textwrap import fill
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from renderer.convergence import NothingToFitError, PowerLaw, law_of
+from renderer.errors import MissingExtraError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from matplotlib.axes import Axes
+
+SIZE = (6.4, 4.2)
+"""Inches."""
+
+DOTS = 150
+"""Of a PNG, an inch: 960 x 630 pixels."""
+
+BLUE, RED = "#4477aa", "#ee6677"
+"""From Paul Tol's bright scheme, which people with any colour vision tell apart."""
+
+STYLE: dict[Any, Any] = {"svg.hashsalt": "penumbra", "svg.fonttype": "none", "font.size": 10}
+"""Text in an SVG stays text, and the same curve has the same bytes."""
+
+ROOM = 1.3
+"""Between what is shown and the frame, as a factor."""
+
+FAR = 30
+"""Half the error is not drawn where it takes more than that many times as long: points would be crowded."""
+
+WRAPPED = 60
+"""Letters in a line of a sentence on the plot."""
+
+# Settings of the library belong to the process, and threads of a server draw at the same time.
+_drawing = threading.Lock()
+
+
+def require_matplotlib() -> None:
+    """See whether plots can be drawn.
+
+    Raises
+    ------
+    MissingExtraError
+        If the library that draws them is not installed.
+    """
+    try:
+        import matplotlib as mpl  # noqa: F401, PLC0415  an extra that many installations do without
+    except ImportError as error:
+        raise MissingExtraError(
+            "Plots need the package matplotlib. Install it with: pip install 'penumbra-render[study]'"
+        ) from error
+
+
+def draw(
+    passes: Sequence[Mapping[str, Any]],
+    *,
+    form: str,
+    title: str,
+    target: float | None = None,
+    unknown: str | None = None,
+) -> bytes:
+    """Draw a curve.
+
+    Parameters
+    ----------
+    passes : sequence of mappings
+        `cpu_seconds` and `error` when each pass ended, as reports have them.
+    form : str
+        "svg" or "png".
+    title : str
+    target : float, optional
+        The error asked for.
+    unknown : str, optional
+        What to write in place of a curve where no pass has an error.
+
+    Raises
+    ------
+    MissingExtraError
+        See `require_matplotlib`.
+    """
+    require_matplotlib()
+    import matplotlib as mpl  # noqa: PLC0415  see above
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    file = io.BytesIO()
+    with _drawing, mpl.rc_context(STYLE):
+        figure = Figure(figsize=SIZE, layout="constrained")
+        panel = figure.add_subplot()
+        panel.set(title=title, xlabel="CPU seconds", ylabel="error (RMSE, linear, clipped to 0..1)")
+        _fill(panel, [entry for entry in passes if entry["error"] is not None], target, unknown)
+        metadata = {"Date": None} if form == "svg" else {"Software": None}
+        figure.savefig(file, format=form, dpi=DOTS, metadata=metadata)
+    return file.getvalue()
+
+
+def _fill(
+    panel: Axes, passes: Sequence[Mapping[str, Any]], target: float | None, unknown: str | None
+) -> None:
+    points = [entry for entry in passes if entry["cpu_seconds"] > 0 and entry["error"]["estimate"] > 0]
+    if not points:
+        text = fill(unknown or "No error above 0 is known yet.", WRAPPED)
+        panel.text(0.5, 0.5, text, transform=panel.transAxes, ha="center", va="center")
+        panel.set(xticks=[], yticks=[])
+        return
+    panel.set(xscale="log", yscale="log")
+    panel.grid(visible=True, which="both", alpha=0.25)
+    times, errors = _points(panel, points)
+    if target is not None:
+        panel.axhline(target, color=RED, linewidth=1, label=f"asked for: {target:.2g}")
+        errors.append(target)
+    try:
+        law = law_of(points)
+    except NothingToFitError:
+        pass
+    else:
+        _line(panel, law, times)
+        _halving(panel, law, points[-1], (times, errors))
+    _axes(panel, times, errors)
+    panel.legend(frameon=False, fontsize="small")
+
+
+def _points(panel: Axes, points: Sequence[Mapping[str, Any]]) -> tuple[list[float], list[float]]:
+    """Draw the passes with the intervals of their errors; give what has to be on the axes."""
+    times = [entry["cpu_seconds"] for entry in points]
+    errors, lows, highs = (
+        np.array([entry["error"][end] for entry in points]) for end in ("estimate", "low", "high")
+    )
+    bars = np.stack((errors - lows, highs - errors))
+    panel.plot(times, errors, color=BLUE, marker="o", markersize=4, label="passes", gid="passes")
+    panel.errorbar(times, errors, yerr=bars, color=BLUE, linestyle="none", capsize=3)
+    return times, [*errors, *lows[lows > 0], *highs]
+
+
+def _line(panel: Axes, law: PowerLaw, times: Sequence[float]) -> None:
+    order = law.order
+    label = f"error ~ time^{order.estimate:.2f} ({order.low:.2f} to {order.high:.2f})"
+    ends = [times[0], times[-1]]
+    panel.plot(ends, law.at(ends), color="black", linewidth=1, linestyle="--", label=label)
+
+
+def _halving(
+    panel: Axes, law: PowerLaw, newest: Mapping[str, Any], shown: tuple[list[float], list[float]]
+) -> None:
+    """Mark where half the error would be reached, if that is not too far, and have it on the axes."""
+    spent, half = newest["cpu_seconds"], newest["error"]["estimate"] / 2
+    cost = law.halving(spent)
+    if cost is None or cost.estimate > FAR * spent:
+        return
+    known = cost.high is not None and cost.high <= FAR * spent
+    high = cost.high if known and cost.high else cost.estimate
+    bars = [[cost.estimate - cost.low], [high - cost.estimate]]
+    interval = f"{cost.low:.2g} to {cost.high:.2g}" if cost.high else f"at least {cost.low:.2g}"
+    label = f"half the error: {cost.estimate:.2g} CPU s more ({interval})"
+    panel.errorbar(
+        [spent + cost.estimate],
+        [half],
+        xerr=bars,
+        color="black",
+        marker="o",
+        markersize=5,
+        markerfacecolor="white",
+        linestyle="none",
+        capsize=3,
+        label=label,
+    )
+    shown[0].extend((spent + cost.low, spent + high))
+    shown[1].append(half)
+
+
+def _axes(panel: Axes, times: Sequence[float], errors: Sequence[float]) -> None:
+    """Leave room around what is shown, and write plain numbers on the axes."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter  # noqa: PLC0415  see above
+
+    for axis, limits, values in (
+        (panel.xaxis, panel.set_xlim, times),
+        (panel.yaxis, panel.set_ylim, errors),
+    ):
+        low, high = min(values), max(values)
+        # At least a decade, so that there are numbers to read.
+        room = max(ROOM, np.sqrt(10 * low / high))
+        limits(low / room, high * room)
+        many = high * room > 1000 * low / room
+        axis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(NullFormatter())

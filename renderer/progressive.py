@@ -1,0 +1,96 @@
+"""The error of pictures of fixed quality, from how far their passes are apart.
+
+Two passes whose samples are independent have means that differ by the errors of both. With n and m samples
+and equal variances the squared error of the mean of all, times (n + m)^2 / (n m), is what the squared
+difference is in the mean. That holds for random samples alone: those of other patterns share their places out
+among each other, and their passes differ by more than their mean is wrong, or by less.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.adaptive.uncertainty import ErrorEstimate, error_of
+from renderer.film import Image, compose
+from renderer.plan import RenderPlan
+from schemas.tiles import Pass
+
+
+def unknown_error(plan: RenderPlan) -> str | None:
+    """Why the passes of a plan of fixed quality tell nothing of its error; None if they do."""
+    pattern = plan.antialiasing.pattern
+    if pattern != "random":
+        return (
+            f"The camera samples of the pattern {pattern!r} depend on each other, so that passes do not tell "
+            "how far they are from the converged picture. Target quality tells it, and so does the pattern "
+            "'random'."
+        )
+    if any(lighting.emitter.shared and lighting.emitter.extent > 0 for lighting in plan.lightings):
+        return (
+            "All camera samples look at the same points of a light, so that no pass tells what lies between "
+            "them. Target quality tells the error, and so do other patterns of light samples than 'uniform'."
+        )
+    if len(plan.passes) < FEWEST_PASSES:
+        return "There is one camera sample in each pixel, and so no other pass to compare it with."
+    return None
+
+
+FEWEST_PASSES = 3
+"""The preview, and two to compare."""
+
+
+VARIANCE = 4 / 3
+"""Of a pixel's estimate less its true squared error, over the mean of the square of the estimate.
+
+Where both errors are normal with variance s they are independent of each other, each square has the variance
+2 s^2, and the mean of the square of the estimate is 3 s^2.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Squares:
+    """Estimated squared errors, mean over channels, summed up over pixels.
+
+    `variance` is that of the difference between this sum and the true one of the picture.
+    """
+
+    total: float
+    variance: float
+
+
+def squares_of(parts: Sequence[tuple[Pass, Image]]) -> dict[int, Squares]:
+    """What is known of a tile after each pass, by the pass's index, from the second with samples on.
+
+    Parameters
+    ----------
+    parts
+        Passes of independent samples, in order, with their pixels (h, w, 3) linear. The preview counts for
+        nothing.
+
+    Returns
+    -------
+    dict of int to Squares
+        Of pixels clipped to 0..1.
+    """
+    rounds = [(pass_, pixels) for pass_, pixels in parts if pass_.stride == 1]
+    found = {}
+    for place in range(1, len(rounds)):
+        pass_, pixels = rounds[place]
+        before = np.clip(compose(rounds[:place]).astype(np.float64), 0, 1)
+        share = pass_.first / pass_.last
+        # What is no number may be as wrong as can be.
+        apart = np.nan_to_num(np.clip(pixels.astype(np.float64), 0, 1) - before, nan=1.0)
+        squares = (apart**2).mean(axis=2) * (share * (1 - share))
+        found[pass_.index] = Squares(float(squares.sum()), VARIANCE * float((squares**2).sum()))
+    return found
+
+
+def errors_of(tiles: Iterable[dict[int, Squares]], pixels: int) -> dict[int, ErrorEstimate]:
+    """The errors of a whole picture after each pass, from those of its tiles."""
+    sums: dict[int, Squares] = {}
+    for tile in tiles:
+        for index, squares in tile.items():
+            so_far = sums.get(index, Squares(0.0, 0.0))
+            sums[index] = Squares(so_far.total + squares.total, so_far.variance + squares.variance)
+    return {index: error_of(squares.total, squares.variance, pixels) for index, squares in sums.items()}

@@ -1,0 +1,123 @@
+"""The convergence of a job as requests ask for it: as a document, as a table, and as a plot."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable
+from typing import Literal
+
+from renderer.convergence import trend
+from renderer.convergence_plot import draw
+from schemas.convergence import Convergence
+from schemas.jobs import JobState
+from service import jobs, pass_costs
+from service.context import Service
+from service.database.models import JobRow
+
+Form = Literal["json", "csv", "svg", "png"]
+
+MEDIA_TYPES: dict[Form, str] = {
+    "json": "application/json",
+    "csv": "text/csv",
+    "svg": "image/svg+xml",
+    "png": "image/png",
+}
+"""The forms that there are; the first one is that of requests which do not say."""
+
+
+def form_of(accept: str) -> Form:
+    """Choose the form that an Accept header likes best (RFC 9110), the first of ours where it likes none.
+
+    >>> [form_of(header) for header in ("image/*;q=0.5, text/csv", "image/*, */*;q=0.1", "text/html", "")]
+    ['csv', 'svg', 'json', 'json']
+    """
+    liked = sorted((_range(part) for part in accept.split(",")), key=lambda found: -found[1])
+    for pattern, weight in liked:
+        for form, media_type in MEDIA_TYPES.items():
+            if weight > 0 and pattern in (media_type, f"{media_type.partition('/')[0]}/*", "*/*"):
+                return form
+    return "json"
+
+
+def _range(part: str) -> tuple[str, float]:
+    pattern, *parameters = (word.strip().lower() for word in part.split(";"))
+    weights = [word.removeprefix("q=") for word in parameters if word.startswith("q=")]
+    try:
+        return pattern, float(weights[0]) if weights else 1.0
+    except ValueError:
+        return pattern, 0.0
+
+
+def etag_of(service: Service, job_id: str, form: Form) -> str:
+    """Return the tag that the answer would have now, without making it."""
+    with service.database.reading() as session:
+        row = jobs.find(session, job_id)
+        return f'"{row.id}-{row.state.value}-{row.last_seq}-convergence.{form}"'
+
+
+def convergence(service: Service, job_id: str) -> Convergence:
+    """Tell the passes of a job and what they say of its error."""
+    with service.database.reading() as session:
+        row = jobs.find(session, job_id)
+    passes = list(pass_costs.told(row))
+    return Convergence.model_validate(
+        {
+            "job": row.id,
+            "state": row.state,
+            "mode": "fixed" if row.target_error is None else "target",
+            "target_error": row.target_error,
+            "passes": passes,
+            **trend(passes, _unknown(row)),
+        }
+    )
+
+
+def _unknown(row: JobRow) -> str | None:
+    """Why no pass tells its error; None where that is not known."""
+    if row.target_error is not None:
+        return None
+    if not row.pass_costs:
+        return "The job was submitted before the service noted what passes cost."
+    running = "The passes are compared when the picture is finished."
+    return row.error_unknown or (None if row.state is JobState.SUCCEEDED else running)
+
+
+def encoded(found: Convergence, form: Form) -> bytes:
+    """Make the answer.
+
+    Raises
+    ------
+    MissingExtraError
+        If it is a plot, and the library that draws it is not installed.
+    """
+    encoders: dict[Form, Callable[[], bytes]] = {
+        "json": lambda: found.model_dump_json().encode(),
+        "csv": lambda: _table(found).encode(),
+    }
+    encode = encoders.get(form) or (lambda: _plot(found, form))
+    return encode()
+
+
+def _table(found: Convergence) -> str:
+    """Write a row for each pass (RFC 4180); what is not known is left empty."""
+    kinds = list(found.passes[-1].rays) if found.passes else []
+    ends = ("estimate", "low", "high")
+    text = io.StringIO()
+    writer = csv.writer(text)
+    writer.writerow(
+        ["pass_index", "seconds", "cpu_seconds"]
+        + [f"rays_{kind}" for kind in kinds]
+        + [f"error_{end}" for end in ends]
+    )
+    for entry in found.passes:
+        error = [getattr(entry.error, end) if entry.error else "" for end in ends]
+        rays = [entry.rays.get(kind, 0) for kind in kinds]
+        writer.writerow([entry.pass_index, entry.seconds, entry.cpu_seconds, *rays, *error])
+    return text.getvalue()
+
+
+def _plot(found: Convergence, form: Form) -> bytes:
+    title = f"Job {found.job}, {found.state.value}"
+    passes = [entry.model_dump() for entry in found.passes]
+    return draw(passes, form=form, title=title, target=found.target_error, unknown=found.reason)
