@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 
 import typer
 
-from service.cli import demo, doctor, explain, jobs, render, serve, submit, trace, validate, watch
+from service.cli import demo, doctor, explain, jobs, render, serve, study, submit, trace, validate, watch
 from service.cli.exits import ExitCode
 
 COMMANDS: tuple[tuple[str, str, Callable[..., Any]], ...] = (
@@ -18,6 +18,7 @@ COMMANDS: tuple[tuple[str, str, Callable[..., Any]], ...] = (
     ("validate", "On this machine", validate.validate),
     ("explain", "On this machine", explain.explain),
     ("trace", "On this machine", trace.trace),
+    ("study", "On this machine", study.study),
     ("serve", "Service", serve.serve),
     ("demo", "Service", demo.demo),
     ("doctor", "Service", doctor.doctor),

@@ -1,0 +1,117 @@
+"""Error against cost: which settings are worth it, how fast errors fall, and what an error costs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+from renderer.convergence import Interval, NothingToFitError, power_law
+
+Row = Mapping[str, Any]
+"""A setting as `results.json` has it."""
+
+GAIN = 0.95
+"""What costs more is worth it where its error is smaller than this part of the other one: less is hardly
+seen, and may be chance."""
+
+
+def seconds(row: Row) -> float:
+    """CPU seconds of a setting, the median of its runs."""
+    return float(row["cpu_seconds"]["estimate"])
+
+
+def rays(row: Row) -> float:
+    """Rays of a setting, of all kinds."""
+    return float(row["rays"])
+
+
+def error(row: Row) -> float:
+    """Root mean square error of a setting, in units of 1/255."""
+    return float(row["rmse_255"]["estimate"])
+
+
+def front(rows: Sequence[Row], cost: Callable[[Row], float] = seconds) -> list[Row]:
+    """Settings that nothing beats, from cheap to dear: all that costs less has a larger error, by `GAIN`.
+
+    Settings whose error the reference cannot tell from 0 are left out.
+
+    Examples
+    --------
+    >>> def row(spent, off):
+    ...     return {"cpu_seconds": {"estimate": spent}, "rmse_255": {"estimate": off}, "told": True}
+    >>> [error(kept) for kept in front([row(3, 1), row(1, 3), row(2, 4)])]
+    [3.0, 1.0]
+    """
+    kept: list[Row] = []
+    for row in sorted((row for row in rows if row["told"]), key=lambda row: (cost(row), error(row))):
+        if not kept or error(row) <= GAIN * error(kept[-1]):
+            kept.append(row)
+    return kept
+
+
+def cost_at(curve: Sequence[Row], wanted_255: float, cost: Callable[[Row], float] = seconds) -> float | None:
+    """What an error costs on a curve from `front`, between two settings on the line in logarithms.
+
+    A curve that begins below the error costs what its first setting costs; None for one that does not reach
+    it.
+
+    Examples
+    --------
+    >>> rows = [{"cpu_seconds": {"estimate": s}, "rmse_255": {"estimate": e}} for s, e in ((1, 4), (16, 1))]
+    >>> cost_at(rows, 2.0), cost_at(rows, 0.5), cost_at(rows, 5.0)
+    (4.0, None, 1.0)
+    """
+    if curve and error(curve[0]) <= wanted_255:
+        return cost(curve[0])
+    for coarse, fine in pairwise(curve):
+        if error(coarse) >= wanted_255 >= error(fine):
+            share = math.log(error(coarse) / wanted_255) / math.log(error(coarse) / error(fine))
+            return cost(coarse) * (cost(fine) / cost(coarse)) ** share
+    return None
+
+
+def error_at(curve: Sequence[Row], spent: float) -> float | None:
+    """The error, in units of 1/255, that a curve has after so many seconds; None before and after its ends.
+
+    Examples
+    --------
+    >>> rows = [{"cpu_seconds": {"estimate": s}, "rmse_255": {"estimate": e}} for s, e in ((1, 4), (16, 1))]
+    >>> error_at(rows, 4.0), error_at(rows, 17.0)
+    (2.0, None)
+    """
+    for coarse, fine in pairwise(curve):
+        if seconds(coarse) <= spent <= seconds(fine):
+            share = math.log(spent / seconds(coarse)) / math.log(seconds(fine) / seconds(coarse))
+            return error(coarse) * (error(fine) / error(coarse)) ** share
+    return None
+
+
+def order(curve: Sequence[Row], cost: Callable[[Row], float] = seconds) -> Interval | None:
+    """The power p in error = C cost^p, by least squares in logarithms; None for less than three settings."""
+    try:
+        return power_law([cost(row) for row in curve], [error(row) for row in curve]).order
+    except NothingToFitError:
+        return None
+
+
+def halving(power: Interval) -> Interval | None:
+    """How many times as much half the error costs, where it falls with that power of the cost.
+
+    None where the error does not fall; without an upper end where it may not fall.
+
+    Examples
+    --------
+    >>> halving(Interval(-0.5, -1.0, 0.1))
+    Interval(estimate=4.0, low=2.0, high=None)
+    """
+    estimate, low, high = (_times(value) for value in (power.estimate, power.low, power.high))
+    if estimate is None or low is None:
+        return None
+    return Interval(estimate, low, high)
+
+
+def _times(power: float | None) -> float | None:
+    # Beyond 2^1000 a float ends; nobody waits that long either.
+    return 2 ** (-1 / power) if power is not None and power < -1e-3 else None

@@ -1,0 +1,154 @@
+"""What is tried: patterns with their numbers of samples, and errors to reach."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+from schemas.quality import FixedQuality, TargetQuality
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from schemas.quality import Quality
+
+Precision = Literal["single", "double"]
+
+PATTERNS = {
+    "uniform": "uniform",
+    "rotated": "uniform",
+    "random": "random",
+    "stratified": "stratified",
+    "sobol": "sobol",
+}
+"""Patterns of camera samples, each with the pattern of light points that goes with it. `center` is `uniform`
+with one sample."""
+
+REGULAR = ("uniform", "rotated")
+"""Patterns whose light points are the same for every camera sample: more of these do not make up for few of
+those, so both have to grow."""
+
+TARGET = "target"
+"""The method that is asked for an error."""
+
+METHODS = (*PATTERNS, TARGET)
+
+BEST = "sobol"
+"""The pattern of references, and of all that is compared at one setting."""
+
+FEW_POINTS = ((1, 1), (1, 4), (1, 16), (1, 64), (4, 1), (4, 4), (4, 16), (4, 64), (16, 4), (16, 16), (64, 4))
+MANY_POINTS = (*FEW_POINTS, (16, 64), (64, 16))
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """How much a study tries.
+
+    Attributes
+    ----------
+    side : int
+        Most pixels along the longer side of its pictures.
+    references : tuple of int
+        Camera samples of each half of the reference, the best one first; less is for small budgets.
+    random, regular : tuple of (camera samples, light points)
+        For patterns that draw new light points for each camera sample, and for those that do not.
+    errors_255 : tuple of float
+        Targets, in units of 1/255.
+    seeds : int
+        How often a setting is rendered, each time with other random numbers.
+    """
+
+    side: int = 256
+    references: tuple[int, ...] = (256, 64, 16)
+    random: tuple[tuple[int, int], ...] = FEW_POINTS
+    regular: tuple[tuple[int, int], ...] = MANY_POINTS
+    errors_255: tuple[float, ...] = (4.0, 2.0, 1.0, 0.5)
+    seeds: int = 3
+
+
+FULL = Scale()
+
+QUICK = Scale(
+    side=48,
+    references=(64,),
+    random=((1, 1), (4, 1), (4, 4), (16, 4)),
+    regular=((1, 1), (4, 1), (4, 4), (16, 4)),
+    errors_255=(8.0, 4.0),
+)
+"""A look at the report, in seconds."""
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """A quality, and the method that it belongs to.
+
+    Attributes
+    ----------
+    method : str
+        One of `METHODS`.
+    quality : Quality
+    """
+
+    method: str
+    quality: Quality
+
+    @property
+    def name(self) -> str:
+        """What people call it: `sobol 16 x 4`, `target 1/255`."""
+        return f"{self.method} {self.counts}"
+
+    @property
+    def counts(self) -> str:
+        """Camera samples x light points, or the error asked for."""
+        if isinstance(self.quality, TargetQuality):
+            return f"{self.quality.error * 255:g}/255"
+        return f"{self.samples} x {self.points}"
+
+    @property
+    def samples(self) -> int:
+        """Camera samples a pixel; 0 for a target, which chooses them itself."""
+        asked = None if isinstance(self.quality, TargetQuality) else self.quality.antialiasing
+        return asked.samples if asked else 0
+
+    @property
+    def points(self) -> int:
+        """Light points a camera sample; 0 for a target."""
+        asked = None if isinstance(self.quality, TargetQuality) else self.quality.light
+        return asked.samples if asked else 0
+
+
+def fixed(pattern: str, samples: int, points: int, precision: Precision = "single") -> Setting:
+    """The setting of so many camera samples and light points.
+
+    Examples
+    --------
+    >>> fixed("rotated", 16, 4).name
+    'rotated 16 x 4'
+    """
+    members: dict[str, Any] = {
+        "mode": "fixed",
+        "antialiasing": {"pattern": pattern, "samples": samples},
+        "light": {"pattern": PATTERNS[pattern], "samples": points},
+        "precision": precision,
+    }
+    return Setting(pattern, FixedQuality.model_validate(members))
+
+
+def targeted(error_255: float) -> Setting:
+    """The setting that asks for an error, in units of 1/255.
+
+    Examples
+    --------
+    >>> targeted(0.5).name
+    'target 0.5/255'
+    """
+    return Setting(TARGET, TargetQuality(mode="target", error=error_255 / 255))
+
+
+def swept(scale: Scale, *, area_lights: bool) -> Iterator[Setting]:
+    """All settings of a study; without area lights the number of light points is always 1."""
+    for pattern in PATTERNS:
+        counts = scale.regular if pattern in REGULAR else scale.random
+        kept = counts if area_lights else tuple(dict.fromkeys((samples, 1) for samples, _ in counts))
+        yield from (fixed(pattern, samples, points) for samples, points in kept)
+    yield from map(targeted, scale.errors_255)
