@@ -4,9 +4,12 @@ PYTHON ?= python3
 # The versions to install; `make test CONSTRAINTS=` takes the newest instead.
 CONSTRAINTS ?= --constraint constraints.txt
 BIN := .venv/bin
+# Scenes of docs/accuracy-costs-time.md, and the most seconds for each.
+STUDIED := study/chess study/soft gallery/basic gallery/normal_texturing gallery/lens gallery/glass
+STUDY_SECONDS ?= 250
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo serve test check gallery bench bench-peers bench-references clean
+.PHONY: help install demo serve test check gallery bench bench-peers bench-references study clean
 
 help:  ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-17s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -39,6 +42,10 @@ bench-peers: .venv/installed-bench  ## compare CPU seconds at equal error with o
 
 bench-references: .venv/installed-bench  ## make the reference pictures again with another renderer
 	$(BIN)/python -m benchmarks.peer_pictures
+
+study: .venv/installed  ## measure what accuracy costs in time, into out/study; 25 minutes, on an idle machine
+	set -e; for scene in $(STUDIED); do \
+	  $(BIN)/penumbra study scenes/$$scene.json --out out/study/$${scene#*/} --budget $(STUDY_SECONDS); done
 
 clean:  ## remove .venv and everything made
 	rm -rf .venv out build dist .mypy_cache .pytest_cache .ruff_cache .import_linter_cache

@@ -38,6 +38,9 @@ STRENGTHS = {
 }
 """Fields of a material that can be switched off, and what they are called."""
 
+PLAIN = (0.5, 0.5, 0.5)
+"""The colour that takes the place of a texture."""
+
 
 @dataclass(frozen=True, slots=True)
 class Variant:
@@ -91,6 +94,11 @@ def variants(document: Scene) -> Iterator[Variant]:
         if asking:
             pointers = tuple(f"/materials/{escaped(name)}/{field}" for name in asking)
             yield Variant(effect, pointers, _without_field(document, asking, field))
+    textured = [name for name, material in document.materials.items() if material.color_texture]
+    if textured:
+        pointers = tuple(f"/materials/{escaped(name)}/color_texture" for name in textured)
+        plain = _changed(document, textured, {"color_texture": None, "color": PLAIN})
+        yield Variant("texture", pointers, plain)
     if document.camera.lens_radius:
         camera = document.camera.model_copy(update={"lens_radius": 0.0})
         yield Variant("lens", ("/camera/lens_radius",), document.model_copy(update={"camera": camera}))
@@ -103,8 +111,11 @@ def variants(document: Scene) -> Iterator[Variant]:
 
 
 def _without_field(document: Scene, names: list[str], field: str) -> Scene:
-    none: Any = None if field.endswith("_map") else 0.0
-    changed = {name: document.materials[name].model_copy(update={field: none}) for name in names}
+    return _changed(document, names, {field: None if field.endswith("_map") else 0.0})
+
+
+def _changed(document: Scene, names: list[str], update: dict[str, Any]) -> Scene:
+    changed = {name: document.materials[name].model_copy(update=update) for name in names}
     return document.model_copy(update={"materials": {**document.materials, **changed}})
 
 

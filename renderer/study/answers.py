@@ -7,6 +7,7 @@ from typing import Any
 
 from renderer.study import curves
 from renderer.study.settings import TARGET
+from renderer.study.tables import pointers
 from renderer.study.words import error, figure, seconds
 
 Document = Mapping[str, Any]
@@ -23,8 +24,6 @@ change the error by a half per cent."""
 
 FARTHEST = 8.0
 """Times the seconds of the dearest setting up to which its error is extrapolated."""
-
-MOST_POINTERS = 3
 
 
 def answers(document: Document) -> list[dict[str, str]]:
@@ -109,10 +108,9 @@ def _which_effect(document: Document) -> Iterator[str]:
     row = next(
         (row for row in document["effects"] if row["effect"] != "antialiasing"), document["effects"][0]
     )
-    pointers = ", ".join(row["pointers"][:MOST_POINTERS])
     yield (
         f"{row['effect']}: {seconds(row['cpu_seconds']['estimate'])}, {row['share']:.0%} of the time, asked "
-        f"for by {pointers}{' and others' if len(row['pointers']) > MOST_POINTERS else ''}."
+        f"for by {pointers(row)}."
     )
     yield f"Without it the picture changes by {error(row['difference_255'])}."
 

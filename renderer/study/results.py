@@ -26,6 +26,9 @@ FORMAT = 1
 FEWEST = 3
 """Runs whose spread tells an interval. With two, Student's t is 12.7 and tells nothing."""
 
+ABOUT = 1.2
+"""Times a time that counts as the same: settings have seconds where they have them."""
+
 FILTERED = (
     "A texture of this scene is filtered by the number of samples: with few samples it is blurred, and that "
     "counts as error here."
@@ -105,15 +108,21 @@ def root_255(squares: Interval) -> Interval:
 
 
 def at_equal_time(document: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """One setting of each method, of seconds as equal as its settings allow."""
+    """The best setting of each method for a time that fits all of them as well as may be."""
     groups = [curves.front([row for row in document["settings"] if row["method"] == m]) for m in METHODS]
     groups = [group for group in groups if group]
     if not groups:
         return []
     times = [curves.seconds(row) for group in groups for row in group]
     best = min(times, key=lambda spent: max(min(_apart(row, spent) for row in group) for group in groups))
-    chosen = (min(group, key=lambda row: _apart(row, best)) for group in groups)
+    chosen = (_best_within(group, best) for group in groups)
     return [{key: row[key] for key in ("name", "method", "cpu_seconds", "rmse_255", "hot")} for row in chosen]
+
+
+def _best_within(group: Sequence[curves.Row], spent: float) -> curves.Row:
+    """The best setting that takes about so long at most, else the one that is nearest to it."""
+    enough = [row for row in group if curves.seconds(row) <= ABOUT * spent]
+    return enough[-1] if enough else min(group, key=lambda row: _apart(row, spent))
 
 
 def _apart(row: curves.Row, spent: float) -> float:

@@ -13,6 +13,9 @@ Document = Mapping[str, Any]
 
 NONE = "-"
 
+MOST_POINTERS = 3
+"""Of an effect; `results.json` has all."""
+
 SETTING_COLUMNS = (
     "setting",
     "runs",
@@ -101,11 +104,23 @@ def effects(document: Document) -> Table:
                 interval(row["cpu_seconds"]),
                 f"{row['share']:.0%}",
                 error(row["difference_255"]),
-                " ".join(row["pointers"]),
+                pointers(row),
             )
             for row in document["effects"]
         ],
     )
+
+
+def pointers(row: Mapping[str, Any]) -> str:
+    """The first few pointers of an effect.
+
+    Examples
+    --------
+    >>> pointers({"pointers": ["/a", "/b", "/c", "/d"]})
+    '/a /b /c and 1 more'
+    """
+    more = len(row["pointers"]) - MOST_POINTERS
+    return " ".join(row["pointers"][:MOST_POINTERS]) + (f" and {more} more" if more > 0 else "")
 
 
 def _setting(row: Mapping[str, Any], own: str) -> Sequence[str]:

@@ -52,6 +52,19 @@ def test_nothing_but_the_effect_is_gone(variants: dict[str, ablation.Variant]) -
         assert missing == ({"light 1"} if variant.effect.startswith("light") else {variant.effect})
 
 
+def test_a_texture_is_left_out_for_a_plain_colour() -> None:
+    board = {"type": "checker", "even": [1, 1, 1], "odd": [0, 0, 0], "repeat": [8, 8]}
+    floor = {"type": "phong", "color_texture": "board"}
+    document = SCENE | {"textures": {"board": board}, "materials": SCENE["materials"] | {"floor": floor}}
+    found = {variant.effect: variant for variant in ablation.variants(renderer.load_scene(document).document)}
+    assert found["texture"].pointers == ("/materials/floor/color_texture",)
+    without = found["texture"].document.materials["floor"]
+    assert (without.color_texture, without.color) == (None, ablation.PLAIN)
+    whole, plain = (renderer.compile_scene(one) for one in (document, found["texture"].document))
+    assert whole.textured.any()
+    assert not plain.textured.any()
+
+
 def test_an_effect_without_effect_makes_no_difference() -> None:
     seconds, rows = ablation.marginal_costs(renderer.load_scene(SCENE))
     by_effect = {row.effect: row for row in rows}

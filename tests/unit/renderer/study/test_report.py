@@ -190,7 +190,7 @@ def test_the_pattern_is_the_quickest_at_the_smallest_error_that_most_reach() -> 
 
 def test_the_dearest_effect_is_told_with_who_asked() -> None:
     assert answer(2) == (
-        "mirror: 2.0 s, 25% of the time, asked for by /a, /a, /a and others. "
+        "mirror: 2.0 s, 25% of the time, asked for by /a /a /a and 1 more. "
         "Without it the picture changes by 12/255."
     )
 
