@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from renderer.study import curves, tables, words
+from renderer.study.blocks import Table
 from renderer.study.page_markdown import table
 from renderer.study.settings import METHODS, PATTERNS
 
@@ -85,8 +86,8 @@ def _sentences(measured: Mapping[str, Results]) -> Iterator[str]:
         yield f"**{name}**: an error of {wish} takes {told or 'longer than was tried'}."
     yield from (f"**chess**: {sentence}" for sentence in _ratios(measured["chess"]))
     for name, results in measured.items():
-        told = {row["question"]: row["answer"] for row in results["answers"]}
-        yield f"**{name}**, which effect costs most? {told['Which effect costs most?']}"
+        answers = {row["question"]: row["answer"] for row in results["answers"]}
+        yield f"**{name}**, which effect costs most? {answers['Which effect costs most?']}"
     dearest = max((row for results in measured.values() for row in results["precision"]), key=_ratio)
     yield (
         f"Double precision takes at most {words.figure(_ratio(dearest))} times as long ({dearest['name']}) "
@@ -185,7 +186,7 @@ def _curve(name: str, results: Results) -> str:
     )
 
 
-def _block(block: tables.Table) -> str:
+def _block(block: Table) -> str:
     return table(block.columns, block.rows)
 
 
@@ -196,8 +197,8 @@ def _by_scene(measured: Mapping[str, Results], of: Any) -> str:
 def _machine(machine: Mapping[str, Any]) -> str:
     return (
         f"Measured on {machine['date'][:10]} on one core of {machine['cpu']} with Python "
-        f"{machine['python']}, NumPy {machine['numpy']} and Penumbra {machine['penumbra']}. The load before it began was "
-        f"{machine['load']:g}."
+        f"{machine['python']}, NumPy {machine['numpy']} and Penumbra {machine['penumbra']}. The load before "
+        f"it began was {machine['load']:g}."
     )
 
 
