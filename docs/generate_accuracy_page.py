@@ -9,12 +9,14 @@ import json
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from renderer.study import curves, tables, words
-from renderer.study.blocks import Table
 from renderer.study.page_markdown import table
 from renderer.study.settings import METHODS, PATTERNS
+
+if TYPE_CHECKING:
+    from renderer.study.blocks import Table
 
 DOCS = Path(__file__).parent
 MEASURED = DOCS.parent / "out" / "study"
