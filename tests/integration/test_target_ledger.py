@@ -10,7 +10,9 @@ from pathlib import Path
 import pytest
 from sqlalchemy import select
 
+import renderer
 from schemas.jobs import JobState
+from schemas.quality import TargetQuality
 from service import ledger, rows, targets
 from service.database.connection import Database
 from service.database.migrations import upgrade
@@ -26,10 +28,12 @@ from service.engines.tasks import (
     WorkerDied,
 )
 from service.rounds import Round
+from tests.integration.support import scene
 
 DONE = TileDone(crc32=1, counts={"camera": 10}, cpu_seconds=0.5)
 ERROR = {"estimate": 0.02, "low": 0.01, "high": 0.03}
 MAX_ATTEMPTS = 3
+TARGET = TargetQuality(mode="target", error=0.02)
 
 
 def advanced(*tiles: int, samples: int = 10, final: bool = False) -> AdvanceDone:
@@ -232,3 +236,13 @@ def test_a_round_says_when_the_next_time_will_be_spent(table: Table) -> None:
     started = table.job.started_at
     assert started is not None
     assert result.next_deadline == started + timedelta(seconds=10)
+
+
+def test_the_first_pass_is_never_more_than_half_of_what_is_expected() -> None:
+    document = scene(80, 48)
+    document["camera"]["lens_radius"] = 0.1
+    plan = renderer.compile_scene(document, TARGET)
+    # With a lens every pixel begins with 4 samples.
+    for expected, total in ((10, 2 * 4 * 80 * 48), (10**6, 10**6)):
+        _, columns = targets.begin(plan, TARGET, 32, expected)
+        assert columns["total_work"] == total
