@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from service.cli import convergence, output
 from service.cli import layers as layer_files
-from service.cli import output
 from service.cli.connection import DEFAULT_SERVER, JobArgument, ServerOption, connect
 from service.cli.errors import CommandError
 from service.cli.targets import PICTURES, check_target, write_whole
@@ -32,23 +32,28 @@ def get(
     job_id: JobArgument,
     out: OutOption = None,
     layers: layer_files.LayersOption = None,
+    curve: convergence.CurveOption = None,
     server: ServerOption = DEFAULT_SERVER,
     as_json: output.JsonOption = False,
 ) -> None:
-    """Show a job, or save its image; of a running job what there is of it."""
+    """Show a job, or save its image and what its error costs; of a running job what there is of it."""
     names = layer_files.parsed(layers)
     if names and out is None:
         raise CommandError("--layers are saved beside the image. Give -o too.")
     if out is not None:
         check_target(out, PICTURES)
         layer_files.check_targets(out, names)
+    if curve is not None:
+        check_target(curve, convergence.FORMS)
     with connect(server) as client:
         if out is not None:
             save_picture(client, job_id, out, names)
+        if curve is not None:
+            convergence.save(client, job_id, curve)
         job = client.get(job_id)
     if as_json:
         output.document(job.model_dump(mode="json"))
-    elif out is None:
+    elif out is None and curve is None:
         _show(job)
 
 

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from rich.live import Live
     from rich.progress import Progress, TaskID
+    from rich.text import Text
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,16 +19,33 @@ class Bar:
 
     progress: Progress | None
     task: TaskID | None
+    live: Live | None = None
+    words: Text | None = None
 
     @property
     def visible(self) -> bool:
         """Whether anybody sees it."""
         return self.progress is not None
 
+    @property
+    def block(self) -> str:
+        """A letter of which bars are made, one that the terminal can show."""
+        return "#" if self.progress is not None and self.progress.console.options.ascii_only else "\u2587"
+
     def show(self, share: float, note: str = "", *, title: str | None = None) -> None:
         """Show how much is done, 0 to 1, and a few words about it; `title` replaces the one before."""
         if self.progress is not None and self.task is not None:
             self.progress.update(self.task, completed=share, note=note, description=title)
+
+    def above(self, line: str) -> None:
+        """Print a line that stays above the bar."""
+        if self.live is not None:
+            self.live.console.print(line, highlight=False, markup=False, soft_wrap=True)
+
+    def below(self, text: str) -> None:
+        """Show text below the bar in place of what was there."""
+        if self.words is not None:
+            self.words.plain = text
 
 
 @contextmanager
@@ -37,8 +56,10 @@ def progress_bar(title: str) -> Iterator[Bar]:
     if not sys.stderr.isatty():
         yield Bar(None, None)
         return
-    from rich.console import Console
+    from rich.console import Console, Group
+    from rich.live import Live
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.text import Text
 
     columns = (
         TextColumn("{task.description}"),
@@ -47,5 +68,12 @@ def progress_bar(title: str) -> Iterator[Bar]:
         TimeElapsedColumn(),
         TextColumn("{task.fields[note]}", style="dim"),
     )
-    with Progress(*columns, console=Console(stderr=True)) as progress:
-        yield Bar(progress, progress.add_task(title, total=1.0, note=""))
+    console = Console(stderr=True)
+    progress, words = Progress(*columns, console=console), Text()
+    task = progress.add_task(title, total=1.0, note="")
+
+    def shown() -> Group:
+        return Group(progress, words) if words.plain else Group(progress)
+
+    with Live(console=console, get_renderable=shown) as live:
+        yield Bar(progress, task, live, words)

@@ -16,6 +16,7 @@ from service.cli.connection import (
     TimeoutOption,
     connect,
 )
+from service.cli.convergence import Curve
 from service.cli.progress import Bar, progress_bar
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ def watch(
     timeout: TimeoutOption = None,
     as_json: output.JsonOption = False,
 ) -> None:
-    """Show a job's tiles as they arrive: a bar on a terminal, a line for each tile on a pipe.
+    """Show a job's tiles and the error after each pass: a bar on a terminal, lines on a pipe.
 
     It may be left with Ctrl-C and started again: the job goes on, and its first tiles are shown again.
     """
@@ -58,10 +59,11 @@ def stay(client: Client, job_id: str, *, timeout: float | None = None, lines: bo
     Parameters
     ----------
     lines
-        Where nobody sees a bar, print a line for each tile.
+        Where nobody sees a bar, print a line for each tile and for each pass.
     """
     with progress_bar("waiting") as bar:
-        show = _bar_of(client, job_id, bar) if bar.visible else _print_tiles if lines else None
+        curve = Curve(client, job_id, bar)
+        show = _bar_of(client, job_id, bar, curve) if bar.visible else _lines_of(curve) if lines else None
         return client.wait(job_id, timeout=timeout, on_progress=show)
 
 
@@ -83,7 +85,7 @@ def detachable(job_id: str) -> Iterator[None]:
         raise
 
 
-def _bar_of(client: Client, job_id: str, bar: Bar) -> Callable[[TileBatch], None]:
+def _bar_of(client: Client, job_id: str, bar: Bar, curve: Curve) -> Callable[[TileBatch], None]:
     counted = 0.0
     rays = ""
 
@@ -94,16 +96,25 @@ def _bar_of(client: Client, job_id: str, bar: Bar) -> Callable[[TileBatch], None
             rays = _rays(client.get(job_id))
         done = batch.progress
         bar.show(done.share, f"tile {done.done} of {done.total}{rays}", title=batch.state)
+        curve.reach(max((event.pass_index for event in batch.events), default=0))
+        if batch.complete:
+            curve.finish()
 
     return show
 
 
-def _print_tiles(batch: TileBatch) -> None:
-    for event in batch.events:
-        output.result(
-            f"{event.seq}/{batch.progress.total}\tpass {event.pass_index}\ttile {event.tile}\t"
-            f"x {event.x0}-{event.x1}\ty {event.y0}-{event.y1}"
-        )
+def _lines_of(curve: Curve) -> Callable[[TileBatch], None]:
+    def show(batch: TileBatch) -> None:
+        for event in batch.events:
+            curve.reach(event.pass_index)
+            output.result(
+                f"{event.seq}/{batch.progress.total}\tpass {event.pass_index}\ttile {event.tile}\t"
+                f"x {event.x0}-{event.x1}\ty {event.y0}-{event.y1}"
+            )
+        if batch.complete:
+            curve.finish()
+
+    return show
 
 
 def _rays(job: Job) -> str:

@@ -15,6 +15,7 @@ import httpx2
 from pydantic import BaseModel, ValidationError
 
 from schemas.batches import MEDIA_TYPE
+from schemas.convergence import Convergence
 from schemas.jobs import Asset, Job, JobList, TileBatch, TileEvent, Version
 from schemas.plans import PlanDocument
 from schemas.traces import TraceAnswer
@@ -125,6 +126,17 @@ def get_layer(job_id: str, name: str) -> Call[Picture]:
 def get_plan(job_id: str) -> Call[PlanDocument]:
     """What runs for a job, and who asked."""
     return Call("GET", _job_path(job_id) + "/plan", _model(PlanDocument), job_id=job_id)
+
+
+def get_convergence(job_id: str) -> Call[Convergence]:
+    """What its passes have cost and which error they left, so far."""
+    return Call("GET", _job_path(job_id) + "/convergence", _model(Convergence), job_id=job_id)
+
+
+def get_convergence_file(job_id: str, form: str) -> Call[bytes]:
+    """The same as a file: json, csv, svg or png."""
+    path = _job_path(job_id) + "/convergence"
+    return Call("GET", path, lambda answer: answer.content, params={"format": form}, job_id=job_id)
 
 
 def make_plan(body: Mapping[str, Any]) -> Call[PlanDocument]:

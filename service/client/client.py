@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import stamina
 
+from schemas.convergence import Convergence
 from schemas.errors import SceneError
 from schemas.jobs import Job, JobList, JobState, TileBatch, TileEvent, Version
 from schemas.plans import PlanDocument
@@ -224,6 +225,20 @@ class Client:
     def plan(self, job_id: str) -> PlanDocument:
         """What runs for a job, and who asked."""
         return self._send(calls.get_plan(job_id))
+
+    def convergence(self, job_id: str) -> Convergence:
+        """What the passes of a job have cost, which error they left, and how fast it falls."""
+        return self._send(calls.get_convergence(job_id))
+
+    def convergence_file(self, job_id: str, form: str = "csv") -> bytes:
+        """The same as a file.
+
+        Parameters
+        ----------
+        form
+            `json`, `csv`, or `svg` or `png` for a plot.
+        """
+        return self._send(calls.get_convergence_file(job_id, form))
 
     def explain(
         self, scene: SceneSource, *, quality: Mapping[str, Any] | None = None, layers: Iterable[str] = ()

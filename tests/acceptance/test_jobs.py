@@ -62,11 +62,54 @@ def test_watching_on_a_pipe_prints_each_tile_once_in_order_and_again_from_the_st
 ) -> None:
     job_id = penumbra("submit", scene_file).out.strip()
     first, second = penumbra("watch", job_id), penumbra("watch", job_id)
-    numbers = [int(line.partition("/")[0]) for line in first.out.splitlines()]
+    tiles = [line for line in first.out.splitlines() if "\ttile " in line]
+    numbers = [int(line.partition("/")[0]) for line in tiles]
     assert numbers == list(range(1, len(numbers) + 1))
     assert len(numbers) > 1
-    assert second.out == first.out
+    assert [line for line in second.out.splitlines() if "\ttile " in line] == tiles
     assert first.code == second.code == 0
+
+
+def cells(line: str) -> list[str]:
+    return line.split("\t")
+
+
+def test_watching_on_a_pipe_tells_each_pass_when_it_is_over_and_then_what_they_tell(
+    penumbra: Penumbra, scene_file: Path
+) -> None:
+    job_id = penumbra("submit", scene_file, "--target-error", 0.01).out.strip()
+    outcome = penumbra("watch", job_id)
+    told = penumbra("get", job_id, "--convergence", "curve.json")
+    assert (outcome.code, told.code, told.out) == (0, 0, "")
+    lines = outcome.out.splitlines()
+    passes = [cells(line) for line in lines if line.startswith("pass ")]
+    assert [words[0] for words in passes] == [f"pass {index} done" for index in range(len(passes))]
+    assert [len(words) for words in passes] == [5] * len(passes)
+    # Between its last tile and the first one of the next pass.
+    for index in range(len(passes) - 1):
+        place = lines.index("\t".join(passes[index]))
+        assert f"\tpass {index}\t" in lines[place - 1]
+        assert f"\tpass {index + 1}\t" in lines[place + 1]
+    error = penumbra("get", job_id, "--json").document["error"]
+    assert passes[-1][4] == f"error {error['estimate']:.2g} ({error['low']:.2g} to {error['high']:.2g})"
+    after = lines[lines.index("\t".join(passes[-1])) + 1 :]
+    assert after[0].startswith(passes[-1][4])
+
+
+def test_the_curve_of_a_job_is_saved_in_the_form_of_the_ending(
+    penumbra: Penumbra, scene_file: Path, tmp_path: Path
+) -> None:
+    job_id = penumbra("submit", scene_file, "--wait").out.strip()
+    for ending, begins in {
+        "json": b'{"job":',
+        "csv": b"pass_index,",
+        "svg": b"<?xml",
+        "PNG": b"\x89PNG",
+    }.items():
+        assert penumbra("get", job_id, "--convergence", f"curve.{ending}").code == 0
+        assert (tmp_path / f"curve.{ending}").read_bytes().startswith(begins)
+    assert json.loads((tmp_path / "curve.json").read_text())["job"] == job_id
+    assert penumbra("get", job_id, "--convergence", "curve.pdf").code == 2
 
 
 def test_quality_options_count_for_a_submitted_scene_too(

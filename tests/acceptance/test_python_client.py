@@ -88,3 +88,13 @@ def test_a_time_out_while_waiting_has_the_jobs_id(client: Client, endless_file: 
         client.wait(job.id, timeout=0.2)
     assert caught.value.job_id == job.id
     assert client.cancel(job.id).id == job.id
+
+
+def test_the_convergence_of_a_job_is_told(client: Client, job: Job) -> None:
+    found = client.convergence(job.id)
+    assert (found.job, found.state) == (job.id, job.state)
+    assert found.passes[-1].rays == job.cost.rays
+    assert client.convergence_file(job.id).count(b"\r\n") == 1 + len(found.passes)
+    assert client.convergence_file(job.id, "png").startswith(b"\x89PNG")
+    with pytest.raises(NotFoundError):
+        client.convergence("none")
