@@ -1,0 +1,148 @@
+"""The pilot of a quote: what it renders, in which order, and what becomes of it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import partial
+from time import monotonic
+
+from renderer.plan import RenderPlan
+from renderer.quotes.accuracies import SAMPLES, Sampled
+from renderer.quotes.choices import Adaptive, Fixed
+from renderer.quotes.deadlines import Deadline, within
+from renderer.quotes.effects import Ablation
+from renderer.quotes.settings import ERRORS, Ladder, compiled, own_ladder, sobol_ladder
+from renderer.quotes.small import Growing
+from renderer.quotes.timings import Stopwatch
+from renderer.scenes import LoadedScene
+from schemas.quality import Quality, TargetQuality
+
+TIMING_AT_MOST = 0.6
+"""Share of the time for timing blocks where they cost much or differ much."""
+
+TIMING, EFFECTS, SAMPLING = 0.3, 0.12, 0.4
+"""Shares of the time that is left, when their turn comes, for timing blocks, for leaving out effects and for
+sampling pixels. What they leave is for pictures of target quality."""
+
+SPARE = 0.1
+"""Share of the time that is kept for what units of work take longer than the ones before."""
+
+SEEDS = 101, 102
+"""Added to the scene's seed for the two sets of samples: no set is that of the picture."""
+
+QUICK = 0.02
+"""Share of the time that compiling may take for plans that are not needed but welcome."""
+
+SLOW = 1e-4
+"""CPU seconds of a camera ray where not a single block could be timed: slower than nearly all are."""
+
+
+@dataclass(slots=True)
+class Pilot:
+    """Renders as much of a scene as there is time for.
+
+    Attributes
+    ----------
+    scene : LoadedScene
+    quality : Quality or None
+        What is asked for.
+    wished : float or None
+        An error that matters more than others.
+    plan : RenderPlan
+        Of the quality that is asked for.
+    ladders : list of Ladder
+        The one that is asked for, and the one whose errors fall fastest, if that is another.
+    asked : int
+        Samples that are asked for on the first ladder.
+    """
+
+    scene: LoadedScene
+    quality: Quality | None
+    wished: float | None
+    plan: RenderPlan
+    ladders: list[Ladder] = field(init=False)
+    asked: int = field(init=False)
+    stopwatch: Stopwatch | None = None
+    sampled: Sampled | None = None
+    ablation: Ablation | None = None
+    growing: list[Growing] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Choose what to look at."""
+        own, self.asked = own_ladder(self.scene.document.sampling, self.quality)
+        other = sobol_ladder(own.precision)
+        # With target quality the scene's own ladder is beside the point, and so is one that is the other.
+        self.ladders = [other] if self.target or own == other else [own, other]
+
+    @property
+    def target(self) -> TargetQuality | None:
+        """The target quality that is asked for, if it is one."""
+        return self.quality if isinstance(self.quality, TargetQuality) else None
+
+    def run(self, seconds: float) -> None:
+        """Render for so many seconds."""
+        deadline = Deadline.after(seconds * (1 - SPARE))
+        begun = monotonic()
+        halves = [compiled(self.scene, self.ladders[-1].quality(SAMPLES), SEEDS[0])]
+        compiling = monotonic() - begun
+        plans = [self.plan, *halves][-len(self.ladders) :]
+        self.stopwatch = Stopwatch(plans)
+        self.stopwatch.run(deadline.part(TIMING), deadline.part(TIMING_AT_MOST))
+        self._leave_out(plans[0], compiling, deadline.part(EFFECTS))
+        self._sample(halves[0], compiling, deadline.part(SAMPLING))
+        self._grow(deadline)
+
+    def _leave_out(self, plan: RenderPlan, compiling: float, deadline: Deadline) -> None:
+        quality = self.ladders[0].quality(plan.antialiasing.samples)
+        self.ablation = Ablation(self.scene, quality, plan)
+        self.ablation.run(deadline, compiling)
+
+    def _sample(self, half: RenderPlan, compiling: float, deadline: Deadline) -> None:
+        """Sample pixels with the plans of the last ladder, twice, and with those of the first."""
+        last = self.ladders[-1].quality(SAMPLES)
+        units = [partial(compiled, self.scene, last, SEEDS[1])]
+        for other in within(deadline, units, compiling):
+            welcome = compiling <= QUICK * deadline.left
+            own = [dict(self._rungs(ladder, others_too=welcome)) for ladder in self.ladders[:-1]]
+            self.sampled = Sampled(own, (half, other))
+            self.sampled.run(deadline, self._ray_seconds())
+
+    def _rungs(self, ladder: Ladder, *, others_too: bool) -> Iterator[tuple[int, RenderPlan]]:
+        """Plans of the counts whose errors are measured: one that tells of all others, and these too."""
+        nearest = min(self.asked, ladder.measured[-1])
+        for count in sorted({nearest, *ladder.measured} if others_too else {nearest}):
+            yield count, self.plan if count == self.asked else compiled(self.scene, ladder.quality(count))
+
+    def _grow(self, deadline: Deadline) -> None:
+        """Render small pictures of target quality, those that are asked for first."""
+        asked = [error for error in (self.target and self.target.error, self.wished) if error]
+        errors = list(dict.fromkeys([*asked, *ERRORS]))
+        for number, error in enumerate(errors):
+            share = 1.0 if error in asked else 1 / (len(errors) - number)
+            growing = Growing(self.scene, error, self.ladders[0].precision, self._ray_seconds())
+            growing.run(deadline.part(share), deadline)
+            self.growing.append(growing)
+
+    def _ray_seconds(self) -> float:
+        """CPU seconds of a camera ray with few light points."""
+        assert self.stopwatch is not None
+        timing = self.stopwatch.timing(len(self.ladders) - 1) or self.stopwatch.timing(0)
+        return timing.first.estimate / (self.plan.width * self.plan.height) if timing else SLOW
+
+    def fixed(self, workers: int) -> list[Fixed]:
+        """What is known of the ladders."""
+        found = []
+        for number, ladder in enumerate(self.ladders):
+            timing = self.stopwatch.timing(number) if self.stopwatch else None
+            if timing:
+                accuracy = self.sampled.accuracy(number) if self.sampled else None
+                found.append(Fixed(ladder, timing, accuracy, workers))
+        return found
+
+    def adaptive(self, workers: int) -> Adaptive:
+        """What is known of target quality."""
+        points = {}
+        for growing in self.growing:
+            cpu = growing.cpu_seconds()
+            if cpu is not None:
+                points[growing.error] = (cpu, cpu.scaled(growing.slowdown(workers)))
+        return Adaptive(points, self.ladders[0].precision)

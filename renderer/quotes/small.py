@@ -1,0 +1,167 @@
+"""CPU seconds of target quality, from pictures of reduced size.
+
+What target quality does somewhere depends on the whole picture, so blocks of it tell nothing. A small
+picture is rendered in the same way, then a larger one, as long as there is time for it; where that suffices
+for the whole picture, its cost is known.
+"""
+
+import time
+from dataclasses import dataclass, field
+from math import ceil, log, sqrt
+
+from renderer.adaptive.rendering import render_adaptively
+from renderer.quotes.deadlines import Deadline
+from renderer.quotes.ranges import Range, factor
+from renderer.quotes.settings import compiled, target
+from renderer.quotes.timings import UNSTEADY
+from renderer.results import TileEvent
+from renderer.scenes import LoadedScene
+from schemas.cameras import Camera
+
+SMALLEST = 64
+"""The longer side of the first picture, pixels. Smaller ones show edges and nothing else."""
+
+STEP = 2.0
+"""By which sides grow at least from one picture to the next: a smaller step tells nothing new."""
+
+USUAL, STEEPEST, FLATTEST = 0.5, 1.0, 0.25
+"""Powers of the number of pixels like which seconds grow: that of edges, that of pixels, and that of small
+pictures, which are calls more than rays."""
+
+UNSURE = 0.45
+"""Standard deviation of the logarithm of the CPU time, for a picture of four times the pixels; for other
+sizes it goes with the root of the logarithm of the factor. It is that of the gallery, see `python -m
+benchmarks quotes`."""
+
+SPARE = 1.3
+"""Times the predicted seconds that have to be left for the next picture."""
+
+RAYS = 6
+"""Camera rays of a pixel of the first picture, about."""
+
+TILE_RAYS = 16384
+"""Camera rays of a tile, about: between tiles a picture can be given up. Smaller ones would cost more than
+they do when the picture is rendered."""
+
+
+@dataclass(frozen=True, slots=True)
+class Small:
+    """A picture that was rendered.
+
+    Attributes
+    ----------
+    pixels : int
+    cpu_seconds : float
+        Of the whole process.
+    seconds : float
+        By the wall clock.
+    shared : float
+        Share of the CPU seconds that workers can share out, 0 to 1.
+    """
+
+    pixels: int
+    cpu_seconds: float
+    seconds: float
+    shared: float
+
+
+class _TooLate(Exception):  # noqa: N818 - it ends a picture, nothing is wrong
+    """The deadline came before the picture was finished."""
+
+
+@dataclass(slots=True)
+class Growing:
+    """Pictures of one target error, each larger than the one before.
+
+    Attributes
+    ----------
+    scene : LoadedScene
+    error : float
+    precision : str
+    ray_seconds : float
+        CPU seconds of a camera ray, about.
+    pictures : list of Small
+    """
+
+    scene: LoadedScene
+    error: float
+    precision: str
+    ray_seconds: float
+    pictures: list[Small] = field(default_factory=list)
+
+    @property
+    def camera(self) -> Camera:
+        """The camera of the whole picture."""
+        return self.scene.document.camera
+
+    @property
+    def whole(self) -> bool:
+        """Whether the last picture was the whole one."""
+        return bool(self.pictures) and self.pictures[-1].pixels == self.camera.width * self.camera.height
+
+    def run(self, wished: Deadline, deadline: Deadline) -> None:
+        """Begin pictures that should end before the wished deadline; at the other one they are given up."""
+        size = min(1.0, SMALLEST / max(self.camera.width, self.camera.height))
+        expected = self.camera.width * self.camera.height * size * size * RAYS * self.ray_seconds
+        while expected * SPARE <= wished.left:
+            try:
+                self.pictures.append(self._render(size, deadline))
+            except _TooLate:
+                return
+            if self.whole:
+                return
+            size, expected = self._next(wished.left)
+
+    def _next(self, left: float) -> tuple[float, float]:
+        """Size of the largest picture for which there is time, and its seconds."""
+        last = self.pictures[-1]
+        total = self.camera.width * self.camera.height
+        now = sqrt(last.pixels / total)
+        sizes = [1.0, 1 / 2, 1 / 4, 1 / 8, 1 / 16]
+        options = [(size, last.seconds * (size / now) ** (2 * USUAL)) for size in sizes if size >= now * STEP]
+        options = options or [(1.0, last.seconds / now ** (2 * USUAL))]
+        return next((option for option in options if option[1] * SPARE <= left), options[-1])
+
+    def _render(self, size: float, deadline: Deadline) -> Small:
+        def look(_: TileEvent) -> None:
+            if deadline.left < TILE_RAYS * self.ray_seconds:
+                raise _TooLate
+
+        begun = time.monotonic()
+        quality = target(self.error, self.precision)
+        plan = compiled(_resized(self.scene, size), quality)
+        cpu = time.process_time()
+        result = render_adaptively(plan, quality, look, None, None)
+        spent = time.process_time() - cpu
+        shared = min(result.report["cpu_seconds"] / spent, 1.0) if spent else 1.0
+        return Small(plan.width * plan.height, spent, time.monotonic() - begun, shared)
+
+    def cpu_seconds(self) -> Range | None:
+        """CPU seconds of the whole picture, None if no picture was finished."""
+        if not self.pictures:
+            return None
+        last = self.pictures[-1]
+        growth = log(self.camera.width * self.camera.height / last.pixels)
+        estimate = last.cpu_seconds * pow(self.camera.width * self.camera.height / last.pixels, self.power())
+        unsure = UNSURE * sqrt(growth / log(4))
+        return factor(sqrt(unsure**2 + UNSTEADY**2)).scaled(estimate)
+
+    def slowdown(self, workers: int) -> float:
+        """Seconds over CPU seconds, with so many workers: not all that is done can be shared out."""
+        shared = self.pictures[-1].shared
+        return shared / workers + 1 - shared
+
+    def power(self) -> float:
+        """Of the pixels, like which the seconds grow: what the pictures say, half way to the usual."""
+        if len(self.pictures) < 2:
+            return USUAL
+        before, last = self.pictures[-2:]
+        seen = log(last.cpu_seconds / before.cpu_seconds) / log(last.pixels / before.pixels)
+        return (min(max(seen, FLATTEST), STEEPEST) + USUAL) / 2
+
+
+def _resized(scene: LoadedScene, size: float) -> LoadedScene:
+    camera = scene.document.camera
+    sides = {"width": max(1, ceil(camera.width * size)), "height": max(1, ceil(camera.height * size))}
+    document = scene.document.model_copy(update={"camera": camera.model_copy(update=sides)})
+    return LoadedScene(document, scene.assets)

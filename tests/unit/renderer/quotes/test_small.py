@@ -1,0 +1,77 @@
+"""Seconds of target quality from pictures of reduced size."""
+
+from __future__ import annotations
+
+from math import log
+
+import pytest
+
+from renderer.quotes.deadlines import Deadline
+from renderer.quotes.small import FLATTEST, STEEPEST, USUAL, Growing, Small
+from renderer.scenes import LoadedScene
+
+HOUR = Deadline.after(3600.0)
+
+
+@pytest.fixture
+def growing(ball_scene: LoadedScene) -> Growing:
+    return Growing(ball_scene, 4 / 255, "single", 1e-6)
+
+
+def test_a_picture_that_is_small_enough_is_rendered_as_a_whole(growing: Growing) -> None:
+    growing.run(HOUR, HOUR)
+    assert growing.whole
+    assert [picture.pixels for picture in growing.pictures] == [48 * 40]
+    known = growing.cpu_seconds()
+    assert known is not None
+    assert known.estimate == growing.pictures[0].cpu_seconds
+    assert known.high < 1.2 * known.estimate
+
+
+def test_pictures_grow_to_the_whole_where_there_is_time(ball_scene: LoadedScene) -> None:
+    camera = ball_scene.document.camera.model_copy(update={"width": 160, "height": 128})
+    scene = LoadedScene(ball_scene.document.model_copy(update={"camera": camera}), ball_scene.assets)
+    growing = Growing(scene, 4 / 255, "single", 1e-6)
+    growing.run(HOUR, HOUR)
+    assert [picture.pixels for picture in growing.pictures] == [64 * 52, 160 * 128]
+
+
+def test_no_picture_begins_without_time_for_it(growing: Growing) -> None:
+    growing.run(Deadline.after(-1.0), HOUR)
+    assert growing.pictures == []
+    assert growing.cpu_seconds() is None
+
+
+def test_a_picture_is_given_up_when_the_deadline_comes(growing: Growing) -> None:
+    growing.run(HOUR, Deadline.after(-1.0))
+    assert growing.pictures == []
+
+
+@pytest.mark.parametrize(
+    ("seen", "power"),
+    [(0.5, (0.5 + USUAL) / 2), (0.0, (FLATTEST + USUAL) / 2), (2.0, (STEEPEST + USUAL) / 2)],
+)
+def test_the_power_is_half_seen_and_half_usual(growing: Growing, seen: float, power: float) -> None:
+    growing.pictures = [Small(100, 1.0, 1.0, 1.0), Small(400, 4.0**seen, 1.0, 1.0)]
+    assert growing.power() == pytest.approx(power)
+    known = growing.cpu_seconds()
+    assert known is not None
+    assert log(known.estimate / 4.0**seen) == pytest.approx(power * log(48 * 40 / 400))
+
+
+def test_smaller_pictures_tell_less(growing: Growing) -> None:
+    widths = []
+    for pixels in (1920, 480, 120):
+        growing.pictures = [Small(pixels, 1.0, 1.0, 1.0)]
+        known = growing.cpu_seconds()
+        assert known is not None
+        widths.append(known.high / known.low)
+    assert widths == sorted(widths)
+
+
+@pytest.mark.parametrize(("shared", "workers", "slowdown"), [(1.0, 4, 0.25), (0.5, 2, 0.75), (0.0, 9, 1.0)])
+def test_workers_share_what_can_be_shared(
+    growing: Growing, shared: float, workers: int, slowdown: float
+) -> None:
+    growing.pictures = [Small(100, 1.0, 1.0, shared)]
+    assert growing.slowdown(workers) == slowdown
