@@ -141,7 +141,9 @@ def _drawn(name: str, across: str, document: Mapping[str, Any]) -> Iterator[tupl
         yield axes, lambda: svg[0]
         own = document["reference"]["rmse_255"]
         label = f"error of the reference itself, {error(own)}"
-        axes.axhline(own, color="#222222", linewidth=1, linestyle="--", label=label)
+        # A picture without noise has a reference without error, which has no place on such an axis.
+        style: dict[str, Any] = {"color": "#222222", "linewidth": 1, "linestyle": "--", "label": label}
+        axes.axhline(own, **style) if own > 0 else axes.plot([], **style)
         axes.grid(visible=True, which="both", alpha=0.2)
         axes.legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
         buffer = io.StringIO()

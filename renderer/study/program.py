@@ -23,6 +23,9 @@ REFERENCE_SEEDS = (1 << 31, (1 << 31) + 1)
 REFERENCE_POINTS = 4
 """Light points for each camera sample of a reference."""
 
+MANY = 64
+"""Light points that tell what each of them costs."""
+
 DEAR = 1.0
 """Expected CPU seconds above which a setting is rendered once. Its interval then comes from its pixels."""
 
@@ -52,9 +55,6 @@ class Program:
     scene: LoadedScene
     scale: Scale
     place: str
-
-    def __post_init__(self) -> None:
-        self._prices: dict[tuple[str, str], float] = {}
 
     @cached_property
     def subject(self) -> Subject:
@@ -103,15 +103,28 @@ class Program:
         return [self._setting(setting, 1, ()) for setting in (*cheapest.values(), self._small)]
 
     def price(self, task: Task) -> float:
-        """Expected CPU seconds by the plan; for target quality a guess that puts it among the others."""
-        quality, factor = task.quality, 1.0
-        if isinstance(quality, TargetQuality):
-            factor = max(1.0, 2 / (255 * quality.error))
-            quality = fixed(BEST, 4, 4).quality
-        known = (task.subject.key, quality.model_dump_json())
-        if known not in self._prices:
-            self._prices[known] = compile_scene(task.subject.scene, quality).describe().cost.cpu_seconds
-        return factor * self._prices[known]
+        """Expected CPU seconds by the plan of the whole scene; for target quality a guess."""
+        camera, studied = task.subject.scene.document.camera, self.subject.scene.document.camera
+        pixels = camera.width * camera.height / (studied.width * studied.height)
+        if isinstance(task.quality, TargetQuality):
+            return pixels * max(1.0, 2 / (255 * task.quality.error)) * self._price_of(4, 4)
+        assert task.quality.antialiasing is not None
+        assert task.quality.light is not None
+        return pixels * self._price_of(task.quality.antialiasing.samples, task.quality.light.samples)
+
+    def _price_of(self, samples: int, points: int) -> float:
+        # Both are few compilations: with a large mesh each takes as long as a small picture.
+        one, many = self._prices
+        return samples * (one + (many - one) * (points - 1) / (MANY - 1))
+
+    @cached_property
+    def _prices(self) -> tuple[float, float]:
+        """Of one camera sample with one light point, and with `MANY`."""
+        one, many = (
+            compile_scene(self.subject.scene, fixed(BEST, 1, points).quality).describe().cost.cpu_seconds
+            for points in (1, MANY)
+        )
+        return one, many
 
     def _order(self, task: Task) -> float:
         # A picture comes after the one that it is compared with, even where it is cheaper.

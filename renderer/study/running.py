@@ -84,7 +84,7 @@ class Study:
         self._deadline = None if budget is None else time.monotonic() + budget
         self._budget = budget
         self._journal = Journal(folder)
-        self._measured = self._expected = 0.0
+        self._measured = self._expected = self._preparing = 0.0
         self._warm_up()
         self.references = self._references()
         self.tasks = self.program.rounds(self.references)
@@ -96,11 +96,11 @@ class Study:
         prices = [self.program.price(task) for task in tasks]
         done = [task.key in self._journal for task in tasks]
         open_ = sum(price for price, ready in zip(prices, done, strict=True) if not ready)
-        seconds = open_ * self._slowness
+        seconds = open_ * self._slowness + self._preparing * done.count(False)
         if self._deadline is not None:
             seconds = min(seconds, max(0.0, self._deadline - time.monotonic()))
-        ready = sum(prices) - open_
-        share = ready * self._slowness / (ready * self._slowness + seconds) if sum(done) else 0.0
+        ready = (sum(prices) - open_) * self._slowness + self._preparing * done.count(True)
+        share = ready / (ready + seconds) if any(done) else 0.0
         return Forecast(len(tasks), sum(done), share, seconds, now)
 
     def run(self, tell: Callable[[Forecast], None]) -> dict[str, Any]:
@@ -143,7 +143,9 @@ class Study:
         *warm, telling = self.program.warm_up()
         for task in warm:
             _timed(task)
-        self._count(telling, _timed(telling)[0]["cpu_seconds"])
+        entry, _ = _timed(telling)
+        self._preparing = entry["prepare_seconds"]
+        self._count(telling, entry["cpu_seconds"])
 
     def _learn(self) -> None:
         """Take what was measured before in place of what warming up took."""
@@ -173,7 +175,7 @@ class Study:
         if self._deadline is None or self._budget is None:
             return True
         end = self._deadline - (1 - share) * self._budget
-        return time.monotonic() + self.program.price(task) * self._slowness <= end
+        return time.monotonic() + self._preparing + self.program.price(task) * self._slowness <= end
 
     def _is_done(self, task: Task) -> bool:
         return task.key in self._journal and (not task.kept or self._journal.has_picture(task.key))

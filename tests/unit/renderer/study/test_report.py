@@ -127,6 +127,16 @@ def test_a_report_of_no_runs_says_so(tmp_path: Path) -> None:
     assert told["Which effect costs most?"] == "No effect of this scene was left out."
 
 
+def test_a_scene_without_anything_has_a_report_too(tmp_path: Path) -> None:
+    """Nothing in it has an error: no curve has a point, and the reference is exact."""
+    study = Study(scene(shapes=[], lights=[]), tmp_path, TINY)
+    results = report.told(study.run(lambda _: None))
+    assert results["reference"]["rmse_255"] == 0
+    assert not any(row["told"] for row in results["settings"])
+    svg = report.files(study, results)["images/seconds.svg"].decode()
+    assert "error of the reference itself, 0/255" in svg
+
+
 def test_what_a_stranger_wrote_is_no_markup_in_a_table() -> None:
     table = Table(("a",), [("<img src=x>|`",)])
     assert "&lt;img src=x&gt;|`" in page("title", [table])
