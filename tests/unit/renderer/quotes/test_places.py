@@ -43,11 +43,13 @@ def test_cells_cover_each_pixel_once(width: int, height: int) -> None:
 
 @pytest.mark.parametrize("tile", [Tile(0, 64, 32, 128, 96), Tile(3, 0, 0, 9, 6), Tile(1, 5, 5, 6, 6)])
 def test_one_pixel_is_taken_of_each_square(tile: Tile) -> None:
-    block = scattered(tile, seed=2) squares = {((x - tile.x0) // APART, (y - tile.y0) // APART) for x, y in
-    zip(block.columns, block.rows, strict=True)} assert len(squares) == block.columns.size == -(-tile.width
-    // APART) * -(-tile.height // APART) assert block.bounds == (tile.x0, tile.y0, tile.x1, tile.y1) assert
-    tile.x0 <= block.columns.min() <= block.columns.max() < tile.x1 assert tile.y0 <= block.rows.min() <=
-    block.rows.max() < tile.y1
+    block = scattered(tile, seed=2)
+    places = zip(block.columns.tolist(), block.rows.tolist(), strict=True)
+    squares = {((x - tile.x0) // APART, (y - tile.y0) // APART) for x, y in places}
+    assert len(squares) == block.columns.size == -(-tile.width // APART) * -(-tile.height // APART)
+    assert block.bounds == (tile.x0, tile.y0, tile.x1, tile.y1)
+    assert tile.x0 <= block.columns.min() <= block.columns.max() < tile.x1
+    assert tile.y0 <= block.rows.min() <= block.rows.max() < tile.y1
 
 
 def test_pixels_depend_on_the_seed_and_the_cell_alone() -> None:
