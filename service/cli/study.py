@@ -120,17 +120,19 @@ def _run(course: Study) -> dict[str, Any]:
 
     with progress_bar("study") as bar:
         try:
-            return course.run(lambda forecast: _show(bar, forecast))
+            document = course.run(lambda forecast: _show(bar, forecast))
         except RenderError as error:
             raise RenderFailedError(str(error)) from error
         except OSError as error:
             raise CommandError(f"The journal cannot be written: {error.strerror or error}.") from error
+        bar.show(1.0, "done")
+    return document
 
 
 def _show(bar: Bar, forecast: Forecast) -> None:
     from renderer.study.words import seconds
 
-    bar.show(forecast.share, f"{forecast.now}, about {seconds(forecast.seconds)} left")
+    bar.show(forecast.share, f"{seconds(forecast.seconds)} left, {forecast.now}")
 
 
 def _written(course: Study, document: Mapping[str, Any], out: Path) -> dict[str, Any]:
