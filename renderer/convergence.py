@@ -59,28 +59,49 @@ class PowerLaw:
         The power, dimensionless; below 0 where the error falls.
     time, error : float
         A point of the fitted line, in the middle of the points.
+    margin : float
+        Half the interval of the logarithm of an error that is as sure as the surest point.
+    spread : float
+        Sum of the squared distances of the points from the middle, in logarithms of times and by weight.
+    newest, weight : float
+        Distance of the last point from the middle, and its weight; that of the surest point is 1.
     """
 
     order: Interval
     time: float
     error: float
+    margin: float
+    spread: float
+    newest: float
+    weight: float
 
     def at(self, times: npt.ArrayLike) -> Floats:
         """Errors (N,) after `times` (N,)."""
         errors: Floats = self.error * (np.asarray(times, dtype=np.float64) / self.time) ** self.order.estimate
         return errors
 
-    def halving(self, spent: float) -> Interval | None:
-        """How much longer than `spent` it takes until the error is half of what it is then, in its unit.
+    def falling(self, spent: float, factor: float = 2.0) -> Interval | None:
+        """How much longer than `spent` it takes until the newest error is divided by `factor`, in its unit.
 
-        None where the error does not fall. Without an upper end where it may not fall.
+        The interval holds the time at which a pass will tell that error in at least 95 of 100 cases, as far
+        as that of the order does: it knows how far passes are off the line (Fieller 1954, Some Problems in
+        Interval Estimation). It has no upper end where the error may not fall. None where it does not.
         """
-        estimate = _longer(self.order.estimate)
-        if estimate is None:
+        steep, wanted = -self.order.estimate, float(np.log(factor))
+        if steep <= 0:
             return None
-        low, high = (None if end is None else _longer(end) for end in (self.order.low, self.order.high))
-        assert low is not None
-        return Interval(spent * estimate, spent * low, None if high is None else spent * high)
+        # The logarithm of the time grows by d, where (steep d - wanted)^2 is at most the square of the margin
+        # times 2 / weight + (d^2 + 2 d newest) / spread.
+        doubt = self.margin**2 / self.spread
+        square = steep**2 - doubt
+        linear = steep * wanted + doubt * self.newest
+        constant = wanted**2 - 2 * self.margin**2 / self.weight
+        root = float(np.sqrt(max(linear**2 - square * constant, 0.0)))
+        estimate = _longer(spent, wanted / steep)
+        low = _longer(spent, max(constant, 0.0) / (linear + root))
+        if estimate is None or low is None:
+            return None
+        return Interval(estimate, low, _longer(spent, (linear + root) / square) if square > 0 else None)
 
 
 def power_law(times: npt.ArrayLike, errors: npt.ArrayLike, highs: npt.ArrayLike | None = None) -> PowerLaw:
@@ -142,7 +163,7 @@ def trend(passes: Sequence[Mapping[str, Any]], unknown: str | None = None) -> di
         law = law_of(known)
     except NothingToFitError as error:
         return {"order": None, "next_halving": None, "reason": str(error)}
-    costs = {clock: law.halving(known[-1][clock]) for clock in CLOCKS}
+    costs = {clock: law.falling(known[-1][clock]) for clock in CLOCKS}
     documents = {clock: asdict(cost) for clock, cost in costs.items() if cost}
     return {"order": asdict(law.order), "next_halving": documents or None, "reason": _doubt(costs)}
 
@@ -218,14 +239,21 @@ def _line(x: Floats, y: Floats, weights: Floats, deviation: float) -> PowerLaw:
     order = float((weights * across * up).sum() / spread)
     freedom = x.size - 2
     scatter = np.sqrt((weights * (up - order * across) ** 2).sum() / freedom)
-    half = float(max(NORMAL * deviation, student(freedom) * scatter) / np.sqrt(spread))
-    return PowerLaw(Interval(order, order - half, order + half), float(np.exp(middle)), float(np.exp(height)))
+    margin = float(max(NORMAL * deviation, student(freedom) * scatter))
+    half = margin / float(np.sqrt(spread))
+    return PowerLaw(
+        order=Interval(order, order - half, order + half),
+        time=float(np.exp(middle)),
+        error=float(np.exp(height)),
+        margin=margin,
+        spread=float(spread),
+        newest=float(across[-1]),
+        weight=float(weights[-1]),
+    )
 
 
-def _longer(order: float) -> float | None:
-    """How many times as long again half the error takes; None if it is never reached."""
-    if order >= 0:
-        return None
+def _longer(spent: float, growth: float) -> float | None:
+    """What comes to `spent` when its logarithm grows that much; None if that is more than any number."""
     with np.errstate(over="ignore"):
-        more = float(np.expm1(np.log(2.0) / -order))
+        more = float(spent * np.expm1(growth))
     return more if np.isfinite(more) else None

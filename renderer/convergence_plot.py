@@ -150,7 +150,7 @@ def _halving(
 ) -> None:
     """Mark where half the error would be reached, if that is not too far, and have it on the axes."""
     spent, half = newest["cpu_seconds"], newest["error"]["estimate"] / 2
-    cost = law.halving(spent)
+    cost = law.falling(spent)
     if cost is None or cost.estimate > FAR * spent:
         return
     known = cost.high is not None and cost.high <= FAR * spent

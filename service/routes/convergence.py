@@ -42,8 +42,8 @@ EXAMPLE = {
     ],
     "order": {"estimate": -0.495, "low": -0.628, "high": -0.363},
     "next_halving": {
-        "seconds": {"estimate": 27.8, "low": 18.3, "high": 52.4},
-        "cpu_seconds": {"estimate": 48.8, "low": 32.2, "high": 92.1},
+        "seconds": {"estimate": 27.8, "low": 7.05, "high": 120.0},
+        "cpu_seconds": {"estimate": 48.8, "low": 12.4, "high": 211.0},
     },
 }
 RESPONSES: dict[int | str, dict[str, Any]] = {

@@ -37,7 +37,7 @@ def curve_of(source: Any, bar: Bar = NOBODY) -> Curve:
 def test_the_curve_is_told_in_sentences_with_intervals() -> None:
     assert list(sentences(FOUND, final=True)) == [
         "error 0.0081 (0.0079 to 0.0083), falling like time to the power -0.49 (-0.63 to -0.36)",
-        "half of it would take 28 s more (18 to 52), 49 CPU s (32 to 92)",
+        "half of it would take 28 s more (7 to 120), 49 CPU s (12 to 211)",
     ]
 
 

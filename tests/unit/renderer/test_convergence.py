@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from statistics import NormalDist
 from typing import Any
 
@@ -11,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from renderer.convergence import NothingToFitError, law_of, power_law, student, trend
+from renderer.convergence import NothingToFitError, PowerLaw, law_of, power_law, student, trend
 
 EPS = np.finfo(np.float64).eps
 
@@ -47,7 +48,7 @@ def test_the_cost_of_half_the_error_is_that_of_the_law(
 ) -> None:
     t = np.array(times)
     law = power_law(t, exactly(t, order, scale))
-    cost = law.halving(float(t.max()))
+    cost = law.falling(float(t.max()))
     assert cost is not None
     # e(t + cost) = e(t) / 2 exactly where (t + cost) / t = 2^(-1 / order).
     assert cost.estimate == pytest.approx(t.max() * (2 ** (-1 / order) - 1), rel=1e-9)
@@ -70,37 +71,64 @@ def test_the_order_does_not_depend_on_units(
         assert getattr(other, end) == pytest.approx(getattr(one, end), abs=room)
 
 
-def intervals_that_hold(points: int, wrong: float, *, told: bool, count: int = 2000) -> int:
-    """How many of `count` curves with noise have the true order in their interval."""
+def highs_of(errors: list[float], deviations: list[float]) -> list[float]:
+    """Upper ends of intervals of errors whose logarithms have these standard deviations."""
+    normal = NormalDist().inv_cdf(0.975)
+    return [e * math.sqrt(1 + 2 * normal * d) for e, d in zip(errors, deviations, strict=True)]
+
+
+TRIALS = 2000
+MOST = 4 * math.sqrt(TRIALS * 0.95 * 0.05)
+"""Four standard deviations of the number of intervals that hold: one in 30,000 is farther off by chance."""
+
+
+def noisy(points: int, wrong: float, *, told: bool) -> Iterator[tuple[PowerLaw, float, float]]:
+    """Laws through curves of order -0.7 with noise, times of their last points, and their next errors.
+
+    The next error is that at twice the time, with noise as the last one has; both are told by their ratio.
+    """
     random = np.random.default_rng([points, int(10 * wrong), told])
-    held = 0
-    for _ in range(count):
+    for _ in range(TRIALS):
         times = np.sort(random.uniform(1, 100, points))
         deviations = random.uniform(0.02, 0.2, points) if told else np.full(points, 0.1)
-        errors = 0.3 * times**-0.7 * np.exp(wrong * deviations * random.standard_normal(points))
-        # The interval of a square is symmetric, with twice the deviation of the logarithm.
-        highs = errors * np.sqrt(1 + 2 * NormalDist().inv_cdf(0.975) * deviations)
-        order = power_law(times, errors, highs if told else None).order
-        held += order.low <= -0.7 <= order.high
-    return held
+        noise = wrong * deviations * random.standard_normal(points)
+        errors = 0.3 * times**-0.7 * np.exp(noise)
+        highs = highs_of(list(errors), list(deviations))
+        law = power_law(times, errors, highs if told else None)
+        further = wrong * deviations[-1] * random.standard_normal()
+        yield law, float(times[-1]), float(2**0.7 * np.exp(noise[-1] - further))
 
 
-@pytest.mark.parametrize("points", [3, 4, 8])
-@pytest.mark.parametrize(
+KINDS = pytest.mark.parametrize(
     ("told", "wrong"),
     [(True, 1.0), (True, 4.0), (False, 1.0)],
     ids=["intervals that are right", "intervals a quarter as wide as the noise", "no intervals"],
 )
+
+
+@pytest.mark.parametrize("points", [3, 4, 8])
+@KINDS
 def test_the_interval_holds_the_order_in_95_of_100_curves(points: int, told: bool, wrong: float) -> None:
-    held = intervals_that_hold(points, wrong, told=told)
-    # 0.95 at least, judged by four standard deviations of 2000 trials: one in 30,000 fails by chance.
-    assert held >= 2000 * 0.95 - 4 * math.sqrt(2000 * 0.95 * 0.05)
+    orders = [law.order for law, _, _ in noisy(points, wrong, told=told)]
+    held = sum(order.low <= -0.7 <= (order.high or 0.0) for order in orders)
+    assert held >= 0.95 * TRIALS - MOST
+
+
+@pytest.mark.parametrize("points", [3, 4, 8])
+@KINDS
+def test_the_interval_holds_the_cost_in_95_of_100_curves(points: int, told: bool, wrong: float) -> None:
+    held = 0
+    for law, spent, factor in noisy(points, wrong, told=told):
+        cost = law.falling(spent, factor) if factor > 1 else None
+        # Nothing is claimed where the error did not fall.
+        held += cost is None or (cost.low <= spent and (cost.high is None or spent <= cost.high))
+    assert held >= 0.95 * TRIALS - MOST
 
 
 @pytest.mark.parametrize("points", [4, 8])
 def test_without_intervals_it_does_not_hold_it_more_often_than_that(points: int) -> None:
-    held = intervals_that_hold(points, 1.0, told=False)
-    assert held <= 2000 * 0.95 + 4 * math.sqrt(2000 * 0.95 * 0.05)
+    orders = [law.order for law, _, _ in noisy(points, 1.0, told=False)]
+    assert sum(order.low <= -0.7 <= (order.high or 0.0) for order in orders) <= 0.95 * TRIALS + MOST
 
 
 @pytest.mark.parametrize(
@@ -115,12 +143,6 @@ def test_students_interval_tends_to_the_normal_one() -> None:
     normal = NormalDist().inv_cdf(0.975)
     # The first term of the expansion in 1 / freedom (Abramowitz and Stegun 26.7.5); the next is 1e-8 here.
     assert student(10_000) == pytest.approx(normal + (normal**3 + normal) / 40_000, abs=1e-7)
-
-
-def highs_of(errors: list[float], deviations: list[float]) -> list[float]:
-    """Upper ends of intervals of errors whose logarithms have these standard deviations."""
-    normal = NormalDist().inv_cdf(0.975)
-    return [e * math.sqrt(1 + 2 * normal * d) for e, d in zip(errors, deviations, strict=True)]
 
 
 def test_a_point_weighs_as_much_as_the_square_of_its_interval_says() -> None:
