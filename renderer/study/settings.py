@@ -62,7 +62,7 @@ class Scale:
     references: tuple[int, ...] = (256, 64, 16)
     random: tuple[tuple[int, int], ...] = FEW_POINTS
     regular: tuple[tuple[int, int], ...] = MANY_POINTS
-    errors_255: tuple[float, ...] = (4.0, 2.0, 1.0, 0.5)
+    errors_255: tuple[float, ...] = (8.0, 4.0, 2.0, 1.0, 0.5, 0.25)
     seeds: int = 3
 
 

@@ -192,6 +192,11 @@ def test_the_seconds_for_an_error_are_those_of_the_cheapest_setting_that_keeps_i
     )
 
 
+def test_an_error_that_is_reached_within_an_interval_is_reached() -> None:
+    row = setting("sobol 4 x 4", "sobol", 1.0, 2.1) | {"rmse_255": {"estimate": 2.1, "low": 1.9, "high": 2.3}}
+    assert "2/255: 1.0 s with sobol 4 x 4." in answer(0, settings=[row])
+
+
 def test_the_pattern_is_the_quickest_at_the_smallest_error_that_most_reach() -> None:
     assert answer(1) == (
         "sobol for errors down to 2/255. For 2/255, sobol takes 1.5 s; random takes 4.0 times as long."
