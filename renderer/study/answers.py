@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
+from operator import itemgetter
 from typing import Any
 
 from renderer.study import curves
@@ -95,10 +97,10 @@ def _of_patterns(costs: Mapping[str, float]) -> dict[str, float]:
 
 def _quickest(table: Sequence[tuple[float, Mapping[str, float]]]) -> str:
     """Which pattern is the quickest for which errors: `rotated down to 4/255, sobol down to 1/255`."""
-    lowest: dict[str, float] = {}
-    for level, costs in table:
-        lowest[min(costs, key=lambda method: costs[method])] = level
-    return ", ".join(f"{method} for errors down to {error(level)}" for method, level in lowest.items())
+    best = [(min(costs, key=lambda method: costs[method]), level) for level, costs in table]
+    # Errors are in falling order: the last one for which a pattern is the quickest ends its run.
+    runs = [list(run)[-1] for _, run in groupby(best, key=itemgetter(0))]
+    return ", ".join(f"{method} for errors down to {error(level)}" for method, level in runs)
 
 
 def _which_effect(document: Document) -> Iterator[str]:

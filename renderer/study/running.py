@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 REFERENCE_SHARE = 0.4
 """Of a budget, for the reference: without it there are no errors, and with it alone nothing else."""
 
-ROUNDS_SHARE = 0.95
+ROUNDS_SHARE = 0.9
 """Of a budget, until all that is timed has to be done: the pictures at equal time come last."""
 
 

@@ -203,6 +203,16 @@ def test_the_pattern_is_the_quickest_at_the_smallest_error_that_most_reach() -> 
     )
 
 
+def test_a_pattern_may_be_the_quickest_for_large_and_for_small_errors() -> None:
+    table = [
+        {"rmse_255": level, "cpu_seconds": {"uniform": uniform, "rotated": 2.0}}
+        for level, uniform in ((16.0, 1.0), (8.0, 1.5), (4.0, 3.0), (2.0, 1.0))
+    ]
+    assert answer(1, equal_error=table).startswith(
+        "uniform for errors down to 8/255, rotated for errors down to 4/255, uniform for errors down to 2/255."
+    )
+
+
 def test_the_dearest_effect_is_told_with_who_asked() -> None:
     assert answer(2) == (
         "mirror: 2.0 s, 25% of the time, asked for by /a /a /a and 1 more. "
