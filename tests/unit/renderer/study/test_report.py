@@ -209,7 +209,8 @@ def test_a_pattern_may_be_the_quickest_for_large_and_for_small_errors() -> None:
         for level, uniform in ((16.0, 1.0), (8.0, 1.5), (4.0, 3.0), (2.0, 1.0))
     ]
     assert answer(1, equal_error=table).startswith(
-        "uniform for errors down to 8/255, rotated for errors down to 4/255, uniform for errors down to 2/255."
+        "uniform for errors down to 8/255, rotated for errors down to 4/255, "
+        "uniform for errors down to 2/255."
     )
 
 
