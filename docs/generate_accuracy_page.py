@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from renderer.study import curves, tables, words
 from renderer.study.page_markdown import table
-from renderer.study.settings import METHODS, PATTERNS
+from renderer.study.settings import METHODS, PATTERNS, TARGET
 
 if TYPE_CHECKING:
     from renderer.study.blocks import Table
@@ -56,7 +56,7 @@ def page(measured: Mapping[str, Results]) -> str:
     chess, soft, maps = measured["chess"], measured["soft"], measured["normal_texturing"]
     return TEMPLATE.read_text().format(
         sentences="\n".join(f"- {sentence}" for sentence in _sentences(measured)),
-        chess_points=f"with {CHESS_POINTS} light points",
+        chess_points=CHESS_POINTS,
         chess=_chess(chess),
         ratios=" ".join(_ratios(chess)),
         details=_details(chess),
@@ -81,7 +81,7 @@ def _sentences(measured: Mapping[str, Results]) -> Iterator[str]:
         costs = {method: curves.cost_at(line, WISH_255) for method, line in lines.items()}
         reached = {method: cost for method, cost in costs.items() if cost is not None}
         told = ", ".join(
-            f"{words.seconds(cost)} with {method}"
+            f"{words.seconds(cost)} with {'target quality' if method == TARGET else method}"
             for method, cost in sorted(reached.items(), key=lambda item: item[1])
         )
         wish = words.error(WISH_255)
