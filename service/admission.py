@@ -50,7 +50,7 @@ def admit(service: Service, body: bytes) -> Admitted:
     request, warnings = read_request(service, body, JobRequest)
     plan = compile_admitted(service, request)
     target = target_of(request)
-    description = priced(plan, target, service.settings)
+    description = priced(plan, service.prices.get(request), service.settings.workers)
     check_cost(description, target, service.settings)
     return Admitted(request, warnings, plan, description, target)
 

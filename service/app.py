@@ -14,6 +14,7 @@ from pydantic.json_schema import models_json_schema
 
 from schemas.jobs import JobRequest
 from schemas.problems import ProblemDocument
+from schemas.quotes import QuoteRequest
 from schemas.traces import TraceRequest
 from service import problems
 from service.context import Service
@@ -23,15 +24,17 @@ from service.dispatcher import Dispatcher
 from service.engines.slots import SlotEngine
 from service.engines.worker import WorkerSetup
 from service.feed import Feed
-from service.routes import assets, convergence, jobs, operations, pictures, scenes, tiles
+from service.prices import QuotedPrices
+from service.routes import assets, convergence, jobs, operations, pictures, quotes, scenes, tiles
 from service.routes.parameters import COMPONENTS, problem
+from service.seats import Seats
 from service.settings import Settings
 from service.store.assets import AssetStore
 from service.store.passes import PassStore
 from service.store.tiles import FileTileStore
 
 DESCRIPTION = "Send a scene as JSON, watch its tiles arrive, fetch the picture by the job's id."
-ROUTERS = (jobs, tiles, pictures, convergence, scenes, assets, operations)
+ROUTERS = (jobs, tiles, pictures, convergence, scenes, quotes, assets, operations)
 
 
 def create_app(settings: Settings) -> FastAPI:
@@ -83,14 +86,24 @@ def _assemble(settings: Settings, feed: Feed) -> Service:
     )
     dispatcher = Dispatcher(database, store, SlotEngine(settings.workers, setup), feed, settings)
     dispatcher.start()
-    return Service(settings, database, store, PassStore(store.folder), textures, dispatcher, feed)
+    return Service(
+        settings=settings,
+        database=database,
+        store=store,
+        passes=PassStore(store.folder),
+        assets=textures,
+        dispatcher=dispatcher,
+        feed=feed,
+        quote_seats=Seats(settings.max_quotes),
+        prices=QuotedPrices(),
+    )
 
 
 def _document_bodies(app: FastAPI) -> None:
     """Add what routes read and answer by themselves to the OpenAPI document."""
     generate = app.openapi
     read: list[tuple[type[BaseModel], Literal["validation"]]] = [
-        (model, "validation") for model in (JobRequest, TraceRequest, ProblemDocument)
+        (model, "validation") for model in (JobRequest, QuoteRequest, TraceRequest, ProblemDocument)
     ]
 
     def openapi() -> dict[str, Any]:

@@ -10,6 +10,8 @@ from fastapi import Depends, Request
 from service.database.connection import Database
 from service.dispatcher import Dispatcher
 from service.feed import Feed
+from service.prices import QuotedPrices
+from service.seats import Seats
 from service.settings import Settings
 from service.store.assets import AssetStore
 from service.store.passes import PassStore
@@ -27,6 +29,8 @@ class Service:
     assets: AssetStore
     dispatcher: Dispatcher
     feed: Feed
+    quote_seats: Seats
+    prices: QuotedPrices
 
 
 def _service(request: Request) -> Service:

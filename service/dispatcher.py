@@ -24,13 +24,13 @@ from service.database.connection import Database
 from service.database.models import JobRow
 from service.engines.protocol import Engine
 from service.engines.tasks import (
+    CallTask,
     Interrupted,
     JobTask,
     Outcome,
     Task,
     TaskFailed,
     TileTask,
-    TraceTask,
     WorkerDied,
 )
 from service.errors import UnavailableError
@@ -43,7 +43,7 @@ from service.store.tiles import TileStore
 RETRY_SECONDS = 1.0
 # How often to look again whether the running task of a job that has ended is gone, seconds.
 LEAVING_SECONDS = 0.05
-# Traces that wait for a worker; more are sent away.
+# Traces and quotes that wait for a worker; more are sent away.
 MAX_CALLS = 64
 
 log = structlog.get_logger()
@@ -69,12 +69,12 @@ class Dispatcher:
         self._stopping = threading.Event()
         # From other threads: outcomes, and None where only attention is asked for.
         self._inbox: queue.SimpleQueue[tuple[Task, Outcome] | None] = queue.SimpleQueue()
-        self._calls: deque[tuple[TraceTask, Future[Outcome]]] = deque()
+        self._calls: deque[tuple[CallTask, Future[Outcome]]] = deque()
         self._cancelled: deque[str] = deque()
         # The dispatcher's own.
         self._reports: list[tuple[JobTask, Outcome]] = []
         self._flying: set[JobTask] = set()
-        self._answers: dict[TraceTask, Future[Outcome]] = {}
+        self._answers: dict[CallTask, Future[Outcome]] = {}
         self._leaving: dict[str, float] = {}
         self._pause_until = 0.0
         self._deadline: datetime | None = None
@@ -101,8 +101,8 @@ class Dispatcher:
         self._cancelled.append(job)
         self.wake()
 
-    def call(self, task: TraceTask) -> Future[Outcome]:
-        """Have a trace executed before any tile that waits; cancel the future to stop it.
+    def call(self, task: CallTask) -> Future[Outcome]:
+        """Have a trace or a quote made before any tile that waits; cancel the future to stop it.
 
         Raises
         ------
@@ -110,7 +110,7 @@ class Dispatcher:
             If too many others wait.
         """
         if len(self._calls) >= MAX_CALLS:
-            raise UnavailableError("Too many traces are waiting. Try again in a moment.")
+            raise UnavailableError("Too many others are waiting for an answer. Try again in a moment.")
         answer: Future[Outcome] = Future()
         answer.add_done_callback(lambda _: self.wake())
         self._calls.append((task, answer))
@@ -164,7 +164,7 @@ class Dispatcher:
         return None
 
     def _take_note(self, task: Task, outcome: Outcome) -> None:
-        if not isinstance(task, TraceTask):
+        if not isinstance(task, CallTask):
             self._flying.discard(task)
             self._reports.append((task, outcome))
             _log(task, outcome)
@@ -203,13 +203,13 @@ class Dispatcher:
             self._act(result)
 
     def _interrupt(self) -> None:
-        """Stop the tasks of jobs that have ended, and traces that nobody waits for."""
+        """Stop the tasks of jobs that have ended, and calls that nobody waits for."""
         now = time.monotonic()
         late = {job for job, deadline in self._leaving.items() if deadline <= now}
         unwanted = {task for task, answer in self._answers.items() if answer.cancelled()}
         if late or unwanted:
             self._engine.interrupt(
-                lambda task: task in unwanted if isinstance(task, TraceTask) else task.job in late
+                lambda task: task in unwanted if isinstance(task, CallTask) else task.job in late
             )
 
     def _answer_calls(self) -> None:

@@ -19,7 +19,9 @@ ServiceError
 │   ├── StoreDamagedError       a stored file is not what was written
 │   └── StoreTakenError         another service uses the data folder
 ├── TraceFailedError
+├── QuoteFailedError
 └── UnavailableError            try again later
+    ├── BusyError               too many do the same
     └── WorkerLostError
 """
 
@@ -118,8 +120,16 @@ class TraceFailedError(ServiceError):
     """Rays could not be traced."""
 
 
+class QuoteFailedError(ServiceError):
+    """A scene could not be quoted."""
+
+
 class UnavailableError(ServiceError):
     """The service cannot do this now and may be able to do it later."""
+
+
+class BusyError(UnavailableError):
+    """Too many ask for the same at once."""
 
 
 class WorkerLostError(UnavailableError):

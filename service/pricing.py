@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import renderer
+from renderer.quotes.prices import price
 from schemas.jobs import JobRequest
 from schemas.plans import PlanDocument
 from schemas.problems import Problem
 from schemas.quality import TargetQuality
 from service.settings import Settings
-
-SAMPLES, ERROR = 4, 1 / 255
-"""An error of one step of 8 bits takes about as much as so many samples in every pixel."""
-
-FEWEST, MOST = 1, 1 << 16
-"""Samples in the mean pixel: nearly all are looked at once, and none gets more than the renderer takes."""
 
 
 def target_of(request: JobRequest) -> TargetQuality | None:
@@ -21,26 +16,22 @@ def target_of(request: JobRequest) -> TargetQuality | None:
     return request.quality if isinstance(request.quality, TargetQuality) else None
 
 
-def priced(plan: renderer.RenderPlan, target: TargetQuality | None, settings: Settings) -> PlanDocument:
-    """Describe a plan with its price.
+def priced(plan: renderer.RenderPlan, quoted: float | None, workers: int) -> PlanDocument:
+    """Describe a plan with its price: that which a pilot has found, or else the one that the plan predicts.
 
-    That of target quality is a rough one: four samples in every pixel at an error of 1/255, and so many times
-    as many as the error is smaller. A time limit bounds it by what all workers can do in that time.
+    Parameters
+    ----------
+    plan
+        That of the request.
+    quoted
+        CPU seconds that were quoted for it, if it was.
+    workers
+        What all of them can do in a time limit bounds the price.
     """
-    description = plan.describe()
-    if target is None:
-        return description
-    samples = min(max(SAMPLES * ERROR / target.error, FEWEST), MOST)
-    scale = samples / plan.antialiasing.samples
-    seconds = description.cost.cpu_seconds * scale
-    if target.time_limit is not None:
-        seconds = min(seconds, target.time_limit * settings.workers)
-    changes = {
-        "camera_rays": round(description.cost.camera_rays * scale),
-        "shadow_rays": round(description.cost.shadow_rays * scale),
-        "cpu_seconds": seconds,
-    }
-    return description.model_copy(update={"cost": description.cost.model_copy(update=changes)})
+    cost = price(plan, workers)
+    if quoted is not None:
+        cost = cost.model_copy(update={"cpu_seconds": quoted})
+    return plan.describe().model_copy(update={"cost": cost})
 
 
 def check_cost(description: PlanDocument, target: TargetQuality | None, settings: Settings) -> None:

@@ -64,7 +64,9 @@ KINDS: dict[type[Exception], Kind] = {
     errors.StoreDamagedError: Kind(500, "store_damaged", told=False),
     errors.StoreTakenError: Kind(500, "store_taken", told=False),
     errors.TraceFailedError: Kind(422, "trace_failed"),
+    errors.QuoteFailedError: Kind(422, "quote_failed"),
     errors.UnavailableError: Kind(503, "unavailable", retry=True),
+    errors.BusyError: Kind(429, "busy", retry=True),
     errors.WorkerLostError: Kind(503, "worker_lost", retry=True),
     DBAPIError: Kind(503, "database", told=False, retry=True),
 }

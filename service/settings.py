@@ -52,6 +52,9 @@ class Settings(BaseSettings):
     max_asset_bytes: int = Field(default=64 * MIB, ge=1, description="Largest texture file.")
     max_asset_pixels: int = Field(default=64 * MIB, ge=1, description="Largest texture, in pixels.")
     max_trace_rays: int = Field(default=100_000, ge=1, description="Most rays in one trace request.")
+    max_quotes: int = Field(
+        default=8, ge=1, description="Quotes made at the same time, those that wait for a worker included."
+    )
     max_wait_seconds: float = Field(
         default=60.0, ge=0, description="Longest that a request may wait for news."
     )

@@ -5,6 +5,7 @@ from time import monotonic
 from renderer.compile import compile_scene
 from renderer.quotes.choices import Adaptive, Fixed, Priced, closest, soonest
 from renderer.quotes.pilots import Pilot
+from renderer.quotes.prices import price
 from renderer.quotes.ranges import Range
 from renderer.scenes import LoadedScene
 from schemas.quality import Quality
@@ -72,7 +73,7 @@ def quote(
         for_error=_chosen(soonest(known, target_error)) if target_error else None,
         for_seconds=_chosen(closest(known, seconds)) if seconds else None,
         effects=_effects(pilot, asked),
-        price=plan.describe().cost,
+        price=price(plan, workers),
         workers=workers,
         pilot=PilotReport(
             seconds=monotonic() - begun,

@@ -8,7 +8,7 @@ that of (a - b)^2 is the squared error of a itself.
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import partial
-from math import exp, hypot, log
+from math import exp, hypot, inf, log
 
 import numpy as np
 
@@ -36,7 +36,7 @@ edge."""
 UNIT = 0.04
 """Seconds that sampling a block shall take at most."""
 
-FEWEST = 3
+FEWEST = 2
 """Blocks below which nothing is said about errors."""
 
 
@@ -66,13 +66,14 @@ class Accuracy:
 
     def count(self, error: float) -> float:
         """How many samples bring the error down to this, not rounded; inf if none do."""
-        for known, reached in self.known.items():
-            if reached.estimate <= error:
-                return float(known)
-        last = max(self.known)
+        enough = [count for count, reached in self.known.items() if reached.estimate <= error]
+        nearest = min(enough, default=max(self.known))
         if self.power <= 0:
-            return float("inf")
-        return last * float(self.known[last].estimate / error) ** (1 / self.power)
+            return float(nearest) if enough else inf
+        # Fewer than enough may do, if not so few as are known not to.
+        least = max((count for count in self.known if count < nearest), default=1)
+        count = nearest * (self.known[nearest].estimate / error) ** (1 / self.power)
+        return float(max(count, least))
 
 
 @dataclass(slots=True)

@@ -103,8 +103,9 @@ class Adaptive:
         apart = log(nearest / error)
         moved = factor(BETWEEN * abs(apart)).scaled((nearest / error) ** self._power(apart))
         cpu, seconds = (known.times(moved) for known in self.points[nearest])
-        quality = target(error, self.precision, limit)
-        return Priced(quality, cpu, seconds, Range(error * KEPT, error * LEAST, error))
+        reached = Range(error * KEPT, error * LEAST, error)
+        offer = Priced(target(error, self.precision, limit), cpu, seconds, reached)
+        return offer if limit is None else _limited(offer, limit)
 
     def _power(self, apart: float) -> float:
         """Like which the seconds grow as the error falls."""
@@ -126,6 +127,19 @@ class Adaptive:
         best = min(fitting)
         spare = seconds / self.points[best][1].estimate
         return self.priced(_rounded(best * max(spare ** (-1 / FALLS), FARTHEST)), seconds)
+
+
+def _limited(offer: Priced, limit: float) -> Priced:
+    """An offer that ends after so many seconds; what error it has reached by then is not known."""
+    ends = offer.seconds.estimate, offer.seconds.low, offer.seconds.high
+    shares = [min(1.0, limit / end) if end else 1.0 for end in ends]
+    cpu = offer.cpu_seconds
+    return Priced(
+        quality=offer.quality,
+        cpu_seconds=Range(cpu.estimate * shares[0], cpu.low * shares[1], cpu.high * shares[2]),
+        seconds=Range(*(end * share for end, share in zip(ends, shares, strict=True))),
+        error=offer.error if shares[0] == 1.0 else None,
+    )
 
 
 def _rounded(error: float) -> float:

@@ -19,9 +19,9 @@ from schemas.quality import Quality, TargetQuality
 TIMING_AT_MOST = 0.6
 """Share of the time for timing blocks where they cost much or differ much."""
 
-TIMING, EFFECTS, SAMPLING = 0.3, 0.12, 0.4
+TIMING, EFFECTS, SAMPLING, WISHING = 0.3, 0.12, 0.4, 0.3
 """Shares of the time that is left, when their turn comes, for timing blocks, for leaving out effects and for
-sampling pixels. What they leave is for pictures of target quality."""
+sampling pixels, the last one where an error is wished for. What they leave is for small pictures."""
 
 SPARE = 0.1
 """Share of the time that is kept for what units of work take longer than the ones before."""
@@ -88,7 +88,7 @@ class Pilot:
         self.stopwatch = Stopwatch(plans)
         self.stopwatch.run(deadline.part(TIMING), deadline.part(TIMING_AT_MOST))
         self._leave_out(plans[0], compiling, deadline.part(EFFECTS))
-        self._sample(halves[0], compiling, deadline.part(SAMPLING))
+        self._sample(halves[0], compiling, deadline.part(WISHING if self._errors() else SAMPLING))
         self._grow(deadline)
 
     def _leave_out(self, plan: RenderPlan, compiling: float, deadline: Deadline) -> None:
@@ -114,13 +114,17 @@ class Pilot:
 
     def _grow(self, deadline: Deadline) -> None:
         """Render small pictures of target quality, those that are asked for first."""
-        asked = [error for error in (self.target and self.target.error, self.wished) if error]
+        asked = self._errors()
         errors = list(dict.fromkeys([*asked, *ERRORS]))
         for number, error in enumerate(errors):
             share = 1.0 if error in asked else 1 / (len(errors) - number)
             growing = Growing(self.scene, error, self.ladders[0].precision, self._ray_seconds())
             growing.run(deadline.part(share), deadline)
             self.growing.append(growing)
+
+    def _errors(self) -> list[float]:
+        """Target errors that are asked for."""
+        return [error for error in (self.target and self.target.error, self.wished) if error]
 
     def _ray_seconds(self) -> float:
         """CPU seconds of a camera ray with few light points."""

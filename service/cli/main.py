@@ -10,13 +10,27 @@ from typing import Any, NoReturn
 
 import typer
 
-from service.cli import demo, doctor, explain, jobs, render, serve, study, submit, trace, validate, watch
+from service.cli import (
+    demo,
+    doctor,
+    explain,
+    jobs,
+    quote,
+    render,
+    serve,
+    study,
+    submit,
+    trace,
+    validate,
+    watch,
+)
 from service.cli.exits import ExitCode
 
 COMMANDS: tuple[tuple[str, str, Callable[..., Any]], ...] = (
     ("render", "On this machine", render.render),
     ("validate", "On this machine", validate.validate),
     ("explain", "On this machine", explain.explain),
+    ("quote", "On this machine", quote.quote),
     ("trace", "On this machine", trace.trace),
     ("study", "On this machine", study.study),
     ("serve", "Service", serve.serve),

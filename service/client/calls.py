@@ -18,6 +18,7 @@ from schemas.batches import MEDIA_TYPE
 from schemas.convergence import Convergence
 from schemas.jobs import Asset, Job, JobList, TileBatch, TileEvent, Version
 from schemas.plans import PlanDocument
+from schemas.quotes import Quote
 from schemas.traces import TraceAnswer
 from service.client.batches import Encoding, PixelBatch, decode_batch
 from service.client.errors import UnexpectedAnswerError
@@ -142,6 +143,11 @@ def get_convergence_file(job_id: str, form: str) -> Call[bytes]:
 def make_plan(body: Mapping[str, Any]) -> Call[PlanDocument]:
     """What would run for a scene."""
     return _post("/v1/plans", body, PlanDocument)
+
+
+def make_quote(body: Mapping[str, Any]) -> Call[Quote]:
+    """Ask what a scene would cost."""
+    return _post("/v1/quotes", body, Quote)
 
 
 def trace(body: Mapping[str, Any]) -> Call[TraceAnswer]:

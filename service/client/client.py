@@ -17,6 +17,7 @@ from schemas.convergence import Convergence
 from schemas.errors import SceneError
 from schemas.jobs import Job, JobList, JobState, TileBatch, TileEvent, Version
 from schemas.plans import PlanDocument
+from schemas.quotes import Quote
 from schemas.traces import TraceAnswer
 from service.client import calls
 from service.client.batches import Encoding, PixelBatch
@@ -247,6 +248,36 @@ class Client:
         parcel = self._upload(pack(scene))
         with _placing(parcel):
             return self._send(calls.make_plan(_body(parcel, quality, layers)))
+
+    def quote(
+        self,
+        scene: SceneSource,
+        *,
+        quality: Mapping[str, Any] | None = None,
+        target_error: float | None = None,
+        seconds: float | None = None,
+    ) -> Quote:
+        """What a scene would cost, and how far off it would be, at several qualities.
+
+        Parameters
+        ----------
+        quality
+            What is priced first, in place of the scene's ``sampling``.
+        target_error
+            A wished error; ``for_error`` of the answer reaches it soonest.
+        seconds
+            A given time; ``for_seconds`` of the answer comes closest in it.
+
+        Raises
+        ------
+        BusyError
+            The service makes as many quotes as it may already.
+        """
+        wishes = {"target_error": target_error, "seconds": seconds}
+        parcel = self._upload(pack(scene))
+        with _placing(parcel):
+            body = _body(parcel, quality) | {name: wish for name, wish in wishes.items() if wish is not None}
+            return self._send(calls.make_quote(body))
 
     def trace(self, scene: SceneSource, origins: npt.ArrayLike, directions: npt.ArrayLike) -> TraceAnswer:
         """What each ray hits first.

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from schemas.quotes import Quote, QuoteRequest
 from schemas.scene import Scene
 from schemas.tiles import Pass, Tile
 from service.store.tiles import StoredTile
@@ -82,8 +83,17 @@ class TraceTask:
     directions: NDArray[np.float64]
 
 
+@dataclass(frozen=True, eq=False)
+class QuoteTask:
+    """Find out what a picture would cost, by a pilot; ``workers`` are those that would render it."""
+
+    request: QuoteRequest
+    workers: int
+
+
 JobTask = TileTask | AdvanceTask | ComposeTask
-Task = JobTask | TraceTask
+CallTask = TraceTask | QuoteTask
+Task = JobTask | CallTask
 
 
 @dataclass(frozen=True)
@@ -134,6 +144,13 @@ class TraceDone:
 
 
 @dataclass(frozen=True)
+class QuoteDone:
+    """What a picture would cost."""
+
+    quote: Quote
+
+
+@dataclass(frozen=True)
 class TaskFailed:
     """A task ended with an error of its own; a second try would end the same way.
 
@@ -154,7 +171,8 @@ class Interrupted:
     """The task was taken from its worker, or never began; nothing is known against it."""
 
 
-Outcome = TileDone | AdvanceDone | ComposeDone | TraceDone | TaskFailed | WorkerDied | Interrupted
+CallDone = TraceDone | QuoteDone
+Outcome = TileDone | AdvanceDone | ComposeDone | CallDone | TaskFailed | WorkerDied | Interrupted
 
 
 class Report(Protocol):

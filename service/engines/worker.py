@@ -20,6 +20,7 @@ import structlog
 
 import renderer
 from renderer import film, image_files, progressive
+from renderer.quotes import quote
 from service import layers
 from service.engines.passes import PassWorker
 from service.engines.tasks import (
@@ -29,6 +30,8 @@ from service.engines.tasks import (
     ComposeTask,
     Interrupted,
     Outcome,
+    QuoteDone,
+    QuoteTask,
     SampleTask,
     Task,
     TaskFailed,
@@ -118,6 +121,19 @@ class Worker:
         hits = renderer.trace(plan, task.origins, task.directions)
         names = ("t", "position", "normal", "uv", "shape", "primitive", "visibility")
         return TraceDone({name: getattr(hits, name) for name in names})
+
+    @execute.register
+    def _(self, task: QuoteTask) -> QuoteDone:
+        asked = task.request
+        scene = renderer.load_scene(asked.scene, assets=self._assets)
+        told = quote(
+            scene,
+            asked.quality,
+            target_error=asked.target_error,
+            seconds=asked.seconds,
+            workers=task.workers,
+        )
+        return QuoteDone(told)
 
     def _layers(self, task: ComposeTask) -> Layers:
         return layers.composed(self._store, task.job, (task.height, task.width), task.layers, task.parts)

@@ -29,10 +29,12 @@ def problem(status: int, description: str) -> dict[int | str, dict[str, Any]]:
     return {status: {"description": description, "content": {MEDIA_TYPE: {"schema": schema}}}}
 
 
-def json_request(model: type[BaseModel]) -> dict[str, Any]:
+def json_request(model: type[BaseModel], example: dict[str, Any] | None = None) -> dict[str, Any]:
     """Describe a body that the route reads itself, so that problems have lines and columns."""
-    schema = {"$ref": COMPONENTS.format(model=model.__name__)}
-    return {"requestBody": {"required": True, "content": {"application/json": {"schema": schema}}}}
+    content: dict[str, Any] = {"schema": {"$ref": COMPONENTS.format(model=model.__name__)}}
+    if example is not None:
+        content["example"] = example
+    return {"requestBody": {"required": True, "content": {"application/json": content}}}
 
 
 def preferred_wait(prefer: str | None, longest: float) -> float:

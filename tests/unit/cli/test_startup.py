@@ -10,8 +10,8 @@ from service.cli.main import COMMANDS
 from service.client import DEFAULT_SERVER as CLIENT_DEFAULT
 
 CONTRACT = {
-    "render", "validate", "explain", "trace", "study", "serve", "submit", "wait", "watch", "get", "cancel",
-    "ls", "demo", "doctor",
+    "render", "validate", "explain", "quote", "trace", "study", "serve", "submit", "wait", "watch", "get",
+    "cancel", "ls", "demo", "doctor",
 }  # fmt: skip
 HEAVY = ("numpy", "PIL", "fastapi", "sqlalchemy", "httpx2", "uvicorn", "renderer", "schemas")
 PROBE = """

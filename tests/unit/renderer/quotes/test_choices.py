@@ -102,6 +102,14 @@ def test_a_time_becomes_an_error_that_fits_with_the_time_as_its_limit() -> None:
     assert ADAPTIVE.for_seconds(0.5) is None
 
 
+def test_a_limit_bounds_the_price_and_leaves_the_error_unknown() -> None:
+    offer = ADAPTIVE.priced(0.01, limit=1.0)
+    assert offer.seconds.estimate == 1.0
+    assert offer.cpu_seconds.estimate == pytest.approx(1.5)
+    assert offer.error is None
+    assert ADAPTIVE.priced(0.01, limit=5.0).error == ADAPTIVE.priced(0.01).error
+
+
 def test_nothing_is_offered_where_nothing_was_tried() -> None:
     nothing = Adaptive({}, "double")
     assert nothing.for_error(0.1) is nothing.for_seconds(100.0) is None

@@ -1,0 +1,214 @@
+"""``penumbra quote``: what a picture will cost and how far off it will be, before it is rendered."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from service.cli import output, qualities, scene_files
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from schemas.quality import FixedQuality, TargetQuality
+    from schemas.quotes import Offer, Predicted, Quote
+
+TargetErrorOption = Annotated[
+    float | None,
+    typer.Option(
+        "--target-error",
+        min=1e-6,
+        max=1.0,
+        help="A wished root mean square error: tell what reaches it soonest. A step of 8 bits is 0.0039.",
+    ),
+]
+TimeOption = Annotated[
+    float | None,
+    typer.Option("--time", min=1e-3, max=86400.0, help="Seconds: tell what comes closest in them."),
+]
+WorkersOption = Annotated[
+    int | None,
+    typer.Option(min=1, help="Processes that will render; by default one for each processor."),
+]
+
+
+def quote(  # noqa: PLR0913 - one argument for each option
+    *,
+    scene: scene_files.SceneArgument,
+    target_error: TargetErrorOption = None,
+    time: TimeOption = None,
+    samples: qualities.SamplesOption = None,
+    pattern: qualities.PatternOption = None,
+    light_samples: qualities.LightSamplesOption = None,
+    light_pattern: qualities.LightPatternOption = None,
+    precision: qualities.PrecisionOption = None,
+    workers: WorkersOption = None,
+    as_json: output.JsonOption = False,
+) -> None:
+    """Predict seconds and error of a scene at several qualities; tries parts of it for 1.5 seconds."""
+    from renderer.quotes import quote as quoted
+
+    file = scene_files.load(scene)
+    quality = qualities.quality(
+        file.scene.document.model_dump(),
+        samples=samples,
+        pattern=pattern,
+        light_samples=light_samples,
+        light_pattern=light_pattern,
+        precision=precision,
+    )
+    # What cannot be compiled is told with the lines of the file.
+    file.plan(quality)
+    told = quoted(
+        file.scene,
+        quality,
+        target_error=target_error,
+        seconds=time,
+        workers=workers or len(os.sched_getaffinity(0)),
+    )
+    if as_json:
+        output.document(told.model_dump(mode="json"))
+    elif output.on_terminal():
+        _show(told, target_error, time)
+    else:
+        for line in _plain(told):
+            output.result(line)
+
+
+def _plain(told: Quote) -> Iterator[str]:
+    named = [("asked", told.asked), ("for error", told.for_error), ("for time", told.for_seconds)]
+    for name, offer in [*(("offer", offer) for offer in told.offers), *named]:
+        if offer is not None:
+            cells = (
+                name,
+                words(offer.quality),
+                *map(_numbers, (offer.seconds, offer.cpu_seconds, offer.error)),
+            )
+            yield "\t".join(cells)
+    for effect in told.effects:
+        pointers = " ".join(map(output.harmless, effect.pointers))
+        yield f"effect\t{effect.effect}\t{effect.share:.0%}\t{effect.cpu_seconds:.3g}\t{pointers}"
+
+
+def _numbers(known: Predicted | None) -> str:
+    return "" if known is None else f"{known.estimate:.3g} {known.low:.3g} {known.high:.3g}"
+
+
+def words(quality: FixedQuality | TargetQuality) -> str:
+    """A quality in the words of the options of ``penumbra render``."""
+    if quality.mode == "target":
+        limit = f", at most {quality.time_limit:g} s" if quality.time_limit else ""
+        return f"error {quality.error:.2g}{limit}"
+    assert quality.antialiasing is not None
+    assert quality.light is not None
+    camera, light = quality.antialiasing, quality.light
+    return f"{camera.pattern} {camera.samples}, light {light.pattern} {light.samples}"
+
+
+def options(quality: FixedQuality | TargetQuality) -> str:
+    """The options of ``penumbra render`` that ask for a quality."""
+    double = " --precision double" if quality.precision == "double" else ""
+    if quality.mode == "target":
+        limit = f" --time-limit {quality.time_limit:g}" if quality.time_limit else ""
+        return f"--target-error {quality.error:.2g}{limit}{double}"
+    assert quality.antialiasing is not None
+    assert quality.light is not None
+    camera, light = quality.antialiasing, quality.light
+    return (
+        f"--samples {camera.samples} --pattern {camera.pattern} "
+        f"--light-samples {light.samples} --light-pattern {light.pattern}{double}"
+    )
+
+
+def _show(told: Quote, target_error: float | None, time: float | None) -> None:
+    from rich.console import Console
+
+    # Names of materials may look like markup.
+    console = Console(markup=False, highlight=False)
+    if told.offers:
+        _show_offers(console, told)
+    if target_error is not None:
+        _advise(console, f"For an error of {target_error:.2g}", told.for_error)
+    if time is not None:
+        _advise(console, f"In {time:g} s", told.for_seconds)
+    if told.effects:
+        _show_effects(console, told)
+    console.print(_pilot(told), style="dim")
+
+
+def _show_offers(console: Console, told: Quote) -> None:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD)
+    for name in ("Quality", "Seconds", "CPU seconds", "Error", "Error x 255"):
+        table.add_column(name, justify="left" if name == "Quality" else "right")
+    before = None
+    for offer in told.offers:
+        ladder = _ladder(offer.quality)
+        if before not in {None, ladder}:
+            table.add_section()
+        before = ladder
+        table.add_row(*_cells(offer), style="bold" if offer == told.asked else None)
+    console.print(table)
+    console.print(
+        f"Seconds are those of {told.workers} processes. Bold is what the scene or the options ask for."
+    )
+
+
+def _ladder(quality: FixedQuality | TargetQuality) -> object:
+    if quality.mode == "target":
+        return "target"
+    return quality.antialiasing and quality.antialiasing.pattern, quality.light
+
+
+def _cells(offer: Offer) -> Iterable[str]:
+    error = offer.error
+    steps = "" if error is None else f"{255 * error.estimate:.2g}"
+    return words(offer.quality), _range(offer.seconds), _range(offer.cpu_seconds), _range(error), steps
+
+
+def _range(known: Predicted | None) -> str:
+    if known is None:
+        return "?"
+    return f"{_short(known.estimate)} ({_short(known.low)} – {_short(known.high)})"
+
+
+def _short(number: float) -> str:
+    """Two digits, and all those before the point.
+
+    >>> _short(0.00123), _short(1234.5), _short(0.0)
+    ('0.0012', '1234', '0')
+    """
+    return f"{number:.2g}" if number < 100 else f"{number:.0f}"
+
+
+def _advise(console: Console, wish: str, offer: Offer | None) -> None:
+    if offer is None:
+        console.print(f"{wish}: nothing that was tried.")
+        return
+    error = "" if offer.error is None else f", error {_range(offer.error)}"
+    console.print(f"{wish}: ", options(offer.quality), sep="", style="bold")
+    console.print(f"    {_range(offer.seconds)} s{error}")
+
+
+def _show_effects(console: Console, told: Quote) -> None:
+    from rich import box
+    from rich.table import Table
+
+    table = Table("Effect", "Share", "CPU seconds", "Asked for by", box=box.SIMPLE_HEAD)
+    for effect in told.effects:
+        pointers = "\n".join(map(output.harmless, effect.pointers[:3]))
+        table.add_row(effect.effect, f"{effect.share:.0%}", f"{effect.cpu_seconds:.2g}", pointers)
+    console.print(table)
+
+
+def _pilot(told: Quote) -> str:
+    pilot = told.pilot
+    return (
+        f"Tried for {pilot.seconds:.1f} s: {pilot.blocks} blocks, {pilot.pixels:,} pixels, "
+        f"{pilot.small_pictures} small pictures. Intervals hold in 95 of 100 cases."
+    )

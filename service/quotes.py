@@ -1,0 +1,61 @@
+"""Finding out what a picture would cost, by a pilot in a worker."""
+
+from __future__ import annotations
+
+import asyncio
+
+from fastapi.concurrency import run_in_threadpool
+
+from schemas.jobs import JobRequest
+from schemas.quotes import Quote, QuoteRequest
+from service.admission import compile_admitted, read_request
+from service.context import Service
+from service.engines.tasks import Outcome, QuoteDone, QuoteTask, TaskFailed
+from service.errors import QuoteFailedError, UnavailableError, WorkerLostError
+
+
+async def quote(service: Service, body: bytes) -> Quote:
+    """Answer a request for a quote.
+
+    Raises
+    ------
+    renderer.SceneError
+        If the request cannot be used.
+    BusyError
+        If too many quotes are being made.
+    QuoteFailedError
+        If the renderer refuses the scene.
+    UnavailableError
+        If it took too long, or its worker died.
+    """
+    with service.quote_seats.taken():
+        task = await run_in_threadpool(_task, service, body)
+        answer = asyncio.wrap_future(service.dispatcher.call(task))
+        try:
+            outcome = await asyncio.wait_for(answer, service.settings.max_wait_seconds)
+        except TimeoutError:
+            detail = "No worker was free for a quote in time. Try again in a moment."
+            raise UnavailableError(detail) from None
+        found = _quote(outcome)
+    if found.asked is not None:
+        service.prices.learn(_job(task.request), found.asked.cpu_seconds.estimate)
+    return found
+
+
+def _task(service: Service, body: bytes) -> QuoteTask:
+    request, _ = read_request(service, body, QuoteRequest)
+    compile_admitted(service, _job(request))
+    return QuoteTask(request, service.settings.workers)
+
+
+def _job(request: QuoteRequest) -> JobRequest:
+    """The job that is quoted."""
+    return JobRequest(scene=request.scene, quality=request.quality)
+
+
+def _quote(outcome: Outcome) -> Quote:
+    if isinstance(outcome, TaskFailed):
+        raise QuoteFailedError(outcome.message)
+    if not isinstance(outcome, QuoteDone):
+        raise WorkerLostError("The worker died while it made this quote.")
+    return outcome.quote

@@ -1,0 +1,88 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from schemas.quality import FixedQuality, TargetQuality
+from schemas.quotes import Quote
+from schemas.sampling import Antialiasing, LightSampling
+from service.cli.quote import options, words
+from tests.unit.cli.conftest import Penumbra
+
+SOBOL = FixedQuality(
+    mode="fixed",
+    antialiasing=Antialiasing(pattern="sobol", samples=16),
+    light=LightSampling(pattern="sobol", samples=4),
+    precision="double",
+)
+TARGET = TargetQuality(mode="target", error=0.004, time_limit=2.5)
+
+
+def test_the_document_is_a_quote(penumbra: Penumbra, scene_file: Path) -> None:
+    outcome = penumbra(
+        "quote", scene_file, "--json", "--target-error", 0.02, "--time", 5, "--workers", 3, "--samples", 4,
+        "--pattern", "sobol",
+    )  # fmt: skip
+    told = Quote.model_validate(outcome.document)
+    assert told.workers == 3
+    assert told.asked is not None
+    assert isinstance(told.asked.quality, FixedQuality)
+    assert told.asked.quality.antialiasing == Antialiasing(pattern="sobol", samples=4)
+    assert told.for_error is not None
+    assert told.for_seconds is not None
+
+
+def test_elsewhere_each_offer_is_a_line(penumbra: Penumbra, scene_file: Path) -> None:
+    lines = [
+        line.split("\t") for line in penumbra("quote", scene_file, "--target-error", 0.02).out.splitlines()
+    ]
+    kinds = [line[0] for line in lines]
+    assert kinds.count("asked") == kinds.count("for error") == 1
+    assert kinds.count("for time") == 0
+    offers = {line[1]: line[2:] for line in lines if line[0] == "offer"}
+    asked = next(line for line in lines if line[0] == "asked")
+    assert offers[asked[1]] == asked[2:]
+    seconds, cpu_seconds = (tuple(map(float, cell.split())) for cell in asked[2:4])
+    assert seconds[1] <= seconds[0] <= seconds[2]
+    assert seconds[0] <= cpu_seconds[0]
+
+
+@pytest.mark.parametrize(
+    ("quality", "command"),
+    [
+        (SOBOL, "--samples 16 --pattern sobol --light-samples 4 --light-pattern sobol --precision double"),
+        (TARGET, "--target-error 0.004 --time-limit 2.5"),
+    ],
+)
+def test_options_ask_for_what_is_offered(quality: FixedQuality | TargetQuality, command: str) -> None:
+    assert options(quality) == command
+
+
+def test_qualities_are_told_in_words() -> None:
+    assert words(SOBOL) == "sobol 16, light sobol 4"
+    assert words(TARGET) == "error 0.004, at most 2.5 s"
+
+
+@pytest.mark.parametrize(
+    ("option", "value"), [("--target-error", 0), ("--target-error", 2), ("--time", 0), ("--workers", 0)]
+)
+def test_wishes_that_make_no_sense_are_wrong_use(
+    penumbra: Penumbra, scene_file: Path, option: str, value: float
+) -> None:
+    outcome = penumbra("quote", scene_file, option, value)
+    assert outcome.code == 2
+    assert option in outcome.err
+
+
+def test_a_texture_that_is_not_there_is_shown_in_the_file(
+    penumbra: Penumbra, tmp_path: Path, scene: dict[str, Any]
+) -> None:
+    scene["textures"] = {"wood": {"type": "image", "asset": "wood.png"}}
+    scene["materials"]["floor"] = {"type": "phong", "color_texture": "wood"}
+    (tmp_path / "wooden.json").write_text(json.dumps(scene))
+    outcome = penumbra("quote", "wooden.json")
+    assert outcome.code == 3
+    assert "/textures/wood/asset" in outcome.err
