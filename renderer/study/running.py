@@ -85,6 +85,7 @@ class Study:
         self._budget = budget
         self._journal = Journal(folder)
         self._measured = self._expected = self._preparing = 0.0
+        self._known: dict[tuple[str, str], float] = {}
         self._warm_up()
         self.references = self._references()
         self.tasks = self.program.rounds(self.references)
@@ -93,14 +94,13 @@ class Study:
     def forecast(self, now: str = "") -> Forecast:
         """How far it is, pictures at equal time left aside."""
         tasks = [*self.references, *self.tasks]
-        prices = [self.program.price(task) for task in tasks]
         done = [task.key in self._journal for task in tasks]
-        open_ = sum(price for price, ready in zip(prices, done, strict=True) if not ready)
-        seconds = open_ * self._slowness + self._preparing * done.count(False)
+        expected = [self._expected_seconds(task) for task in tasks]
+        seconds = sum(one for one, is_done in zip(expected, done, strict=True) if not is_done)
+        spent = sum(expected) - seconds
         if self._deadline is not None:
             seconds = min(seconds, max(0.0, self._deadline - time.monotonic()))
-        ready = (sum(prices) - open_) * self._slowness + self._preparing * done.count(True)
-        share = ready / (ready + seconds) if any(done) else 0.0
+        share = spent / (spent + seconds) if any(done) else 0.0
         return Forecast(len(tasks), sum(done), share, seconds, now)
 
     def run(self, tell: Callable[[Forecast], None]) -> dict[str, Any]:
@@ -158,6 +158,12 @@ class Study:
     def _count(self, task: Task, seconds: float) -> None:
         self._measured += seconds
         self._expected += self.program.price(task)
+        self._known[task.part, task.name] = seconds
+
+    def _expected_seconds(self, task: Task) -> float:
+        """What the same took with another seed, else what its plan lets expect, and what comes before."""
+        known = self._known.get((task.part, task.name))
+        return self._preparing + (self.program.price(task) * self._slowness if known is None else known)
 
     def _references(self) -> tuple[Task, Task]:
         """The reference that was begun before, else the best that the budget allows."""
@@ -175,7 +181,7 @@ class Study:
         if self._deadline is None or self._budget is None:
             return True
         end = self._deadline - (1 - share) * self._budget
-        return time.monotonic() + self._preparing + self.program.price(task) * self._slowness <= end
+        return time.monotonic() + self._expected_seconds(task) <= end
 
     def _is_done(self, task: Task) -> bool:
         return task.key in self._journal and (not task.kept or self._journal.has_picture(task.key))

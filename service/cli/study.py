@@ -11,7 +11,7 @@ import typer
 
 from service.cli import output, scene_files
 from service.cli.errors import CommandError, RenderFailedError
-from service.cli.progress import Bar, progress_bar
+from service.cli.progress import progress_bar
 from service.cli.targets import write_whole
 
 if TYPE_CHECKING:
@@ -117,22 +117,25 @@ def _announced(forecast: Forecast) -> str:
 
 def _run(course: Study) -> dict[str, Any]:
     from renderer import RenderError
+    from renderer.study.words import seconds
 
+    share = 0.0
     with progress_bar("study") as bar:
+
+        def show(forecast: Forecast) -> None:
+            nonlocal share
+            # What is expected changes with what is measured; the bar does not go back.
+            share = max(share, forecast.share)
+            bar.show(share, f"{seconds(forecast.seconds)} left, {forecast.now}")
+
         try:
-            document = course.run(lambda forecast: _show(bar, forecast))
+            document = course.run(show)
         except RenderError as error:
             raise RenderFailedError(str(error)) from error
         except OSError as error:
             raise CommandError(f"The journal cannot be written: {error.strerror or error}.") from error
         bar.show(1.0, "done")
     return document
-
-
-def _show(bar: Bar, forecast: Forecast) -> None:
-    from renderer.study.words import seconds
-
-    bar.show(forecast.share, f"{seconds(forecast.seconds)} left, {forecast.now}")
 
 
 def _written(course: Study, document: Mapping[str, Any], out: Path) -> dict[str, Any]:

@@ -109,7 +109,7 @@ def test_the_forecast_counts_what_is_done_and_comes_to_nothing(tmp_path: Path) -
     Study(scene(), tmp_path, TINY).run(told.append)
     counted = [one for one in told if one.done < one.runs]
     assert [one.done for one in counted] == list(range(counted[0].runs))
-    assert [one.share for one in counted] == sorted(one.share for one in counted)
+    assert all(0 < one.share <= 1 for one in counted[1:])
     assert counted[0].share == 0
     assert counted[0].seconds > 0
 
