@@ -64,7 +64,7 @@ class PowerLaw:
     spread : float
         Sum of the squared distances of the points from the middle, in logarithms of times and by weight.
     newest, weight : float
-        Distance of the last point from the middle, and its weight; that of the surest point is 1.
+        Distance of the latest point from the middle, and its weight; that of the surest point is 1.
     """
 
     order: Interval
@@ -239,6 +239,7 @@ def _line(x: Floats, y: Floats, weights: Floats, deviation: float) -> PowerLaw:
     order = float((weights * across * up).sum() / spread)
     freedom = x.size - 2
     scatter = np.sqrt((weights * (up - order * across) ** 2).sum() / freedom)
+    latest = int(np.argmax(x))
     margin = float(max(NORMAL * deviation, student(freedom) * scatter))
     half = margin / float(np.sqrt(spread))
     return PowerLaw(
@@ -247,8 +248,8 @@ def _line(x: Floats, y: Floats, weights: Floats, deviation: float) -> PowerLaw:
         error=float(np.exp(height)),
         margin=margin,
         spread=float(spread),
-        newest=float(across[-1]),
-        weight=float(weights[-1]),
+        newest=float(across[latest]),
+        weight=float(weights[latest]),
     )
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Callable
 from typing import Literal
 
 from renderer.convergence import trend
@@ -91,12 +90,13 @@ def encoded(found: Convergence, form: Form) -> bytes:
     MissingExtraError
         If it is a plot, and the library that draws it is not installed.
     """
-    encoders: dict[Form, Callable[[], bytes]] = {
-        "json": lambda: found.model_dump_json().encode(),
-        "csv": lambda: _table(found).encode(),
-    }
-    encode = encoders.get(form) or (lambda: _plot(found, form))
-    return encode()
+    match form:
+        case "json":
+            return found.model_dump_json().encode()
+        case "csv":
+            return _table(found).encode()
+        case "svg" | "png":
+            return _plot(found, form)
 
 
 def _table(found: Convergence) -> str:

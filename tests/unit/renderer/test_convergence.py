@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import astuple
 from statistics import NormalDist
 from typing import Any
 
@@ -160,6 +161,17 @@ def test_points_on_a_line_leave_what_their_intervals_leave() -> None:
     # The deviation of a slope is that of the points over the root of the sum of x^2 = 2.
     half = NormalDist().inv_cdf(0.975) * 0.01 / math.sqrt(2)
     assert (order.low, order.high) == pytest.approx((-1 - half, -1 + half), rel=1e-12)
+
+
+def test_the_order_of_the_points_does_not_matter() -> None:
+    times, errors = np.array([1.0, 2, 5, 9]), np.array([0.1, 0.06, 0.05, 0.03])
+    law = power_law(times, errors, 1.1 * errors)
+    turned = power_law(times[::-1], errors[::-1], 1.1 * errors[::-1])
+    cost, same = law.falling(9.0), turned.falling(9.0)
+    assert cost is not None
+    assert same is not None
+    # Sums of four numbers are rounded in another order.
+    assert astuple(same) == pytest.approx(astuple(cost), rel=1e-12)
 
 
 @pytest.mark.parametrize(
