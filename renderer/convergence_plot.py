@@ -156,8 +156,8 @@ def _halving(
     known = cost.high is not None and cost.high <= FAR * spent
     high = cost.high if known and cost.high else cost.estimate
     bars = [[cost.estimate - cost.low], [high - cost.estimate]]
-    interval = f"{cost.low:.2g} to {cost.high:.2g}" if cost.high else f"at least {cost.low:.2g}"
-    label = f"half the error: {cost.estimate:.2g} CPU s more ({interval})"
+    end = "or more" if cost.high is None else f"to {_short(cost.high)}"
+    label = f"half the error: {_short(cost.estimate)} CPU s more ({_short(cost.low)} {end})"
     panel.errorbar(
         [spent + cost.estimate],
         [half],
@@ -172,6 +172,10 @@ def _halving(
     )
     shown[0].extend((spent + cost.low, spent + high))
     shown[1].append(half)
+
+
+def _short(number: float) -> str:
+    return f"{number:.0f}" if number >= 10 else f"{number:.2g}"
 
 
 def _axes(panel: Axes, times: Sequence[float], errors: Sequence[float]) -> None:

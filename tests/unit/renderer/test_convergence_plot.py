@@ -92,6 +92,12 @@ def test_a_png_is_a_picture_of_the_curve_on_white(curve: list[dict[str, Any]]) -
     assert np.count_nonzero((picture == BLUE).all(axis=2)) > 30
 
 
+def test_costs_are_written_in_plain_numbers() -> None:
+    words = texts(drawn(passes((1000, 0.1), (4000, 0.05), (16000, 0.025), low=1, high=1)))
+    # At order -1/2 half the error takes three times 16000 more; the points are on the line, nothing is unsure.
+    assert "half the error: 48000 CPU s more (48000 to 48000)" in words
+
+
 def test_numbers_on_the_axes_are_plain() -> None:
     words = texts(drawn(passes((1e-3, 0.1), (1, 0.01), (1e3, 0.001))))
     assert {"0.001", "1", "1000"} <= set(words)
