@@ -94,7 +94,7 @@ def test_a_png_is_a_picture_of_the_curve_on_white(curve: list[dict[str, Any]]) -
 
 def test_costs_are_written_in_plain_numbers() -> None:
     words = texts(drawn(passes((1000, 0.1), (4000, 0.05), (16000, 0.025), low=1, high=1)))
-    # At order -1/2 half the error takes three times 16000 more; the points are on the line, nothing is unsure.
+    # At order -1/2 half the error takes three times 16000 more; points on the line leave nothing unsure.
     assert "half the error: 48000 CPU s more (48000 to 48000)" in words
 
 
