@@ -86,6 +86,7 @@ class Study:
         self._journal = Journal(folder)
         self._measured = self._expected = self._preparing = 0.0
         self._known: dict[tuple[str, str], float] = {}
+        self._wall = self._cpu = 0.0
         self._warm_up()
         self.references = self._references()
         self.tasks = self.program.rounds(self.references)
@@ -142,8 +143,8 @@ class Study:
     def _warm_up(self) -> None:
         *warm, telling = self.program.warm_up()
         for task in warm:
-            _timed(task)
-        entry, _ = _timed(telling)
+            self._timed(task)
+        entry, _ = self._timed(telling)
         self._preparing = entry["prepare_seconds"]
         self._count(telling, entry["cpu_seconds"])
 
@@ -161,9 +162,20 @@ class Study:
         self._known[task.part, task.name] = seconds
 
     def _expected_seconds(self, task: Task) -> float:
-        """What the same took with another seed, else what its plan lets expect, and what comes before."""
+        """What the same took with another seed, else what its plan lets expect, and what comes before.
+
+        By the clock: other work on the machine makes it longer.
+        """
         known = self._known.get((task.part, task.name))
-        return self._preparing + (self.program.price(task) * self._slowness if known is None else known)
+        cpu = self._preparing + (self.program.price(task) * self._slowness if known is None else known)
+        return cpu * self._wall / self._cpu
+
+    def _timed(self, task: Task) -> tuple[dict[str, Any], Any]:
+        begun = time.monotonic()
+        entry, image = _timed(task)
+        self._wall += time.monotonic() - begun
+        self._cpu += entry["prepare_seconds"] + entry["cpu_seconds"]
+        return entry, image
 
     def _references(self) -> tuple[Task, Task]:
         """The reference that was begun before, else the best that the budget allows."""
@@ -173,7 +185,7 @@ class Study:
             level
             for level in levels
             if self._budget is None
-            or sum(map(self.program.price, level)) * self._slowness <= REFERENCE_SHARE * self._budget
+            or sum(map(self._expected_seconds, level)) <= REFERENCE_SHARE * self._budget
         )
         return next(begun, None) or next(fitting, levels[-1])
 
@@ -190,7 +202,7 @@ class Study:
         if self._is_done(task) or (task.against and not self._is_done(task.against)):
             return
         tell(self.forecast(task.name))
-        entry, image = _timed(task)
+        entry, image = self._timed(task)
         if task.judges:
             entry["judgement"] = asdict(self.reference.judge(image))
         if task.against:
