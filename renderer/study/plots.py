@@ -38,13 +38,12 @@ def require() -> None:
         The library that draws them is not installed.
     """
     try:
-        import matplotlib as mpl  # noqa: PLC0415 - only a study needs it, and it takes a second to import
+        import matplotlib  # noqa: F401, PLC0415 - only a study needs it, and it takes a second to import
     except ModuleNotFoundError as missing:
         message = (
             "The plots of a study need matplotlib. Install it with: pip install 'penumbra-render[study]'"
         )
         raise MissingExtraError(message) from missing
-    mpl.use("agg")
 
 
 def error_against(document: Mapping[str, Any], cost: Callable[[Row], float], name: str) -> str:

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from renderer import load_scene
-from renderer.study.program import Program
+from renderer.study.program import Program, own_quality
 from renderer.study.settings import FULL, METHODS, PATTERNS, QUICK, fixed, swept
 from renderer.study.tasks import Subject, Task
 from tests.unit.renderer.study.scenes import SCENE, TINY, scene
@@ -102,6 +102,19 @@ def test_what_is_dear_is_rendered_once() -> None:
     runs = [task.name for task in large.rounds(large.references(16)) if task.part == "setting"]
     assert runs.count("sobol 64 x 4") == 1
     assert runs.count("sobol 1 x 1") == FULL.seeds
+
+
+@pytest.mark.parametrize("pattern", [*PATTERNS, "center"])
+@pytest.mark.parametrize("samples", [1, 9, 25, 64])
+def test_effects_are_tried_with_the_patterns_of_the_scene_and_few_samples(pattern: str, samples: int) -> None:
+    antialiasing = {"pattern": pattern, "samples": 1 if pattern == "center" else samples}
+    sampling = {"antialiasing": antialiasing, "light": {"pattern": "uniform", "samples": samples}}
+    quality = own_quality(scene(sampling=sampling).document.sampling)
+    assert quality.antialiasing is not None
+    assert quality.light is not None
+    assert quality.antialiasing.pattern == pattern
+    assert quality.antialiasing.samples == min(16, antialiasing["samples"])
+    assert quality.light.samples == min(16, samples)
 
 
 def key(**changes: object) -> str:
