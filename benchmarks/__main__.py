@@ -9,9 +9,20 @@ from typing import Any
 
 from rich.console import Console
 
-from benchmarks import accuracy, effects, machine, meshes, overhead, rendering, stability, tables, targets
+from benchmarks import (
+    accuracy,
+    effects,
+    machine,
+    meshes,
+    overhead,
+    quotes,
+    rendering,
+    stability,
+    tables,
+    targets,
+)
 
-PARTS = ("rendering", "effects", "meshes", "accuracy", "targets", "stability", "service")
+PARTS = ("rendering", "effects", "meshes", "accuracy", "targets", "quotes", "stability", "service")
 
 
 def main() -> None:
@@ -48,6 +59,9 @@ def _measure(parts: list[str], runs: int) -> dict[str, Any]:
     if "targets" in parts:
         measured["targets"] = targets.measure()
         console.print(tables.of_targets(measured["targets"]))
+    if "quotes" in parts:
+        measured["quotes"] = quotes.measure()
+        console.print(tables.of_quotes(measured["quotes"]))
     if "stability" in parts:
         measured["stability"] = stability.measure(runs)
         console.print(tables.of_prices(measured["stability"]["prices"]))

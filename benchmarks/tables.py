@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from rich.table import Table
 
 from benchmarks.effects import SIDE
+from benchmarks.quotes import NEAR
 from benchmarks.settings import Setting
 
 if TYPE_CHECKING:
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from benchmarks.machine import Machine, Spread
     from benchmarks.meshes import MeshTiming
     from benchmarks.overhead import Overhead
+    from benchmarks.quotes import Quotes
     from benchmarks.rendering import Timing
     from benchmarks.stability import PictureErrors, Prices
     from benchmarks.targets import Targets
@@ -114,6 +116,26 @@ def of_targets(targets: Targets) -> Table:
         )
         ratio = f"{pair['true'] / pair['target']:.2f}"
         table.add_row(pair["scene"], f"{pair['target']:g}", *errors, ratio, f"{pair['cpu_seconds']:.2f}")
+    return table
+
+
+def of_quotes(quotes: Quotes) -> Table:
+    """What each picture was predicted to take, and what it took; below, all of them."""
+    fixed, target = (
+        f"{mode}: {total['predictions']} predictions, {total['near']:.1%} within {NEAR:.0%}, "
+        f"{total['held']:.1%} in their interval, median of measured / predicted {total['median_ratio']:.2f}"
+        for mode, total in (("fixed samples", quotes["fixed"]), ("target errors", quotes["target"]))
+    )
+    caption = f"{fixed}\n{target}\nlongest pilot {quotes['longest_pilot']:.2f} s"
+    columns = ("scene", "quality", "predicted CPU s", "low .. high", "measured", "ratio")
+    table = Table(*columns, title="quotes", caption=caption)
+    for each in quotes["predictions"]:
+        numbers = (
+            f"{each['predicted']:.2f}",
+            f"{each['low']:.2f} .. {each['high']:.2f}",
+            f"{each['measured']:.2f}",
+        )
+        table.add_row(each["scene"], each["quality"], *numbers, f"{each['measured'] / each['predicted']:.2f}")
     return table
 
 

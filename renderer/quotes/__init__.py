@@ -60,10 +60,11 @@ def quote(
     Notes ----- Which places are looked at depends on the scene and its seed alone. How many of them are,
     and so every figure but the price, depends on the machine.
     """
+    before = monotonic()
     plan = compile_scene(scene, quality)
     begun = monotonic()
     pilot = Pilot(scene, quality, target_error, plan)
-    pilot.run(limit)
+    pilot.run(limit, begun - before)
     fixed, adaptive = pilot.fixed(workers), pilot.adaptive(workers)
     known: list[Fixed | Adaptive] = [*fixed, adaptive]
     asked = _asked(pilot, known)

@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import partial
-from time import monotonic
 
 from renderer.plan import RenderPlan
 from renderer.quotes.accuracies import SAMPLES, Sampled
@@ -78,18 +77,17 @@ class Pilot:
         """The target quality that is asked for, if it is one."""
         return self.quality if isinstance(self.quality, TargetQuality) else None
 
-    def run(self, seconds: float) -> None:
-        """Render for so many seconds."""
+    def run(self, seconds: float, compiling: float) -> None:
+        """Render for so many seconds; compiling the plan has taken `compiling` seconds."""
         deadline = Deadline.after(seconds * (1 - SPARE))
-        begun = monotonic()
-        halves = [compiled(self.scene, self.ladders[-1].quality(SAMPLES), SEEDS[0])]
-        compiling = monotonic() - begun
-        plans = [self.plan, *halves][-len(self.ladders) :]
-        self.stopwatch = Stopwatch(plans)
-        self.stopwatch.run(deadline.part(TIMING), deadline.part(TIMING_AT_MOST))
-        self._leave_out(plans[0], compiling, deadline.part(EFFECTS))
-        self._sample(halves[0], compiling, deadline.part(WISHING if self._errors() else SAMPLING))
-        self._grow(deadline)
+        last = self.ladders[-1].quality(SAMPLES)
+        for half in within(deadline, [partial(compiled, self.scene, last, SEEDS[0])], compiling):
+            plans = [self.plan, half][-len(self.ladders) :]
+            self.stopwatch = Stopwatch(plans)
+            self.stopwatch.run(deadline.part(TIMING), deadline.part(TIMING_AT_MOST))
+            self._leave_out(plans[0], compiling, deadline.part(EFFECTS))
+            self._sample(half, compiling, deadline.part(WISHING if self._errors() else SAMPLING))
+            self._grow(deadline)
 
     def _leave_out(self, plan: RenderPlan, compiling: float, deadline: Deadline) -> None:
         quality = self.ladders[0].quality(plan.antialiasing.samples)

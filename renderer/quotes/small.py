@@ -44,6 +44,11 @@ TILE_RAYS = 16384
 they do when the picture is rendered."""
 
 
+LATE = 2
+"""Times the seconds of a tile that have to be left for the next one: its rays may cost more than most, and
+other work slows this one down."""
+
+
 @dataclass(frozen=True, slots=True)
 class Small:
     """A picture that was rendered.
@@ -124,7 +129,7 @@ class Growing:
 
     def _render(self, size: float, deadline: Deadline) -> Small:
         def look(_: TileEvent) -> None:
-            if deadline.left < TILE_RAYS * self.ray_seconds:
+            if deadline.left < LATE * TILE_RAYS * self.ray_seconds:
                 raise _TooLate
 
         begun = time.monotonic()

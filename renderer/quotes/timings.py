@@ -31,6 +31,10 @@ LONGEST = 0.15
 UNIT, CALLS = 0.03, 0.15
 """Seconds from which on blocks are slow, and share of the time that calls may take in smaller ones."""
 
+SLOW = 4e-6
+"""CPU seconds of a ray from which on the round before the deepest is timed: its blocks cover four times the
+pixels, and calls are a small part of the time of either."""
+
 UNSTEADY = 0.06
 """Standard deviation of the logarithm of the CPU time of the same work, some seconds later on a machine with
 other work: caches and clock rates are shared."""
@@ -89,10 +93,11 @@ class Stopwatch:
     def run(self, wished: Deadline, deadline: Deadline) -> None:
         """Time blocks until the wished deadline; longer where costs are not known well enough by then."""
         plan = self.plans[0]
-        cells = places.cells(plan.width, plan.height, self._side(), plan.seed)
-        for _ in within(deadline, self._units(cells)):
-            if wished.left < 0 and self._known():
-                return
+        for side in within(deadline, [self._side]):
+            cells = places.cells(plan.width, plan.height, side, plan.seed)
+            for _ in within(deadline, self._units(cells)):
+                if wished.left < 0 and self._known():
+                    return
 
     def _known(self) -> bool:
         timings = [self.timing(number) for number in range(len(self.plans))]
@@ -136,24 +141,30 @@ class Stopwatch:
         seconds, pixels = self.firsts[-1]
         plan = self.plans[number]
         own = seconds if number == 0 else render_tile(plan, cell, FIRST).cpu_seconds
-        self.pairs[number].append((seconds / pixels, own / pixels, _later(plan, cell) or own / pixels))
+        later = _later(plan, cell, DEEPEST if seconds < SLOW * pixels else DEEPEST - 1)
+        self.pairs[number].append((seconds / pixels, own / pixels, later or own / pixels))
 
     def timing(self, number: int) -> Timing | None:
-        """What samples of a ladder cost; None if not a single block was timed."""
-        if number >= len(self.plans) or not self.pairs[number]:
+        """What samples of a ladder cost; None if not a single block was timed.
+
+        Later samples are taken to cost what the first one does until one was timed.
+        """
+        if number >= len(self.plans) or not self.firsts or not (self.pairs[number] or number == 0):
             return None
         total = self.plans[0].width * self.plans[0].height
         seconds, pixels = np.array(self.firsts).T
         # Cells at the edges are smaller: what counts is the mean over pixels.
         base = mean(seconds / pixels.mean(), BLOCKS_DIFFER, pixels.sum() / total).scaled(total)
+        if not self.pairs[number]:
+            return Timing(base, base.times(factor(RATIOS_DIFFER)))
         bases, firsts, laters = zip(*self.pairs[number], strict=True)
         first = base if number == 0 else base.times(ratio(firsts, bases, RATIOS_DIFFER))
         return Timing(first, base.times(ratio(laters, bases, RATIOS_DIFFER)))
 
 
-def _later(plan: RenderPlan, cell: Tile) -> float | None:
-    """CPU seconds of a sample of a later round, from a block in a cell; None if there is no such round."""
-    later = plan.passes[min(DEEPEST, len(plan.passes) - 1)]
+def _later(plan: RenderPlan, cell: Tile, deepest: int) -> float | None:
+    """CPU seconds of a sample of a later round, from a block in a cell; None if there is but one round."""
+    later = plan.passes[min(deepest, len(plan.passes) - 1)]
     if later.first == 0:
         return None
     inside = list(blocks(cell, later))

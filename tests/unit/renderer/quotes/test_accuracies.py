@@ -31,15 +31,20 @@ def sampled(scene: LoadedScene, ladder: Ladder, last: Ladder, counts: tuple[int,
     return found
 
 
+WIDE, HIGH = 4, 1024
+"""A picture of which one pixel in four is on the edge."""
+
+
 def random_squares(count: int) -> float:
-    """Mean squared error of the grey edge from so many random samples: half of each lies on either side."""
-    return 0.5**2 * 0.5**2 / count / 64
+    """Mean squared error of the grey edge from so many random samples: half of its pixels are grey."""
+    return 0.5**2 * 0.5**2 / count / WIDE
 
 
 @pytest.mark.parametrize("count", [1, 4, 16])
 @pytest.mark.parametrize("number", [0, 1], ids=["of another ladder", "of the two sets"])
-def test_squared_errors_are_right_in_the_mean(edge_scene: LoadedScene, count: int, number: int) -> None:
-    runs = [sampled(edge_scene, RANDOM, RANDOM, (count,), seed) for seed in range(0, 160, 4)]
+def test_squared_errors_are_right_in_the_mean(count: int, number: int) -> None:
+    scene = renderer.load_scene(edge(WIDE, HIGH))
+    runs = [sampled(scene, RANDOM, RANDOM, (count,), seed) for seed in range(0, 160, 4)]
     found = [np.average(run.squares[number][count], weights=run.weights) for run in runs]
     deviation = np.std(found, ddof=1) / sqrt(len(found))
     # Four standard errors: of the six cases one in 2,600 runs is beyond.
@@ -48,13 +53,13 @@ def test_squared_errors_are_right_in_the_mean(edge_scene: LoadedScene, count: in
 
 def test_the_error_of_a_fixed_grid_is_told_though_all_its_pictures_are_the_same() -> None:
     # The edge passes a quarter of the pixel in, between the columns of samples: 0.5 is shown for 0.75.
-    document = edge(64, 32)
-    document["shapes"][0]["corner"][0] = 0.5 / 32
+    document = edge(WIDE, HIGH)
+    document["shapes"][0]["corner"][0] = 0.5 / HIGH
     scene = renderer.load_scene(document)
     found = [sampled(scene, UNIFORM, RANDOM, (4,), seed) for seed in range(0, 160, 4)]
     squares = [np.average(run.squares[0][4], weights=run.weights) for run in found]
     deviation = np.std(squares, ddof=1) / sqrt(len(squares))
-    wrong = (0.5 * 0.25) ** 2 / 64
+    wrong = (0.5 * 0.25) ** 2 / WIDE
     assert abs(np.mean(squares) - wrong) < 4 * deviation
 
 

@@ -47,6 +47,16 @@ def test_costs_are_those_of_the_picture_though_cells_at_its_edges_are_smaller(wa
     assert timing.later.estimate == pytest.approx(0.02 * 48 * 40)
 
 
+def test_until_one_is_timed_later_samples_cost_what_the_first_one_does(watch: Stopwatch) -> None:
+    watch.firsts = [(2.0, 48 * 40)]
+    timing = watch.timing(0)
+    assert timing is not None
+    assert timing.first == Range(2.0, 2.0, 2.0)
+    assert timing.later.estimate == 2.0
+    assert timing.later.low < 2.0 < timing.later.high
+    assert watch.timing(1) is None
+
+
 def test_a_second_ladder_is_timed_relative_to_the_first(watch: Stopwatch) -> None:
     # Its blocks cost half as much where both were timed, and cheap ones were met there.
     watch.firsts = [(1.0, 100), (3.0, 100)]
