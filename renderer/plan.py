@@ -55,6 +55,10 @@ class RenderPlan:
         The plan as told to people.
     look : RenderPlan or None
         What runs at the first look that target quality takes at each pixel; None for fixed quality.
+    coverage : int
+        Rays that tell what a pixel at a border shows; 0 for fixed quality.
+    averaged : (shapes,) bool
+        Shapes whose textures first looks average over the pixel.
     textured, rough : (shapes,) bool
         Shapes that take their colour from a texture, and shapes with something else on them that may be finer
         than pixels: bent normals, mirrors, glass.
@@ -85,7 +89,9 @@ class RenderPlan:
     entries: tuple[Entry, ...]
     left_out: tuple[LeftOut, ...]
     look: "RenderPlan | None"
+    coverage: int
     textured: Masks
+    averaged: Masks
     rough: Masks
     thin: Integers
     edges: Integers

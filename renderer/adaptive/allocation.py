@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.adaptive.levels import COUNTS, HIGHEST, SAMPLED
+from renderer.adaptive.levels import COUNTS, levels_of
 from renderer.adaptive.strata import Survey
 from renderer.arrays import Floats, Integers
 
@@ -65,8 +65,7 @@ def allocate(variances: Floats, levels: NDArray[np.uint8], survey: Survey, goal:
 
 
 def _levels(variances: Floats, multiplier: float) -> Integers:
-    counts = (1.5 * variances * multiplier) ** 0.4
-    return np.clip(np.rint(np.log2(np.maximum(counts, 1))), SAMPLED, HIGHEST).astype(np.int64)
+    return levels_of((1.5 * variances * multiplier) ** 0.4)
 
 
 def _looked(survey: Survey, multiplier: float) -> tuple[Integers, Floats]:

@@ -24,6 +24,8 @@ class Findings:
         Of single samples, such that they times the number of samples to the power -1.5 add up to `squares`.
     errors : (m,) float64
         Squared errors of first looks, without bias.
+    noise : (m,) float64
+        Variances of `errors`, from the difference of the halves.
     survey : Survey
         What the probes tell of each stratum.
     """
@@ -33,6 +35,7 @@ class Findings:
     squares: Floats
     variances: Floats
     errors: Floats
+    noise: Floats
     survey: Survey
 
     @property
@@ -47,21 +50,28 @@ class Findings:
 
 
 def findings_of(
-    halves: Floats, squares: Floats, have: Levels, shown: Masks, looks: Picture, strata: Integers
+    halves: Floats,
+    squares: Floats,
+    have: Levels,
+    shown: Masks,
+    telling: Masks,
+    looks: Picture,
+    strata: Integers,
 ) -> Findings:
-    """What is known of a picture; arrays as in `estimate.Estimate`, `looks` its values."""
+    """What is known of a picture; arrays as in `estimate.Estimate`, `looks` its values.
+
+    Samples of the pixels `telling` (H, W) are probes: they tell of looks that are shown.
+    """
     taken = COUNTS[have.ravel()]
     sampled = np.flatnonzero(shown.ravel() & (taken > 0))
-    probes = np.flatnonzero(~shown.ravel() & (taken > 0))
+    probes = np.flatnonzero(telling.ravel() & (taken > 0))
     means = halves.reshape(2, 3, -1)
     single = squares.ravel() / np.maximum(taken - 1, 1)
     differences = _differences(np.clip(means[:, :, sampled], 0, 1))
     bright = (means[:, :, sampled] > 1).all(axis=(0, 1))
     single[sampled[bright]] = 0.0
     variances = _guarded(single.reshape(have.shape), sampled, differences, taken[sampled])
-    both = np.clip(means[:, :, probes], 0, 1)
-    a, b = both - np.clip(looks.reshape(3, -1)[:, probes], 0, 1)
-    errors, spread = (a * b).mean(axis=0), 2 * _differences(both)
+    errors, noise = errors_of(means[:, :, probes], looks.reshape(3, -1)[:, probes])
     numbers = strata.ravel()
     return Findings(
         sampled=sampled,
@@ -69,15 +79,24 @@ def findings_of(
         squares=differences,
         variances=variances,
         errors=errors,
+        noise=noise,
         survey=survey(
             strata=numbers[probes],
             sizes=np.bincount(numbers[~shown.ravel()], minlength=COUNT),
             errors=errors,
-            spread=spread * (2 * np.maximum(errors, 0) + spread),
+            spread=noise,
             variances=single[probes],
             expected=typical_error(numbers[probes]),
         ),
     )
+
+
+def errors_of(halves: Floats, looks: Picture) -> tuple[Floats, Floats]:
+    """Squared errors (n,) of looks (3, n), without bias, and their variances, from halves (2, 3, n)."""
+    both = np.clip(halves, 0, 1)
+    a, b = both - np.clip(looks, 0, 1)
+    errors, spread = (a * b).mean(axis=0), 2 * _differences(both)
+    return errors, spread * (2 * np.maximum(errors, 0) + spread)
 
 
 def _differences(halves: Floats) -> Floats:

@@ -9,15 +9,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.adaptive.labels import Labels
 from renderer.arrays import Masks
 
 COARSEST = 8
-"""Pixels between the first looks to begin with."""
+"""Most pixels between the first looks to begin with."""
+
+ENOUGH = 16384
+"""So many first looks are as dear as half of them, and find more: calls are most of the price of few."""
 
 Picture = NDArray[np.float32]
 """(3, H, W) float32, linear."""
-Labels = NDArray[np.int32]
-"""(H, W) int32: what the first look at a pixel met (`samples.Samples.labels`)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +39,11 @@ class Cells:
     middles: Masks
     across: Masks
     along: Masks
+
+
+def stride_for(width: int, height: int) -> int:
+    """Pixels between the first looks at a picture to begin with, a power of two."""
+    return int(2 ** np.clip(np.round(np.log2(width * height / ENOUGH) / 2), 0, np.log2(COARSEST)))
 
 
 def cells_of(values: Picture, labels: Labels, rough: Masks, allowed: float) -> Cells:

@@ -1,21 +1,37 @@
 """How many camera samples a pixel has been given: a level, a number small enough for a map of the picture.
 
-Level 0 is none: the pixel's value is interpolated. Level 1 is one ray through its middle, the first look,
-which counts no more when samples take its place. Level n from 2 on is 2**n samples in two halves that know
-nothing of each other.
+Level 0 is none: the pixel's value is interpolated. Level 1 is one ray through its middle, the first look.
+Level 2 is a pixel at a border: rays all over it told what it shows, and each thing was looked at once
+(`coverage`). Both count no more when samples take their place. Level n from 3 on is 2**(n - 1) samples in two
+halves that know nothing of each other.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.arrays import Floats, Integers
+
 Levels = NDArray[np.uint8]
 """(H, W) uint8."""
 
-LOOKED, SAMPLED = 1, 2
-"""Level of a pixel with a first look, and the first level with samples."""
+LOOKED, COVERED, SAMPLED = 1, 2, 3
+"""Level of a pixel with a first look, of one at a border, and the first level with samples."""
 
-HIGHEST = 16
+HIGHEST = 17
 """65,536 samples, the most that fixed quality takes as well."""
 
-COUNTS = np.array([0, 0, *(1 << level for level in range(SAMPLED, HIGHEST + 1))], dtype=np.int64)
-"""Camera samples at each level, without the first look."""
+COUNTS = np.array([0, 0, 0, *(1 << level - 1 for level in range(SAMPLED, HIGHEST + 1))], dtype=np.int64)
+"""Camera samples at each level, without those of first looks."""
+
+
+def levels_of(counts: Floats) -> Integers:
+    """The levels nearest to some numbers of samples, by their logarithms."""
+    levels = np.rint(np.log2(np.maximum(counts, 1))) + 1
+    return np.clip(levels, SAMPLED, HIGHEST).astype(np.int64)
+
+
+def looks_of(coverage: int) -> Integers:
+    """Camera rays of first looks at each level, where those at borders send `coverage`."""
+    rays = np.zeros(HIGHEST + 1, dtype=np.int64)
+    rays[LOOKED], rays[COVERED] = 1, coverage
+    return rays

@@ -1,6 +1,7 @@
 """Pixels and what is beside them."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from renderer.arrays import Masks
 
@@ -10,6 +11,17 @@ def outline(shape: tuple[int, ...]) -> Masks:
     found = np.ones(shape, dtype=bool)
     found[1:-1, 1:-1] = False
     return found
+
+
+def highest(values: NDArray[np.float32], reach: int) -> NDArray[np.float32]:
+    """Greatest of the values (H, W) up to `reach` away along and across."""
+    height, width = values.shape
+    padded = np.pad(values, reach, mode="edge")
+    rows = np.maximum.reduce([padded[step : step + height] for step in range(2 * reach + 1)])
+    greatest: NDArray[np.float32] = np.maximum.reduce(
+        [rows[:, step : step + width] for step in range(2 * reach + 1)]
+    )
+    return greatest
 
 
 def spread(marks: Masks, reach: int) -> Masks:

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.adaptive.levels import COUNTS, LOOKED, Levels
+from renderer.adaptive.levels import COUNTS, COVERED, LOOKED, Levels
 from renderer.adaptive.samples import Samples
 from renderer.arrays import Masks
 from renderer.film import Image
@@ -32,7 +32,8 @@ def preview(tile: Tile, samples: Samples, have: Levels, want: Levels, before: Im
     looked = (want == LOOKED) & (have < want)
     if looked.any():
         _fill(image, tile, looked, samples.looks)
-    more = (want > LOOKED) & (have < want)
+    image[(want == COVERED) & (have < want)] = samples.covers.T
+    more = (want > COVERED) & (have < want)
     first, last = COUNTS[have[more]], COUNTS[want[more]]
     share = ((last - first) / last)[:, None]
     image[more] += share * (samples.halves.mean(axis=0).T - image[more])

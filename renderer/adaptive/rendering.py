@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from renderer.adaptive.coverage import Surroundings, surroundings
+from renderer.adaptive.decisions import advance
 from renderer.adaptive.estimate import Estimate
-from renderer.adaptive.levels import COUNTS, Levels
+from renderer.adaptive.levels import COVERED, Levels
 from renderer.adaptive.samples import Samples, render_samples
-from renderer.arrays import Integers
 from renderer.errors import told
 from renderer.execute import WORK, render_layers
 from renderer.film import BRIGHTEST, non_finite
@@ -24,7 +25,7 @@ from renderer.workers import shared_out
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
 
-RAYS = 16384
+RAYS = 32768
 """Camera rays of a tile, unless a size is asked for: in most passes few pixels have anything to do, so tiles
 are as large as that needs. Half of that costs a twentieth more."""
 
@@ -34,11 +35,15 @@ SIDES = (64, 4096)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Demand:
-    """What a pass asks of a tile: `have` and `want` are those of its pixels, (h, w) uint8."""
+    """What a pass asks of a tile: `have` and `want` are those of its pixels, (h, w) uint8.
+
+    `around` is there where pixels at borders are wanted.
+    """
 
     tile: Tile
     have: Levels
     want: Levels
+    around: Surroundings | None
 
 
 @dataclass(slots=True)
@@ -66,7 +71,7 @@ class _Course:
                     self.estimate.settle()
                     self.note()
                     return
-            more = self.estimate.advance()
+            more = advance(self.estimate)
             self.note()
 
     def demands(self) -> list[Demand]:
@@ -75,10 +80,16 @@ class _Course:
         cuts = tiles(self.plan, self.number(), self.tile_size or side(self.estimate))
         parts = [(tile, np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]) for tile in cuts]
         return [
-            Demand(tile, have[part].copy(), want[part].copy())
+            Demand(tile, have[part].copy(), want[part].copy(), self.around(tile, want[part]))
             for tile, part in parts
             if (want[part] > have[part]).any()
         ]
+
+    def around(self, tile: Tile, want: Levels) -> Surroundings | None:
+        """First looks around a tile, if it needs them."""
+        estimate = self.estimate
+        wanted = (want == COVERED).any()
+        return surroundings(tile, estimate.values, estimate.labels) if wanted else None
 
     def number(self) -> Pass:
         """The pass that runs."""
@@ -111,15 +122,9 @@ class _Course:
 
 def side(estimate: Estimate) -> int:
     """Side of a tile that has about `RAYS` rays, if those of the next pass are spread evenly; pixels."""
-    rays = int(rays_wanted(estimate).sum())
+    rays = estimate.rays_wanted()
     pixels = np.sqrt(estimate.plan.width * estimate.plan.height * RAYS / max(rays, 1))
     return int(np.clip(pixels, *SIDES))
-
-
-def rays_wanted(estimate: Estimate) -> Integers:
-    """Camera rays that the next pass sends through each pixel, (H, W)."""
-    have, want = estimate.have, estimate.want
-    return (want > have) * np.maximum(COUNTS[want] - COUNTS[have], 1)
 
 
 def render_adaptively(
@@ -142,7 +147,7 @@ def render_adaptively(
 
 def _answer(plan: RenderPlan, demand: Demand) -> Samples:
     with told(plan.seed, demand.tile, f"levels up to {demand.want.max()}"):
-        return render_samples(plan, demand.tile, demand.have, demand.want)
+        return render_samples(plan, demand.tile, demand.have, demand.want, demand.around)
 
 
 def _layers(course: _Course) -> Layers:

@@ -8,17 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.adaptive.camera_rays import camera_rays
+from renderer.adaptive.coverage import Surroundings, cover
 from renderer.adaptive.halves import HALVES, places
-from renderer.adaptive.levels import COUNTS, LOOKED, Levels
+from renderer.adaptive.labels import labels_of, of_labels
+from renderer.adaptive.levels import COUNTS, COVERED, LOOKED, Levels
 from renderer.arrays import Floats, Integers, Masks
 from renderer.execute import WORK, radiance
 from renderer.film import BRIGHTEST
-from renderer.interaction import EMITTER, Rays
 from renderer.numerics import halving_sum
 from renderer.plan import RenderPlan
 from schemas.tiles import Tile
 
-BATCH = 16384
+BATCH = 32768
 """Rays worked on at once: twice those of a block, as they are scattered and calls are most of their price."""
 
 
@@ -26,7 +28,8 @@ BATCH = 16384
 class Samples:
     """What a pass has found in a tile.
 
-    Pixels are in the order of rows: first looks of those that were at level 0, samples of those that go on.
+    Pixels are in the order of rows: first looks of those that were at level 0, looks at borders, samples of
+    those that go on.
 
     Attributes
     ----------
@@ -35,6 +38,9 @@ class Samples:
         What the first looks met: a shape's number, -1 for the background, -2 and below for lights.
     colors : (3, n) float32
         What textures gave at the first looks, 1 where there was none.
+    covers : (3, k) float32
+    doubts : (k,) float32
+        Of pixels at borders (`coverage.Cover`).
     halves : (2, 3, m) float32
         Means of the new samples of either half.
     squares : (m,) float32
@@ -47,6 +53,8 @@ class Samples:
     looks: NDArray[np.float32]
     labels: NDArray[np.int32]
     colors: NDArray[np.float32]
+    covers: NDArray[np.float32]
+    doubts: NDArray[np.float32]
     halves: NDArray[np.float32]
     squares: NDArray[np.float32]
     counts: dict[str, int]
@@ -54,7 +62,9 @@ class Samples:
     cpu_seconds: float
 
 
-def render_samples(plan: RenderPlan, tile: Tile, have: Levels, want: Levels) -> Samples:
+def render_samples(
+    plan: RenderPlan, tile: Tile, have: Levels, want: Levels, around: Surroundings | None = None
+) -> Samples:
     """Bring the pixels of a tile from the levels that they have to those that are wanted.
 
     A pure function of its arguments, and what it finds about a pixel does not depend on the tile.
@@ -66,13 +76,17 @@ def render_samples(plan: RenderPlan, tile: Tile, have: Levels, want: Levels) -> 
     tile : Tile
     have, want : (h, w) uint8
         A pixel whose wanted level is not higher is left alone.
+    around : Surroundings, optional
+        First looks; what pixels at borders are made of.
     """
     begun = time.process_time()
     counts: Counter[str] = Counter(camera=0, shadow=0, mirror=0, transmission=0, **dict.fromkeys(WORK, 0))
     looks, labels, colors = _first_looks(plan, tile, (want == LOOKED) & (have < LOOKED), counts)
-    halves, squares = _samples(plan, tile, have, np.where(want > LOOKED, want, 0), counts)
+    covers, doubts = _covers(plan, tile, (want == COVERED) & (have < COVERED), around, counts)
+    halves, squares = _samples(plan, tile, have, np.where(want > COVERED, want, 0), counts)
     work = {name: counts.pop(name) for name in WORK}
-    return Samples(looks, labels, colors, halves, squares, dict(counts), work, time.process_time() - begun)
+    seconds = time.process_time() - begun
+    return Samples(looks, labels, colors, covers, doubts, halves, squares, dict(counts), work, seconds)
 
 
 def _first_looks(
@@ -86,18 +100,28 @@ def _first_looks(
     middle = np.full(rows.size, 0.5)
     for chosen in _batches(columns, rows, 1):
         x, y = columns[chosen] + tile.x0, rows[chosen] + tile.y0
-        rays = _rays(look, x, y, np.full(x.size, HALVES), (middle[chosen], middle[chosen]))
+        rays = camera_rays(look, x, y, np.full(x.size, HALVES), (middle[chosen], middle[chosen]))
         seen = np.ones((3, x.size))
         values[:, chosen] = np.minimum(radiance(look, rays, counts, seen), BRIGHTEST)
-        labels[chosen] = np.where(rays.shapes >= EMITTER, EMITTER - 2 - rays.shapes, rays.shapes)
+        labels[chosen] = labels_of(rays.shapes)
         np.copyto(seen, 1.0, where=~of_labels(plan.textured, labels[chosen]))
         colors[:, chosen] = seen
     return values, labels, colors.astype(np.float32)
 
 
-def of_labels(shapes: Masks, labels: NDArray[np.int32]) -> Masks:
-    """What a mask of the scene's shapes says of labels, False where they show no shape."""
-    return np.append(shapes, False)[np.where(labels < 0, shapes.size, labels)]
+def _covers(
+    plan: RenderPlan, tile: Tile, wanted: Masks, around: Surroundings | None, counts: Counter[str]
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    rows, columns = np.nonzero(wanted)
+    values = np.empty((3, rows.size), dtype=np.float32)
+    doubts = np.empty(rows.size, dtype=np.float32)
+    for chosen in _batches(columns, rows, plan.coverage):
+        assert around is not None
+        nearby = around.nearby(rows[chosen], columns[chosen])
+        x, y = columns[chosen] + tile.x0, rows[chosen] + tile.y0
+        found = cover(plan.look or plan, plan.coverage, x, y, nearby, counts)
+        values[:, chosen], doubts[chosen] = found.values, found.doubts
+    return values, doubts
 
 
 def _samples(
@@ -125,7 +149,7 @@ def _batch(
     columns, rows = x.repeat(count), y.repeat(count)
     numbers = np.tile(np.arange(*span, dtype=np.int64), x.size)
     place = places(plan.seed, rows * plan.width + columns, numbers)
-    found = np.minimum(radiance(plan, _rays(plan, columns, rows, numbers, place), counts), BRIGHTEST)
+    found = np.minimum(radiance(plan, camera_rays(plan, columns, rows, numbers, place), counts), BRIGHTEST)
     samples = np.ascontiguousarray(found.reshape(3, x.size, count).transpose(2, 0, 1))
     halves = np.stack(
         [halving_sum(samples[half::HALVES].copy()) / (count // HALVES) for half in range(HALVES)]
@@ -133,17 +157,6 @@ def _batch(
     samples -= halves.mean(axis=0)
     np.multiply(samples, samples, out=samples)
     return halves, halving_sum(samples).sum(axis=0) / 3
-
-
-def _rays(
-    plan: RenderPlan, columns: Integers, rows: Integers, samples: Integers, place: tuple[Floats, Floats]
-) -> Rays:
-    pixels = rows * plan.width + columns
-    origins, directions = plan.camera.rays(columns + place[0], rows + place[1], pixels, samples)
-    left, right = plan.camera.screen(
-        np.array([columns.min(), columns.max() + 1]), np.array([rows.max() + 1, rows.min()])
-    )
-    return Rays(origins, directions, pixels, samples, screen=np.concatenate((left, right)))
 
 
 def _batches(columns: Integers, rows: Integers, count: int) -> Iterator[Integers]:

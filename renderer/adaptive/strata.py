@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.adaptive.lattice import Labels, Picture
-from renderer.adaptive.levels import LOOKED, Levels
+from renderer.adaptive.labels import Labels
+from renderer.adaptive.lattice import Picture
+from renderer.adaptive.levels import Levels
 from renderer.arrays import Floats, Integers, Masks
 from renderer.streams import bits, keys, uniforms
 
@@ -21,8 +22,14 @@ STEPS = 24
 INTERPOLATED, EVEN, BORDER, ROUGH, SUSPECT = range(5)
 """Kinds: not looked at; among its like; beside another shape; with something fine on it; near a find."""
 
+KINDS = np.array([INTERPOLATED, EVEN, BORDER])
+"""By the level of a pixel without samples."""
+
 TRUSTED = 16.0
 """Where probes tell of no error beyond their own noise, none is larger than so many times the expected."""
+
+UNSEEN = 16.0
+"""What the next probe may find, beside what is expected: few of them have not met what is rare."""
 
 COUNT = STEPS * (SUSPECT + 1)
 """Number of strata."""
@@ -51,14 +58,14 @@ def _squares(differences: Picture) -> NDArray[np.float32]:
     return np.multiply(differences, differences, out=differences).sum(axis=0)
 
 
-def strata_of(expected: NDArray[np.float32], labels: Labels, have: Levels, rough: Masks) -> Integers:
-    """Stratum of each pixel, (H, W), from its expected error, what it shows, and its level.
+def strata_of(expected: NDArray[np.float32], have: Levels, rough: Masks) -> Integers:
+    """Stratum of each pixel, (H, W), from its expected error and its level.
 
     `rough` (H, W) tells the pixels that show something finer than pixels.
     """
     steps = (np.log2(np.maximum(expected, 1e-12)) + 36) * np.float32(2 / 3)
-    kinds = (EVEN + borders(labels) + (ROUGH - EVEN) * rough) * (have >= LOOKED)
-    return np.clip(steps, 0, STEPS - 1).astype(np.int64) + STEPS * np.minimum(kinds, ROUGH)
+    kinds = np.maximum(KINDS[have], ROUGH * (rough & (have > 0)))
+    return np.clip(steps, 0, STEPS - 1).astype(np.int64) + STEPS * kinds
 
 
 def typical_error(strata: Integers) -> Floats:
@@ -166,7 +173,8 @@ def survey(
     def mean(values: Floats) -> Floats:
         return np.bincount(strata, values, minlength=COUNT) / counts
 
-    found, uncertain = mean(errors), np.sqrt(mean(errors * errors) / counts)
+    found, unseen = mean(errors), UNSEEN * mean(expected) / counts
+    uncertain = np.sqrt(mean(errors * errors) / counts + unseen**2)
     noise = np.sqrt(mean(spread) / counts)
     most = TRUSTED * mean(expected)
     silent = found < 2 * noise

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from renderer.adaptive.lattice import COARSEST
+from renderer.adaptive.lattice import stride_for
 from renderer.arrays import Floats, Integers, Masks, dot
 from renderer.cameras import Pinhole
 
@@ -23,7 +23,7 @@ def thin_places(camera: Pinhole, corners: Floats) -> Integers:
         Of convex hulls of shapes. Shapes that reach behind the camera are left out: they are near, and wide.
     """
     x, y, ahead = _on_picture(camera, corners)
-    narrow = np.flatnonzero(ahead & (_widths(x, y) < COARSEST))
+    narrow = np.flatnonzero(ahead & (_widths(x, y) < stride_for(camera.width, camera.height)))
     found = [_along(x[:, shape], y[:, shape]) for shape in narrow.tolist()]
     places = np.floor(np.hstack([np.zeros((2, 0)), *found])).astype(np.int64)
     inside = (places >= 0).all(axis=0) & (places[0] < camera.width) & (places[1] < camera.height)

@@ -10,6 +10,7 @@ from functools import partial
 
 import schemas.cameras as language
 from renderer import cost, tiling
+from renderer.adaptive import coverage
 from renderer.adaptive.edges import edge_places
 from renderer.adaptive.halves import lens_in_sequence
 from renderer.adaptive.thin import thin_places
@@ -64,7 +65,7 @@ def compile_scene(
     plan = _plan(request)
     if request.target is None or request.document.camera.lens_radius > 0:
         return plan
-    return replace(plan, look=_look(request, request.target))
+    return replace(plan, look=_look(request, first_looks.in_time(request.target)))
 
 
 def _look(request: Request, target: TargetQuality) -> RenderPlan:
@@ -74,7 +75,7 @@ def _look(request: Request, target: TargetQuality) -> RenderPlan:
     families, table = shapes.families(seen), _table(seen)
     return replace(
         plan,
-        surfaces=tuple(first_looks.averaged(stage, target.error) for stage in plan.surfaces),
+        surfaces=tuple(first_looks.averaged(stage) for stage in plan.surfaces),
         lightings=first_looks.lightings(seen, target, plan.lightings, families, table),
     )
 
@@ -110,6 +111,8 @@ def _plan(request: Request) -> RenderPlan:
         surfaces=tuple(points),
         lightings=tuple(lights.lighting(request, emitter, families, table) for emitter in emitters),
         look=None,
+        coverage=0 if request.target is None else coverage.size_for(first_looks.in_time(request.target).error),
+        averaged=first_looks.checkered(request),
         textured=first_looks.shapes_with(request, "color_texture"),
         rough=first_looks.shapes_with(request, "normal_map", "bump_map", "mirror", "transmission"),
         thin=first_looks.places(request, families, partial(thin_places, camera)),

@@ -17,7 +17,7 @@ from renderer.materials.phong import Phong
 from renderer.scenes import LoadedScene
 from renderer.shapes import Family
 from renderer.stages import Illumination, Lighting, PointStage
-from renderer.textures.averaged import AveragedTexture
+from renderer.textures.averaged import AveragedChecker
 from renderer.textures.checker import BoxCheckerTexture
 from schemas.quality import FixedQuality, TargetQuality
 from schemas.sampling import Antialiasing, LightSampling
@@ -26,11 +26,15 @@ PENUMBRA = 64, 2.0**-8
 """So many points see an error of so much of a light that is half covered; fewer or more by its inverse."""
 
 
-PARTS = 4
-"""Parts of a pixel along each side that are averaged: the box around a part is a little larger than it."""
+HASTY = 2.0**-9
+"""First looks of pictures with a time limit are no finer than this error needs: all pixels wait for them."""
 
-FINER = 0.0016
-"""For smaller errors than this there are more parts, up to twice as many."""
+
+def in_time(target: TargetQuality) -> TargetQuality:
+    """What first looks work for."""
+    if target.time_limit is None:
+        return target
+    return target.model_copy(update={"error": max(target.error, HASTY)})
 
 
 def filtered(scene: LoadedScene) -> LoadedScene:
@@ -51,6 +55,14 @@ def shapes_with(request: Request, *parts: str) -> Masks:
     return np.array([shape.material in having for shape in request.document.shapes], dtype=bool)
 
 
+def checkered(request: Request) -> Masks:
+    """Shapes (K,) whose colour is a checker board's."""
+    materials, textures = request.document.materials, request.document.textures
+    boards = {name for name, texture in textures.items() if isinstance(texture, language.CheckerTexture)}
+    having = {name for name, material in materials.items() if material.color_texture in boards}
+    return np.array([shape.material in having for shape in request.document.shapes], dtype=bool)
+
+
 def places(request: Request, families: list[Family], of_corners: Callable[[Floats], Integers]) -> Integers:
     """Pixels (2, N) that hulls of shapes ask to look at; triangles in trees are parts of larger things."""
     found = [np.zeros((2, 0), dtype=np.int64)]
@@ -59,12 +71,11 @@ def places(request: Request, families: list[Family], of_corners: Callable[[Float
     return np.hstack(found)
 
 
-def averaged(stage: PointStage, error: float) -> PointStage:
-    """A stage that looks up colours, with their mean over the parts of a pixel."""
+def averaged(stage: PointStage) -> PointStage:
+    """A stage that looks up colours, with the mean over the pixel of what is a checker board."""
     if not isinstance(stage, ColorTexture) or not isinstance(stage.texture, BoxCheckerTexture):
         return stage
-    count = int(np.clip(np.ceil(PARTS * np.sqrt(FINER / error)), PARTS, 2 * PARTS))
-    return replace(stage, texture=AveragedTexture(stage.texture, count))
+    return replace(stage, texture=AveragedChecker(stage.texture))
 
 
 def quality_of(target: TargetQuality) -> FixedQuality:

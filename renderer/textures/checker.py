@@ -51,9 +51,18 @@ class BoxCheckerTexture:
         """Mean colours (3, N) around texture coordinates (2, N)."""
         if footprints is None:
             return self.board.at(coordinates)
-        widths = (np.abs(footprints[:, 0]) + np.abs(footprints[:, 1])) * self.board.repeat
-        waves = mean_square_wave(coordinates * self.board.repeat, widths)
-        odd = (1 - waves[0] * waves[1]) / 2
+        repeat = self.board.repeat
+        return self.mixed(self.waves(coordinates * repeat, footprints * repeat[:, None]))
+
+    def waves(self, centers: Floats, sides: Floats) -> Floats:
+        """Mean of the board's wave (N,) over the boxes around footprints, in fields."""
+        across, along = mean_square_wave(centers, np.abs(sides[:, 0]) + np.abs(sides[:, 1]))
+        product: Floats = across * along
+        return product
+
+    def mixed(self, waves: Floats) -> Floats:
+        """Colours (3, N) where the board's wave, +1 on even fields and -1 on odd ones, has means (N,)."""
+        odd = (1 - waves) / 2
         return self.board.even + odd * (self.board.odd - self.board.even)
 
 
@@ -80,12 +89,14 @@ def mean_square_wave(centers: Floats, widths: Floats) -> Floats:
     point = np.where(centers < 1, 1.0, -1.0)
     wide = widths >= NARROW
     safe = np.where(wide, widths, 1.0)
-    integral = _triangle_wave(centers + safe / 2) - _triangle_wave(centers - safe / 2)
+    integral = triangle_wave(centers + safe / 2) - triangle_wave(centers - safe / 2)
     return np.where(wide, np.clip(integral / safe, -1.0, 1.0), point)
 
 
-def _triangle_wave(x: Floats) -> Floats:
-    return 1 - np.abs(np.mod(x, 2.0) - 1)
+def triangle_wave(x: Floats) -> Floats:
+    """The integral of the square wave from 0 on: up to 1 at odd numbers, down to 0 at even ones."""
+    wave: Floats = 1 - np.abs(x - 2 * np.floor(x / 2) - 1)
+    return wave
 
 
 def build(texture: language.CheckerTexture, assets: AssetSource) -> CheckerTexture | BoxCheckerTexture:

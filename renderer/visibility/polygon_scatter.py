@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Masks, dot
+from renderer.arrays import Floats, Integers, Masks, dot, taken
 from renderer.lights.samples import LightPoints, Terms
 from renderer.lights.view import LightView
 from renderer.numerics import SURFACE, unit_of
@@ -16,6 +16,31 @@ from renderer.visibility.polygons import PolygonShadows, signed
 
 MARGIN = 2.0**-19
 """What rounding to float32 can add to an affine function on a light, relative to its terms, with room."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Near:
+    """Points (m,) that a polygon may matter to.
+
+    Attributes
+    ----------
+    positions : (3, m) float64
+    distance, rounding : (m,) float64
+        From its plane, and the bound on the error of that.
+    index : (m,) int64
+        Which of the view's points.
+    """
+
+    positions: Floats
+    distance: Floats
+    rounding: Floats
+    index: Integers
+
+    def part(self, chosen: Integers) -> "_Near":
+        """Some of the points."""
+        return _Near(
+            taken(self.positions, chosen), self.distance[chosen], self.rounding[chosen], self.index[chosen]
+        )
 
 
 @dataclass(slots=True)
@@ -39,29 +64,42 @@ class ScatterPolygonShadows(PolygonShadows):
         self, view: LightView, positions: Floats, distance: Floats, shape: int, index: Integers
     ) -> None:
         rounding = self.rounding(view, np.array([shape]))[0][index]
-        edges = self._edges(positions, distance, rounding, shape)
-        if self.culling:
-            possible = np.logical_and.reduce([highest(terms) >= 0 for terms in edges])
-            edges = [_at(terms, possible) for terms in edges if np.any(lowest(terms)[possible] < 0)]
-            distance, index = distance[possible], index[possible]
-        if index.size:
-            view.block(self._hidden(view, edges, distance, shape, index), index)
+        near, edges = self._edges(_Near(positions, distance, rounding, index), shape)
+        if near.index.size:
+            view.block(self._hidden(view, edges, near.distance, shape, near.index), near.index)
 
-    def _edges(self, positions: Floats, distance: Floats, rounding: Floats, shape: int) -> list[Terms]:
-        """|s_q| a_p + |s_p| a_q for every edge as a function on the light; inside is positive."""
+    def _edges(self, near: "_Near", shape: int) -> tuple["_Near", list[Terms]]:
+        """|s_q| a_p + |s_p| a_q for every edge as a function on the light; inside is positive.
+
+        Only for the points, given first, that some light point may be inside of all edges for, and without
+        the edges that all light points are inside of.
+        """
+        edges: list[Terms] = []
+        for number in range(len(self.occluders.edge_normals)):
+            terms = self._edge(near, shape, number)
+            if self.culling:
+                possible = np.flatnonzero(highest(terms) >= 0)
+                if possible.size < near.index.size:
+                    near, terms = near.part(possible), _at(terms, possible)
+                    edges = [_at(earlier, possible) for earlier in edges]
+                if not possible.size:
+                    return near, []
+                if np.all(lowest(terms) >= 0):
+                    continue
+            edges.append(terms)
+        return near, edges
+
+    def _edge(self, near: "_Near", shape: int, number: int) -> Terms:
         one = slice(shape, shape + 1)
         plane = self._on_light(shape, self.occluders.normals, self.occluders.anchors)
-        far = -np.sign(distance)
-        edges = []
-        for normals, anchors in zip(self.occluders.edge_normals, self.occluders.edge_anchors, strict=True):
-            of_point = signed(normals[:, one], anchors[:, one], positions, 1.0)[0] + 2 * rounding
-            of_light = self._on_light(shape, normals, anchors)
-            scale = np.abs(of_point) + np.abs(distance)
-            near, away = of_point * far / scale, np.abs(distance) / scale
-            constant, by_u, by_v = (near * s + away * a for s, a in zip(plane, of_light, strict=True))
-            slack = 4 * float(np.finfo(self.dtype).eps) * (np.abs(constant) + np.abs(by_u) + np.abs(by_v))
-            edges.append((constant + slack, by_u, by_v))
-        return edges
+        normals, anchors = self.occluders.edge_normals[number], self.occluders.edge_anchors[number]
+        of_point = signed(normals[:, one], anchors[:, one], near.positions, 1.0)[0] + 2 * near.rounding
+        of_light = self._on_light(shape, normals, anchors)
+        scale = np.abs(of_point) + np.abs(near.distance)
+        there, here = of_point * -np.sign(near.distance) / scale, np.abs(near.distance) / scale
+        constant, by_u, by_v = (there * s + here * a for s, a in zip(plane, of_light, strict=True))
+        slack = 4 * float(np.finfo(self.dtype).eps) * (np.abs(constant) + np.abs(by_u) + np.abs(by_v))
+        return constant + slack, by_u, by_v
 
     def _unit(self, shape: int) -> Floats:
         emitter = self.emitter
@@ -113,5 +151,5 @@ def lowest(terms: Terms) -> Floats:
     return -highest((-constant, by_u, by_v))
 
 
-def _at(terms: Terms, chosen: Masks) -> Terms:
+def _at(terms: Terms, chosen: Integers) -> Terms:
     return terms[0][chosen], terms[1][chosen], terms[2][chosen]

@@ -11,9 +11,11 @@ import numpy as np
 
 from renderer import RenderPlan, film, image_files
 from renderer.adaptive import Estimate, Samples, render_samples
-from renderer.adaptive.levels import Levels
+from renderer.adaptive.coverage import Surroundings, surroundings
+from renderer.adaptive.decisions import advance
+from renderer.adaptive.levels import COVERED, Levels
 from renderer.adaptive.previews import preview
-from renderer.adaptive.rendering import rays_wanted, side
+from renderer.adaptive.rendering import side
 from renderer.execute import WORK, render_layers
 from service import layers, targets
 from service.engines.tasks import AdvanceDone, AdvanceTask, Interrupted, SampleTask, TileDone
@@ -34,7 +36,8 @@ class PassWorker:
             return Interrupted()
         begun = time.process_time()
         have, want, before = self._demand(plan, task)
-        samples = render_samples(plan, task.tile, have, want)
+        around = self._around(task) if (want == COVERED).any() else None
+        samples = render_samples(plan, task.tile, have, want, around)
         kept = {name: value for name, value in _members(samples) if isinstance(value, np.ndarray)}
         self.passes.put_samples(task.job, task.pass_.index, task.tile, task.attempt, kept)
         pixels = preview(task.tile, samples, have, want, before)
@@ -63,6 +66,12 @@ class PassWorker:
         have, want = np.array(self.passes.get_demand(*before)[:, *part])
         return have, want, np.array(self.passes.get_picture(*before)[part])
 
+    def _around(self, task: SampleTask) -> Surroundings:
+        """First looks around a tile."""
+        before = task.job, task.pass_.index - 1, task.merged
+        picture = np.moveaxis(self.passes.get_picture(*before), 2, 0)
+        return surroundings(task.tile, picture, self.passes.get_labels(*before))
+
     def advance(self, plan: RenderPlan, task: AdvanceTask) -> AdvanceDone:
         """Merge a pass, and leave for the next one what it needs, or the final picture."""
         begun = time.process_time()
@@ -79,7 +88,7 @@ class PassWorker:
         return AdvanceDone(
             tile_size=size,
             tiles=_tiles(estimate, size) if goes_on else (),
-            samples=int(rays_wanted(estimate).sum()) if goes_on else 0,
+            samples=estimate.rays_wanted() if goes_on else 0,
             error=error.document() if error else None,
             numerics={"non_finite": film.non_finite(image), "clamped": film.clamped([(task.pass_, image)])},
             cpu_seconds=time.process_time() - begun,
@@ -102,6 +111,8 @@ class PassWorker:
         self.passes.put_state(*place, estimate.arrays())
         self.passes.put_demand(*place, np.stack((estimate.have, estimate.want)))
         self.passes.put_picture(*place, picture)
+        if (estimate.want == COVERED).any():
+            self.passes.put_labels(*place, estimate.labels)
 
     def _keep_final(self, estimate: Estimate, task: AdvanceTask, picture: Pixels) -> str:
         size = picture.shape[0], picture.shape[1]
@@ -115,9 +126,9 @@ class PassWorker:
 
 def _advanced(estimate: Estimate) -> bool:
     """Decide about the next pass that has something to do; False where the picture is done."""
-    goes_on = estimate.advance()
-    while goes_on and not rays_wanted(estimate).any():
-        goes_on = estimate.advance()
+    goes_on = advance(estimate)
+    while goes_on and not estimate.rays_wanted():
+        goes_on = advance(estimate)
     return goes_on
 
 

@@ -20,6 +20,9 @@ from service.store.tiles import LAYERS_SUFFIX, Layers, Pixels, replacing
 Demand = NDArray[np.uint8]
 """(2, H, W): the levels that the pixels have, and those that a pass wants."""
 
+Labels = NDArray[np.int32]
+"""(H, W): what the first looks met."""
+
 
 class PassStore:
     """Files beside the tiles of a job, which go when those do.
@@ -56,6 +59,15 @@ class PassStore:
     def get_demand(self, job: str, pass_index: int, attempt: int) -> Demand:
         """Return it, read from its file where it is looked at."""
         found: Demand = np.load(self._path(job, pass_index, f"demand.{attempt}"), mmap_mode="r")
+        return found
+
+    def put_labels(self, job: str, pass_index: int, attempt: int, labels: Labels) -> None:
+        """Keep what the first looks met; the pass after this one needs it."""
+        self._put_array(self._path(job, pass_index, f"labels.{attempt}"), labels)
+
+    def get_labels(self, job: str, pass_index: int, attempt: int) -> Labels:
+        """Return it, read from its file where it is looked at."""
+        found: Labels = np.load(self._path(job, pass_index, f"labels.{attempt}"), mmap_mode="r")
         return found
 
     def put_picture(self, job: str, pass_index: int, attempt: int, picture: Pixels) -> None:

@@ -1,0 +1,189 @@
+"""What the next pass of an adaptive picture asks for: samples, where they lower the error most.
+
+All decisions are made about the whole picture between passes, so that no pixel depends on tiles.
+"""
+
+import numpy as np
+
+from renderer.adaptive import strata
+from renderer.adaptive.allocation import allocate
+from renderer.adaptive.estimate import AIMS, COVERS, PROBES, ROUND, STRIDE, Estimate
+from renderer.adaptive.findings import Findings, errors_of
+from renderer.adaptive.halves import HALVES
+from renderer.adaptive.levels import COUNTS, HIGHEST, SAMPLED
+from renderer.adaptive.looking import (
+    PROBED,
+    choose_probes,
+    cover_borders,
+    fine,
+    look_closer,
+    probes,
+    raise_chances,
+)
+from renderer.adaptive.neighbours import spread
+from renderer.adaptive.uncertainty import SURE, error_of
+from renderer.arrays import Floats, Integers, Masks
+
+MARGIN = 0.9
+"""Share of the budget for samples and doubts together: what samples will meet is not known exactly."""
+
+EASES = (1.0, 0.7, 0.5, 0.3, 0.1)
+"""Shares of the goals, tried in turn until they ask for something: the error was not reached, so they were
+set too high."""
+
+LEAP = 3
+"""Levels that a pixel may rise at once: few samples do not tell well how many more are needed."""
+
+DOUBT = 0.2
+"""Share of the budget that all strata together may be uncertain by."""
+
+MOSTLY = 0.5
+"""Share of a stratum's pixels that are probes from which on it is sampled as a whole."""
+
+CLOSEST = 9
+"""Highest level of a probe: 256 samples. What is still uncertain then needs more probes."""
+
+FIND = 16.0
+"""A probe found something if its squared error is so many times the wished one, and that of its like."""
+
+CLEAR = 4.0
+"""Standard errors by which it must have found it."""
+
+WORTH = 0.01
+"""Share of the budget that the pixels it speaks for err by together."""
+
+NEAR = 2
+"""How far around a find is searched, pixels."""
+
+MANY, MOST_PROBED = 4096, 0.25
+"""Of more like pixels than these, no more than this share are probes: all would be to sample all."""
+
+LEAST = 0.1
+"""Share of all samples so far that a pass asks for at least, if anything does: passes have a price."""
+
+MOST_ROUNDS = 40
+"""More has never been needed; it ends in any case."""
+
+
+def advance(estimate: Estimate) -> bool:
+    """Decide what the next pass wants, after all tiles of this one; False if the picture is done."""
+    if estimate.counters[STRIDE] > 1:
+        look_closer(estimate)
+        return True
+    estimate.counters[ROUND] += 1
+    if estimate.counters[ROUND] == COVERS:
+        cover_borders(estimate)
+        return True
+    if estimate.counters[ROUND] == PROBES:
+        choose_probes(estimate)
+        return True
+    return _sample_more(estimate)
+
+
+def _sample_more(estimate: Estimate) -> bool:
+    found = estimate.findings()
+    estimate.error = error_of(found.total, found.variance, estimate.have.size)
+    estimate.want[...] = 0
+    if estimate.error.bound <= estimate.target or estimate.counters[ROUND] > MOST_ROUNDS:
+        return False
+    _aim_lower(estimate, estimate.error.bound)
+    _show_probed(estimate)
+    found = estimate.findings()
+    _suspect(estimate, found)
+    spent = int(COUNTS[estimate.have].sum())
+    for ease in EASES:
+        _allot(estimate, found, ease)
+        _question(estimate, found, ease)
+        if estimate.rays_wanted() >= LEAST * spent:
+            return True
+    return bool((estimate.want > estimate.have).any())
+
+
+def _aim_lower(estimate: Estimate, bound: float) -> None:
+    """Go on from aims that are reached."""
+    before = estimate.aim
+    while bound <= estimate.aim:
+        estimate.counters[AIMS] += 1
+    if estimate.aim < before:
+        raise_chances(estimate, strata.typical_error(estimate.strata).astype(np.float32))
+
+
+def _allot(estimate: Estimate, found: Findings, ease: float) -> None:
+    """Samples where they lower the error most; strata whose first look is not good enough show them."""
+    room = MARGIN * estimate.budget - SURE * np.sqrt(found.variance)
+    goal = ease * max(room, estimate.budget / 4)
+    have, want = estimate.have.ravel(), estimate.want.ravel()
+    allotted = allocate(found.variances, have[found.sampled], found.survey, goal)
+    want[found.sampled] = np.minimum(allotted.pixels, have[found.sampled] + LEAP)
+    looks = np.flatnonzero(~estimate.shown.ravel())
+    levels = allotted.strata[estimate.strata.ravel()[looks]]
+    want[looks] = np.minimum(levels, np.maximum(have[looks], SAMPLED) + 1)
+    estimate.shown.ravel()[looks[levels > 0]] = True
+
+
+def _question(estimate: Estimate, found: Findings, ease: float) -> None:
+    """More of probes whose strata leave the error uncertain: more samples, or more of them."""
+    survey = found.survey
+    unsure = survey.unsure((ease * DOUBT * estimate.budget) ** 2)
+    crowded = unsure & (estimate.chances >= 1)
+    estimate.shown |= crowded[estimate.strata]
+    most = np.where(survey.sizes > MANY, MOST_PROBED, 1.0)
+    noisy = unsure & (survey.noise**2 > survey.uncertain**2 / 2) & (_closeness(estimate, found) < CLOSEST)
+    have, want, shown = estimate.have.ravel(), estimate.want.ravel(), estimate.shown.ravel()
+    again = found.probes[noisy[estimate.strata.ravel()[found.probes]] & ~shown[found.probes]]
+    want[again] = np.minimum(have[again] + 2, CLOSEST)
+    rarer = unsure & ~noisy & (estimate.chances < most)
+    estimate.chances[rarer] = np.minimum(2 * estimate.chances, most)[rarer]
+    fresh = (probes(estimate) | estimate.shown) & (estimate.have < SAMPLED) & (estimate.want < SAMPLED)
+    estimate.want[fresh] = PROBED
+
+
+def _closeness(estimate: Estimate, found: Findings) -> Integers:
+    """Least level of the probes of each stratum."""
+    levels = np.full(strata.COUNT, HIGHEST)
+    np.minimum.at(levels, estimate.strata.ravel()[found.probes], estimate.have.ravel()[found.probes])
+    return levels
+
+
+def _suspect(estimate: Estimate, found: Findings) -> None:
+    """Sample all pixels near a probe that found what first looks had missed.
+
+    They become a stratum of their own, so that what one probe found is not taken to be everywhere.
+    """
+    kinds = estimate.strata.ravel() // strata.STEPS
+    typical = found.survey.errors[estimate.strata.ravel()[found.probes]]
+    odd = found.errors > FIND * np.maximum(estimate.aim**2, typical)
+    odd &= _matters(
+        estimate, found.errors, found.noise, estimate.chances[estimate.strata.ravel()[found.probes]]
+    )
+    odd &= (kinds[found.probes] <= strata.EVEN) & ~fine(estimate).ravel()[found.probes]
+    near = np.zeros(estimate.have.shape, dtype=bool)
+    near.ravel()[found.probes[odd]] = True
+    near.ravel()[_followed(estimate, found)] = True
+    near = spread(near, NEAR) & ~estimate.shown
+    estimate.strata[near] = estimate.strata[near] % strata.STEPS + strata.STEPS * strata.SUSPECT
+    estimate.shown |= near
+    estimate.want[near] = np.maximum(estimate.have[near], SAMPLED) + 2
+
+
+def _followed(estimate: Estimate, found: Findings) -> Integers:
+    """Suspects that found something themselves: what is long and thin goes on beyond them."""
+    suspects = found.sampled[estimate.strata.ravel()[found.sampled] // strata.STEPS == strata.SUSPECT]
+    looks = estimate.values.reshape(3, -1)[:, suspects]
+    errors, noise = errors_of(estimate.halves.reshape(HALVES, 3, -1)[:, :, suspects], looks)
+    matters = _matters(estimate, errors, noise, 1 / (2 * NEAR + 1) ** 2)
+    return suspects[(errors > FIND * estimate.aim**2) & matters]
+
+
+def _matters(estimate: Estimate, errors: Floats, noise: Floats, chances: Floats | float) -> Masks:
+    """Whether squared errors (n,) are more than noise, and worth a search around pixels of such chances."""
+    worth = WORTH * estimate.budget * np.maximum(chances, 2.0**-20)
+    return (errors > CLEAR * np.sqrt(noise)) & (errors > worth)
+
+
+def _show_probed(estimate: Estimate) -> None:
+    """Show the samples of strata most of whose pixels are probes.
+
+    What few samples say of a look is mostly nothing and seldom much; of themselves they know more.
+    """
+    estimate.shown |= (estimate.chances >= MOSTLY)[estimate.strata]
