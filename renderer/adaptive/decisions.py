@@ -40,6 +40,9 @@ DOUBT = 0.2
 MOSTLY = 0.5
 """Share of a stratum's pixels that are probes from which on it is sampled as a whole."""
 
+SHOWN = SAMPLED + 3
+"""Level that the pixels of such a stratum get, 32 samples: they are few, and fewer are worse than looks."""
+
 CLOSEST = 9
 """Highest level of a probe: 256 samples. What is still uncertain then needs more probes."""
 
@@ -87,13 +90,14 @@ def _sample_more(estimate: Estimate) -> bool:
     if estimate.error.bound <= estimate.target or estimate.counters[ROUND] > MOST_ROUNDS:
         return False
     _aim_lower(estimate, estimate.error.bound)
-    _show_probed(estimate)
+    few = _show_probed(estimate)
     found = estimate.findings()
     _suspect(estimate, found)
     spent = int(COUNTS[estimate.have].sum())
     for ease in EASES:
         _allot(estimate, found, ease)
         _question(estimate, found, ease)
+        estimate.want[few] = np.maximum(estimate.want[few], SHOWN)
         if estimate.rays_wanted() >= LEAST * spent:
             return True
     return bool((estimate.want > estimate.have).any())
@@ -181,9 +185,11 @@ def _matters(estimate: Estimate, errors: Floats, noise: Floats, chances: Floats 
     return (errors > CLEAR * np.sqrt(noise)) & (errors > worth)
 
 
-def _show_probed(estimate: Estimate) -> None:
-    """Show the samples of strata most of whose pixels are probes.
+def _show_probed(estimate: Estimate) -> Masks:
+    """Show the samples of strata most of whose pixels are probes; gives those (H, W) that it concerns now.
 
     What few samples say of a look is mostly nothing and seldom much; of themselves they know more.
     """
-    estimate.shown |= (estimate.chances >= MOSTLY)[estimate.strata]
+    few: Masks = (estimate.chances >= MOSTLY)[estimate.strata] & ~estimate.shown
+    estimate.shown |= few
+    return few

@@ -21,6 +21,10 @@ PROBED = SAMPLED + 1
 WIDE = 2
 """How far around, in pixels, looks tell of what is finer than pixels: the one at it may have missed it."""
 
+BENT = np.float32(2.0**-10)
+"""Share of what a look-up at a point would err by that is left: means are taken over parallelograms, and a
+pixel far away is not quite one."""
+
 DARKEST = 2.0**-10
 """Darker textures than this are taken to be as bright, so that the light on them can be told."""
 
@@ -107,7 +111,7 @@ def _sample_bright_borders(estimate: Estimate) -> None:
 
 
 def _leave_textures_out(estimate: Estimate, expected: NDArray[np.float32]) -> None:
-    """Expect of textures, whose mean the first look took, no error: only of the light on them.
+    """Expect of textures, whose mean the first look took, little error: mostly of the light on them.
 
     Beside another shape the light is no guide.
     """
@@ -115,6 +119,7 @@ def _leave_textures_out(estimate: Estimate, expected: NDArray[np.float32]) -> No
     unlike = of_labels(estimate.plan.averaged, estimate.labels) & ~strata.borders(estimate.labels)
     light = strata.expected_errors(np.divide(estimate.values, colors, dtype=np.float32))
     light *= (colors**2).mean(axis=0)
+    np.maximum(light, BENT * expected, out=light)
     np.copyto(expected, light, where=unlike)
 
 

@@ -10,7 +10,6 @@ from functools import partial
 
 import schemas.cameras as language
 from renderer import cost, tiling
-from renderer.adaptive import coverage
 from renderer.adaptive.edges import edge_places
 from renderer.adaptive.halves import lens_in_sequence
 from renderer.adaptive.thin import thin_places
@@ -111,7 +110,7 @@ def _plan(request: Request) -> RenderPlan:
         surfaces=tuple(points),
         lightings=tuple(lights.lighting(request, emitter, families, table) for emitter in emitters),
         look=None,
-        coverage=0 if request.target is None else coverage.size_for(first_looks.in_time(request.target).error),
+        coverage=0 if request.target is None else first_looks.coverage(request.target),
         averaged=first_looks.checkered(request),
         textured=first_looks.shapes_with(request, "color_texture"),
         rough=first_looks.shapes_with(request, "normal_map", "bump_map", "mirror", "transmission"),

@@ -77,7 +77,8 @@ ADAPTIVE = {
     "light": LightSampling(pattern="sobol", samples=4),
 }
 """Target quality takes camera samples where they are needed, with so few light points each that they cost no
-more than the ray. Textures that filter do so as for 16 samples a pixel, however many there are."""
+more than the ray. How many there will be is
+not known; their price is that of so many."""
 
 
 def _sampling(sampling: Sampling, quality: Quality | None) -> Sampling:

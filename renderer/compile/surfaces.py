@@ -28,6 +28,10 @@ TEXTURED = ("color_texture", "normal_map", "bump_map", "displacement_map")
 """Fields of a material that name a texture."""
 
 
+FINEST = 256
+"""Textures filter as for so many samples a pixel where their number is not known before."""
+
+
 def surfaces(request: Request, families: list[Family], table: Phong) -> tuple[list[PointStage], bool]:
     """Stages that form the points: geometry, colours, normals, ambient light."""
     if not families:
@@ -61,7 +65,7 @@ def _footprints(request: Request) -> list[Footprints]:
     asking = {name for name in used if getattr(request.document.textures[name], "filter", None) in FILTERING}
     if not asking:
         return []
-    samples = request.sampling.antialiasing.samples
+    samples = FINEST if request.target else request.sampling.antialiasing.samples
     pointers = tuple(
         f"/textures/{escaped(name)}/filter" for name in request.document.textures if name in asking
     )

@@ -48,7 +48,8 @@ class AveragedChecker:
     def _means(self, centers: Floats, sides: Floats) -> Floats:
         """Mean waves (n,) over footprints that reach into more than one field."""
         longest = np.abs(sides).max(axis=(0, 1))
-        usable = (longest <= MOST) & (np.abs(_areas(sides)) > FLATTEST * longest**2)
+        areas = np.abs(_areas(np.clip(sides, -MOST, MOST)))
+        usable = (longest <= MOST) & (areas > FLATTEST * np.minimum(longest, MOST) ** 2)
         whole, boxes = np.flatnonzero(usable), np.flatnonzero(~usable)
         waves = np.empty(longest.size)
         waves[whole] = means_over(taken(centers, whole), taken(sides, whole))
@@ -59,10 +60,12 @@ class AveragedChecker:
 def means_over(centers: Floats, sides: Floats) -> Floats:
     """Mean wave (n,) over parallelograms of centres (2, n) and sides (coordinate, side, n), in fields.
 
-    Error at most some eps times the square of the longer side over the area.
+    Error at most some eps times (l + l * l) over the area, for a longer side l.
     """
     first, second = sides[:, 0], sides[:, 1]
-    corner = centers - 2 * np.floor(centers / 2) - (first + second) / 2
+    # Small numbers near the corner of fields that is nearest keep the digits of small footprints.
+    nearest = np.rint(centers)
+    corner = centers - nearest - (first + second) / 2
     starts = np.concatenate((corner, corner + first, corner + first + second, corner + second), axis=1)
     ways = np.concatenate((first, second, -first, -second), axis=1)
     # No part of an edge passes more than one whole x and one whole y.
@@ -72,7 +75,7 @@ def means_over(centers: Floats, sides: Floats) -> Floats:
     steps = (ways / parts).repeat(parts, axis=1)
     integrals = _along(starts.repeat(parts, axis=1) + numbers * steps, steps)
     around = np.add.reduceat(integrals, ends - parts).reshape(4, -1).sum(axis=0)
-    return np.clip(around / _areas(sides), -1, 1)
+    return np.clip(around / _areas(sides), -1, 1) * _signs(nearest[0] + nearest[1])
 
 
 def _along(starts: Floats, steps: Floats) -> Floats:

@@ -95,7 +95,7 @@ def mean_square_wave(centers: Floats, widths: Floats) -> Floats:
 
 def triangle_wave(x: Floats) -> Floats:
     """The integral of the square wave from 0 on: up to 1 at odd numbers, down to 0 at even ones."""
-    wave: Floats = 1 - np.abs(x - 2 * np.floor(x / 2) - 1)
+    wave: Floats = np.abs(x - 2 * np.rint(x / 2))
     return wave
 
 

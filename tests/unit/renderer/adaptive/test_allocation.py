@@ -6,9 +6,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import renderer
+from renderer.adaptive import Estimate
 from renderer.adaptive.allocation import Allocation, allocate
-from renderer.adaptive.levels import COUNTS, HIGHEST, SAMPLED
+from renderer.adaptive.decisions import EASES, LEAP, LEAST, MARGIN, advance
+from renderer.adaptive.estimate import PROBES, ROUND
+from renderer.adaptive.levels import COUNTS, HIGHEST, SAMPLED, levels_of
 from renderer.adaptive.strata import COUNT, Survey
+from renderer.adaptive.uncertainty import SURE
+from renderer.hard_cases.documents import camera, scene
+from schemas.quality import TargetQuality
 
 LEVELS = range(SAMPLED, HIGHEST + 1)
 Numbers = NDArray[np.float64]
@@ -74,7 +81,7 @@ def test_no_other_levels_of_a_few_pixels_do_it_for_much_less(quarters: tuple[int
     assert spent(found, nothing) <= 1.05 * least(errors, costs, reached)
 
 
-@pytest.mark.parametrize("have", [(2, 9, 2, 12), (5, 5, 5, 5), (16, 2, 2, 2)])
+@pytest.mark.parametrize("have", [(3, 10, 3, 13), (6, 6, 6, 6), (17, 3, 3, 3)])
 def test_no_pixel_gets_fewer_samples_than_it_has_and_the_others_fewer_for_it(have: tuple[int, ...]) -> None:
     single, nothing = variances(-30, -24, -10, -26), surveyed()
     goal = 0.01 * float(single.sum())
@@ -95,7 +102,7 @@ def test_strata_and_pixels_share_the_error_at_the_least_cost(part: float) -> Non
     """Every stratum may also keep its first looks for nothing."""
     single = variances(-18, -30)
     survey = surveyed([100, 20, 3], [2e-3, 1e-5, 0.05], variances(-30, -12, -16))
-    goal = part * (left(Allocation(np.full(2, 2), np.zeros(COUNT, np.int64)), single, survey))
+    goal = part * (left(Allocation(np.full(2, SAMPLED), np.zeros(COUNT, np.int64)), single, survey))
     found = allocate(single, np.full(2, SAMPLED, np.uint8), survey, goal)
     reached = left(found, single, survey)
     assert reached <= goal
@@ -143,6 +150,13 @@ def test_pixels_that_do_not_vary_get_the_fewest_samples() -> None:
     assert 0.5 * COUNTS[found.pixels[2]] ** -1.5 <= 1e-3 * 2.0**0.125
 
 
+@pytest.mark.parametrize("level", LEVELS)
+def test_the_level_of_a_number_of_samples_is_the_one_whose_logarithm_is_nearest(level: int) -> None:
+    assert COUNTS[level] == 2 ** (level - 1)
+    assert levels_of(COUNTS[level] * 2.0 ** np.array([-0.49, 0, 0.49])).tolist() == [level] * 3
+    assert levels_of(np.array([0.0, 1.0, 2.0**40])).tolist() == [SAMPLED, SAMPLED, HIGHEST]
+
+
 def test_a_goal_out_of_reach_gets_the_most_samples_there_are() -> None:
     found = allocate(np.array([0.5, 1.0]), np.full(2, SAMPLED, np.uint8), surveyed(), 0.0)
     assert found.pixels.tolist() == [HIGHEST, HIGHEST]
@@ -175,3 +189,47 @@ def test_no_levels_of_many_pixels_and_strata_do_it_for_much_less(goal: float) ->
     assert reached <= goal
     assert (found.strata == 0).any()
     assert spent(found, survey) <= 1.01 * bound(single, survey, reached)
+
+
+def noisy_corner(corner: float, elsewhere: float) -> Estimate:
+    """Four samples in every pixel; four in a corner, and all others, err by some share of the budget."""
+    document = scene(camera=camera(width=48, height=32))
+    estimate = Estimate.begin(renderer.compile_scene(document, TargetQuality(mode="target", error=4 / 255)))
+    estimate.counters[ROUND] = PROBES
+    estimate.have[...], estimate.shown[...] = SAMPLED, True
+    errors = np.full(estimate.have.shape, elsewhere / (estimate.have.size - 4))
+    errors[:2, :2] = corner / 4
+    errors *= estimate.budget
+    estimate.halves[...] = 0.5 + np.array([1, -1])[:, None, None, None] * np.sqrt(errors)
+    estimate.squares[...] = 24 * errors  # single samples vary by eight times as much: four to the power 1.5
+    return estimate
+
+
+def asked(estimate: Estimate, ease: float) -> NDArray[np.int64]:
+    """Levels (H, W) that a share of the goal asks for."""
+    found = estimate.findings()
+    goal = MARGIN * estimate.budget - SURE * np.sqrt(found.variance)
+    levels = allocate(found.variances, estimate.have.ravel(), found.survey, ease * goal).pixels
+    return np.minimum(levels, SAMPLED + LEAP).reshape(estimate.have.shape)
+
+
+def test_a_pass_asks_for_a_tenth_of_the_samples_so_far_if_some_share_of_the_goal_does() -> None:
+    estimate = noisy_corner(corner=0.5, elsewhere=0.3)
+    levels = [asked(estimate, ease) for ease in EASES]
+    rays = [int((COUNTS[each] - COUNTS[SAMPLED]).sum()) for each in levels]
+    least = LEAST * 4 * estimate.have.size
+    enough = next(number for number, count in enumerate(rays) if count >= least)
+    assert enough > 0
+    assert rays[0] > 0
+    assert advance(estimate)
+    assert (estimate.want == levels[enough]).all()
+    assert estimate.rays_wanted() == rays[enough]
+
+
+def test_a_pass_asks_for_less_where_no_share_of_the_goal_asks_for_a_tenth() -> None:
+    """A corner of 2 x 2 pixels, and those beside it, rise by three levels at most: from 4 to 32 samples."""
+    estimate = noisy_corner(corner=0.9, elsewhere=0.0)
+    assert LEAST * 4 * estimate.have.size > 28 * 9
+    assert advance(estimate)
+    assert (estimate.want[:2, :2] > SAMPLED).all()
+    assert 0 < estimate.rays_wanted() <= 28 * 9

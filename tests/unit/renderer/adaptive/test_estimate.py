@@ -7,16 +7,20 @@ import pytest
 
 import renderer
 from renderer.adaptive import Estimate, Samples, render_samples
-from renderer.adaptive.estimate import PROBED, STRIDE
-from renderer.adaptive.levels import COUNTS, LOOKED, SAMPLED
+from renderer.adaptive.coverage import surroundings
+from renderer.adaptive.decisions import advance
+from renderer.adaptive.estimate import FIRST_AIM, NEXT_AIM, PROBES, ROUND, STRIDE
+from renderer.adaptive.levels import COUNTS, COVERED, LOOKED, SAMPLED
+from renderer.adaptive.looking import PROBED
 from renderer.adaptive.strata import expected_errors
+from renderer.hard_cases.documents import camera, ellipsoid, scene, triangle
 from renderer.tiling import tiles
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
 from tests.images import pictures
 
 TARGET = TargetQuality(mode="target", error=4 / 255)
-ROUND = 2.0**-23
+SPACING = 2.0**-23
 """Spacing of float32 at 1."""
 
 
@@ -29,9 +33,21 @@ def begun(plan: renderer.RenderPlan) -> Estimate:
     return Estimate.begin(plan)
 
 
+def large() -> renderer.RenderPlan:
+    """The room in a picture that begins with first looks four pixels apart."""
+    return plan_of(camera=camera(width=512, height=256))
+
+
 def whole(estimate: Estimate) -> Tile:
     height, width = estimate.have.shape
     return Tile(0, 0, 0, width, height)
+
+
+def found(estimate: Estimate, tile: Tile) -> Samples:
+    """What the pass that is wanted finds in a tile."""
+    part = np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]
+    around = surroundings(tile, estimate.values, estimate.labels)
+    return render_samples(estimate.plan, tile, estimate.have[part], estimate.want[part], around)
 
 
 class Drawn:
@@ -39,21 +55,24 @@ class Drawn:
 
     def __init__(self, height: int, width: int) -> None:
         random = np.random.default_rng(5)
-        self.samples = random.integers(0, 256, (int(COUNTS[7]), 3, height, width)) / 256
-        self.looks = random.random((3, height, width)).astype(np.float32)
+        self.samples = random.integers(0, 256, (int(COUNTS[8]), 3, height, width)) / 256
+        self.looks, self.covers = random.random((2, 3, height, width)).astype(np.float32)
+        self.doubts = random.random((height, width)).astype(np.float32)
         self.labels = random.integers(-3, 5, (height, width)).astype(np.int32)
 
     def told(self, tile: Tile, have: np.ndarray, want: np.ndarray) -> Samples:
         inside = np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]
         looked = (want == LOOKED) & (have < LOOKED)
-        more = np.argwhere((want > LOOKED) & (have < want))
+        covered = (want == COVERED) & (have < COVERED)
+        more = np.argwhere((want > COVERED) & (have < want))
         halves, squares = np.empty((2, 3, len(more)), np.float32), np.empty(len(more), np.float32)
         for number, (y, x) in enumerate(more):
             part = self.samples[COUNTS[have[y, x]] : COUNTS[want[y, x]], :, tile.y0 + y, tile.x0 + x]
             halves[:, :, number] = part[::2].mean(axis=0), part[1::2].mean(axis=0)
             squares[number] = ((part - part.mean(axis=0)) ** 2).sum() / 3
-        looks = self.looks[:, *inside][:, looked]
-        return Samples(looks, self.labels[inside][looked], looks / 2, halves, squares, {}, {}, 0.0)
+        looks, labels = self.looks[:, *inside][:, looked], self.labels[inside][looked]
+        covers, doubts = self.covers[:, *inside][:, covered], self.doubts[inside][covered]
+        return Samples(looks, labels, looks / 2, covers, doubts, halves, squares, {}, {}, 0.0)
 
 
 def taken(levels: list[np.ndarray], size: int | None = None, order: int = 0) -> tuple[Estimate, Drawn]:
@@ -74,9 +93,9 @@ def taken(levels: list[np.ndarray], size: int | None = None, order: int = 0) -> 
 def rising() -> list[np.ndarray]:
     """Levels of four passes; each pixel skips some of them."""
     random = np.random.default_rng(1)
-    levels = [random.choice([0, 1, 2], (16, 24)).astype(np.uint8)]
+    levels = [random.choice([0, LOOKED, COVERED, SAMPLED], (16, 24)).astype(np.uint8)]
     for _ in range(3):
-        levels.append(np.minimum(levels[-1] + random.choice([0, 0, 1, 3], (16, 24)), 7).astype(np.uint8))
+        levels.append(np.minimum(levels[-1] + random.choice([0, 0, 1, 3], (16, 24)), 8).astype(np.uint8))
     return levels
 
 
@@ -84,18 +103,22 @@ def test_several_passes_tell_what_one_pass_with_all_their_samples_does() -> None
     levels = rising()
     estimate, drawn = taken(levels)
     assert (estimate.have == np.maximum.reduce(levels)).all()
-    assert len(np.unique(estimate.have)) > 5
+    assert len(np.unique(estimate.have)) > 6
     for y, x in np.argwhere(estimate.have >= SAMPLED):
         count = COUNTS[estimate.have[y, x]]
         samples = drawn.samples[:count, :, y, x]
         for half in (0, 1):
             mean = samples[half::2].mean(axis=0)
-            assert np.abs(estimate.halves[half, :, y, x] - mean).max() <= ROUND
+            assert np.abs(estimate.halves[half, :, y, x] - mean).max() <= SPACING
         squares = ((samples - samples.mean(axis=0)) ** 2).sum() / 3
         # Means below 1, off by their rounding, are apart from each other by less than 1 in three merges.
-        assert abs(estimate.squares[y, x] - squares) <= 3 * ROUND * count
+        assert abs(estimate.squares[y, x] - squares) <= 3 * SPACING * count
     looked = np.logical_or.reduce([level == LOOKED for level in levels])
-    assert (estimate.values[:, looked] == drawn.looks[:, looked]).all()
+    covered = np.logical_or.reduce([level == COVERED for level in levels])
+    assert (looked & covered).any()
+    assert (estimate.values[:, covered] == drawn.covers[:, covered]).all()
+    assert (estimate.values[:, looked & ~covered] == drawn.looks[:, looked & ~covered]).all()
+    assert (estimate.doubts == np.where(covered, drawn.doubts, 0)).all()
     assert (estimate.labels[looked] == drawn.labels[looked]).all()
     assert (estimate.colors[:, looked] == drawn.looks[:, looked] / 2).all()
     assert (estimate.colors[:, ~looked] == 1).all()
@@ -121,71 +144,105 @@ def test_rendered_samples_of_two_passes_are_those_of_one() -> None:
     """The same rays and light points, so but for rounding to float32 between passes the same means."""
     plan = plan_of()
     tile = Tile(0, 4, 3, 17, 12)
-    none, few, many = (np.full((9, 13), level, np.uint8) for level in (0, 2, 5))
+    none, few, many = (np.full((9, 13), level, np.uint8) for level in (0, SAMPLED, SAMPLED + 3))
     first, more = render_samples(plan, tile, none, few), render_samples(plan, tile, few, many)
     both = render_samples(plan, tile, none, many)
     merged = (first.halves * 4.0 + more.halves * 28.0) / 32
-    assert np.abs(merged - both.halves).max() <= 2 * ROUND * both.halves.max()
+    assert np.abs(merged - both.halves).max() <= 2 * SPACING * both.halves.max()
     assert first.counts["camera"] + more.counts["camera"] == both.counts["camera"] == 32 * 9 * 13
 
 
+def edges_of(plan: renderer.RenderPlan) -> np.ndarray:
+    """Pixels that edges of flat shapes pass, (H, W) bool."""
+    passed = np.zeros((plan.height, plan.width), bool)
+    passed[plan.edges[1], plan.edges[0]] = True
+    return passed
+
+
 def test_the_first_pass_looks_at_a_lattice_and_each_next_one_at_a_finer_one() -> None:
-    plan = plan_of()
-    estimate = begun(plan)
-    tile = whole(estimate)
-    for stride in (8, 4, 2, 1):
+    """The last also at nodes of the others that were interpolated, where an edge passes."""
+    estimate = begun(large())
+    for stride in (4, 2, 1):
         assert estimate.counters[STRIDE] == stride
         asked = estimate.want > estimate.have
         y, x = np.nonzero(asked)
         assert asked.any()
+        assert (estimate.want[asked] == LOOKED).all()
         assert not (y % stride).any()
         assert not (x % stride).any()
-        if stride < 8:
-            assert ((y % (2 * stride) > 0) | (x % (2 * stride) > 0)).all()
-        estimate.take(tile, render_samples(plan, tile, estimate.have, estimate.want))
-        assert estimate.advance()
+        if stride < 4:
+            fresh = (y % (2 * stride) > 0) | (x % (2 * stride) > 0)
+            assert (fresh if stride > 1 else fresh | edges_of(estimate.plan)[asked]).all()
+        passes(estimate, 1)
+    assert (estimate.have[edges_of(estimate.plan)] == LOOKED).all()
+    assert (estimate.have == 0).any()
     assert (estimate.values[:, estimate.have == LOOKED] > 0).any()
-    probes = estimate.want > estimate.have
-    assert probes.any()
-    assert (estimate.want[probes] == PROBED).all()
+
+
+def test_after_the_looks_come_the_borders_and_then_the_probes() -> None:
+    """Borders lie where a neighbour shows another shape, around the picture, where an edge passes, and around
+    what is thin.
+    """
+    thorn = triangle([-2, 0.5, 0], [-2, 0.9, 0], [1.4, 1.3, 0])
+    wire = ellipsoid([0, 2.2, 0], [1.2, 0, 0], [0, 0.01, 0], [0, 0, 0.01])
+    estimate = begun(plan_of(scene(thorn, wire)))
+    passes(estimate, 1)
+    borders = estimate.want > estimate.have
+    assert (estimate.want[borders] == COVERED).all()
+    edges, near, unlike = edges_of(estimate.plan), np.zeros_like(borders), np.zeros_like(borders)
+    for x, y in estimate.plan.thin.T:
+        near[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2] = True
+    labels = np.pad(estimate.labels, 1, constant_values=-99)
+    for y, x in np.ndindex(unlike.shape):
+        unlike[y, x] = (labels[y : y + 3, x : x + 3] != estimate.labels[y, x]).any()
+    assert (borders == edges | near | unlike).all()
+    assert (edges & ~near & ~unlike).any()
+    assert (near & ~edges & ~unlike).any()
+    assert not borders.all()
+    passes(estimate, 1)
+    assert (estimate.have[borders] == COVERED).all()
+    asked = estimate.want > estimate.have
+    assert asked.any()
+    assert (estimate.want[asked] == PROBED).all()
     assert estimate.error is None
 
 
 def test_each_node_of_the_lattice_fills_its_square_until_finer_ones_come() -> None:
-    plan = plan_of()
-    estimate = begun(plan)
+    estimate = begun(large())
     tile = whole(estimate)
-    estimate.take(tile, render_samples(plan, tile, estimate.have, estimate.want))
+    estimate.take(tile, found(estimate, tile))
     coarse = estimate.image()
-    nodes = estimate.values[:, ::8, ::8].transpose(1, 2, 0)
-    assert (coarse == nodes.repeat(8, axis=0).repeat(8, axis=1)[:16, :24]).all()
-    estimate.advance()
-    assert (estimate.image()[::8, ::8] == coarse[::8, ::8]).all()
+    nodes = estimate.values[:, ::4, ::4].transpose(1, 2, 0)
+    assert (coarse == nodes.repeat(4, axis=0).repeat(4, axis=1)).all()
+    advance(estimate)
+    assert (estimate.image()[::4, ::4] == coarse[::4, ::4]).all()
     # What is interpolated is there at once; what comes shows the node that it lies beside.
     coming = (estimate.want == LOOKED) & (estimate.have == 0)
     assert (estimate.image()[coming] == coarse[coming]).all()
-    half = Tile(0, 0, 0, 24, 7)
+    half = Tile(0, 0, 0, 512, 101)
     part = np.s_[half.y0 : half.y1, half.x0 : half.x1]
-    estimate.take(half, render_samples(plan, half, estimate.have[part], estimate.want[part]))
+    estimate.take(half, found(estimate, half))
     image = estimate.image()
     known = np.zeros_like(coming)
     known[part] = coming[part]
+    assert known.any()
+    assert (coming & ~known).any()
     assert (image[known] == estimate.values[:, known].T).all()
     assert (image[coming & ~known] == coarse[coming & ~known]).all()
-    pixels = estimate.part(Tile(3, 5, 2, 19, 13))
-    assert (pixels.shape, pixels.dtype) == ((11, 14, 3), np.float32)
-    assert pixels.tobytes() == np.ascontiguousarray(image[2:13, 5:19]).tobytes()
+    pixels = estimate.part(Tile(3, 5, 92, 199, 113))
+    assert (pixels.shape, pixels.dtype) == ((21, 194, 3), np.float32)
+    assert pixels.tobytes() == np.ascontiguousarray(image[92:113, 5:199]).tobytes()
 
 
 def passes(estimate: Estimate, count: int) -> None:
     tile = whole(estimate)
     for _ in range(count):
-        estimate.take(tile, render_samples(estimate.plan, tile, estimate.have, estimate.want))
-        if not estimate.advance():
+        estimate.take(tile, found(estimate, tile))
+        if not advance(estimate):
             return
 
 
-@pytest.mark.parametrize("before", [0, 1, 3, 5, 6])
+@pytest.mark.parametrize("before", [0, 1, 2, 3])
 def test_an_estimate_that_is_put_away_and_taken_up_again_goes_on_with_the_same_bytes(before: int) -> None:
     plan = plan_of()
     estimate = begun(plan)
@@ -214,15 +271,95 @@ def test_before_there_are_samples_the_error_is_what_the_coarse_picture_lets_expe
     assert told.low <= told.estimate <= told.high <= told.bound
 
 
+def test_in_the_middle_of_a_pass_pixels_that_wait_for_samples_err_like_the_looks_that_they_show() -> None:
+    """Looks are 1/4. Halves of 3/4 and 1/2 tell that they err by 1/8, and their mean by 1/64; half as many
+    probes tell of no error.
+    """
+    estimate = begun(plan_of())
+    estimate.values[...], estimate.have[...] = 1 / 4, LOOKED
+    estimate.shown[:10] = True
+    estimate.have[6:12], estimate.halves[:, :, 10:12] = SAMPLED, 1 / 4
+    estimate.halves[:, :, 6:10] = [[[[3 / 4]]] * 3, [[[1 / 2]]] * 3]
+    total = 4 * 24 / 64 + 12 * 24 / 8 * 4 / 6  # rows 6 to 9 show samples; 10 and 11 are probes
+    assert estimate.settle().estimate == pytest.approx(np.sqrt(total / (16 * 24)), rel=1e-12)
+    assert (estimate.image()[:6] == 1 / 4).all()
+    estimate.have[:6], estimate.halves[:, :, :6] = SAMPLED, estimate.halves[:, :, 6:7]
+    total = 10 * 24 / 64
+    assert estimate.settle().estimate == pytest.approx(np.sqrt(total / (16 * 24)), rel=1e-12)
+
+
+def test_where_time_is_limited_coarser_errors_are_worked_for_first() -> None:
+    """Each is left behind when the error is surely smaller."""
+    hurried = TargetQuality(mode="target", error=2.0**-10, time_limit=1000)
+    estimate = begun(renderer.compile_scene(pictures.of_room(), hurried))
+    tile, aims, more = whole(estimate), [estimate.aim], True
+    while more:
+        estimate.take(tile, found(estimate, tile))
+        more = advance(estimate)
+        aims.append(estimate.aim)
+        if estimate.error is not None and more:
+            reached = [aim for aim in aims if estimate.error.bound <= aim]
+            assert estimate.aim not in reached
+            assert estimate.budget == estimate.aim**2 * 16 * 24
+    assert sorted(set(aims), reverse=True) == [FIRST_AIM * NEXT_AIM**number for number in range(3)]
+    assert aims == sorted(aims, reverse=True)
+    assert estimate.error is not None
+    assert estimate.error.bound <= 2.0**-10
+
+
+@pytest.mark.parametrize(
+    ("error", "limit", "aim"),
+    [(2.0**-12, None, 2.0**-12), (2.0**-12, 9.0, FIRST_AIM), (2 * FIRST_AIM, 9.0, 2 * FIRST_AIM)],
+)
+def test_the_first_aim_is_coarse_only_where_time_is_limited(
+    error: float, limit: float | None, aim: float
+) -> None:
+    quality = TargetQuality(mode="target", error=error, time_limit=limit)
+    assert begun(renderer.compile_scene(pictures.of_room(), quality)).aim == aim
+
+
 def test_a_lens_samples_every_pixel_at_once() -> None:
     view = pictures.of_room()["camera"] | {"lens_radius": 0.1}
     estimate = begun(plan_of(camera=view))
     assert (estimate.want == SAMPLED).all()
     assert estimate.shown.all()
     assert estimate.counters[STRIDE] == 1
+    assert estimate.counters[ROUND] == PROBES
+
+
+def rays_at(level: int, coverage: int) -> int:
+    """Camera rays of what a pixel shows at some level."""
+    return {0: 0, LOOKED: 1, COVERED: coverage}.get(level, 2 ** (level - 1))
 
 
 def test_a_picture_counts_one_sample_where_it_was_looked_at_and_none_in_between() -> None:
+    """At borders it counts the rays that they are looked at with."""
     estimate, _ = taken(rising())
-    expected = np.where(estimate.have > LOOKED, 2 ** estimate.have.astype(int), estimate.have)
-    assert (estimate.counts() == expected).all()
+    coverage = estimate.plan.coverage
+    assert coverage > 1
+    expected = [[rays_at(level, coverage) for level in row] for row in estimate.have.tolist()]
+    assert estimate.counts().tolist() == expected
+
+
+def test_the_rays_of_the_next_pass_are_those_that_pixels_lack() -> None:
+    """Looks are of no use to samples, nor to what is seen of a border; samples are to more samples."""
+    estimate = begun(plan_of())
+    random = np.random.default_rng(6)
+    estimate.have[...], estimate.want[...] = random.integers(0, 9, (2, 16, 24))
+    coverage, expected = estimate.plan.coverage, 0
+    for have, want in zip(estimate.have.ravel().tolist(), estimate.want.ravel().tolist(), strict=True):
+        if want > have:
+            expected += rays_at(want, coverage) - (rays_at(have, coverage) if have >= SAMPLED else 0)
+    assert estimate.rays_wanted() == expected
+    estimate.want[...] = estimate.have
+    assert estimate.rays_wanted() == 0
+
+
+@pytest.mark.parametrize("number", range(3))
+def test_a_pass_sends_the_rays_that_were_foretold(number: int) -> None:
+    """Of looks, probes and samples; at borders what no look has met is looked at as well."""
+    estimate = begun(plan_of())
+    passes(estimate, (0, 2, 3)[number])
+    wanted = estimate.rays_wanted()
+    assert wanted > 0
+    assert found(estimate, whole(estimate)).counts["camera"] == wanted

@@ -7,9 +7,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from renderer.adaptive.findings import findings_of
-from renderer.adaptive.levels import COUNTS
-from renderer.adaptive.strata import COUNT
+import renderer
+from renderer.adaptive import Estimate, Samples
+from renderer.adaptive.decisions import FIND, NEAR, WORTH, advance
+from renderer.adaptive.estimate import COVERS, ROUND
+from renderer.adaptive.findings import errors_of, findings_of
+from renderer.adaptive.levels import COUNTS, LOOKED, SAMPLED
+from renderer.adaptive.strata import COUNT, STEPS, SUSPECT
+from renderer.hard_cases.documents import camera, scene, sphere
+from schemas.quality import TargetQuality
+from schemas.tiles import Tile
 
 SIZE = 48, 40
 
@@ -25,14 +32,15 @@ def known(seed: int = 1) -> tuple[dict[str, Any], Numbers, Numbers]:
     halves = truth + noise * random.normal(size=(2, *SIZE))
     shown = np.zeros(SIZE, bool)
     shown[:, :20] = True
-    have = np.where(random.random(SIZE) < 0.4, 3, 1).astype(np.uint8)
-    have[shown] = random.choice([2, 4, 7], SIZE)[shown]
+    have = np.where(random.random(SIZE) < 0.4, SAMPLED + 1, LOOKED).astype(np.uint8)
+    have[shown] = random.choice([SAMPLED, SAMPLED + 2, SAMPLED + 5], SIZE)[shown]
     looks = np.repeat((truth + random.uniform(-0.05, 0.05, SIZE))[None], 3, axis=0).astype(np.float32)
     arrays = {
         "halves": np.repeat(halves[:, None], 3, axis=1),
         "squares": random.random(SIZE) * COUNTS[have],
         "have": have,
         "shown": shown,
+        "telling": ~shown,
         "looks": looks,
         "strata": random.choice([3, 40, 60], SIZE),
     }
@@ -42,11 +50,29 @@ def known(seed: int = 1) -> tuple[dict[str, Any], Numbers, Numbers]:
 def test_pixels_are_sampled_ones_that_show_samples_and_probes_that_do_not() -> None:
     arrays, _, _ = known()
     told = findings_of(**arrays)
-    taken, shown = arrays["have"] >= 2, arrays["shown"]
+    taken, shown = arrays["have"] >= SAMPLED, arrays["shown"]
     assert told.sampled.tolist() == np.flatnonzero(taken & shown).tolist()
     assert told.probes.tolist() == np.flatnonzero(taken & ~shown).tolist()
     sizes = np.bincount(arrays["strata"][~shown], minlength=COUNT)
     assert told.survey.sizes.tolist() == sizes.tolist()
+
+
+def test_shown_pixels_may_tell_of_looks_as_well() -> None:
+    """They are probes then as well, but none of the pixels whose look is shown."""
+    arrays, _, _ = known()
+    apart = findings_of(**arrays)
+    arrays["telling"] |= arrays["strata"] == 40
+    told = findings_of(**arrays)
+    taken = arrays["have"] >= SAMPLED
+    assert told.probes.tolist() == np.flatnonzero(taken & arrays["telling"]).tolist()
+    assert told.sampled.tolist() == apart.sampled.tolist()
+    assert told.survey.sizes.tolist() == apart.survey.sizes.tolist()
+    assert told.squares.tolist() == apart.squares.tolist()
+    looks, means = arrays["looks"][0].astype(float), arrays["halves"][:, 0]
+    of_it = taken & (arrays["strata"] == 40)
+    errors = ((means[0] - looks) * (means[1] - looks))[of_it]
+    assert told.survey.errors[40] == pytest.approx(math.fsum(errors) / errors.size, rel=1e-12)
+    assert told.survey.errors[3] == apart.survey.errors[3]
 
 
 def test_the_squared_error_of_a_pixel_is_a_quarter_of_the_squared_difference_of_its_halves() -> None:
@@ -71,7 +97,7 @@ def test_the_total_is_the_sum_of_all_squared_errors_without_bias(seed: int) -> N
     looks, variance = errors[~shown].sum(), 0.0
     for stratum in np.unique(arrays["strata"]):
         inside = ~shown & (arrays["strata"] == stratum)
-        probes = inside & (arrays["have"] > 1)
+        probes = inside & (arrays["have"] >= SAMPLED)
         spread = errors[inside].var() + (2 * errors[inside] * noise[inside] ** 2 + noise[inside] ** 4).mean()
         variance += inside.sum() ** 2 * spread / probes.sum()
     assert abs(told.survey.total - looks) <= 5 * math.sqrt(variance)
@@ -83,8 +109,8 @@ def test_the_variance_of_the_total_is_no_less_than_it_is() -> None:
     told, true = 0.0, 0.0
     for seed in range(40):
         arrays, _, noise = known(seed)
-        arrays["shown"][...] = True
-        arrays["have"][...] = 3
+        arrays["shown"][...], arrays["telling"][...] = True, False
+        arrays["have"][...] = SAMPLED + 1
         told += findings_of(**arrays).variance
         true += 2 * float(((noise**2 / 2) ** 2).sum())
     assert told >= true
@@ -155,9 +181,115 @@ def test_errors_of_looks_are_those_of_pictures_clipped_to_white() -> None:
     assert (findings_of(**arrays).errors == 0.25).all()
 
 
+@pytest.mark.parametrize("error", [0.05, 0.3])
+def test_the_noise_of_an_error_is_its_variance(error: float) -> None:
+    """Grey halves with Gaussian noise s: 2 e e s s + s**4. Within 5 standard errors of means of 100,000.
+
+    No error seems negative, as e is 10 s or more. The look is e away up to its rounding to float32.
+    """
+    random, n, s = np.random.default_rng(8), 100_000, 0.005
+    halves = np.repeat(0.35 + s * random.normal(size=(2, 1, n)), 3, axis=1)
+    errors, noise = errors_of(halves, np.full((3, n), 0.35 + error, np.float32))
+    true = 2 * error**2 * s**2 + s**4
+    assert abs(errors.mean() - error**2) <= 5 * math.sqrt(true / n) + 2.0**-24
+    assert abs(noise.mean() - true) <= 5 * noise.std() / math.sqrt(n) + true * 2.0**-23 / error
+    squares = (errors - error**2) ** 2
+    assert abs(squares.mean() - true) <= 5 * squares.std() / math.sqrt(n) + true * 2.0**-23 / error
+    assert (errors > 0).all()
+
+
+def test_halves_that_agree_leave_an_error_no_noise_however_large_it_is() -> None:
+    halves = np.array([0.75, 0.75])[:, None, None] * np.ones((2, 3, 1))
+    apart = np.array([1.0, 0.5])[:, None, None] * np.ones((2, 3, 1))
+    looks = np.full((3, 1), 0.25, np.float32)
+    assert errors_of(halves, looks) == (1 / 4, 0)
+    # Halves 1/2 apart have s s = 1/8; the error is 3/4 times 1/4.
+    assert errors_of(apart, looks) == (3 / 16, 1 / 8 * (3 / 8 + 1 / 8))
+
+
+def test_each_probe_is_told_with_the_noise_of_its_error() -> None:
+    arrays, _, _ = known()
+    told = findings_of(**arrays)
+    where = np.unravel_index(told.probes, SIZE)
+    errors, noise = errors_of(arrays["halves"][:, :, *where], arrays["looks"][:, *where])
+    assert (told.errors == errors).all()
+    assert (told.noise == noise).all()
+    assert (noise > 0).all()
+
+
 def test_a_picture_without_samples_has_nothing_to_tell() -> None:
     arrays, _, _ = known()
-    arrays["have"][...] = 1
+    arrays["have"][...] = LOOKED
     told = findings_of(**arrays)
     assert (told.total, told.variance) == (0, 0)
     assert told.sampled.size == told.probes.size == told.variances.size == 0
+
+
+GREY = 1 / 4
+
+
+CHANCE = 2 / 5
+
+
+def probed() -> Estimate:
+    """A grey picture that wants probes, in two of five pixels."""
+    document = scene(sphere([0, 0, 0], 1), camera=camera(width=96, height=64))
+    estimate = Estimate.begin(renderer.compile_scene(document, TargetQuality(mode="target", error=4 / 255)))
+    estimate.counters[ROUND] = COVERS
+    estimate.values[...], estimate.have[...], estimate.chances[...] = GREY, LOOKED, CHANCE
+    assert advance(estimate)
+    return estimate
+
+
+def searched(estimate: Estimate, others: float, find: tuple[float, float]) -> NDArray[np.bool_]:
+    """Suspects (H, W) when all probes but the middle one have found some squared error, and that one more."""
+    count = int((estimate.want > estimate.have).sum())
+    halves = np.full((2, 3, count), GREY + math.sqrt(others), np.float32)
+    halves[:, :, count // 2] = np.array(find)[:, None]
+    empty, squares = np.zeros((3, 0), np.float32), np.zeros(count, np.float32)
+    nothing = np.zeros(0, np.int32)
+    samples = Samples(empty, nothing, empty, empty, squares[:0], halves, squares, {}, {}, 0.0)
+    estimate.take(Tile(0, 0, 0, 96, 64), samples)
+    assert advance(estimate)
+    return estimate.strata // STEPS == SUSPECT
+
+
+@pytest.mark.parametrize(
+    ("find", "clear"),
+    [
+        ((3 / 4, 3 / 4), True),
+        ((4 / 5, 31 / 44), True),
+        ((7 / 8, 13 / 20), False),
+        ((1, 7 / 12), False),
+        ((5 / 4, 3 / 2), True),
+    ],
+)
+def test_a_find_makes_suspects_of_all_around_it_if_it_is_clear_of_its_noise(
+    find: tuple[float, float], clear: bool
+) -> None:
+    """All but the last have a squared error of 1/4; halves d apart give it the variance d d (1 + d d) / 4, so
+    that it is four standard deviations for d = 0.124. Of the last, whiter than white, both halves are white.
+    """
+    estimate = probed()
+    places = np.argwhere(estimate.want > estimate.have)
+    suspects = searched(estimate, 1.2 * estimate.target**2, find)
+    expected = np.zeros_like(suspects)
+    if clear:
+        y, x = places[len(places) // 2]
+        expected[y - NEAR : y + NEAR + 1, x - NEAR : x + NEAR + 1] = True
+        assert expected.sum() == (2 * NEAR + 1) ** 2
+    assert (suspects == expected).all()
+    assert estimate.shown[suspects].all()
+    assert (estimate.want[suspects] > estimate.have[suspects]).all()
+
+
+@pytest.mark.parametrize(("part", "expected"), [(0.9, False), (1.1, True)])
+def test_a_find_is_worth_a_search_if_what_it_speaks_for_errs_by_a_share_of_the_budget(
+    part: float, expected: bool
+) -> None:
+    """It speaks for the pixels that are to one probe; the others err by a little more than was wished."""
+    estimate = probed()
+    others, least = 1.2 * estimate.target**2, WORTH * estimate.budget * CHANCE
+    assert part * least > FIND * others
+    find = GREY + math.sqrt(part * least)
+    assert searched(estimate, others, (find, find)).any() == expected

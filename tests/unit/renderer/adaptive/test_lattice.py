@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from renderer.adaptive.lattice import cells_of, fill
+from renderer.adaptive.lattice import COARSEST, ENOUGH, cells_of, fill, stride_for
 
 SIZES = [(1, 1), (1, 2), (1, 40), (33, 1), (2, 2), (3, 3), (5, 9), (6, 11), (9, 17), (16, 24)]
 
@@ -150,3 +150,19 @@ def test_no_quadratic_is_interpolated_with_more_error_than_allowed(seed: int) ->
         values, marks, unknown = filled(truth, allowed, labels)
         same = ~unknown & (marks == labels)
         assert np.abs(values - truth)[:, same].max() <= allowed + 8 * 2.0**-24 * 128
+
+
+@pytest.mark.parametrize(
+    ("width", "height"),
+    [(1, 1), (1, 4000), (160, 120), (320, 240), (400, 200), (640, 360), (1024, 512), (3840, 2160)],
+)
+def test_a_lattice_begins_with_enough_looks_and_is_no_coarser_than_the_coarsest(
+    width: int, height: int
+) -> None:
+    """Each halving takes four times the looks, so some power of two is within a factor of two of enough."""
+    stride = stride_for(width, height)
+    assert stride in (1, 2, 4, 8)
+    looks = width * height / stride**2
+    assert stride == 1 or looks >= ENOUGH / 2
+    assert stride == COARSEST or looks <= ENOUGH * 2
+    assert stride_for(height, width) == stride

@@ -1,20 +1,26 @@
 import numpy as np
 import pytest
 
-from renderer.adaptive.levels import LOOKED, SAMPLED
+from renderer.adaptive.levels import COVERED, LOOKED, SAMPLED
 from renderer.adaptive.previews import preview
 from renderer.adaptive.samples import Samples
 from schemas.tiles import Tile
 
 
-def samples(looks: list[list[float]] | np.ndarray = (), halves: np.ndarray | None = None) -> Samples:
-    """Looks (n, 3), and means of the halves (2, m, 3)."""
-    seen = np.array(looks, dtype=np.float32).reshape(-1, 3)
+def samples(
+    looks: list[list[float]] | np.ndarray = (),
+    halves: np.ndarray | None = None,
+    covers: list[list[float]] | np.ndarray = (),
+) -> Samples:
+    """Looks (n, 3), covers (k, 3), and means of the halves (2, m, 3)."""
+    seen, covered = (np.array(each, dtype=np.float32).reshape(-1, 3) for each in (looks, covers))
     means = np.zeros((2, 0, 3)) if halves is None else halves
     return Samples(
         looks=seen.T,
         labels=np.zeros(len(seen), np.int32),
         colors=np.ones((3, len(seen)), np.float32),
+        covers=covered.T,
+        doubts=np.zeros(len(covered), np.float32),
         halves=means.transpose(0, 2, 1).astype(np.float32),
         squares=np.zeros(means.shape[1], np.float32),
         counts={},
@@ -57,7 +63,9 @@ def test_looks_on_a_finer_lattice_leave_the_coarser_one_as_it_was() -> None:
 
 
 @pytest.mark.parametrize(
-    ("have", "value"), [(0, 0.75), (LOOKED, 0.75), (SAMPLED, 0.625)], ids=["unseen", "looked", "sampled"]
+    ("have", "value"),
+    [(0, 0.75), (LOOKED, 0.75), (COVERED, 0.75), (SAMPLED, 0.625)],
+    ids=["unseen", "looked", "covered", "sampled"],
 )
 def test_samples_take_the_place_of_looks_and_join_other_samples(have: int, value: float) -> None:
     # Eight samples with a mean of 0.75; four of them new where four were there, with a mean of 0.5.
@@ -67,6 +75,13 @@ def test_samples_take_the_place_of_looks_and_join_other_samples(have: int, value
 
 
 def test_pixels_of_which_nothing_is_wanted_stay() -> None:
-    tile, have, want = Tile(0, 0, 0, 2, 1), np.array([[3, 2]]), np.array([[0, 3]])
+    tile, have, want = Tile(0, 0, 0, 2, 1), np.array([[SAMPLED + 1, SAMPLED]]), np.array([[0, SAMPLED + 1]])
     halves = np.ones((2, 1, 3))
     assert np.array_equal(shown(tile, samples(halves=halves), have, want), [[0.0, 0.5]])
+
+
+def test_pixels_at_borders_take_the_place_of_their_looks_and_leave_the_others() -> None:
+    tile, have = Tile(0, 0, 0, 3, 2), np.array([[LOOKED, LOOKED, 0], [LOOKED, COVERED, LOOKED]])
+    want = np.array([[0, COVERED, COVERED], [COVERED, COVERED, 0]])
+    found = shown(tile, samples(covers=[[1, 1, 1], [2, 2, 2], [3, 3, 3]]), have, want, before=0.5)
+    assert np.array_equal(found, [[0.5, 1, 2], [3, 0.5, 0.5]])

@@ -6,9 +6,17 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from renderer.adaptive import strata
-from renderer.adaptive.levels import LOOKED
-from renderer.adaptive.strata import BORDER, COUNT, EVEN, INTERPOLATED, ROUGH, STEPS, Survey
+import renderer
+from renderer.adaptive import Estimate, strata
+from renderer.adaptive.decisions import advance
+from renderer.adaptive.estimate import COVERS, ROUND
+from renderer.adaptive.levels import COVERED, LOOKED
+from renderer.adaptive.looking import BENT, PROBED
+from renderer.adaptive.strata import BORDER, COUNT, EVEN, INTERPOLATED, ROUGH, STEPS, SUSPECT, UNSEEN, Survey
+from renderer.hard_cases.documents import Json, camera, phong, scene, sphere
+from schemas.quality import TargetQuality
+from tests.images.parts import Files, png
+from tests.images.pictures import codes
 
 
 def grey(rows: object) -> np.ndarray:
@@ -68,31 +76,114 @@ def test_a_bend_in_a_single_row_is_seen() -> None:
 def test_a_stratum_is_one_and_a_half_octaves_of_expected_error(step: int) -> None:
     low = 2.0 ** (-36 + 1.5 * step)
     inside = np.array([[low * 2**0.01, low * 2**0.75, low * 2**1.49]], np.float32)
-    labels, have = np.zeros((1, 3), np.int32), np.full((1, 3), LOOKED, np.uint8)
-    found = strata.strata_of(inside, labels, have, np.zeros((1, 3), bool))
+    found = strata.strata_of(inside, np.full((1, 3), LOOKED, np.uint8), np.zeros((1, 3), bool))
     assert (found == step + STEPS * EVEN).all()
 
 
 def test_nothing_and_too_much_are_in_the_first_and_last_strata_of_their_kind() -> None:
-    labels, have = np.zeros((1, 2), np.int32), np.full((1, 2), LOOKED, np.uint8)
-    found = strata.strata_of(np.array([[0, 9]], np.float32), labels, have, np.zeros((1, 2), bool))
+    expected, have = np.array([[0, 9]], np.float32), np.full((1, 2), LOOKED, np.uint8)
+    found = strata.strata_of(expected, have, np.zeros((1, 2), bool))
     assert found.tolist() == [[STEPS * EVEN, STEPS * EVEN + STEPS - 1]]
 
 
 def test_each_pixel_is_of_the_kind_that_it_shows() -> None:
-    labels = np.array([[0, 0, 0, 1], [0, 0, 0, 1], [0, 0, 0, 1], [-1, 0, 0, 1]], np.int32)
-    have = np.full((4, 4), LOOKED, np.uint8)
-    have[0, 0] = have[1, 3] = 0
-    have[1, 0] = LOOKED + 4
-    rough = np.zeros((4, 4), bool)
-    rough[0, 1] = rough[2, 2] = True
-    found = strata.strata_of(np.zeros((4, 4), np.float32), labels, have, rough) // STEPS
-    assert found.tolist() == [
-        [INTERPOLATED, ROUGH, BORDER, BORDER],
-        [EVEN, EVEN, BORDER, INTERPOLATED],
-        [BORDER, BORDER, ROUGH, BORDER],
-        [BORDER, BORDER, BORDER, BORDER],
-    ]
+    """What is interpolated is not known to show something fine."""
+    have = np.array([[0, LOOKED, COVERED]] * 2, np.uint8)
+    rough = np.array([[False] * 3, [True] * 3])
+    found = strata.strata_of(np.zeros((2, 3), np.float32), have, rough) // STEPS
+    assert found.tolist() == [[INTERPOLATED, EVEN, BORDER], [INTERPOLATED, ROUGH, ROUGH]]
+
+
+TARGET = TargetQuality(mode="target", error=4 / 255)
+
+SURFACES: dict[str, Json] = {
+    "plain": phong(),
+    "picture": phong(color_texture="picture"),
+    "board": phong(color_texture="board"),
+    "mirror": phong(mirror=0.5),
+}
+
+
+def looked() -> Estimate:
+    """A grey picture of four balls, of which nothing but the first looks and what they met is to be told."""
+    document = scene(
+        *(sphere([0, 0, 0], 1, material=name) for name in SURFACES),
+        camera=camera(width=40, height=24),
+        materials=SURFACES,
+        textures={"picture": {"type": "image", "asset": "picture.png"}, "board": {"type": "checker"}},
+    )
+    loaded = renderer.load_scene(document, assets=Files({"picture.png": png(codes(4, 4))}))
+    estimate = Estimate.begin(renderer.compile_scene(loaded, TARGET))
+    estimate.counters[ROUND] = COVERS
+    estimate.values[...], estimate.have[...] = 0.25, LOOKED
+    return estimate
+
+
+def test_what_is_finer_than_pixels_takes_the_highest_expectation_up_to_two_pixels_away() -> None:
+    """Pictures and mirrors are; a checker board is not, as its mean is known, nor what is plain."""
+    estimate = looked()
+    estimate.labels[...] = np.arange(40) // 10
+    estimate.values[:, 12, 5::10] = 0.75
+    estimate.values[:, 3, 9] = 0.5
+    expected = strata.expected_errors(estimate.values)
+    rough = (estimate.labels == 1) | (estimate.labels == 3)
+    most = expected.copy()
+    for y, x in np.argwhere(rough):
+        most[y, x] = expected[max(y - 2, 0) : y + 3, max(x - 2, 0) : x + 3].max()
+    assert (most > expected).any()
+    assert advance(estimate)
+    assert (estimate.strata == strata.strata_of(most, estimate.have, rough)).all()
+    assert (estimate.strata[rough] // STEPS == ROUGH).all()
+    assert (estimate.strata[~rough] // STEPS == EVEN).all()
+
+
+def test_of_a_board_whose_light_is_even_little_error_is_expected_but_beside_another_shape() -> None:
+    """A light of 1/2 leaves half of each colour, without rounding."""
+    estimate = looked()
+    estimate.labels[...] = 2
+    estimate.labels[:, :8] = 0
+    estimate.colors[...] = np.random.default_rng(2).random((3, 24, 40))
+    estimate.values[...] = estimate.colors / 2
+    expected = strata.expected_errors(estimate.values)
+    expected[:, 9:] *= BENT
+    assert advance(estimate)
+    nothing = np.zeros(expected.shape, bool)
+    assert (estimate.strata == strata.strata_of(expected, estimate.have, nothing)).all()
+
+
+def beside_something_bright(brightness: float) -> Estimate:
+    """A block of two shapes in the dark; it covers three quarters of the pixels at its border."""
+    estimate = looked()
+    estimate.labels[8:16, 12:20], estimate.labels[8:16, 20:28] = 1, 2
+    estimate.values[:, 8:16, 12:28] = brightness
+    borders = strata.borders(estimate.labels)
+    borders[0] = True
+    estimate.have[borders] = COVERED
+    estimate.values[:, borders & (estimate.labels > 0)] = (3 * brightness + 0.25) / 4
+    assert advance(estimate)
+    return estimate
+
+
+def test_where_something_brighter_than_white_ends_samples_are_taken_at_once() -> None:
+    """With the probes, in all pixels at the border that are, or are beside, both brighter and darker ones."""
+    estimate = beside_something_bright(8.0)
+    assert (estimate.have[8:16, 19:21] == COVERED).all()
+    bright = np.pad(estimate.values[0], 1, mode="edge") > 1
+    sampled = np.zeros(estimate.have.shape, bool)
+    for y, x in np.argwhere(estimate.have == COVERED):
+        around = bright[y : y + 3, x : x + 3]
+        sampled[y, x] = around.any() and not around.all()
+    assert sampled.sum() == 18 * 10 - 14 * 6  # two pixels wide, around 16 x 8
+    assert (estimate.shown == sampled).all()
+    assert (estimate.want[sampled] == PROBED).all()
+    assert (estimate.strata[sampled] // STEPS == SUSPECT).all()
+    assert (estimate.strata[~sampled] // STEPS != SUSPECT).all()
+
+
+def test_where_nothing_is_brighter_than_white_no_border_is_sampled_at_once() -> None:
+    estimate = beside_something_bright(1.0)
+    assert not estimate.shown.any()
+    assert (estimate.strata // STEPS != SUSPECT).all()
 
 
 def test_of_every_stratum_enough_pixels_are_probed_and_of_the_worse_more() -> None:
@@ -131,10 +222,15 @@ def test_a_pixel_draws_its_lot_by_its_number_alone() -> None:
 
 
 def told_by(
-    numbers: np.ndarray, sizes: np.ndarray, errors: np.ndarray, spread: np.ndarray, variances: np.ndarray
+    numbers: np.ndarray,
+    sizes: np.ndarray,
+    errors: np.ndarray,
+    spread: np.ndarray,
+    variances: np.ndarray,
+    expected: float = 1.0,
 ) -> Survey:
-    """What probes tell where larger errors were expected than they find."""
-    return strata.survey(numbers, sizes, errors, spread, variances, np.ones(numbers.size))
+    """What probes tell; unless told otherwise, larger errors were expected than they find."""
+    return strata.survey(numbers, sizes, errors, spread, variances, np.full(numbers.size, expected))
 
 
 @pytest.mark.parametrize("noise", [0.01, 0.3])
@@ -174,7 +270,8 @@ def test_a_survey_has_the_means_of_its_probes_and_sums_over_all_pixels() -> None
         of_it = np.flatnonzero(probes["strata"] == stratum)
         errors = [float(probes["errors"][i]) for i in of_it]
         mean = math.fsum(errors) / len(errors)
-        uncertain = math.fsum(e * e for e in errors) / len(errors) ** 2
+        unseen = UNSEEN / len(errors)  # where an error of 1 was expected
+        uncertain = math.fsum(e * e for e in errors) / len(errors) ** 2 + unseen**2
         assert told.errors[stratum] == pytest.approx(mean, rel=1e-12)
         assert told.uncertain[stratum] ** 2 == pytest.approx(uncertain, rel=1e-12)
         noise = math.fsum(probes["spread"][of_it]) / len(errors) ** 2
@@ -188,15 +285,47 @@ def test_a_survey_has_the_means_of_its_probes_and_sums_over_all_pixels() -> None
 
 
 def test_the_standard_error_of_a_stratum_covers_what_it_may_be_off_by() -> None:
-    """Over 400 surveys of 50 probes each, in 90 of 100 or more: 1.645 standard errors either way."""
+    """Over 400 surveys of 50 probes each, in 90 of 100 or more: 1.645 standard errors either way.
+
+    No error was expected, so that nothing makes up for what the probes themselves do not tell.
+    """
     random = np.random.default_rng(2)
     sorts, sizes = np.full(50, 2), np.bincount([2], minlength=COUNT)
     inside = 0
     for _ in range(400):
         errors = random.exponential(1.0, 50)
-        told = told_by(sorts, sizes, errors, 0 * errors, errors)
+        told = told_by(sorts, sizes, errors, 0 * errors, errors, expected=0.0)
         inside += abs(told.errors[2] - 1) <= 1.645 * told.uncertain[2]
     assert inside >= 0.9 * 400 - 3 * math.sqrt(400 * 0.9 * 0.1)
+
+
+@pytest.mark.parametrize("count", [1, 2, 32, 1000])
+@pytest.mark.parametrize("expected", [2.0**-30, 2.0**-4])
+def test_probes_that_find_nothing_leave_in_doubt_what_the_next_one_may_find(
+    count: int, expected: float
+) -> None:
+    """Powers of two, or their sums, so that means are exact."""
+    nothing, sorts = np.zeros(count), np.full(count, 7)
+    told = told_by(sorts, np.bincount(sorts, minlength=COUNT), nothing, nothing, nothing, expected)
+    assert told.errors[7] == 0
+    assert told.uncertain[7] == UNSEEN * expected / count
+    assert not np.delete(told.uncertain, 7).any()
+
+
+@pytest.mark.parametrize("found", [2.0**-6, -(2.0**-6)])
+def test_of_what_is_no_more_than_noise_no_more_is_believed_than_was_expected(found: float) -> None:
+    """Four probes of variance 1/16: their mean has a standard error of 1/8."""
+    four, expected = np.full(4, 1.0), 2.0**-12
+    sizes = np.bincount([7], minlength=COUNT)
+    told = told_by(np.full(4, 7), sizes, found * four, four / 16, four, expected)
+    assert told.noise[7] == 1 / 8
+    assert told.errors[7] == (strata.TRUSTED * expected if found > 0 else 0)
+    assert told.uncertain[7] == strata.TRUSTED * expected
+    sure = told_by(np.full(4, 7), sizes, found * four, 0 * four, four, expected)
+    if found > 0:
+        assert sure.errors[7] == found
+        unseen = UNSEEN * expected / 4
+        assert sure.uncertain[7] ** 2 == pytest.approx(found**2 / 4 + unseen**2, rel=1e-15)
 
 
 @pytest.mark.parametrize("part", [0.0, 0.01, 0.3, 0.9, 1.0])
