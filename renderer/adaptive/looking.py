@@ -79,11 +79,12 @@ def cover_borders(estimate: Estimate) -> None:
 
 def choose_probes(estimate: Estimate) -> None:
     """Sort the pixels by what they show and what is expected of their looks; ask for probes of each sort."""
-    expected = strata.expected_errors(estimate.values)
+    covered = estimate.have == COVERED
+    beside = strata.expected_errors(estimate.values)
+    expected = strata.expected_errors(estimate.values, covered)
     if estimate.plan.averaged.any():
         _leave_textures_out(estimate, expected)
-    covered = estimate.have == COVERED
-    blurred = np.maximum(estimate.doubts, expected * np.float32(estimate.plan.coverage**-1.5))
+    blurred = np.maximum(estimate.doubts, beside * np.float32(estimate.plan.coverage**-1.5))
     np.copyto(expected, blurred, where=covered)
     finer = estimate.plan.rough | estimate.plan.textured & ~estimate.plan.averaged
     rough = of_labels(finer, estimate.labels)

@@ -38,15 +38,18 @@ PROBES = 1 << 41
 """Stream of the choice of probes, beyond those of lights and lens."""
 
 
-def expected_errors(values: Picture) -> NDArray[np.float32]:
+def expected_errors(values: Picture, mixed: Masks | None = None) -> NDArray[np.float32]:
     """Squared error, mean over channels, to expect of one look at each pixel, (H, W).
 
     A step of height h somewhere between two looks shows as a second difference h; one look errs by h * h / 12
-    in the mean.
+    in the mean. Pixels that are `mixed` (H, W) of several looks tell nothing of those beside them.
     """
     clipped = np.clip(values, 0, 1)
     across = _squares(np.diff(clipped, n=2, axis=2))
     along = _squares(np.diff(clipped, n=2, axis=1))
+    if mixed is not None:
+        across *= ~(mixed[:, :-2] | mixed[:, 1:-1] | mixed[:, 2:])
+        along *= ~(mixed[:-2] | mixed[1:-1] | mixed[2:])
     found = np.maximum(
         np.pad(across, ((0, 0), (1, 1)), mode="edge") if across.size else 0,
         np.pad(along, ((1, 1), (0, 0)), mode="edge") if along.size else 0,
@@ -173,15 +176,19 @@ def survey(
     def mean(values: Floats) -> Floats:
         return np.bincount(strata, values, minlength=COUNT) / counts
 
+    typical = typical_error(np.arange(COUNT))
+    unknown = (np.bincount(strata, minlength=COUNT) == 0) & (sizes > 0)
     found, unseen = mean(errors), UNSEEN * mean(expected) / counts
     uncertain = np.sqrt(mean(errors * errors) / counts + unseen**2)
     noise = np.sqrt(mean(spread) / counts)
     most = TRUSTED * mean(expected)
     silent = found < 2 * noise
+    told = np.where(silent, np.clip(found, 0, most), found)
+    unsure = np.where(silent, np.minimum(uncertain, most), uncertain)
     return Survey(
         sizes=sizes,
-        errors=np.where(silent, np.clip(found, 0, most), found),
-        uncertain=np.where(silent, np.minimum(uncertain, most), uncertain),
+        errors=np.where(unknown, typical, told),
+        uncertain=np.where(unknown, typical, unsure),
         noise=noise,
         variances=mean(variances),
     )

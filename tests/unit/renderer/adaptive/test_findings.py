@@ -13,7 +13,7 @@ from renderer.adaptive.decisions import FIND, NEAR, WORTH, advance
 from renderer.adaptive.estimate import COVERS, ROUND
 from renderer.adaptive.findings import errors_of, findings_of
 from renderer.adaptive.levels import COUNTS, LOOKED, SAMPLED
-from renderer.adaptive.strata import COUNT, STEPS, SUSPECT
+from renderer.adaptive.strata import COUNT, STEPS, SUSPECT, typical_error
 from renderer.hard_cases.documents import camera, scene, sphere
 from schemas.quality import TargetQuality
 from schemas.tiles import Tile
@@ -217,11 +217,14 @@ def test_each_probe_is_told_with_the_noise_of_its_error() -> None:
     assert (noise > 0).all()
 
 
-def test_a_picture_without_samples_has_nothing_to_tell() -> None:
+def test_a_picture_without_samples_tells_what_is_expected_of_it() -> None:
     arrays, _, _ = known()
     arrays["have"][...] = LOOKED
     told = findings_of(**arrays)
-    assert (told.total, told.variance) == (0, 0)
+    looks = arrays["strata"][~arrays["shown"]]
+    assert told.total == pytest.approx(float(typical_error(looks).sum()), rel=1e-12)
+    alike = np.bincount(looks) * typical_error(np.arange(looks.max() + 1))
+    assert told.variance == pytest.approx(float((alike**2).sum()), rel=1e-12)
     assert told.sampled.size == told.probes.size == told.variances.size == 0
 
 

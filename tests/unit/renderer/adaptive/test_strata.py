@@ -280,6 +280,10 @@ def test_a_survey_has_the_means_of_its_probes_and_sums_over_all_pixels() -> None
         assert told.variances[stratum] == pytest.approx(spread, rel=1e-12)
         total += int(probes["sizes"][stratum]) * mean
         variance += int(probes["sizes"][stratum]) ** 2 * uncertain
+    for stratum in np.flatnonzero(np.bincount(probes["strata"], minlength=COUNT) == 0).tolist():
+        expected = float(strata.typical_error(np.array(stratum)))
+        total += int(probes["sizes"][stratum]) * expected
+        variance += int(probes["sizes"][stratum]) ** 2 * expected**2
     assert told.total == pytest.approx(total, rel=1e-12)
     assert told.variance == pytest.approx(variance, rel=1e-12)
 
