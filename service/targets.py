@@ -15,7 +15,7 @@ from sqlalchemy.orm import Session
 
 from renderer import RenderPlan, tiling
 from renderer.adaptive import Estimate
-from renderer.adaptive.rendering import rays_wanted, side
+from renderer.adaptive.rendering import side
 from schemas.jobs import JobState
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
@@ -55,7 +55,7 @@ def begin(
     size = tile_size or side(estimate)
     columns = {
         # The first pass, too, is half of what is to be done, or less.
-        "total_work": max(samples, 2 * int(rays_wanted(estimate).sum())),
+        "total_work": max(samples, 2 * estimate.rays_wanted()),
         "target_error": target.error,
         "time_limit": target.time_limit,
         "tile_size": tile_size,
