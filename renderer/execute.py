@@ -19,15 +19,8 @@ from renderer.samplers import PATTERNS
 from renderer.streams import keys
 from renderer.tiling import Block, blocks
 from renderer.waves import camera_wave
-from renderer.workspace import Workspace
+from renderer.workspace import FEWEST_POINTS, PAIRS, Workspace
 from schemas.tiles import Pass, Tile
-
-PAIRS = 262144
-"""Pairs of point and light point worked on at once: 1 MiB an array, which measured best for 64 and for 256
-light points on a core with 2 MiB of second-level cache; a quarter of it takes a third longer."""
-
-FEWEST_POINTS = 64
-"""Below this, calls cost more than what the cache gives."""
 
 WORK = ("shading_points", "texture_lookups")
 """What is counted beside rays."""

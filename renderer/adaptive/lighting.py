@@ -13,7 +13,7 @@ from renderer.interaction import Points
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
 from renderer.stages import Lighting
-from renderer.workspace import Workspace
+from renderer.workspace import FEWEST_POINTS, PAIRS, Workspace
 
 SIDES = (2, 4, 8, 16)
 """Cells along each side of the grids on a light that is seen whole."""
@@ -56,8 +56,8 @@ class FirstLook:
 
     @property
     def emitter(self) -> Emitter:
-        """The light."""
-        return self.partial.emitter
+        """The light, with as many points as all that face it are looked at with."""
+        return self.probe.emitter
 
     @property
     def casts(self) -> bool:
@@ -72,7 +72,10 @@ class FirstLook:
         sides = self.sides(view, lit)
         for number, lighting in enumerate(self.whole):
             lighting.run(points, workspace, view.chosen[lit[sides == number]])
-        return rays + self.partial.run(points, workspace, view.chosen[torn])
+        step = max(FEWEST_POINTS, PAIRS // self.partial.emitter.count)
+        for start in range(0, torn.size, step):
+            rays += self.partial.run(points, workspace, view.chosen[torn[start : start + step]])
+        return rays
 
     def sides(self, view: LightView, index: Integers) -> Integers:
         """Which of the grids some of a view's points (m,) need.
