@@ -110,7 +110,7 @@ def places(seed: int, pixels: Integers, count: int) -> tuple[Floats, Floats]:
     index = np.arange(count)
     across = index / count + uniforms(bits(key, 0))[:, None]
     along = index * SIZES[count] / count + uniforms(bits(key, 1))[:, None]
-    return across % 1.0, along % 1.0
+    return across - np.floor(across), along - np.floor(along)
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,11 +193,11 @@ def _known(parts: _Parts, labels: NDArray[np.int32], nearby: Nearby, fine: Masks
     found = np.zeros((3, labels.size))
     missing = np.ones(labels.size, dtype=bool)
     for ring in RINGS:
-        times = same[ring].sum(axis=0)
+        times = same[ring].sum(axis=0, dtype=np.uint8)
         met = np.flatnonzero(missing & (times > 0))
         put(found, met, values[:, ring][:, :, met].sum(axis=1) / times[met])
         missing[met] = False
-    times = np.maximum(same.sum(axis=0), 1)
+    times = np.maximum(same.sum(axis=0, dtype=np.uint8), 1)
     np.clip(values, 0, 1, out=values)
     variances = (values**2).sum(axis=1) / times - (values.sum(axis=1) / times) ** 2
     return _Known(found, np.maximum(variances.mean(axis=0), 0), np.flatnonzero(missing))
