@@ -46,12 +46,8 @@ _FIXED = (
     fixed("sobol", 128, "sobol", 4),
 )
 
-_TARGETS = tuple(
-    TargetQuality(mode="target", error=share * error_255 / 255)
-    for error_255 in TARGETS_255
-    for share in (1.0, 0.8)
-)
-"""The errors themselves, and a little less: what is estimated may come out a little above."""
+_TARGETS = tuple(TargetQuality(mode="target", error=4 / 255 * 2 ** (-step / 2)) for step in range(10))
+"""From 4/255 to 0.18/255: what is asked for and what comes out are not quite the same."""
 
 PENUMBRA: tuple[tuple[Quality, ...], ...] = (_TARGETS, _FIXED)
 """Ways to ask for a picture, each from cheap to dear."""

@@ -71,7 +71,9 @@ class _Course:
                     self.estimate.settle()
                     self.note()
                     return
+            begun = time.process_time()
             more = advance(self.estimate)
+            self.cpu_seconds += time.process_time() - begun
             self.note()
 
     def demands(self) -> list[Demand]:
