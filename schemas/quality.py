@@ -10,6 +10,9 @@ from schemas.base import Closed
 from schemas.sampling import Antialiasing, LightSampling
 from schemas.unions import chosen_by, tag
 
+CONFIDENCE = 0.95
+"""Share of pictures of target quality that keep their target, unless another is asked for."""
+
 
 class FixedQuality(Closed):
     """Exactly the samples asked for: every sample is evaluated, every pixel is their mean."""
@@ -30,13 +33,19 @@ class FixedQuality(Closed):
 class TargetQuality(Closed):
     """As many samples as an error asks for, where they are needed.
 
-    The picture is rendered in passes until its estimated error is at most `error`, or the time is spent.
+    The picture is rendered in passes until its error is at most `error` with the `confidence` asked for, or
+    the time is spent.
     """
 
     mode: Literal["target"] = Field(description="`target`.")
     error: Annotated[float, Field(strict=True, ge=1e-6, le=1)] = Field(
         description="Root mean square error of the linear picture, clipped to 0..1, over its pixels and "
         "channels, 1e-6 to 1. One step of a picture of 8 bits is 0.0039.",
+    )
+    confidence: Annotated[float, Field(strict=True, ge=0.5, lt=1)] = Field(
+        default=CONFIDENCE,
+        description="Share of pictures whose error is to be at most `error`, 0.5 up to but not 1. With 0.5 "
+        "the estimate of the error has to reach it; the more, the farther below it must be.",
     )
     time_limit: Annotated[float, Field(strict=True, gt=0, le=86400)] | None = Field(
         default=None,

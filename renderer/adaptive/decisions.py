@@ -21,7 +21,7 @@ from renderer.adaptive.looking import (
     raise_chances,
 )
 from renderer.adaptive.neighbours import spread
-from renderer.adaptive.uncertainty import SURE, error_of
+from renderer.adaptive.uncertainty import standard_errors
 from renderer.arrays import Floats, Integers, Masks
 
 MARGIN = 0.9
@@ -85,7 +85,7 @@ def advance(estimate: Estimate) -> bool:
 
 def _sample_more(estimate: Estimate) -> bool:
     found = estimate.findings()
-    estimate.error = error_of(found.total, found.variance, estimate.have.size)
+    estimate.error = estimate.error_of(found)
     estimate.want[...] = 0
     if estimate.error.bound <= estimate.target or estimate.counters[ROUND] > MOST_ROUNDS:
         return False
@@ -114,7 +114,8 @@ def _aim_lower(estimate: Estimate, bound: float) -> None:
 
 def _allot(estimate: Estimate, found: Findings, ease: float) -> None:
     """Samples where they lower the error most; strata whose first look is not good enough show them."""
-    room = MARGIN * estimate.budget - SURE * np.sqrt(found.variance)
+    doubt = standard_errors(estimate.confidence) * np.sqrt(found.variance)
+    room = MARGIN * estimate.budget - doubt
     goal = ease * max(room, estimate.budget / 4)
     have, want = estimate.have.ravel(), estimate.want.ravel()
     allotted = allocate(found.variances, have[found.sampled], found.survey, goal)

@@ -131,6 +131,12 @@ class Estimate:
         return self.plan.quality.error
 
     @property
+    def confidence(self) -> float:
+        """The share of such pictures that are to keep the target."""
+        assert isinstance(self.plan.quality, TargetQuality)
+        return self.plan.quality.confidence
+
+    @property
     def aim(self) -> float:
         """The error that the next pass works for.
 
@@ -233,11 +239,15 @@ class Estimate:
         """
         if (self.have >= SAMPLED).any():
             found = self._unfinished()
-            self.error = error_of(found.total, found.variance, self.have.size)
+            self.error = self.error_of(found)
         elif self.error is None:
             expected = strata.expected_errors(self.image().transpose(2, 0, 1)).mean(dtype=np.float64)
             self.error = ErrorEstimate(float(np.sqrt(expected)), 0.0, 1.0, 1.0)
         return self.error
+
+    def error_of(self, found: Findings) -> ErrorEstimate:
+        """The error of the picture, with the bound that has to keep the target."""
+        return error_of(found.total, found.variance, self.have.size, self.confidence)
 
     def findings(self) -> Findings:
         """What the samples tell when a pass is complete."""

@@ -1,11 +1,11 @@
 """How far the picture is from the converged one, and how sure that is."""
 
 from dataclasses import dataclass
+from statistics import NormalDist
 
 import numpy as np
 
-SURE = 1.645
-"""Standard errors to the bound that holds in 95 of 100 cases."""
+from schemas.quality import CONFIDENCE
 
 INTERVAL = 1.96
 """Standard errors to either side of an interval that holds in 95 of 100 cases."""
@@ -21,7 +21,7 @@ class ErrorEstimate:
     low, high : float
         An interval that holds the true one in 95 of 100 pictures.
     bound : float
-        What the true one is below in 95 of 100 pictures.
+        What the true one is below in the share of pictures that was asked for, by default 95 of 100.
     """
 
     estimate: float
@@ -34,8 +34,19 @@ class ErrorEstimate:
         return {"estimate": self.estimate, "low": self.low, "high": self.high}
 
 
-def error_of(total: float, variance: float, pixels: int) -> ErrorEstimate:
-    """The error of a picture, from the estimated sum of its pixels' squared errors and its variance."""
+def standard_errors(confidence: float) -> float:
+    """How many of them lie between an estimate and what the true value is below in a share of all cases.
+
+    Numbers whose errors are normal are below their estimate in half of all cases.
+    """
+    return NormalDist().inv_cdf(confidence)
+
+
+def error_of(total: float, variance: float, pixels: int, confidence: float = CONFIDENCE) -> ErrorEstimate:
+    """The error of a picture, from the estimated sum of its pixels' squared errors and its variance.
+
+    Only the bound depends on the `confidence`, the share of pictures that it is to hold in.
+    """
 
     def root(squares: float) -> float:
         return float(np.sqrt(max(squares, 0.0) / pixels))
@@ -45,5 +56,5 @@ def error_of(total: float, variance: float, pixels: int) -> ErrorEstimate:
         estimate=root(total),
         low=root(total - INTERVAL * deviation),
         high=root(total + INTERVAL * deviation),
-        bound=root(total + SURE * deviation),
+        bound=root(total + standard_errors(confidence) * deviation),
     )

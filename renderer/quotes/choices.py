@@ -8,7 +8,7 @@ from renderer.quotes.accuracies import Accuracy
 from renderer.quotes.ranges import Range, factor
 from renderer.quotes.settings import Ladder, target
 from renderer.quotes.timings import Timing
-from schemas.quality import Quality
+from schemas.quality import CONFIDENCE, Quality
 
 KEPT, LEAST = 0.7, 0.3
 """What the error of target quality comes to, over the one asked for, and the least of it that is usual: it
@@ -92,10 +92,13 @@ class Adaptive:
     points : dict of float to (Range, Range)
         By error, CPU seconds and seconds.
     precision : str
+    confidence : float
+        Share of pictures that are to keep their target.
     """
 
     points: dict[float, tuple[Range, Range]]
     precision: str
+    confidence: float = CONFIDENCE
 
     def priced(self, error: float, limit: float | None = None) -> Priced:
         """Any error: between those that were tried, and beyond them, along a power of the error."""
@@ -104,7 +107,7 @@ class Adaptive:
         moved = factor(BETWEEN * abs(apart)).scaled((nearest / error) ** self._power(apart))
         cpu, seconds = (known.times(moved) for known in self.points[nearest])
         reached = Range(error * KEPT, error * LEAST, error)
-        offer = Priced(target(error, self.precision, limit), cpu, seconds, reached)
+        offer = Priced(target(error, self.precision, limit, self.confidence), cpu, seconds, reached)
         return offer if limit is None else _limited(offer, limit)
 
     def _power(self, apart: float) -> float:

@@ -13,7 +13,7 @@ from renderer.quotes.settings import ERRORS, Ladder, compiled, own_ladder, sobol
 from renderer.quotes.small import Growing
 from renderer.quotes.timings import Stopwatch
 from renderer.scenes import LoadedScene
-from schemas.quality import Quality, TargetQuality
+from schemas.quality import CONFIDENCE, Quality, TargetQuality
 
 TIMING_AT_MOST = 0.6
 """Share of the time for timing blocks where they cost much or differ much."""
@@ -116,13 +116,19 @@ class Pilot:
         errors = list(dict.fromkeys([*asked, *ERRORS]))
         for number, error in enumerate(errors):
             share = 1.0 if error in asked else 1 / (len(errors) - number)
-            growing = Growing(self.scene, error, self.ladders[0].precision, self._ray_seconds())
+            growing = Growing(
+                self.scene, error, self.ladders[0].precision, self._ray_seconds(), self._confidence()
+            )
             growing.run(deadline.part(share), deadline)
             self.growing.append(growing)
 
     def _errors(self) -> list[float]:
         """Target errors that are asked for."""
         return [error for error in (self.target and self.target.error, self.wished) if error]
+
+    def _confidence(self) -> float:
+        """That of all target errors: the one asked for, or the usual one."""
+        return self.target.confidence if self.target else CONFIDENCE
 
     def _ray_seconds(self) -> float:
         """CPU seconds of a camera ray with few light points."""
@@ -147,4 +153,4 @@ class Pilot:
             cpu = growing.cpu_seconds()
             if cpu is not None:
                 points[growing.error] = (cpu, cpu.scaled(growing.slowdown(workers)))
-        return Adaptive(points, self.ladders[0].precision)
+        return Adaptive(points, self.ladders[0].precision, self._confidence())

@@ -6,7 +6,7 @@ from math import isqrt
 from renderer.compile import compile_scene
 from renderer.plan import RenderPlan
 from renderer.scenes import LoadedScene
-from schemas.quality import FixedQuality, Quality, TargetQuality
+from schemas.quality import CONFIDENCE, FixedQuality, Quality, TargetQuality
 from schemas.sampling import SQUARE_PATTERNS, Antialiasing, LightSampling, Sampling
 
 COUNTS = (1, 4, 16, 64, 256)
@@ -101,7 +101,9 @@ def _seeded(scene: LoadedScene, seed: int) -> LoadedScene:
     return LoadedScene(scene.document.model_copy(update={"sampling": sampling}), scene.assets)
 
 
-def target(error: float, precision: str, limit: float | None = None) -> TargetQuality:
+def target(
+    error: float, precision: str, limit: float | None = None, confidence: float = CONFIDENCE
+) -> TargetQuality:
     """A target quality, as a job request has it."""
-    members = {"mode": "target", "error": error, "time_limit": limit, "precision": precision}
-    return TargetQuality.model_validate(members)
+    members = {"error": error, "confidence": confidence, "time_limit": limit, "precision": precision}
+    return TargetQuality.model_validate({"mode": "target"} | members)

@@ -17,6 +17,7 @@ from renderer.quotes.timings import UNSTEADY
 from renderer.results import TileEvent
 from renderer.scenes import LoadedScene
 from schemas.cameras import Camera
+from schemas.quality import CONFIDENCE
 
 SMALLEST = 64
 """The longer side of the first picture, pixels. Smaller ones show edges and nothing else."""
@@ -85,6 +86,8 @@ class Growing:
     precision : str
     ray_seconds : float
         CPU seconds of a camera ray, about.
+    confidence : float
+        Share of pictures that are to keep the target.
     pictures : list of Small
     """
 
@@ -92,6 +95,7 @@ class Growing:
     error: float
     precision: str
     ray_seconds: float
+    confidence: float = CONFIDENCE
     pictures: list[Small] = field(default_factory=list)
 
     @property
@@ -133,7 +137,7 @@ class Growing:
                 raise _TooLate
 
         begun = time.monotonic()
-        quality = target(self.error, self.precision)
+        quality = target(self.error, self.precision, confidence=self.confidence)
         plan = compiled(_resized(self.scene, size), quality)
         cpu = time.process_time()
         result = render_adaptively(plan, quality, look, None, None)

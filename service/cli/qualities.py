@@ -44,6 +44,14 @@ TargetErrorOption = Annotated[
         rich_help_panel=PANEL,
     ),
 ]
+ConfidenceOption = Annotated[
+    float | None,
+    typer.Option(
+        "--confidence",
+        help="With --target-error: share of such pictures that are to keep it, 0.5 to below 1; usually 0.95.",
+        rich_help_panel=PANEL,
+    ),
+]
 TimeLimitOption = Annotated[
     float | None,
     typer.Option(
@@ -54,7 +62,7 @@ TimeLimitOption = Annotated[
 ]
 
 
-def quality(
+def quality(  # noqa: PLR0913 - one argument for each option
     scene: Mapping[str, Any],
     *,
     samples: int | None,
@@ -63,6 +71,7 @@ def quality(
     light_pattern: LightPattern | None,
     precision: Precision | None,
     target_error: float | None = None,
+    confidence: float | None = None,
     time_limit: float | None = None,
 ) -> FixedQuality | TargetQuality | None:
     """The quality that the options ask for, None where they ask for nothing.
@@ -85,7 +94,10 @@ def quality(
     }
     if target_error is not None:
         _check_alone(fixed)
-        return _target({"error": target_error, "time_limit": time_limit, "precision": precision})
+        limits = {"confidence": confidence, "time_limit": time_limit}
+        return _target({"error": target_error, **limits, "precision": precision})
+    if confidence is not None:
+        raise CommandError("--confidence is that of a target error. Give --target-error too.")
     if time_limit is not None:
         raise CommandError("--time-limit ends a picture of target quality. Give --target-error too.")
     return _fixed(scene, fixed, precision)

@@ -111,9 +111,12 @@ def words(quality: FixedQuality | TargetQuality) -> str:
 def options(quality: FixedQuality | TargetQuality) -> str:
     """The options of ``penumbra render`` that ask for a quality."""
     double = " --precision double" if quality.precision == "double" else ""
+    from schemas.quality import CONFIDENCE
+
     if quality.mode == "target":
         limit = f" --time-limit {quality.time_limit:g}" if quality.time_limit else ""
-        return f"--target-error {quality.error:.2g}{limit}{double}"
+        sure = "" if quality.confidence == CONFIDENCE else f" --confidence {quality.confidence:g}"
+        return f"--target-error {quality.error:.2g}{sure}{limit}{double}"
     assert quality.antialiasing is not None
     assert quality.light is not None
     camera, light = quality.antialiasing, quality.light

@@ -38,6 +38,7 @@ def render(  # noqa: PLR0913 - one argument for each option
     light_pattern: qualities.LightPatternOption = None,
     precision: qualities.PrecisionOption = None,
     target_error: qualities.TargetErrorOption = None,
+    confidence: qualities.ConfidenceOption = None,
     time_limit: qualities.TimeLimitOption = None,
     layers: layer_files.LayersOption = None,
     seed: scene_files.SeedOption = None,
@@ -57,6 +58,7 @@ def render(  # noqa: PLR0913 - one argument for each option
         light_pattern=light_pattern,
         precision=precision,
         target_error=target_error,
+        confidence=confidence,
         time_limit=time_limit,
     )
     result = _run(file.plan(quality, names), workers, tile)

@@ -46,6 +46,7 @@ def submit(  # noqa: PLR0913 - one argument for each option
     light_pattern: qualities.LightPatternOption = None,
     precision: qualities.PrecisionOption = None,
     target_error: qualities.TargetErrorOption = None,
+    confidence: qualities.ConfidenceOption = None,
     time_limit: qualities.TimeLimitOption = None,
     layers: layer_files.LayersOption = None,
     server: ServerOption = DEFAULT_SERVER,
@@ -66,6 +67,7 @@ def submit(  # noqa: PLR0913 - one argument for each option
         "light_pattern": light_pattern,
         "precision": precision,
         "target_error": target_error,
+        "confidence": confidence,
         "time_limit": time_limit,
     }
     with connect(server, patience=LONG_PATIENCE if stays else SHORT_PATIENCE) as client:

@@ -268,6 +268,8 @@ def test_too_small_an_error_is_refused_with_its_place(client: httpx2.Client, pat
         ({"mode": "target", "error": 0}, "/quality/error", None),
         ({"mode": "target", "error": "0.1"}, "/quality/error", None),
         ({"mode": "target", "error": 0.1, "time_limit": 0}, "/quality/time_limit", None),
+        ({"mode": "target", "error": 0.1, "confidence": 0.49}, "/quality/confidence", None),
+        ({"mode": "target", "error": 0.1, "confidence": 1.0}, "/quality/confidence", None),
         ({"mode": "target", "error": 0.1, "timelimit": 3}, "/quality/timelimit", "time_limit"),
         ({"mode": "target", "error": 0.1, "antialiasing": {}}, "/quality/antialiasing", None),
     ],

@@ -55,6 +55,10 @@ def test_elsewhere_each_offer_is_a_line(penumbra: Penumbra, scene_file: Path) ->
     [
         (SOBOL, "--samples 16 --pattern sobol --light-samples 4 --light-pattern sobol --precision double"),
         (TARGET, "--target-error 0.004 --time-limit 2.5"),
+        (
+            TARGET.model_copy(update={"confidence": 0.99}),
+            "--target-error 0.004 --confidence 0.99 --time-limit 2.5",
+        ),
     ],
 )
 def test_options_ask_for_what_is_offered(quality: FixedQuality | TargetQuality, command: str) -> None:

@@ -12,10 +12,17 @@ from tests.unit.cli.conftest import Penumbra
 NOTHING = dict.fromkeys(("samples", "pattern", "light_samples", "light_pattern", "precision"))
 
 
-def test_an_error_is_asked_for_with_its_time_limit_and_precision() -> None:
-    asked = quality({}, **NOTHING | {"precision": "double"}, target_error=0.01, time_limit=3.0)
+def test_an_error_is_asked_for_with_its_confidence_time_limit_and_precision() -> None:
+    double = NOTHING | {"precision": "double"}
+    asked = quality({}, **double, target_error=0.01, confidence=0.8, time_limit=3.0)
     assert asked is not None
-    assert asked.model_dump() == {"mode": "target", "error": 0.01, "time_limit": 3.0, "precision": "double"}
+    assert asked.model_dump() == {
+        "mode": "target",
+        "error": 0.01,
+        "confidence": 0.8,
+        "time_limit": 3.0,
+        "precision": "double",
+    }
 
 
 @pytest.mark.parametrize(
@@ -32,9 +39,10 @@ def test_an_error_and_samples_contradict_each_other(name: str, value: object, op
         quality({}, **NOTHING | {name: value}, target_error=0.01)
 
 
-def test_a_time_limit_needs_an_error() -> None:
+@pytest.mark.parametrize(("name", "value"), [("time_limit", 3.0), ("confidence", 0.9)])
+def test_a_time_limit_and_a_confidence_need_an_error(name: str, value: float) -> None:
     with pytest.raises(CommandError, match="Give --target-error too"):
-        quality({}, **NOTHING, time_limit=3.0)
+        quality({}, **NOTHING | {name: value})
 
 
 @pytest.mark.parametrize(
@@ -43,6 +51,8 @@ def test_a_time_limit_needs_an_error() -> None:
         ({"target_error": 0.0}, "--target-error"),
         ({"target_error": float("nan")}, "--target-error"),
         ({"target_error": 0.1, "time_limit": -1.0}, "--time-limit"),
+        ({"target_error": 0.1, "confidence": 0.4}, "--confidence"),
+        ({"target_error": 0.1, "confidence": 1.0}, "--confidence"),
     ],
 )
 def test_numbers_that_make_no_sense_are_told_by_their_options(changes: dict[str, float], option: str) -> None:

@@ -1,6 +1,8 @@
 """Samples where they lower the error most, against all that might have been done instead."""
 
 import itertools
+import math
+from statistics import NormalDist
 
 import numpy as np
 import pytest
@@ -13,9 +15,9 @@ from renderer.adaptive.decisions import EASES, LEAP, LEAST, MARGIN, advance
 from renderer.adaptive.estimate import PROBES, ROUND
 from renderer.adaptive.levels import COUNTS, HIGHEST, SAMPLED, levels_of
 from renderer.adaptive.strata import COUNT, Survey
-from renderer.adaptive.uncertainty import SURE
+from renderer.adaptive.uncertainty import standard_errors
 from renderer.hard_cases.documents import camera, scene
-from schemas.quality import TargetQuality
+from schemas.quality import CONFIDENCE, TargetQuality
 
 LEVELS = range(SAMPLED, HIGHEST + 1)
 Numbers = NDArray[np.float64]
@@ -191,10 +193,11 @@ def test_no_levels_of_many_pixels_and_strata_do_it_for_much_less(goal: float) ->
     assert spent(found, survey) <= 1.01 * bound(single, survey, reached)
 
 
-def noisy_corner(corner: float, elsewhere: float) -> Estimate:
+def noisy_corner(corner: float, elsewhere: float, confidence: float = CONFIDENCE) -> Estimate:
     """Four samples in every pixel; four in a corner, and all others, err by some share of the budget."""
     document = scene(camera=camera(width=48, height=32))
-    estimate = Estimate.begin(renderer.compile_scene(document, TargetQuality(mode="target", error=4 / 255)))
+    target = TargetQuality(mode="target", error=4 / 255, confidence=confidence)
+    estimate = Estimate.begin(renderer.compile_scene(document, target))
     estimate.counters[ROUND] = PROBES
     estimate.have[...], estimate.shown[...] = SAMPLED, True
     errors = np.full(estimate.have.shape, elsewhere / (estimate.have.size - 4))
@@ -208,7 +211,8 @@ def noisy_corner(corner: float, elsewhere: float) -> Estimate:
 def asked(estimate: Estimate, ease: float) -> NDArray[np.int64]:
     """Levels (H, W) that a share of the goal asks for."""
     found = estimate.findings()
-    goal = MARGIN * estimate.budget - SURE * np.sqrt(found.variance)
+    doubt = standard_errors(CONFIDENCE) * np.sqrt(found.variance)
+    goal = MARGIN * estimate.budget - doubt
     levels = allocate(found.variances, estimate.have.ravel(), found.survey, ease * goal).pixels
     return np.minimum(levels, SAMPLED + LEAP).reshape(estimate.have.shape)
 
@@ -233,3 +237,33 @@ def test_a_pass_asks_for_less_where_no_share_of_the_goal_asks_for_a_tenth() -> N
     assert advance(estimate)
     assert (estimate.want[:2, :2] > SAMPLED).all()
     assert 0 < estimate.rays_wanted() <= 28 * 9
+
+
+CONFIDENCES = (0.5, 0.7, 0.95, 0.999)
+
+
+def test_more_confidence_asks_no_pixel_for_less() -> None:
+    """The more of the error may be chance, the less of it samples may leave."""
+    wanted = []
+    for confidence in CONFIDENCES:
+        estimate = noisy_corner(corner=0.4, elsewhere=2.2, confidence=confidence)
+        assert advance(estimate)
+        wanted.append(estimate.want.copy())
+    assert all((more >= less).all() for less, more in itertools.pairwise(wanted))
+    assert (wanted[-1] > wanted[0]).any()
+
+
+@pytest.mark.parametrize("share", [0.6, 0.8, 0.9, 0.99])
+def test_a_picture_is_done_when_its_bound_at_the_confidence_asked_for_keeps_the_target(share: float) -> None:
+    """Four equal pixels err by a share s of the budget: the sum varies by 2 s**2 / 4 of its square.
+
+    With c standard errors the bound is s (1 + c / sqrt(2)).
+    """
+    done = {
+        confidence: not advance(noisy_corner(corner=share, elsewhere=0.0, confidence=confidence))
+        for confidence in CONFIDENCES
+    }
+    assert done == {
+        confidence: share * (1 + NormalDist().inv_cdf(confidence) / math.sqrt(2)) <= 1
+        for confidence in CONFIDENCES
+    }

@@ -23,6 +23,17 @@ def test_intervals_hold_what_normal_numbers_do_in_95_of_100_cases() -> None:
     assert math.erfc(beyond / math.sqrt(2)) / 2 == pytest.approx(0.05, abs=1e-4)
 
 
+@pytest.mark.parametrize("confidence", [0.5, 0.8, 0.95, 0.999])
+def test_the_bound_holds_what_normal_numbers_do_in_the_share_of_cases_asked_for(confidence: float) -> None:
+    told = error_of(total=4.0, variance=0.25, pixels=100, confidence=confidence)
+    beyond = (told.bound**2 * 100 - 4) / 0.5
+    assert math.erfc(beyond / math.sqrt(2)) / 2 == pytest.approx(1 - confidence, rel=1e-9)
+
+
+def test_the_interval_told_does_not_depend_on_the_confidence() -> None:
+    assert error_of(4.0, 0.25, 100, 0.5).document() == error_of(4.0, 0.25, 100, 0.999).document()
+
+
 def test_a_sum_that_noise_made_negative_is_no_error() -> None:
     told = error_of(total=-1.0, variance=1.0, pixels=10)
     assert (told.estimate, told.low) == (0, 0)
