@@ -18,7 +18,7 @@ from schemas.quality import CONFIDENCE, Quality, TargetQuality
 TIMING_AT_MOST = 0.6
 """Share of the time for timing blocks where they cost much or differ much."""
 
-TIMING, EFFECTS, SAMPLING, WISHING = 0.3, 0.12, 0.4, 0.3
+TIMING, EFFECTS, SAMPLING, WISHING = 0.25, 0.12, 0.35, 0.25
 """Shares of the time that is left, when their turn comes, for timing blocks, for leaving out effects and for
 sampling pixels, the last one where an error is wished for. What they leave is for small pictures."""
 
@@ -28,7 +28,7 @@ SPARE = 0.1
 SEEDS = 101, 102
 """Added to the scene's seed for the two sets of samples: no set is that of the picture."""
 
-QUICK = 0.02
+QUICK = 0.04
 """Share of the time that compiling may take for plans that are not needed but welcome."""
 
 SLOW = 1e-4
@@ -152,5 +152,5 @@ class Pilot:
         for growing in self.growing:
             cpu = growing.cpu_seconds()
             if cpu is not None:
-                points[growing.error] = (cpu, cpu.scaled(growing.slowdown(workers)))
+                points[growing.error] = (cpu, cpu.scaled(1 / workers))
         return Adaptive(points, self.ladders[0].precision, self._confidence())

@@ -25,14 +25,14 @@ SMALLEST = 64
 STEP = 2.0
 """By which sides grow at least from one picture to the next: a smaller step tells nothing new."""
 
-USUAL, STEEPEST, FLATTEST = 0.5, 1.0, 0.25
-"""Powers of the number of pixels like which seconds grow: that of edges, that of pixels, and that of small
-pictures, which are calls more than rays."""
+POWER = 0.4
+"""Power of the number of pixels like which seconds grow: few of the new pixels of a larger picture lie on
+edges, and small ones are calls more than rays. What two small pictures say of it is mostly chance."""
 
-UNSURE = 0.45
+UNSURE = 0.4
 """Standard deviation of the logarithm of the CPU time, for a picture of four times the pixels; for other
-sizes it goes with the root of the logarithm of the factor. It is that of the gallery, see `python -m
-benchmarks quotes`."""
+sizes it goes with the root of the logarithm of the factor. Both are those of the gallery at errors of one to
+four steps of 8 bits, see `python -m benchmarks quotes`."""
 
 SPARE = 1.3
 """Times the predicted seconds that have to be left for the next picture."""
@@ -61,14 +61,11 @@ class Small:
         Of the whole process.
     seconds : float
         By the wall clock.
-    shared : float
-        Share of the CPU seconds that workers can share out, 0 to 1.
     """
 
     pixels: int
     cpu_seconds: float
     seconds: float
-    shared: float
 
 
 class _TooLate(BaseException):
@@ -127,8 +124,8 @@ class Growing:
         total = self.camera.width * self.camera.height
         now = sqrt(last.pixels / total)
         sizes = [1.0, 1 / 2, 1 / 4, 1 / 8, 1 / 16]
-        options = [(size, last.seconds * (size / now) ** (2 * USUAL)) for size in sizes if size >= now * STEP]
-        options = options or [(1.0, last.seconds / now ** (2 * USUAL))]
+        options = [(size, last.seconds * (size / now) ** (2 * POWER)) for size in sizes if size >= now * STEP]
+        options = options or [(1.0, last.seconds / now ** (2 * POWER))]
         return next((option for option in options if option[1] * SPARE <= left), options[-1])
 
     def _render(self, size: float, deadline: Deadline) -> Small:
@@ -140,10 +137,9 @@ class Growing:
         quality = target(self.error, self.precision, confidence=self.confidence)
         plan = compiled(_resized(self.scene, size), quality)
         cpu = time.process_time()
-        result = render_adaptively(plan, quality, look, None, None)
+        render_adaptively(plan, quality, look, None, None)
         spent = time.process_time() - cpu
-        shared = min(result.report["cpu_seconds"] / spent, 1.0) if spent else 1.0
-        return Small(plan.width * plan.height, spent, time.monotonic() - begun, shared)
+        return Small(plan.width * plan.height, spent, time.monotonic() - begun)
 
     def cpu_seconds(self) -> Range | None:
         """CPU seconds of the whole picture, None if no picture was finished."""
@@ -151,22 +147,9 @@ class Growing:
             return None
         last = self.pictures[-1]
         growth = log(self.camera.width * self.camera.height / last.pixels)
-        estimate = last.cpu_seconds * pow(self.camera.width * self.camera.height / last.pixels, self.power())
+        estimate = last.cpu_seconds * pow(self.camera.width * self.camera.height / last.pixels, POWER)
         unsure = UNSURE * sqrt(growth / log(4))
         return factor(sqrt(unsure**2 + UNSTEADY**2)).scaled(estimate)
-
-    def slowdown(self, workers: int) -> float:
-        """Seconds over CPU seconds, with so many workers: not all that is done can be shared out."""
-        shared = self.pictures[-1].shared
-        return shared / workers + 1 - shared
-
-    def power(self) -> float:
-        """Of the pixels, like which the seconds grow: what the pictures say, half way to the usual."""
-        if len(self.pictures) < 2:
-            return USUAL
-        before, last = self.pictures[-2:]
-        seen = log(last.cpu_seconds / before.cpu_seconds) / log(last.pixels / before.pixels)
-        return (min(max(seen, FLATTEST), STEEPEST) + USUAL) / 2
 
 
 def _resized(scene: LoadedScene, size: float) -> LoadedScene:

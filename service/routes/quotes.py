@@ -18,11 +18,17 @@ router = APIRouter(prefix="/v1", tags=["scenes"])
 REQUEST = {
     "scene": {
         "version": 1,
-        "camera": {"position": [0, 0, 3], "look_at": [0, 0, 0], "width": 320, "height": 240},
+        "camera": {
+            "position": [0, 0, 3],
+            "look_at": [0, 0, 0],
+            "vertical_fov": 45,
+            "width": 320,
+            "height": 240,
+        },
         "ambient": [1, 1, 1],
         "materials": {"red": {"type": "phong", "color": [0.8, 0.1, 0.1], "ambient": 0.5}},
         "shapes": [{"type": "ellipsoid", "center": [0, 0, 0], "radius": 1, "material": "red"}],
-        "lights": [{"type": "point", "position": [2, 3, 4]}],
+        "lights": [{"type": "point", "position": [2, 3, 4], "color": [0.8, 0.8, 0.8]}],
     },
     "target_error": 0.004,
     "seconds": 10,

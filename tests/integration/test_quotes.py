@@ -146,3 +146,11 @@ def test_a_busy_service_is_a_busy_error_to_the_client(start: Start) -> None:
         errors = [result.exception() for result in results]
     assert {type(error) for error in errors} <= {BusyError, type(None)}
     assert any(isinstance(error, BusyError) for error in errors)
+
+
+def test_the_examples_of_the_openapi_document_are_sent_and_answered(client: httpx2.Client) -> None:
+    route = client.get("/openapi.json").json()["paths"]["/v1/quotes"]["post"]
+    example = route["requestBody"]["content"]["application/json"]["example"]
+    answered = route["responses"]["200"]["content"]["application/json"]["example"]
+    assert Quote.model_validate(answered).offers
+    assert client.post("/v1/quotes", json=example).status_code == 200

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from math import log
-
 import pytest
 
 from renderer.quotes.deadlines import Deadline
-from renderer.quotes.small import FLATTEST, STEEPEST, USUAL, Growing, Small
+from renderer.quotes.small import POWER, Growing, Small
 from renderer.scenes import LoadedScene
 
 HOUR = Deadline.after(3600.0)
@@ -47,31 +45,18 @@ def test_a_picture_is_given_up_when_the_deadline_comes(growing: Growing) -> None
     assert growing.pictures == []
 
 
-@pytest.mark.parametrize(
-    ("seen", "power"),
-    [(0.5, (0.5 + USUAL) / 2), (0.0, (FLATTEST + USUAL) / 2), (2.0, (STEEPEST + USUAL) / 2)],
-)
-def test_the_power_is_half_seen_and_half_usual(growing: Growing, seen: float, power: float) -> None:
-    growing.pictures = [Small(100, 1.0, 1.0, 1.0), Small(400, 4.0**seen, 1.0, 1.0)]
-    assert growing.power() == pytest.approx(power)
+def test_the_last_picture_tells_what_the_whole_one_takes(growing: Growing) -> None:
+    growing.pictures = [Small(100, 9.0, 9.0), Small(480, 2.0, 1.0)]
     known = growing.cpu_seconds()
     assert known is not None
-    assert log(known.estimate / 4.0**seen) == pytest.approx(power * log(48 * 40 / 400))
+    assert known.estimate == pytest.approx(2.0 * 4**POWER)
 
 
 def test_smaller_pictures_tell_less(growing: Growing) -> None:
     widths = []
     for pixels in (1920, 480, 120):
-        growing.pictures = [Small(pixels, 1.0, 1.0, 1.0)]
+        growing.pictures = [Small(pixels, 1.0, 1.0)]
         known = growing.cpu_seconds()
         assert known is not None
         widths.append(known.high / known.low)
     assert widths == sorted(widths)
-
-
-@pytest.mark.parametrize(("shared", "workers", "slowdown"), [(1.0, 4, 0.25), (0.5, 2, 0.75), (0.0, 9, 1.0)])
-def test_workers_share_what_can_be_shared(
-    growing: Growing, shared: float, workers: int, slowdown: float
-) -> None:
-    growing.pictures = [Small(100, 1.0, 1.0, shared)]
-    assert growing.slowdown(workers) == slowdown
