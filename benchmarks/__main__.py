@@ -17,12 +17,13 @@ from benchmarks import (
     overhead,
     quotes,
     rendering,
+    scaling,
     stability,
     tables,
     targets,
 )
 
-PARTS = ("rendering", "effects", "meshes", "accuracy", "targets", "quotes", "stability", "service")
+PARTS = ("rendering", "effects", "meshes", "scaling", "accuracy", "targets", "quotes", "stability", "service")
 
 
 def main() -> None:
@@ -53,6 +54,9 @@ def _measure(parts: list[str], runs: int) -> dict[str, Any]:
     if "meshes" in parts:
         measured["meshes"] = meshes.measure(runs)
         console.print(tables.of_meshes(measured["meshes"]))
+    if "scaling" in parts:
+        measured["scaling"] = scaling.measure(runs)
+        console.print(tables.of_scaling(measured["scaling"]), tables.of_workers(measured["scaling"]))
     if "accuracy" in parts:
         measured["accuracy"] = accuracy.measure()
         console.print(tables.of_accuracy(measured["accuracy"]))

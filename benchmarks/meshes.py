@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, TypedDict
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from benchmarks.machine import Spread, cpu_seconds, spread
 from renderer.accelerators import trees
 from renderer.shapes.meshes import Surface, triangles_of
 from scenes.make_meshes import ply
+
+if TYPE_CHECKING:
+    from schemas.quality import Quality
 
 COUNTS = (1_000, 10_000, 50_000, 100_000, 1_000_000)
 """Triangles, about."""
@@ -84,9 +87,11 @@ def _scene(shape: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def plan_of(shape: dict[str, Any], files: dict[str, bytes]) -> renderer.RenderPlan:
+def plan_of(
+    shape: dict[str, Any], files: dict[str, bytes], quality: Quality | None = None
+) -> renderer.RenderPlan:
     """Compile the scene with one shape on its floor; the files are its assets by name."""
-    return renderer.compile_scene(renderer.load_scene(_scene(shape), assets=_Memory(files)))
+    return renderer.compile_scene(renderer.load_scene(_scene(shape), assets=_Memory(files)), quality)
 
 
 def _seconds(shape: dict[str, Any], files: dict[str, bytes], runs: int) -> Spread:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from benchmarks.overhead import Overhead
     from benchmarks.quotes import Quotes
     from benchmarks.rendering import Timing
+    from benchmarks.scaling import Scaling
     from benchmarks.stability import PictureErrors, Prices
     from benchmarks.targets import Targets
 
@@ -83,6 +84,27 @@ def of_meshes(timings: list[MeshTiming]) -> Table:
         name = str(timing["triangles"] or "ellipsoid")
         times = f"{timing['cpu_seconds']['median'] / one:.1f}"
         table.add_row(name, *_cells(timing["cpu_seconds"]), times, f"{timing['tree_seconds']:.2f}")
+    return table
+
+
+def of_scaling(scaling: Scaling) -> Table:
+    """CPU seconds along each curve, and the power of what grows like which they do from line to line."""
+    columns = ("over", "picture", "size", "CPU s", "least .. most", "power")
+    table = Table(*columns, title="how the cost grows, one process")
+    for point in scaling["points"]:
+        power = "" if point["power"] is None else f"{point['power']:.2f}"
+        table.add_row(
+            point["over"], point["picture"], f"{point['size']:,}", *_cells(point["cpu_seconds"]), power
+        )
+    return table
+
+
+def of_workers(scaling: Scaling) -> Table:
+    """Wall seconds with one worker and with two, and how many times faster two are."""
+    table = Table("picture", "1 worker, s", "least .. most", "2 workers, s", "least .. most", "ratio")
+    table.title = "wall seconds, the start of the workers included"
+    for each in scaling["workers"]:
+        table.add_row(each["picture"], *_cells(each["one"]), *_cells(each["two"]), f"{each['ratio']:.2f}")
     return table
 
 
