@@ -1,7 +1,8 @@
-"""The engine of one machine: N slots, each a pool of one process.
+"""The engine of one machine: N slots, each a process with a pipe of its own.
 
-One pool of N processes would lose every waiting task when one of its processes dies. A pool of one
-loses what that process was given and nothing else, and is replaced.
+A slot loses what its process was given and nothing else, and the process is replaced. The process alone holds
+the far end of its pipe: one that dies in the middle of a large answer is an end of file here, where a pool
+with a queue would wait for the rest of the answer.
 """
 
 from __future__ import annotations
@@ -10,14 +11,14 @@ import os
 import threading
 from collections import deque
 from collections.abc import Callable
-from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor, wait
-from functools import partial
-from multiprocessing import active_children, get_context
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
 
 from service.engines.tasks import Interrupted, Outcome, Report, Task, WorkerDied
-from service.engines.worker import WorkerSetup, execute, start_worker
+from service.engines.worker import WorkerSetup, work
 
-# The second task waits in the process itself, so that it starts the moment the first one ends.
+# The second task waits here, so that it starts the moment the first one ends.
 WINDOW = 2
 
 # Each worker is one thread: the slots are the parallelism.
@@ -27,8 +28,8 @@ ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VEC
 class SlotEngine:
     """Runs tasks in processes of this machine.
 
-    The thread that calls ``start`` and ``submit`` must live as long as the engine: on Linux the workers
-    die with the thread that started them.
+    The thread that calls ``start``, ``room`` and ``submit`` must live as long as the engine: on Linux the
+    workers die with the thread that started them.
 
     Parameters
     ----------
@@ -74,7 +75,13 @@ class SlotEngine:
 
 
 class _Slot:
-    """One pool of one process, and the tasks it was given, in the order in which it runs them."""
+    """One process, the thread that listens to it, and the tasks it was given in the order it runs them.
+
+    Attributes
+    ----------
+    pid : int or None
+        Of the process, from when it says that it has started until it is known to be lost.
+    """
 
     def __init__(self, setup: WorkerSetup) -> None:
         self._setup = setup
@@ -90,69 +97,81 @@ class _Slot:
         return len(self._tasks)
 
     def submit(self, task: Task) -> None:
+        self.mend()
         with self._lock:
             self._tasks.append(task)
-        try:
-            future = self._pool.submit(execute, task)
-        except BrokenExecutor:
-            # It died while it had nothing to do, and nobody was told.
-            self._replace()
-            future = self._pool.submit(execute, task)
-        future.add_done_callback(partial(self._ended, self._pool, task))
+            if len(self._tasks) == 1 and self.pid is not None:
+                self._tell_first()
 
     def mend(self) -> None:
         if self._dead:
-            self._replace()
+            self._start_process()
 
     def interrupt(self, wanted: Callable[[Task], bool]) -> None:
+        """Kill the process if its task is wanted; one that has not started yet runs nothing."""
         with self._lock:
-            running = self._tasks[0] if self._tasks else None
-        if running is not None and wanted(running):
-            self._kill()
+            if self._tasks and self.pid is not None and wanted(self._tasks[0]):
+                self._blameless = True
+                self._process.kill()
 
     def close(self) -> None:
         self._report = _nobody
-        wait((self._hello,))
-        self._kill()
-        self._pool.shutdown(wait=True, cancel_futures=True)
-
-    def _replace(self) -> None:
-        self._pool.shutdown(wait=False)
-        self._start_process()
+        self._process.kill()
+        self._listener.join()
 
     def _start_process(self) -> None:
         self._blameless = self._dead = False
-        self.pid = None
-        self._pool = ProcessPoolExecutor(1, get_context("spawn"), start_worker, (self._setup,))
-        self._hello = self._pool.submit(os.getpid)
-        self._hello.add_done_callback(self._started)
+        context = get_context("spawn")
+        self._connection, there = context.Pipe()
+        self._process = context.Process(target=work, args=(there, self._setup), daemon=True)
+        self._process.start()
+        # The process alone holds it now, and it closes with the process.
+        there.close()
+        self._listener = threading.Thread(
+            target=self._listen, args=(self._connection, self._process), daemon=True
+        )
+        self._listener.start()
 
-    def _started(self, hello: Future[int]) -> None:
-        if hello.exception() is None:
-            self.pid = hello.result()
+    def _listen(self, connection: Connection, process: SpawnProcess) -> None:
+        """Report one outcome after another, until the process is lost."""
+        with connection:
+            try:
+                self._started(connection.recv())
+                while True:
+                    self._ended(connection.recv())
+            except (EOFError, OSError):
+                self._lost()
+        process.join()
 
-    def _kill(self) -> None:
-        """Kill the process; one that has not started yet runs nothing, and is left alone."""
-        for child in active_children():
-            if child.pid == self.pid:
-                self._blameless = True
-                child.kill()
-
-    def _ended(self, pool: ProcessPoolExecutor, task: Task, future: Future[Outcome]) -> None:
-        """Report a task. The pool's own thread calls this, for the tasks of a dead process in their order."""
+    def _started(self, pid: int) -> None:
         with self._lock:
-            current = pool is self._pool
-            first = current and self._tasks[0] is task and not self._blameless
-            self._tasks.remove(task)
-            if future.cancelled():
-                outcome: Outcome = Interrupted()
-            elif isinstance(future.exception(), BrokenExecutor):
-                # Only the first of them was running when the process died.
-                outcome = WorkerDied() if first else Interrupted()
-                self._blameless = self._dead = current
-            else:
-                outcome = future.result()
+            self.pid = pid
+            if self._tasks:
+                self._tell_first()
+
+    def _ended(self, outcome: Outcome) -> None:
+        with self._lock:
+            task = self._tasks.popleft()
+            if self._tasks:
+                self._tell_first()
         self._report(task, outcome)
+
+    def _tell_first(self) -> None:
+        """Give the process, which has nothing to do, the first task."""
+        try:
+            self._connection.send(self._tasks[0])
+        except OSError:
+            # It is dead, as the listener will find: no task is to blame.
+            self._blameless = True
+
+    def _lost(self) -> None:
+        """Report the tasks of a dead process: only the first of them was running when it died."""
+        with self._lock:
+            blamed, lost = not self._blameless, list(self._tasks)
+            self._tasks.clear()
+            self.pid, self._dead = None, True
+        for number, task in enumerate(lost):
+            self._report(task, WorkerDied() if blamed and number == 0 else Interrupted())
 
 
 def _nobody(_task: Task, _outcome: Outcome, /) -> None:

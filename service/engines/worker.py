@@ -9,11 +9,12 @@ import resource
 import signal
 import sys
 from collections import OrderedDict
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import singledispatchmethod
 from itertools import groupby
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import structlog
@@ -45,6 +46,9 @@ from service.specs import compile_spec
 from service.store.assets import AssetStore
 from service.store.passes import PassStore
 from service.store.tiles import FileTileStore, Layers
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
 
 PR_SET_PDEATHSIG = 1
 PLANS_KEPT = 4
@@ -148,12 +152,18 @@ class Worker:
         return plan
 
 
-_worker: Worker | None = None
+def work(connection: Connection, setup: WorkerSetup) -> None:
+    """Run a worker process: say that it has started, and then answer each task with its outcome."""
+    _prepare(setup)
+    worker = Worker(setup)
+    with suppress(EOFError, OSError):  # nobody asks any more
+        connection.send(os.getpid())
+        while True:
+            connection.send(_outcome(worker, connection.recv()))
 
 
-def start_worker(setup: WorkerSetup) -> None:
-    """Prepare this process: it dies with its parent, leaves no core file and keeps to its memory."""
-    global _worker  # noqa: PLW0603  (a pool hands its functions nothing but their arguments)
+def _prepare(setup: WorkerSetup) -> None:
+    """See that this process dies with its parent, leaves no core file and keeps to its memory."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != setup.parent:
@@ -161,14 +171,12 @@ def start_worker(setup: WorkerSetup) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's affair
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_AS, (setup.memory_bytes, setup.memory_bytes))
-    _worker = Worker(setup)
 
 
-def execute(task: Task) -> Outcome:
-    """Execute a task in this process. Errors come back as outcomes: not every exception can travel."""
-    assert _worker is not None
+def _outcome(worker: Worker, task: Task) -> Outcome:
+    """Execute a task. Errors come back as outcomes: not every exception can travel."""
     try:
-        return _worker.execute(task)
+        return worker.execute(task)
     except MemoryError:
         return TaskFailed("out_of_memory", "Rendering needs more memory than a worker may use.")
     except Exception as error:  # noqa: BLE001  (whatever a task raises is its outcome)

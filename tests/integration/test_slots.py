@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 import queue
 import signal
+import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -131,3 +133,28 @@ def test_a_task_that_needs_too_much_memory_fails_alone(tmp_path: Path) -> None:
     assert isinstance(outcomes[0], TaskFailed)
     assert outcomes[0].code == "out_of_memory"
     assert isinstance(outcomes[1], TileDone)
+
+
+@pytest.mark.slow
+def test_a_worker_that_is_killed_in_the_middle_of_a_large_answer_is_replaced(bench: Bench) -> None:
+    """Killed at five moments about the end of a task whose answer takes a while to travel."""
+    rays = 150_000
+    directions = np.tile([[0.0, 0.0, -1.0]], (rays, 1))
+    task = TraceTask(bench.plan.document, np.zeros((rays, 3)), directions)
+    begun = time.monotonic()
+    bench.engine.submit(task)
+    assert isinstance(bench.outcome(), TraceDone)
+    lasted = time.monotonic() - begun
+    for share in np.linspace(0.7, 1.0, 5):
+        worker = bench.worker()
+        bench.engine.submit(task)
+        time.sleep(share * lasted)
+        os.kill(worker, signal.SIGKILL)
+        assert isinstance(bench.outcome(), WorkerDied | TraceDone)
+        until(partial(_replaced, bench, worker))
+    bench.engine.submit(bench.tile())
+    assert isinstance(bench.outcome(), TileDone)
+
+
+def _replaced(bench: Bench, worker: int) -> bool:
+    return bench.engine.room() == 2 and bench.worker() != worker
