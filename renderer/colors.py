@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def linear_from_srgb(encoded: NDArray[np.float32]) -> NDArray[np.float32]:
+def linear_from_srgb(encoded: NDArray[np.floating]) -> NDArray[np.float32]:
     """Linear values of sRGB codes in 0..1 (IEC 61966-2-1), float32 with an error of 2 spacings."""
     x = encoded.astype(np.float64)
     low = x / 12.92

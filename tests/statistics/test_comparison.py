@@ -1,0 +1,110 @@
+"""How often the verdict is wrong, with pictures of which the truth is known."""
+
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+
+from renderer.comparison import Comparison, Picture, Policy
+from renderer.comparison import compare as compare_with_flip
+from renderer.comparison.blocks import LEVEL, bias
+
+SIDE = 64
+STRICT = Policy(tolerance=0.0)
+compare = partial(compare_with_flip, with_flip=False)
+
+
+def truth() -> np.ndarray:
+    """Smooth grey between 0.2 and 0.8, so that no noise below is clipped."""
+    across = np.linspace(0, np.pi, SIDE)
+    plane = 0.5 + 0.3 * np.sin(across)[None, :] * np.cos(across)[:, None]
+    return plane[:, :, None] * np.ones(3)
+
+
+def noisy(mean: np.ndarray, random: np.random.Generator, samples: int = 16) -> Picture:
+    """The mean of so many samples with a deviation of 0.1 in each pixel, with its estimated error."""
+    drawn = mean + 0.1 * random.uniform(-np.sqrt(3), np.sqrt(3), (samples, *mean.shape))
+    pixels = np.clip(drawn.mean(axis=0), 0, 1)
+    error = drawn.std(axis=0, ddof=1) / np.sqrt(samples)
+    layers: dict[str, Any] = {"error": error, "samples": np.full(mean.shape[:2], samples)}
+    return Picture("noisy", pixels, np.zeros_like(pixels), "linear", True, 64, "", 0, layers=layers)
+
+
+def without_errors(picture: Picture) -> Picture:
+    return Picture("plain", picture.linear, picture.rounding, "linear", True, 64, "", 0)
+
+
+def pair(image: np.ndarray, seed: int) -> Comparison:
+    random = np.random.default_rng(seed)
+    return compare(noisy(image, random), noisy(truth(), random), policy=STRICT)
+
+
+def test_noise_makes_as_many_blocks_biased_as_the_level_says() -> None:
+    """6,400 blocks of differences; such a binomial strays by 4.5 deviations once in 150,000."""
+    difference = np.random.default_rng(11).standard_normal((640, 640, 3))
+    count = 6400 * bias(difference, np.zeros_like(difference)).share
+    expected = 6400 * LEVEL
+    assert abs(count - expected) < 4.5 * np.sqrt(expected * (1 - LEVEL))
+
+
+def test_equal_scenes_with_other_noise_are_the_same_by_their_variances() -> None:
+    """One false alarm in a thousand pairs: five or more in 200 pairs would come once in 400,000 trials."""
+    alarms = sum(not pair(truth(), seed).passed for seed in range(200))
+    assert alarms < 5
+
+
+def test_equal_scenes_with_other_noise_are_the_same_by_their_blocks() -> None:
+    """Two of 64 blocks must be biased, each with 1/1000: 1 in 500 pairs. Five in 60 come once in 200,000."""
+    alarms = 0
+    for seed in range(60):
+        random = np.random.default_rng(1000 + seed)
+        image, reference = (without_errors(noisy(truth(), random)) for _ in range(2))
+        alarms += not compare(image, reference, policy=STRICT).passed
+    assert alarms < 5
+
+
+@pytest.mark.parametrize("lit", [True, False])
+def test_a_bias_of_one_block_is_found_where_it_is_eight_of_its_standard_errors(lit: bool) -> None:
+    """Of 64 pixels with 0.025 and as much in the reference, the mean errs by 0.0044; the limit is 4.2 errors.
+
+    At 8 errors it is missed with a probability below 1e-3 in each of 20 pairs.
+    """
+    changed = truth()
+    changed[8:16, 8:16] += 8 * 0.0044 * (1 if lit else -1)
+    assert all(pair(changed, seed).judgement.verdict == "mismatch" for seed in range(20))
+
+
+def test_the_block_that_is_biased_is_the_worst_region() -> None:
+    changed = truth()
+    changed[8:16, 16:24] += 0.15
+    worst = pair(changed, 3).regions[0]
+    assert (worst.x0, worst.y0, worst.x1, worst.y1) == (16, 8, 24, 16)
+
+
+def test_a_difference_within_the_tolerance_is_never_a_reason() -> None:
+    changed = truth() + 0.009
+    random = np.random.default_rng(5)
+    found = compare(noisy(changed, random, 400), noisy(truth(), random, 400), policy=Policy(tolerance=0.01))
+    strict = compare(noisy(changed, random, 400), noisy(truth(), random, 400), policy=STRICT)
+    assert found.passed
+    assert not strict.passed
+
+
+def test_so_many_times_the_samples_do_settle_it() -> None:
+    """The same difference counts as real where the noise is that of more samples than the factor asks for."""
+    random = np.random.default_rng(8)
+    pictures = noisy(truth(), random), noisy(truth(), random)
+    factor = compare(*pictures, policy=STRICT).judgement.samples_factor
+    assert factor is not None
+    assert factor > 1
+    for share, verdict in ((0.9, "noisy_match"), (1.1, "mismatch")):
+        surer = [with_less_noise(picture, share * factor) for picture in pictures]
+        assert compare(*surer, policy=STRICT).judgement.verdict == verdict
+
+
+def with_less_noise(picture: Picture, factor: float) -> Picture:
+    """The same pixels with the errors of so many times the samples."""
+    error = picture.layers["error"] / np.sqrt(factor)
+    return replace(picture, layers={**picture.layers, "error": error})
