@@ -54,7 +54,8 @@ class RenderPlan:
     entries, left_out
         The plan as told to people.
     look : RenderPlan or None
-        What runs at the first look that target quality takes at each pixel; None for fixed quality.
+        What runs at the first look that target quality takes at each pixel; None for fixed quality. Its
+        entries tell only what it does in another way.
     coverage : int
         Rays that tell what a pixel at a border shows; 0 for fixed quality.
     averaged : (shapes,) bool
@@ -126,16 +127,19 @@ class RenderPlan:
         rays = self.width * self.height * self.antialiasing.samples
         shadow = sum(lighting.emitter.count for lighting in self.lightings if lighting.casts)
         return PlanDocument(
-            stages=tuple(
-                PlanStage(
-                    name=entry.name,
-                    effect=entry.effect,
-                    pointers=entry.pointers,
-                    detail=entry.detail,
-                    share=entry.seconds / total if total else None,
-                )
-                for entry in self.entries
-            ),
+            stages=tuple(_stage(entry, total) for entry in self.entries),
+            first_looks=tuple(_stage(entry, 0.0) for entry in self.look.entries) if self.look else (),
             left_out=self.left_out,
             cost=PlanCost(camera_rays=rays, shadow_rays=rays * shadow, cpu_seconds=total),
         )
+
+
+def _stage(entry: Entry, total: float) -> PlanStage:
+    """A line of the plan, with its share of the predicted seconds if there are any."""
+    return PlanStage(
+        name=entry.name,
+        effect=entry.effect,
+        pointers=entry.pointers,
+        detail=entry.detail,
+        share=entry.seconds / total if total else None,
+    )

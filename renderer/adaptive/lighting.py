@@ -18,6 +18,9 @@ from renderer.workspace import FEWEST_POINTS, PAIRS, Workspace
 SIDES = (2, 4, 8, 16)
 """Cells along each side of the grids on a light that is seen whole."""
 
+NEAREST = 4
+"""A light nearer than its size over this needs no finer grid than one that is as far away as that."""
+
 CORNERS = 4
 """Light points along each side that tell who sees all of a light. The outermost lie on its edges, so that
 for convex occluders larger than the gaps between them nobody is taken to see a light that he sees in part."""
@@ -85,8 +88,8 @@ class FirstLook:
         """
         emitter = self.emitter
         size = max(lengths(emitter.first).item(), lengths(emitter.second).item())
-        away = lengths(view.towards[:, index])
-        needed = size / np.maximum(away, size / 4) * self.finest[view.of_points(view.points.materials)[index]]
+        nearness = size / np.maximum(lengths(view.towards[:, index]), size / NEAREST)
+        needed = nearness * self.finest[view.of_points(view.points.materials)[index]]
         return np.minimum(np.searchsorted(SIDES, needed), len(SIDES) - 1)
 
 

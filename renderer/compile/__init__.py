@@ -15,7 +15,7 @@ from renderer.adaptive.halves import lens_in_sequence
 from renderer.adaptive.thin import thin_places
 from renderer.arrays import column
 from renderer.cameras import Pinhole, pinhole, thin_lens
-from renderer.compile import first_looks, lights, overlaps, shapes, spawners, surfaces
+from renderer.compile import first_looks, lights, overlaps, shapes, spawners, surfaces, told_looks
 from renderer.compile import layers as layer_stages
 from renderer.compile.request import Request
 from renderer.cost import COSTS
@@ -72,10 +72,12 @@ def _look(request: Request, target: TargetQuality) -> RenderPlan:
     seen = Request(first_looks.filtered(request.scene), first_looks.quality_of(target), request.culling)
     plan = _plan(seen)
     families, table = shapes.families(seen), _table(seen)
+    lightings = first_looks.lightings(seen, target, plan.lightings, families, table)
     return replace(
         plan,
         surfaces=tuple(first_looks.averaged(stage) for stage in plan.surfaces),
-        lightings=first_looks.lightings(seen, target, plan.lightings, families, table),
+        lightings=lightings,
+        entries=tuple(told_looks.entries(seen, lightings, first_looks.coverage(target))),
     )
 
 
@@ -142,6 +144,8 @@ def _table(request: Request) -> phong.Phong:
 def _camera(request: Request) -> Pinhole:
     samples = request.sampling.antialiasing
     detail = f"rays through {samples.samples} {samples.pattern} places in each pixel"
+    if request.target:
+        detail = f"rays through {samples.pattern} places in pixels, as many as the error asks for"
     request.listing.add(
         "camera rays", "camera", detail, ("/camera",), cost.seconds(request.rays, COSTS.camera)
     )
@@ -160,4 +164,8 @@ def _lens(request: Request, camera: language.Camera) -> Pinhole:
     pointers = tuple(f"/camera/{name}" for name in ("lens_radius", "focus_distance") if getattr(camera, name))
     detail = f"a place on the lens for each ray, in focus at a distance of {lens.focus:.6g}"
     request.listing.add("lens", "camera.lens", detail, pointers, cost.seconds(request.rays, COSTS.lens))
-    return lens_in_sequence(lens) if request.target else lens
+    if not request.target:
+        return lens
+    reason = "through a lens nothing is smooth from pixel to pixel, so all pixels begin with samples"
+    request.listing.leave_out("camera.first_looks", reason, pointers)
+    return lens_in_sequence(lens)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,6 +12,7 @@ from service.cli import layers as layer_files
 from service.cli import measured_costs, output, qualities, scene_files
 
 if TYPE_CHECKING:
+    from renderer import RenderPlan
     from schemas.plans import PlanDocument
 
 MOST_POINTERS = 3
@@ -32,6 +34,9 @@ def explain(  # noqa: PLR0913 - one argument for each option
     light_samples: qualities.LightSamplesOption = None,
     light_pattern: qualities.LightPatternOption = None,
     precision: qualities.PrecisionOption = None,
+    target_error: qualities.TargetErrorOption = None,
+    confidence: qualities.ConfidenceOption = None,
+    time_limit: qualities.TimeLimitOption = None,
     layers: layer_files.LayersOption = None,
     cost: CostOption = False,
     as_json: output.JsonOption = False,
@@ -45,8 +50,11 @@ def explain(  # noqa: PLR0913 - one argument for each option
         light_samples=light_samples,
         light_pattern=light_pattern,
         precision=precision,
+        target_error=target_error,
+        confidence=confidence,
+        time_limit=time_limit,
     )
-    plan = file.plan(quality, layer_files.parsed(layers)).describe()
+    plan = _priced(file.plan(quality, layer_files.parsed(layers)))
     measured = measured_costs.measure(file.scene) if cost else None
     if as_json:
         output.document(plan.model_dump(mode="json") | ({"measured": measured} if measured else {}))
@@ -59,9 +67,18 @@ def explain(  # noqa: PLR0913 - one argument for each option
         measured_costs.show(measured)
 
 
+def _priced(plan: RenderPlan) -> PlanDocument:
+    """The plan, with the price of a picture that all processors of this machine render."""
+    from renderer.quotes.prices import price
+
+    return plan.describe().model_copy(update={"cost": price(plan, len(os.sched_getaffinity(0)))})
+
+
 def _plain(plan: PlanDocument) -> Iterable[str]:
     for stage in plan.stages:
         yield f"runs\t{stage.name}\t{_share(stage.share)}\t{_pointers(stage.pointers)}\t{stage.detail}"
+    for stage in plan.first_looks:
+        yield f"first looks\t{stage.name}\t\t{_pointers(stage.pointers)}\t{stage.detail}"
     for out in plan.left_out:
         yield f"left out\t{out.effect}\t\t{_pointers(out.pointers)}\t{out.reason}"
     yield f"cost\t{_cost(plan)}"
@@ -75,12 +92,17 @@ def _show_tables(plan: PlanDocument) -> None:
     runs = Table("What runs", "Time", "Asked for by", "What it does", box=box.SIMPLE_HEAD)
     for stage in plan.stages:
         runs.add_row(stage.name, _share(stage.share), _pointers(stage.pointers, "\n"), stage.detail)
+    looks = Table("First looks", "Asked for by", "What they do", box=box.SIMPLE_HEAD)
+    for stage in plan.first_looks:
+        looks.add_row(stage.name, _pointers(stage.pointers, "\n"), stage.detail)
     left_out = Table("Left out", "Named by", "Why", box=box.SIMPLE_HEAD)
     for out in plan.left_out:
         left_out.add_row(out.effect, _pointers(out.pointers, "\n"), out.reason)
     # Names of materials may look like markup.
     console = Console(markup=False, highlight=False)
     console.print(runs)
+    if plan.first_looks:
+        console.print(looks)
     if plan.left_out:
         console.print(left_out)
     console.print(_cost(plan))

@@ -1,8 +1,12 @@
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
+import pytest
+
 from renderer import compile_scene, load_scene
+from schemas.quality import TargetQuality
 from tests.unit.cli.conftest import Penumbra
 
 
@@ -33,3 +37,32 @@ def test_costs_are_measured_for_each_effect_with_who_asked(penumbra: Penumbra, s
     assert effects["light 0"]["difference"] > 0
     lines = penumbra("explain", scene_file, "--cost").out.splitlines()
     assert sum(line.startswith("measured\t") for line in lines) == len(effects)
+
+
+def test_first_looks_of_target_quality_are_told(penumbra: Penumbra, scene_file: Path) -> None:
+    target = TargetQuality(mode="target", error=0.004, confidence=0.8, time_limit=9.0)
+    plan = compile_scene(load_scene(scene_file), target).describe().model_dump(mode="json")
+    options = ("--target-error", 0.004, "--confidence", 0.8, "--time-limit", 9)
+    found = penumbra("explain", scene_file, "--json", *options).document
+    assert found["first_looks"] == plan["first_looks"] != []
+    assert found["stages"] == plan["stages"]
+    lines = [line.split("\t") for line in penumbra("explain", scene_file, *options).out.splitlines()]
+    told = [(line[1], line[4]) for line in lines if line[0] == "first looks"]
+    assert told == [(look["name"], look["detail"]) for look in plan["first_looks"]]
+
+
+def test_a_smaller_error_is_predicted_to_cost_more_and_a_time_limit_bounds_it(
+    penumbra: Penumbra, scene_file: Path
+) -> None:
+    coarse, fine, short = (
+        penumbra("explain", scene_file, "--json", "--target-error", *words).document["cost"]
+        for words in ((0.004,), (0.001,), (0.001, "--time-limit", 0.000001))
+    )
+    assert fine["cpu_seconds"] == pytest.approx(4 * coarse["cpu_seconds"], rel=1e-12)
+    assert short["cpu_seconds"] <= 0.000001 * (os.cpu_count() or 1)
+
+
+def test_a_target_error_and_samples_contradict_each_other(penumbra: Penumbra, scene_file: Path) -> None:
+    outcome = penumbra("explain", scene_file, "--target-error", 0.004, "--samples", 4)
+    assert outcome.code == 2
+    assert "--samples" in outcome.err

@@ -1,0 +1,126 @@
+"""The plan of target quality tells what its first looks do in another way."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import renderer
+from renderer.hard_cases.documents import Json, bulb, camera, lamp, phong, rectangle, scene, sphere
+from schemas.plans import PlanDocument
+from schemas.quality import FixedQuality, TargetQuality
+
+GALLERY = sorted((Path(__file__).parents[3] / "scenes" / "gallery").glob("*.json"))
+FLOOR = rectangle([-4, 0, -4], [0, 0, 8], [8, 0, 0])
+BALL = sphere([0, 1, 0], 1)
+ABOVE = lamp([-1, 3, -1], [2, 0, 0], [0, 0, 2])
+BOARD = {"type": "checker"}
+
+
+def told(document: Json, error: float = 2.0**-8, **options: Any) -> PlanDocument:
+    quality = TargetQuality(mode="target", error=error, **options)
+    return renderer.compile_scene(document, quality).describe()
+
+
+def details(document: Json, error: float = 2.0**-8, **options: Any) -> dict[str, str]:
+    return {look.name: look.detail for look in told(document, error, **options).first_looks}
+
+
+def furnished(**changes: Any) -> Json:
+    return scene(FLOOR, BALL, lights=[ABOVE], **changes)
+
+
+def resolved(pointer: str, document: Any) -> Any:
+    for token in pointer.split("/")[1:]:
+        document = document[int(token) if isinstance(document, list) else token]
+    return document
+
+
+def test_fixed_quality_has_no_first_looks() -> None:
+    fixed = FixedQuality(mode="fixed")
+    assert renderer.compile_scene(furnished(), fixed).describe().first_looks == ()
+
+
+def test_looks_are_told_in_order_with_who_asked() -> None:
+    materials = {"plain": phong(color_texture="board")}
+    document = furnished(textures={"board": BOARD, "other": BOARD}, materials=materials)
+    assert [(look.name, look.pointers) for look in told(document).first_looks] == [
+        ("first looks", ("/camera",)),
+        ("view of light 0", ("/lights/0",)),
+        ("light 0 seen whole", ("/lights/0",)),
+        ("light 0 seen in part", ("/lights/0",)),
+        ("means of color texture board", ("/textures/board", "/materials/plain/color_texture")),
+        ("borders", ("/camera",)),
+    ]
+
+
+@pytest.mark.parametrize("path", GALLERY, ids=lambda path: path.stem)
+def test_every_look_at_a_gallery_scene_points_at_lines_that_are_there(path: Path) -> None:
+    document = json.loads(path.read_bytes())
+    plan = renderer.compile_scene(path, TargetQuality(mode="target", error=0.004)).describe()
+    assert bool(plan.first_looks) == (document["camera"].get("lens_radius", 0) == 0)
+    for look in plan.first_looks:
+        assert all(resolved(pointer, document) is not None for pointer in look.pointers)
+
+
+def test_nobody_asks_who_sees_a_light_that_nothing_can_hide() -> None:
+    found = details(scene(FLOOR, lights=[ABOVE]))
+    assert "light 0 seen whole" in found
+    assert not found.keys() & {"view of light 0", "light 0 seen in part"}
+
+
+def test_a_light_without_an_area_is_looked_at_as_always() -> None:
+    assert details(scene(FLOOR, BALL, lights=[bulb([0, 3, 0])])).keys() == {"first looks", "borders"}
+
+
+@pytest.mark.parametrize(
+    ("error", "limit", "points"),
+    [(2.0**-8, None, 64), (2.0**-9, None, 128), (2.0**-10, None, 256), (2.0**-10, 5.0, 128)],
+)
+def test_half_the_error_has_twice_the_points_in_penumbrae_down_to_a_floor_where_time_is_short(
+    error: float, limit: float | None, points: int
+) -> None:
+    found = details(furnished(), error, time_limit=limit)
+    assert found["light 0 seen in part"] == f"{points} sobol points with shadow rays"
+
+
+@pytest.mark.parametrize(("error", "rays"), [(2.0**-8, 13), (2.0**-11, 233)])
+def test_smaller_errors_send_more_rays_through_borders(error: float, rays: int) -> None:
+    """An eighth of the error takes 8**(4 / 3) = 16 times the rays; of their numbers 233 is nearest."""
+    assert details(furnished(), error)["borders"].startswith(f"{rays} rays ")
+
+
+@pytest.mark.parametrize(("width", "apart"), [(64, None), (256, 2), (512, 4), (4096, 8)])
+def test_first_looks_of_larger_pictures_lie_farther_apart(width: int, apart: int | None) -> None:
+    """About 128 x 128 of them, none more than 8 pixels apart."""
+    found = details(furnished(camera=camera(width=width, height=width)))["first looks"]
+    assert found.startswith(
+        "one ray through the middle of " + (f"pixels {apart} pixels apart" if apart else "each pixel")
+    )
+
+
+@pytest.mark.parametrize(
+    ("brightness", "exponent", "cells"), [(0.01, 0, 2), (0.01, 60, 4), (1.0, 0, 8), (1.0, 20, 16)]
+)
+def test_the_finest_grid_on_a_light_goes_with_its_brightness_and_the_sharpest_highlight(
+    brightness: float, exponent: int, cells: int
+) -> None:
+    """The midpoint rule with n cells errs by b (2 + 2 s e) (size / distance)**2 / (24 n n).
+
+    Of an error of 1/6 a quarter is allowed, at a distance of a quarter of the size, and s is 1/2 with an
+    exponent e: n = 4 sqrt(b (2 + e)), which is 0.6, 3.1, 5.7 and 18.8. There are 2, 4, 8 and 16.
+    """
+    shiny = {"specular": 0.5, "shininess": exponent} if exponent else {}
+    light = ABOVE | {"color": [brightness] * 3}
+    document = scene(FLOOR, BALL, lights=[light], materials={"plain": phong(**shiny)})
+    grids = f"a grid of 4 to {cells**2} points" if cells > 2 else "a grid of 4 points"
+    assert details(document, 1 / 6)["light 0 seen whole"].startswith(grids)
+
+
+def test_a_lens_leaves_first_looks_out_and_says_why() -> None:
+    plan = told(furnished(camera=camera(lens_radius=0.1, focus_distance=5.0)))
+    assert plan.first_looks == ()
+    (left,) = [item for item in plan.left_out if item.effect == "camera.first_looks"]
+    assert left.pointers == ("/camera/lens_radius", "/camera/focus_distance")
+    assert "all pixels begin with samples" in left.reason
