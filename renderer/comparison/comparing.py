@@ -125,7 +125,8 @@ def compare(
     equal = bool((np.abs(difference) <= rounding + GUARD).all())
     allowed = rounding + policy.tolerance
     biased = bias(difference, allowed)
-    causes = () if equal else diagnose(image.linear, reference.linear, allowed, policy.most_bias)
+    lumas = luma(image.linear), luma(reference.linear)
+    causes = () if equal else diagnose(image.linear, reference.linear, lumas, allowed, policy.most_bias)
     both = variances.known(image) and variances.known(reference)
     scores = variances.scores(image, reference, allowed) if both else None
     judgement = judge(
@@ -141,7 +142,7 @@ def compare(
         reference=reference,
         policy=policy,
         metrics=metrics(image.linear, reference.linear, policy.limit),
-        ssim=ssim(luma(image.linear), luma(reference.linear)),
+        ssim=ssim(*lumas),
         flip=flip.flip(image.linear, reference.linear) if with_flip and flip.installed() else None,
         bias=biased,
         judgement=judgement,

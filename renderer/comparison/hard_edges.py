@@ -3,7 +3,6 @@
 import numpy as np
 
 from renderer.arrays import Floats, Masks
-from renderer.comparison.similarity import luma
 
 CAUSE = "antialiasing_missing"
 HINT = (
@@ -28,12 +27,18 @@ LEAST = 16
 """Pixels of the reference that show both sides, below which nothing is said."""
 
 
-def left_over(image: Floats, reference: Floats) -> float | None:
+def left_over(image: Floats, reference: Floats, seen: Floats, wanted: Floats) -> float | None:
     """Mean square that remains if pixels may show what any neighbour of theirs shows; None for soft edges.
 
-    Both (H, W, 3), linear. A picture without anti-aliasing is then right everywhere.
+    A picture without anti-aliasing is then right everywhere.
+
+    Parameters
+    ----------
+    image, reference : (H, W, 3)
+        Linear.
+    seen, wanted : (H, W)
+        Brightness of both as seen, 0 to 1.
     """
-    seen, wanted = luma(image), luma(reference)
     low, high = neighbourhood(wanted)
     edges = high - low > EDGE
     soft = np.count_nonzero(edges & _between(wanted, low, high))

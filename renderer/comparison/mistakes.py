@@ -146,10 +146,15 @@ TRANSPOSED = Mistake(
 
 
 def moved(picture: Floats, right: int, down: int) -> Floats:
-    """The picture moved by at most one pixel each way; its border is repeated."""
-    rows = np.clip(np.arange(picture.shape[0]) - down, 0, picture.shape[0] - 1)
-    columns = np.clip(np.arange(picture.shape[1]) - right, 0, picture.shape[1] - 1)
-    return picture.take(rows, axis=0).take(columns, axis=1)
+    """The picture moved by at most one pixel each way; what is moved in from outside stays as it was."""
+    placed = picture.copy()
+    placed[_to(down), _to(right)] = picture[_to(-down), _to(-right)]
+    return placed
+
+
+def _to(step: int) -> slice:
+    """Where a side that is moved by -1, 0 or 1 pixels comes to lie."""
+    return slice(max(step, 0), min(step, 0) or None)
 
 
 def _moving(right: int, down: int) -> Undo:

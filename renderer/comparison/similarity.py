@@ -30,12 +30,13 @@ def ssim(image: Floats, reference: Floats) -> float | None:
     if min(image.shape) < SIDE:
         return None
     mean_a, mean_b = _windowed(image), _windowed(reference)
-    variance_a = _windowed(image * image) - mean_a * mean_a
-    variance_b = _windowed(reference * reference) - mean_b * mean_b
-    covariance = _windowed(image * reference) - mean_a * mean_b
+    squares, product = mean_a * mean_a + mean_b * mean_b, mean_a * mean_b
+    # The formula has the variances in their sum alone.
+    variances = _windowed(image * image + reference * reference) - squares
+    covariance = _windowed(image * reference) - product
     c1, c2 = STABILITY
-    above = (2 * mean_a * mean_b + c1) * (2 * covariance + c2)
-    below = (mean_a * mean_a + mean_b * mean_b + c1) * (variance_a + variance_b + c2)
+    above = (2 * product + c1) * (2 * covariance + c2)
+    below = (squares + c1) * (variances + c2)
     return float((above / below).mean())
 
 

@@ -11,6 +11,7 @@ from typing import Any, NoReturn
 import typer
 
 from service.cli import (
+    compare,
     demo,
     doctor,
     explain,
@@ -33,6 +34,7 @@ COMMANDS: tuple[tuple[str, str, Callable[..., Any]], ...] = (
     ("quote", "On this machine", quote.quote),
     ("trace", "On this machine", trace.trace),
     ("study", "On this machine", study.study),
+    ("compare", "On this machine", compare.compare),
     ("serve", "Service", serve.serve),
     ("demo", "Service", demo.demo),
     ("doctor", "Service", doctor.doctor),

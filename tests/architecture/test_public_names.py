@@ -11,7 +11,7 @@ from service.app import create_app
 from service.cli.main import COMMANDS
 from service.settings import Settings
 
-LOCAL = {"render", "explain", "validate", "trace", "study", "serve", "demo", "doctor"}
+LOCAL = {"compare", "render", "explain", "validate", "trace", "study", "serve", "demo", "doctor"}
 REMOTE = {"submit", "wait", "watch", "get", "cancel", "ls"}
 
 CALLS = {

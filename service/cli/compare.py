@@ -1,0 +1,190 @@
+"""``penumbra compare``: whether two pictures show the same, and if not, why and where."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from service.cli import output, scene_files
+from service.cli.connection import DEFAULT_SERVER, ServerOption, connect
+from service.cli.errors import InputError
+from service.cli.exits import ExitCode
+from service.cli.targets import check_target, write_whole
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from renderer.comparison import Comparison, Picture
+
+JOB = "job:"
+NUMBERS = ("rmse", "psnr", "ssim", "relmse", "max_abs", "frac_over", "flip")
+
+Encoding = Literal["srgb", "linear"]
+ImageArgument = Annotated[
+    str, typer.Argument(help="The picture in question: .png, .npy, .exr, or job:ID.", show_default=False)
+]
+ReferenceArgument = Annotated[
+    str, typer.Argument(help="What it should look like, in the same forms.", show_default=False)
+]
+EncodingOption = Annotated[
+    Encoding | None,
+    typer.Option("--encoding", help="What the numbers of IMAGE mean; by default srgb for .png, else linear."),
+]
+ReferenceEncodingOption = Annotated[
+    Encoding | None, typer.Option("--reference-encoding", help="The same of REFERENCE.")
+]
+SceneOption = Annotated[
+    str | None, typer.Option("--scene", metavar="SCENE", help="The scene: places are named by its shapes.")
+]
+ToleranceOption = Annotated[
+    float,
+    typer.Option("--tolerance", min=0.0, max=1.0, help="Mean difference of a block that is never a reason."),
+]
+BiasOption = Annotated[
+    float, typer.Option("--max-bias", min=0.0, max=1.0, help="Share of biased blocks that is still noise.")
+]
+LimitOption = Annotated[
+    float, typer.Option("--limit", min=0.0, max=1.0, help="Linear difference that `frac_over` counts above.")
+]
+FailOption = Annotated[
+    float | None,
+    typer.Option(
+        "--fail-under", min=0.0, max=1.0, help="Leave with 1 if the score is lower; a mismatch has 0."
+    ),
+]
+HeatOption = Annotated[Path | None, typer.Option("--heat-map", help="Save where they differ, .png.")]
+SideOption = Annotated[
+    Path | None, typer.Option("--side-by-side", help="Save picture, reference and heat map, .png.")
+]
+
+
+def compare(  # noqa: PLR0913 - one argument for each option
+    *,
+    image: ImageArgument,
+    reference: ReferenceArgument,
+    encoding: EncodingOption = None,
+    reference_encoding: ReferenceEncodingOption = None,
+    scene: SceneOption = None,
+    tolerance: ToleranceOption = 0.01,
+    max_bias: BiasOption = 0.02,
+    limit: LimitOption = 0.05,
+    fail_under: FailOption = None,
+    heat_map: HeatOption = None,
+    side_by_side: SideOption = None,
+    server: ServerOption = DEFAULT_SERVER,
+    as_json: output.JsonOption = False,
+) -> None:
+    """Compare a picture with its reference: metrics, a verdict that knows noise, the mistake behind it."""
+    begun = time.perf_counter(), time.process_time()
+    for target in filter(None, (heat_map, side_by_side)):
+        check_target(target, (".png",))
+    from renderer.comparison import Policy
+    from renderer.comparison import compare as compared
+    from renderer.errors import ImageFileError
+
+    try:
+        pictures = read(image, encoding, server), read(reference, reference_encoding, server)
+        shapes, names = (None, []) if scene is None else _shown(scene, pictures[1])
+        policy = Policy(tolerance=tolerance, most_bias=max_bias, limit=limit)
+        found = compared(*pictures, policy=policy, shapes=shapes, names=names)
+    except ImageFileError as error:
+        raise InputError(str(error)) from error
+    _save(found, heat_map, side_by_side)
+    if as_json:
+        seconds = {"seconds": time.perf_counter() - begun[0], "cpu_seconds": time.process_time() - begun[1]}
+        output.document(found.document() | {"timings": seconds})
+    else:
+        for line in lines(found.document()):
+            output.result(line)
+    if fail_under is not None and found.document()["score"] < fail_under:
+        raise typer.Exit(ExitCode.BELOW_THRESHOLD)
+
+
+def read(source: str, encoding: Encoding | None, server: str) -> Picture:
+    """The picture of a file, or of a job of the service.
+
+    Raises
+    ------
+    renderer.comparison.NotComparableError
+        It cannot be used.
+    """
+    from renderer.comparison import picture_of, read_picture
+
+    if not source.startswith(JOB):
+        return read_picture(source, encoding)
+    from service.client.comparing import parts_of
+
+    with connect(server) as client:
+        parts = parts_of(client, source.removeprefix(JOB))
+    return picture_of(parts.content, source, encoding, parts.layers)
+
+
+def _shown(name: str, reference: Picture) -> tuple[NDArray[Any], list[str]]:
+    from renderer.comparison.shown import names_of, shapes_shown
+
+    scene = scene_files.load(name).scene
+    camera = scene.document.camera
+    if (camera.width, camera.height) != (reference.width, reference.height):
+        raise InputError(
+            f"{name} asks for {camera.width} x {camera.height} pixels, the reference has {reference.width} x "
+            f"{reference.height}. Give the scene that the reference was rendered from."
+        )
+    return shapes_shown(scene), names_of(scene.document)
+
+
+def _save(found: Comparison, heat_map: Path | None, side_by_side: Path | None) -> None:
+    from renderer.comparison import heat
+
+    pictures = found.image.linear, found.reference.linear
+    for target, draw in ((heat_map, heat.heat_map), (side_by_side, heat.side_by_side)):
+        if target is not None:
+            write_whole(target, heat.encoded(draw(*pictures)))
+            output.say(f"{target}: written")
+
+
+def lines(document: dict[str, Any]) -> Iterator[str]:
+    """A comparison in words: the verdict first, then why and where, then numbers and how it was read."""
+    color = "red" if document["verdict"] == "mismatch" else "green"
+    yield f"{output.emphasis(document['verdict'], color)}: {document['reason']}"
+    yield from _certainty(document)
+    for cause in document["diagnosis"]:
+        yield f"cause: {cause['cause']} (RMSE {cause['rmse_before']:.4f}, undone {cause['rmse_after']:.4f})"
+        yield f"  {cause['hint']}"
+    for region in document["worst_regions"] if document["verdict"] == "mismatch" else []:
+        yield f"where: {_region(region)}"
+    told = {name: document["metrics"][name] for name in NUMBERS}
+    yield "  ".join(f"{name} {value:.4g}" for name, value in told.items() if value is not None)
+    for role, picture in document["inputs"].items():
+        yield f"{role}: {_input(picture)}"
+
+
+def _certainty(document: dict[str, Any]) -> Iterator[str]:
+    margin, factor = document["margin"], document["samples_factor"]
+    if margin is not None:
+        yield f"margin: {margin:+.0%} of the limit"
+    if document["verdict"] == "noisy_match" and factor is not None:
+        yield f"With {factor:.2g} times the samples in both pictures this difference would count as real."
+
+
+def _region(region: dict[str, Any]) -> str:
+    brightness = "too bright" if region["brightness"] > 0 else "too dark"
+    name = f", mostly {output.harmless(region['name'])}" if region["name"] else ""
+    return (
+        f"columns {region['x0']} to {region['x1'] - 1}, rows {region['y0']} to {region['y1'] - 1}: "
+        f"{brightness} by {abs(region['brightness']):.3f}, {region['share']:.0%} of the squared "
+        f"difference{name}"
+    )
+
+
+def _input(picture: dict[str, Any]) -> str:
+    stated = "stated" if picture["encoding_stated"] else "not stated, usual for such files"
+    notes = "".join(f" {note}" for note in picture["notes"])
+    return (
+        f"{output.harmless(picture['name'])}, {picture['width']} x {picture['height']}, "
+        f"{picture['bits']} bits, {picture['encoding']} ({stated}), "
+        f"{picture['clipped_pixels']} pixels clipped to 0..1.{notes}"
+    )
