@@ -12,6 +12,7 @@ from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
+from schemas.comparisons import ComparisonRequest
 from schemas.jobs import JobRequest
 from schemas.problems import ProblemDocument
 from schemas.quotes import QuoteRequest
@@ -25,7 +26,7 @@ from service.engines.slots import SlotEngine
 from service.engines.worker import WorkerSetup
 from service.feed import Feed
 from service.prices import QuotedPrices
-from service.routes import assets, convergence, jobs, operations, pictures, quotes, scenes, tiles
+from service.routes import assets, comparisons, convergence, jobs, operations, pictures, quotes, scenes, tiles
 from service.routes.parameters import COMPONENTS, problem
 from service.seats import Seats
 from service.settings import Settings
@@ -34,7 +35,7 @@ from service.store.passes import PassStore
 from service.store.tiles import FileTileStore
 
 DESCRIPTION = "Send a scene as JSON, watch its tiles arrive, fetch the picture by the job's id."
-ROUTERS = (jobs, tiles, pictures, convergence, scenes, quotes, assets, operations)
+ROUTERS = (jobs, tiles, pictures, convergence, scenes, quotes, comparisons, assets, operations)
 
 
 def create_app(settings: Settings) -> FastAPI:
@@ -94,7 +95,8 @@ def _assemble(settings: Settings, feed: Feed) -> Service:
         assets=textures,
         dispatcher=dispatcher,
         feed=feed,
-        quote_seats=Seats(settings.max_quotes),
+        quote_seats=Seats(settings.max_quotes, "quotes"),
+        comparison_seats=Seats(settings.max_comparisons, "comparisons"),
         prices=QuotedPrices(),
     )
 
@@ -103,7 +105,8 @@ def _document_bodies(app: FastAPI) -> None:
     """Add what routes read and answer by themselves to the OpenAPI document."""
     generate = app.openapi
     read: list[tuple[type[BaseModel], Literal["validation"]]] = [
-        (model, "validation") for model in (JobRequest, QuoteRequest, TraceRequest, ProblemDocument)
+        (model, "validation")
+        for model in (JobRequest, QuoteRequest, TraceRequest, ComparisonRequest, ProblemDocument)
     ]
 
     def openapi() -> dict[str, Any]:

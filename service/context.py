@@ -30,6 +30,7 @@ class Service:
     dispatcher: Dispatcher
     feed: Feed
     quote_seats: Seats
+    comparison_seats: Seats
     prices: QuotedPrices
 
 

@@ -20,6 +20,7 @@ ServiceError
 │   └── StoreTakenError         another service uses the data folder
 ├── TraceFailedError
 ├── QuoteFailedError
+├── ComparisonFailedError
 └── UnavailableError            try again later
     ├── BusyError               too many do the same
     └── WorkerLostError
@@ -122,6 +123,10 @@ class TraceFailedError(ServiceError):
 
 class QuoteFailedError(ServiceError):
     """A scene could not be quoted."""
+
+
+class ComparisonFailedError(ServiceError):
+    """Two pictures could not be compared."""
 
 
 class UnavailableError(ServiceError):

@@ -15,6 +15,7 @@ from starlette.exceptions import HTTPException
 
 import renderer
 from renderer.assets import AssetError
+from renderer.comparison import NotComparableError
 from renderer.convergence import NothingToFitError
 from renderer.errors import ImageFileError, MissingExtraError
 from schemas.problems import Problem, ProblemDocument
@@ -42,6 +43,7 @@ KINDS: dict[type[Exception], Kind] = {
     renderer.SceneError: Kind(422, "scene_not_usable"),
     renderer.RenderError: Kind(500, "render_failed", told=False),
     ImageFileError: Kind(500, "picture_failed", told=False),
+    NotComparableError: Kind(422, "not_comparable"),
     MissingExtraError: Kind(501, "extra_missing"),
     AssetError: Kind(422, "asset_not_usable"),
     NothingToFitError: Kind(422, "nothing_to_fit"),
@@ -65,6 +67,7 @@ KINDS: dict[type[Exception], Kind] = {
     errors.StoreTakenError: Kind(500, "store_taken", told=False),
     errors.TraceFailedError: Kind(422, "trace_failed"),
     errors.QuoteFailedError: Kind(422, "quote_failed"),
+    errors.ComparisonFailedError: Kind(422, "comparison_failed"),
     errors.UnavailableError: Kind(503, "unavailable", retry=True),
     errors.BusyError: Kind(429, "busy", retry=True),
     errors.WorkerLostError: Kind(503, "worker_lost", retry=True),

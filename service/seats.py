@@ -11,14 +11,14 @@ from service.errors import BusyError
 class Seats:
     """So many may sit at once. Used by one thread, that of the event loop.
 
-    >>> seats = Seats(2)
+    >>> seats = Seats(2, "quotes")
     >>> with seats.taken():
     ...     print(seats.free)
     1
     """
 
-    def __init__(self, count: int) -> None:
-        self.free = count
+    def __init__(self, count: int, made: str) -> None:
+        self.free, self._made = count, made
 
     @contextmanager
     def taken(self) -> Iterator[None]:
@@ -30,7 +30,8 @@ class Seats:
             All seats are taken.
         """
         if not self.free:
-            raise BusyError("The service makes as many quotes as it may already. Try again in a moment.")
+            detail = f"The service makes as many {self._made} as it may already. Try again in a moment."
+            raise BusyError(detail)
         self.free -= 1
         try:
             yield

@@ -55,6 +55,11 @@ class Settings(BaseSettings):
     max_quotes: int = Field(
         default=8, ge=1, description="Quotes made at the same time, those that wait for a worker included."
     )
+    max_comparisons: int = Field(
+        default=8,
+        ge=1,
+        description="Comparisons made at the same time, those that wait for a worker included.",
+    )
     max_wait_seconds: float = Field(
         default=60.0, ge=0, description="Longest that a request may wait for news."
     )

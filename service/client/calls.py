@@ -15,6 +15,7 @@ import httpx2
 from pydantic import BaseModel, ValidationError
 
 from schemas.batches import MEDIA_TYPE
+from schemas.comparisons import ComparisonAnswer
 from schemas.convergence import Convergence
 from schemas.jobs import Asset, Job, JobList, TileBatch, TileEvent, Version
 from schemas.plans import PlanDocument
@@ -153,6 +154,11 @@ def make_quote(body: Mapping[str, Any]) -> Call[Quote]:
 def trace(body: Mapping[str, Any]) -> Call[TraceAnswer]:
     """Cast rays without a job."""
     return _post("/v1/traces", body, TraceAnswer)
+
+
+def make_comparison(body: Mapping[str, Any]) -> Call[ComparisonAnswer]:
+    """Compare two pictures."""
+    return _post("/v1/comparisons", body, ComparisonAnswer)
 
 
 def get_version() -> Call[Version]:

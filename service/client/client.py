@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import stamina
 
+from schemas.comparisons import ComparisonAnswer
 from schemas.convergence import Convergence
 from schemas.errors import SceneError
 from schemas.jobs import Job, JobList, JobState, TileBatch, TileEvent, Version
@@ -22,6 +23,7 @@ from schemas.traces import TraceAnswer
 from service.client import calls
 from service.client.batches import Encoding, PixelBatch
 from service.client.calls import Answer, Call
+from service.client.comparing import PictureSource, sent
 from service.client.errors import (
     JobCancelledError,
     JobFailedError,
@@ -294,6 +296,36 @@ class Client:
         parcel = self._upload(pack(scene))
         with _placing(parcel):
             return self._send(calls.trace(_body(parcel, None) | rows))
+
+    def compare(
+        self,
+        image: PictureSource,
+        reference: PictureSource,
+        *,
+        encoding: str | None = None,
+        reference_encoding: str | None = None,
+        **options: Any,
+    ) -> ComparisonAnswer:
+        """Compare two pictures on the server; ``penumbra compare`` and ``renderer.comparison`` do it here.
+
+        Parameters
+        ----------
+        image, reference
+            ``job:ID``, the path of a PNG, NPY or EXR file, or its bytes.
+        encoding, reference_encoding
+            ``srgb`` or ``linear``; by default what files of that kind usually mean, which the answer tells.
+        options
+            ``tolerance``, ``max_bias``, ``limit`` and ``pictures``, as the request has them.
+
+        Raises
+        ------
+        OSError
+            A file cannot be read.
+        RequestInvalidError
+            The pictures cannot be compared; `errors` says why.
+        """
+        pictures = {"image": sent(image, encoding), "reference": sent(reference, reference_encoding)}
+        return self._send(calls.make_comparison(pictures | options))
 
     def version(self) -> Version:
         """Which service this is."""

@@ -8,6 +8,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from schemas.comparisons import ComparisonAnswer, ComparisonRequest, Encoding
+from schemas.problems import Problem
 from schemas.quotes import Quote, QuoteRequest
 from schemas.scene import Scene
 from schemas.tiles import Pass, Tile
@@ -91,8 +93,27 @@ class QuoteTask:
     workers: int
 
 
+@dataclass(frozen=True)
+class ComparedPicture:
+    """A picture of a job, with these of its layers, or the content of a file where there is no job."""
+
+    job: str | None
+    content: bytes = field(repr=False)
+    encoding: Encoding | None
+    layers: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class CompareTask:
+    """Compare two pictures; ``request`` has the options."""
+
+    request: ComparisonRequest
+    image: ComparedPicture
+    reference: ComparedPicture
+
+
 JobTask = TileTask | AdvanceTask | ComposeTask
-CallTask = TraceTask | QuoteTask
+CallTask = TraceTask | QuoteTask | CompareTask
 Task = JobTask | CallTask
 
 
@@ -151,6 +172,20 @@ class QuoteDone:
 
 
 @dataclass(frozen=True)
+class CompareDone:
+    """What comparing two pictures has shown."""
+
+    answer: ComparisonAnswer
+
+
+@dataclass(frozen=True)
+class CompareRefused:
+    """A picture that was sent cannot be compared; the pointer leads into the request."""
+
+    problem: Problem
+
+
+@dataclass(frozen=True)
 class TaskFailed:
     """A task ended with an error of its own; a second try would end the same way.
 
@@ -171,7 +206,7 @@ class Interrupted:
     """The task was taken from its worker, or never began; nothing is known against it."""
 
 
-CallDone = TraceDone | QuoteDone
+CallDone = TraceDone | QuoteDone | CompareDone | CompareRefused
 Outcome = TileDone | AdvanceDone | ComposeDone | CallDone | TaskFailed | WorkerDied | Interrupted
 
 

@@ -23,10 +23,14 @@ import renderer
 from renderer import film, image_files, progressive
 from renderer.quotes import quote
 from service import layers
+from service.engines.comparing import compared
 from service.engines.passes import PassWorker
 from service.engines.tasks import (
     AdvanceDone,
     AdvanceTask,
+    CompareDone,
+    CompareRefused,
+    CompareTask,
     ComposeDone,
     ComposeTask,
     Interrupted,
@@ -138,6 +142,10 @@ class Worker:
             workers=task.workers,
         )
         return QuoteDone(told)
+
+    @execute.register
+    def _(self, task: CompareTask) -> CompareDone | CompareRefused:
+        return compared(task, self._store, self._assets)
 
     def _layers(self, task: ComposeTask) -> Layers:
         return layers.composed(self._store, task.job, (task.height, task.width), task.layers, task.parts)

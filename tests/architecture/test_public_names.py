@@ -29,6 +29,7 @@ CALLS = {
     ("get", "/v1/jobs/{}/plan"),
     ("post", "/v1/plans"),
     ("post", "/v1/traces"),
+    ("post", "/v1/comparisons"),
     ("put", "/v1/assets/{}"),
     ("get", "/v1/assets/{}"),
     ("head", "/v1/assets/{}"),

@@ -45,7 +45,7 @@ def problem_of(answer: httpx2.Response, status: int) -> dict[str, Any]:
     return document
 
 
-@pytest.mark.parametrize("path", ["/v1/jobs", "/v1/plans", "/v1/traces"])
+@pytest.mark.parametrize("path", ["/v1/jobs", "/v1/plans", "/v1/traces", "/v1/comparisons"])
 @pytest.mark.parametrize("body", BODIES.values(), ids=BODIES)
 def test_a_bad_body_gets_a_list_of_what_is_wrong(client: httpx2.Client, path: str, body: bytes) -> None:
     answer = client.post(path, content=body, headers=JSON)

@@ -56,6 +56,7 @@ def test_every_route_of_the_contract_is_documented(client: httpx2.Client) -> Non
         "GET /v1/jobs/{job_id}/convergence",
         "POST /v1/plans",
         "POST /v1/quotes",
+        "POST /v1/comparisons",
         "POST /v1/traces",
         "PUT /v1/assets/{sha256}",
         "GET /v1/assets/{sha256}",
