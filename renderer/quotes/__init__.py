@@ -57,7 +57,9 @@ def quote(
     SceneError
         If the scene, or a file that it names, cannot be used.
 
-    Notes ----- Which places are looked at depends on the scene and its seed alone. How many of them are,
+    Notes
+    -----
+    Which places are looked at depends on the scene and its seed alone. How many of them are,
     and so every figure but the price, depends on the machine.
     """
     before = monotonic()
@@ -88,7 +90,7 @@ def quote(
 def _asked(pilot: Pilot, known: list[Fixed | Adaptive]) -> Priced | None:
     for each in known:
         if isinstance(each, Adaptive):
-            if pilot.target and pilot.target.error in each.points:
+            if pilot.target and each.points:
                 return each.priced(pilot.target.error, pilot.target.time_limit)
         elif pilot.target is None and each.ladder == pilot.ladders[0]:
             return each.priced(pilot.asked)

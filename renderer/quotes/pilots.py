@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import pairwise
+from math import log
 
 from renderer.plan import RenderPlan
 from renderer.quotes.accuracies import SAMPLES, Sampled
@@ -18,9 +20,17 @@ from schemas.quality import CONFIDENCE, Quality, TargetQuality
 TIMING_AT_MOST = 0.6
 """Share of the time for timing blocks where they cost much or differ much."""
 
-TIMING, EFFECTS, SAMPLING, WISHING = 0.25, 0.12, 0.35, 0.25
-"""Shares of the time that is left, when their turn comes, for timing blocks, for leaving out effects and for
-sampling pixels, the last one where an error is wished for. What they leave is for small pictures."""
+TIMING, EFFECTS = 0.25, 0.12
+"""Shares of the time that is left for fixed samples, when their turn comes, for timing blocks and for leaving
+out effects. What they leave is for sampling pixels."""
+
+TARGETS = 0.45
+"""Share of the time that is kept for small pictures, however long all else takes: target quality is nearly
+always the cheapest way to an error."""
+
+FINER = 1.0
+"""Power of the error like which a small picture takes longer at least: one that would be given up tells
+nothing."""
 
 SPARE = 0.1
 """Share of the time that is kept for what units of work take longer than the ones before."""
@@ -83,10 +93,13 @@ class Pilot:
         last = self.ladders[-1].quality(SAMPLES)
         for half in within(deadline, [partial(compiled, self.scene, last, SEEDS[0])], compiling):
             plans = [self.plan, half][-len(self.ladders) :]
+            early = deadline.part(1 - TARGETS)
             self.stopwatch = Stopwatch(plans)
-            self.stopwatch.run(deadline.part(TIMING), deadline.part(TIMING_AT_MOST))
-            self._leave_out(plans[0], compiling, deadline.part(EFFECTS))
-            self._sample(half, compiling, deadline.part(WISHING if self._errors() else SAMPLING))
+            self.stopwatch.run(early.part(TIMING), early.part(TIMING_AT_MOST))
+            self.growing = self._targets()
+            self.growing[0].begin(deadline)
+            self._leave_out(plans[0], compiling, early.part(EFFECTS))
+            self._sample(half, compiling, early)
             self._grow(deadline)
 
     def _leave_out(self, plan: RenderPlan, compiling: float, deadline: Deadline) -> None:
@@ -110,17 +123,25 @@ class Pilot:
         for count in sorted({nearest, *ladder.measured} if others_too else {nearest}):
             yield count, self.plan if count == self.asked else compiled(self.scene, ladder.quality(count))
 
+    def _targets(self) -> list[Growing]:
+        """Target errors from the largest to the smallest, and so from the cheapest to the dearest."""
+        errors = sorted({*self._errors(), *ERRORS}, reverse=True)
+        ray = self._ray_seconds()
+        precision, confidence = self.ladders[0].precision, self._confidence()
+        return [Growing(self.scene, error, precision, ray, confidence) for error in errors]
+
     def _grow(self, deadline: Deadline) -> None:
-        """Render small pictures of target quality, those that are asked for first."""
-        asked = self._errors()
-        errors = list(dict.fromkeys([*asked, *ERRORS]))
-        for number, error in enumerate(errors):
-            share = 1.0 if error in asked else 1 / (len(errors) - number)
-            growing = Growing(
-                self.scene, error, self.ladders[0].precision, self._ray_seconds(), self._confidence()
-            )
-            growing.run(deadline.part(share), deadline)
-            self.growing.append(growing)
+        """Render a small picture of each error as far as time allows, then larger ones."""
+        for coarser, finer in pairwise(self.growing):
+            if coarser.pictures:
+                seconds = coarser.pictures[-1].seconds * (coarser.error / finer.error) ** FINER
+                if seconds <= deadline.left:
+                    finer.begin(deadline)
+        begun = [growing for growing in self.growing if growing.pictures]
+        for asked in self._errors()[:1]:
+            begun.sort(key=lambda growing: abs(log(growing.error / asked)))
+        for number, growing in enumerate(begun):
+            growing.run(deadline.part(1 / (len(begun) - number)), deadline)
 
     def _errors(self) -> list[float]:
         """Target errors that are asked for."""

@@ -22,6 +22,9 @@ from schemas.quality import CONFIDENCE
 SMALLEST = 64
 """The longer side of the first picture, pixels. Smaller ones show edges and nothing else."""
 
+LEAST = 16
+"""Its longer side where time is short: it tells little, but all else would tell nothing."""
+
 STEP = 2.0
 """By which sides grow at least from one picture to the next: a smaller step tells nothing new."""
 
@@ -37,13 +40,16 @@ four steps of 8 bits, see `python -m benchmarks quotes`."""
 SPARE = 1.3
 """Times the predicted seconds that have to be left for the next picture."""
 
+FIRST = 0.05
+"""Share of the time left that the rays of a first picture may take: with the calls it takes many times that,
+and one that is given up tells nothing."""
+
 RAYS = 6
 """Camera rays of a pixel of the first picture, about."""
 
 TILE_RAYS = 16384
 """Camera rays of a tile, about: between tiles a picture can be given up. Smaller ones would cost more than
 they do when the picture is rendered."""
-
 
 LATE = 2
 """Times the seconds of a tile that have to be left for the next one: its rays may cost more than most, and
@@ -107,16 +113,33 @@ class Growing:
 
     def run(self, wished: Deadline, deadline: Deadline) -> None:
         """Begin pictures that should end before the wished deadline; at the other one they are given up."""
-        size = min(1.0, SMALLEST / max(self.camera.width, self.camera.height))
-        expected = self.camera.width * self.camera.height * size * size * RAYS * self.ray_seconds
-        while expected * SPARE <= wished.left:
-            try:
-                self.pictures.append(self._render(size, deadline))
-            except _TooLate:
-                return
-            if self.whole:
-                return
+        if not self.pictures and wished.left > 0:
+            self.begin(deadline)
+        while self.pictures and not self.whole:
             size, expected = self._next(wished.left)
+            if expected * SPARE > wished.left or not self._try(size, deadline):
+                return
+
+    def begin(self, deadline: Deadline) -> None:
+        """Render the first picture: the smaller, the less time there is."""
+        longer = max(self.camera.width, self.camera.height)
+        side = SMALLEST
+        while side > LEAST and self._expected(side / longer) > FIRST * deadline.left:
+            side //= 2
+        self._try(min(1.0, side / longer), deadline)
+
+    def _expected(self, size: float) -> float:
+        """Seconds of a first picture."""
+        size = min(size, 1.0)
+        return self.camera.width * self.camera.height * size * size * RAYS * self.ray_seconds
+
+    def _try(self, size: float, deadline: Deadline) -> bool:
+        """Render a picture, and tell whether it was finished."""
+        try:
+            self.pictures.append(self._render(size, deadline))
+        except _TooLate:
+            return False
+        return True
 
     def _next(self, left: float) -> tuple[float, float]:
         """Size of the largest picture for which there is time, and its seconds."""
@@ -129,8 +152,10 @@ class Growing:
         return next((option for option in options if option[1] * SPARE <= left), options[-1])
 
     def _render(self, size: float, deadline: Deadline) -> Small:
+        tile = min(TILE_RAYS * self.ray_seconds, self._expected(size))
+
         def look(_: TileEvent) -> None:
-            if deadline.left < LATE * TILE_RAYS * self.ray_seconds:
+            if deadline.left < LATE * tile:
                 raise _TooLate
 
         begun = time.monotonic()

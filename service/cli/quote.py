@@ -12,9 +12,13 @@ from service.cli import output, qualities, scene_files
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.table import Table
 
     from schemas.quality import FixedQuality, TargetQuality
     from schemas.quotes import Offer, Predicted, Quote
+
+STEPS = 255
+"""Of a picture of 8 bits: what errors are told in, as people see them."""
 
 TargetErrorOption = Annotated[
     float | None,
@@ -142,13 +146,14 @@ def _show(told: Quote, target_error: float | None, time: float | None) -> None:
     console.print(_pilot(told), style="dim")
 
 
-def _show_offers(console: Console, told: Quote) -> None:
+def offers(told: Quote) -> Table:
+    """A row for each offer, in bold the one that is asked for."""
     from rich import box
     from rich.table import Table
 
     table = Table(box=box.SIMPLE_HEAD)
-    for name in ("Quality", "Seconds", "CPU seconds", "Error", "Error x 255"):
-        table.add_column(name, justify="left" if name == "Quality" else "right")
+    for name in ("Quality", "Seconds", "Error x 255"):
+        table.add_column(name, justify="left" if name == "Quality" else "right", no_wrap=True)
     before = None
     for offer in told.offers:
         ladder = _ladder(offer.quality)
@@ -156,10 +161,12 @@ def _show_offers(console: Console, told: Quote) -> None:
             table.add_section()
         before = ladder
         table.add_row(*_cells(offer), style="bold" if offer == told.asked else None)
-    console.print(table)
-    console.print(
-        f"Seconds are those of {told.workers} processes. Bold is what the scene or the options ask for."
-    )
+    return table
+
+
+def _show_offers(console: Console, told: Quote) -> None:
+    console.print(offers(told))
+    console.print(f"Seconds of {told.workers} processes. Bold is what the scene or the options ask for.")
 
 
 def _ladder(quality: FixedQuality | TargetQuality) -> object:
@@ -169,15 +176,25 @@ def _ladder(quality: FixedQuality | TargetQuality) -> object:
 
 
 def _cells(offer: Offer) -> Iterable[str]:
-    error = offer.error
-    steps = "" if error is None else f"{255 * error.estimate:.2g}"
-    return words(offer.quality), _range(offer.seconds), _range(offer.cpu_seconds), _range(error), steps
+    return short(offer.quality), _range(offer.seconds), _range(offer.error, STEPS)
 
 
-def _range(known: Predicted | None) -> str:
+def short(quality: FixedQuality | TargetQuality) -> str:
+    """A quality in at most 30 characters: camera by light samples, or an error in steps of 8 bits."""
+    if quality.mode == "target":
+        return f"target {STEPS * quality.error:.2g}/{STEPS}"
+    assert quality.antialiasing is not None
+    assert quality.light is not None
+    camera, light = quality.antialiasing, quality.light
+    between = "x" if light.pattern == camera.pattern else f"x {light.pattern}"
+    return f"{camera.pattern} {camera.samples} {between} {light.samples}"
+
+
+def _range(known: Predicted | None, unit: float = 1.0) -> str:
     if known is None:
         return "?"
-    return f"{_short(known.estimate)} ({_short(known.low)} – {_short(known.high)})"
+    estimate, low, high = (_short(unit * each) for each in (known.estimate, known.low, known.high))
+    return f"{estimate} ({low}-{high})"
 
 
 def _short(number: float) -> str:

@@ -1,15 +1,17 @@
 from __future__ import annotations
 
+import io
 import json
 from pathlib import Path
 from typing import Any
 
 import pytest
+from rich.console import Console
 
 from schemas.quality import FixedQuality, TargetQuality
 from schemas.quotes import Quote
 from schemas.sampling import Antialiasing, LightSampling
-from service.cli.quote import options, words
+from service.cli.quote import offers, options, short, words
 from tests.unit.cli.conftest import Penumbra
 
 SOBOL = FixedQuality(
@@ -68,6 +70,24 @@ def test_options_ask_for_what_is_offered(quality: FixedQuality | TargetQuality, 
 def test_qualities_are_told_in_words() -> None:
     assert words(SOBOL) == "sobol 16, light sobol 4"
     assert words(TARGET) == "error 0.004, at most 2.5 s"
+
+
+def test_a_row_names_its_quality_shortly() -> None:
+    assert short(SOBOL) == "sobol 16 x 4"
+    mixed = SOBOL.model_copy(update={"light": LightSampling(pattern="uniform", samples=64)})
+    assert short(mixed) == "sobol 16 x uniform 64"
+    assert short(TargetQuality(mode="target", error=1 / 255)) == "target 1/255"
+
+
+@pytest.mark.parametrize("columns", [80, 120])
+def test_each_offer_is_a_line_of_a_terminal(penumbra: Penumbra, scene_file: Path, columns: int) -> None:
+    told = Quote.model_validate(penumbra("quote", scene_file, "--json").document)
+    console = Console(width=columns, file=io.StringIO())
+    with console.capture() as shown:
+        console.print(offers(told))
+    rows = [line.split("  ")[1].strip() for line in shown.get().splitlines() if " (" in line]
+    assert rows == [short(offer.quality) for offer in told.offers]
+    assert "target 4/255" in rows
 
 
 @pytest.mark.parametrize(

@@ -60,3 +60,12 @@ def test_smaller_pictures_tell_less(growing: Growing) -> None:
         assert known is not None
         widths.append(known.high / known.low)
     assert widths == sorted(widths)
+
+
+def test_the_first_picture_is_smaller_where_time_is_short(ball_scene: LoadedScene) -> None:
+    # A ray of a second: nothing of 64 or 32 pixels would be finished.
+    camera = ball_scene.document.camera.model_copy(update={"width": 160, "height": 128})
+    scene = LoadedScene(ball_scene.document.model_copy(update={"camera": camera}), ball_scene.assets)
+    growing = Growing(scene, 4 / 255, "single", 1.0)
+    growing.begin(HOUR)
+    assert [picture.pixels for picture in growing.pictures] == [16 * 13]
