@@ -39,6 +39,9 @@ class ComparisonRequest(Closed):
         default=0.02, description="Share of biased blocks above which pictures differ, if noise is not known."
     )
     limit: Share = Field(default=0.05, description="Of `frac_over`, in linear values.")
+    flip: bool = Field(
+        default=False, strict=True, description="Whether FLIP is computed too; it takes the longest."
+    )
     pictures: bool = Field(
         default=False,
         strict=True,
@@ -64,7 +67,9 @@ class ComparisonMetrics(Message):
         le=1,
         description="Share of blocks of 8 x 8 pixels brighter or darker than noise and tolerance allow.",
     )
-    flip: float | None = Field(description="Mean LDR-FLIP at 67 pixels a degree; null without its package.")
+    flip: float | None = Field(
+        description="Mean LDR-FLIP at 67 pixels a degree; null where it was not asked for."
+    )
 
 
 class ComparisonCause(Message):

@@ -32,7 +32,7 @@ class Comparison:
     ssim : float or None
         None for pictures smaller than its window.
     flip : float or None
-        None where the extra ``flip`` is not installed.
+        None where it was not asked for.
     bias : Bias
     judgement : Judgement
     causes : tuple of Cause
@@ -92,7 +92,7 @@ def compare(
     policy: Policy | None = None,
     shapes: NDArray[Any] | None = None,
     names: Sequence[str] = (),
-    with_flip: bool = True,
+    with_flip: bool = False,
 ) -> Comparison:
     """Compare a picture with its reference.
 
@@ -106,12 +106,14 @@ def compare(
     names
         Names of the shapes, by index; where they are missing, a shape is named by its index.
     with_flip
-        Whether FLIP is computed where it is installed. It takes as long as all the rest.
+        Whether FLIP is computed too. It takes longer than all the rest together.
 
     Raises
     ------
     NotComparableError
         If the pictures differ in size.
+    MissingExtraError
+        If FLIP is asked for and its package is not installed.
     """
     if image.linear.shape != reference.linear.shape:
         raise NotComparableError(
@@ -143,7 +145,7 @@ def compare(
         policy=policy,
         metrics=metrics(image.linear, reference.linear, policy.limit),
         ssim=ssim(*lumas),
-        flip=flip.flip(image.linear, reference.linear) if with_flip and flip.installed() else None,
+        flip=flip.flip(image.linear, reference.linear) if with_flip else None,
         bias=biased,
         judgement=judgement,
         causes=causes,

@@ -50,6 +50,9 @@ BiasOption = Annotated[
 LimitOption = Annotated[
     float, typer.Option("--limit", min=0.0, max=1.0, help="Linear difference that `frac_over` counts above.")
 ]
+FlipOption = Annotated[
+    bool, typer.Option("--flip", help="Compute FLIP too; needs the extra `flip`, and takes the longest.")
+]
 FailOption = Annotated[
     float | None,
     typer.Option(
@@ -72,6 +75,7 @@ def compare(  # noqa: PLR0913 - one argument for each option
     tolerance: ToleranceOption = 0.01,
     max_bias: BiasOption = 0.02,
     limit: LimitOption = 0.05,
+    flip: FlipOption = False,
     fail_under: FailOption = None,
     heat_map: HeatOption = None,
     side_by_side: SideOption = None,
@@ -90,7 +94,7 @@ def compare(  # noqa: PLR0913 - one argument for each option
         pictures = read(image, encoding, server), read(reference, reference_encoding, server)
         shapes, names = (None, []) if scene is None else _shown(scene, pictures[1])
         policy = Policy(tolerance=tolerance, most_bias=max_bias, limit=limit)
-        found = compared(*pictures, policy=policy, shapes=shapes, names=names)
+        found = compared(*pictures, policy=policy, shapes=shapes, names=names, with_flip=flip)
     except ImageFileError as error:
         raise InputError(str(error)) from error
     _save(found, heat_map, side_by_side)

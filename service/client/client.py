@@ -315,7 +315,7 @@ class Client:
         encoding, reference_encoding
             ``srgb`` or ``linear``; by default what files of that kind usually mean, which the answer tells.
         options
-            ``tolerance``, ``max_bias``, ``limit`` and ``pictures``, as the request has them.
+            ``tolerance``, ``max_bias``, ``limit``, ``flip`` and ``pictures``, as the request has them.
 
         Raises
         ------

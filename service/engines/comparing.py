@@ -51,11 +51,16 @@ def _compared(
     asked = task.request
     policy = Policy(tolerance=asked.tolerance, most_bias=asked.max_bias, limit=asked.limit)
     if task.reference.job is None or image.linear.shape != reference.linear.shape:
-        return compare(image, reference, policy=policy)
+        return compare(image, reference, policy=policy, with_flip=asked.flip)
     spec = JobRequest.model_validate(json.loads(store.get_spec(task.reference.job)))
     scene = renderer.load_scene(spec.scene, assets=assets)
     return compare(
-        image, reference, policy=policy, shapes=shapes_shown(scene), names=names_of(scene.document)
+        image,
+        reference,
+        policy=policy,
+        shapes=shapes_shown(scene),
+        names=names_of(scene.document),
+        with_flip=asked.flip,
     )
 
 

@@ -95,7 +95,7 @@ def correct(request: pytest.FixtureRequest) -> np.ndarray:
 
 
 def against(reference: np.ndarray, image: np.ndarray, **options: Any) -> Comparison:
-    return compare(read(image), read(reference), with_flip=False, **options)
+    return compare(read(image), read(reference), **options)
 
 
 def shifted(right: int, down: int) -> Change:
@@ -172,7 +172,7 @@ def test_a_picture_saved_with_eight_bits_matches_itself(correct: np.ndarray) -> 
     codes = np.floor(srgb_from_linear(np.clip(correct, 0, 1)) * 255 + 0.5).astype(np.uint8)
     file = io.BytesIO()
     np.save(file, codes)
-    found = compare(picture_of(file.getvalue(), "codes.npy", "srgb"), read(correct), with_flip=False)
+    found = compare(picture_of(file.getvalue(), "codes.npy", "srgb"), read(correct))
     assert found.judgement.verdict == "match"
     assert found.regions == ()
 

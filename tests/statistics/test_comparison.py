@@ -1,19 +1,16 @@
 """How often the verdict is wrong, with pictures of which the truth is known."""
 
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
-from renderer.comparison import Comparison, Picture, Policy
-from renderer.comparison import compare as compare_with_flip
+from renderer.comparison import Comparison, Picture, Policy, compare
 from renderer.comparison.blocks import LEVEL, bias
 
 SIDE = 64
 STRICT = Policy(tolerance=0.0)
-compare = partial(compare_with_flip, with_flip=False)
 
 
 def truth() -> np.ndarray:

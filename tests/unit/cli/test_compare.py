@@ -90,6 +90,12 @@ def test_places_are_named_by_the_shapes_of_the_scene(
     assert outcome.document["worst_regions"][0]["name"] == "ellipsoid (shapes/1)"
 
 
+def test_flip_is_told_where_it_is_asked_for(penumbra: Penumbra, picture: np.ndarray) -> None:
+    asked = penumbra("compare", "flipped.png", "picture.png", "--flip", "--json")
+    assert 0 < asked.document["metrics"]["flip"] < 1
+    assert penumbra("compare", "flipped.png", "picture.png", "--json").document["metrics"]["flip"] is None
+
+
 @pytest.mark.parametrize(
     ("words", "code", "told"),
     [
