@@ -99,6 +99,16 @@ def test_target_quality_is_priced_when_it_is_asked_for(ball_scene: LoadedScene) 
     assert patterns == {"sobol"}
 
 
+def test_a_target_error_that_takes_too_long_to_try_is_priced_by_larger_ones(ball_scene: LoadedScene) -> None:
+    asked = TargetQuality(mode="target", error=1e-6)
+    told = quote(ball_scene, asked, target_error=1e-6)
+    assert told.asked is not None
+    assert told.asked.quality == asked
+    errors = [offer.quality.error for offer in told.offers if isinstance(offer.quality, TargetQuality)]
+    assert 4 / 255 in errors
+    assert asked.error not in errors
+
+
 def test_double_precision_is_quoted_for_all_qualities(ball_scene: LoadedScene) -> None:
     told = quote(ball_scene, FixedQuality(mode="fixed", precision="double"), limit=LONG)
     assert {offer.quality.precision for offer in told.offers} == {"double"}
