@@ -1,14 +1,18 @@
 """A ray tracer on NumPy arrays that runs only what a scene calls for."""
 
-from renderer.assets import AssetSource
-from renderer.compile import compile_scene
-from renderer.errors import ImageFileError, RenderError, SceneError
-from renderer.execute import TileResult, render_tile
-from renderer.plan import RenderPlan
-from renderer.rendering import render
-from renderer.results import RenderResult, TileEvent
-from renderer.scenes import LoadedScene, load_scene
-from renderer.tracing import Hits, trace
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from renderer.assets import AssetSource
+    from renderer.compile import compile_scene
+    from renderer.errors import ImageFileError, RenderError, SceneError
+    from renderer.execute import TileResult, render_tile
+    from renderer.plan import RenderPlan
+    from renderer.rendering import render
+    from renderer.results import RenderResult, TileEvent
+    from renderer.scenes import LoadedScene, load_scene
+    from renderer.tracing import Hits, trace
 
 __all__ = [
     "AssetSource",
@@ -27,3 +31,23 @@ __all__ = [
     "render_tile",
     "trace",
 ]
+
+HOMES = {
+    "assets": ("AssetSource",),
+    "compile": ("compile_scene",),
+    "errors": ("ImageFileError", "RenderError", "SceneError"),
+    "execute": ("TileResult", "render_tile"),
+    "plan": ("RenderPlan",),
+    "rendering": ("render",),
+    "results": ("RenderResult", "TileEvent"),
+    "scenes": ("LoadedScene", "load_scene"),
+    "tracing": ("Hits", "trace"),
+}
+"""Modules that are loaded when one of their names is first asked for: comparing pictures renders nothing."""
+
+
+def __getattr__(name: str) -> Any:
+    home = next((module for module, names in HOMES.items() if name in names), None)
+    if home is None:
+        raise AttributeError(f"module 'renderer' has no attribute {name!r}")
+    return getattr(import_module(f"renderer.{home}"), name)
