@@ -13,7 +13,8 @@ import pytest
 from PIL import Image
 
 from schemas.comparisons import ComparisonAnswer
-from service.client import Client
+from service.cli.compare import read
+from service.client import Client, NotFoundError
 from service.server import RunningServer
 from tests.integration.conftest import Start
 from tests.integration.support import PATIENCE, finish, image, scene, submit
@@ -128,3 +129,13 @@ def test_a_job_that_is_not_finished_is_not_compared(start: Start) -> None:
         client.post(f"/v1/jobs/{job}/cancel")
     assert found["pointer"] == "/image/job"
     assert "no complete picture" in found["detail"]
+
+
+def test_the_command_line_takes_jobs_with_their_layers(client: httpx2.Client, server: RunningServer) -> None:
+    job = submit(client, scene(samples=4), layers=["samples", "depth"])
+    finish(client, job)
+    picture = read(f"job:{job}", None, server.url)
+    assert picture.linear.tolist() == np.clip(image(client, job), 0, 1).tolist()
+    assert set(picture.layers) == {"samples"}
+    with pytest.raises(NotFoundError):
+        read("job:none", None, server.url)
