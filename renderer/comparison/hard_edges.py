@@ -19,8 +19,7 @@ BETWEEN = 0.2
 FEW = 0.6
 """Anti-aliasing is missing where fewer than this share of the reference's pixels that show both sides do.
 
-Without it textures and penumbrae still give a third to a half of them; 4 samples a pixel give two thirds and
-more.
+Without it textures and penumbrae still give some of them; with 4 samples a pixel most are there.
 """
 
 LEAST = 16

@@ -20,8 +20,7 @@ class Policy:
     ----------
     tolerance : float
         Mean difference of a block, linear, that is never a reason. Fixed patterns leave errors that are no
-        noise: 16 camera and 16 light points of the pattern ``uniform`` up to 0.005, 4 and 4 up to 0.03 in
-        few blocks. With random patterns it may be 0.
+        noise, the more the fewer points a light has. With random patterns it may be 0.
     most_bias : float
         Share of biased blocks above which pictures differ, where their noise is not known.
     limit : float
