@@ -91,7 +91,8 @@ def _png(content: bytes, name: str) -> Raw:
 def _npy(content: bytes, name: str) -> Raw:
     try:
         array = np.load(io.BytesIO(content), allow_pickle=False)
-    except (ValueError, EOFError, OSError) as error:
+    # A few bytes may claim any size.
+    except (ValueError, EOFError, OSError, MemoryError) as error:
         raise NotComparableError(f"{name} is a damaged NPY file, or holds objects.") from error
     if array.dtype in (np.uint8, np.uint16):
         return _whole(array, name, None)
