@@ -24,7 +24,7 @@ SIZES = {5: 3, 8: 5, 13: 8, 21: 13, 34: 21, 55: 34, 89: 55, 144: 89, 233: 144}
 """Fibonacci lattices: point i of n lies at (i / n, i z / n), with z the number before n. No direction of an
 edge goes well with one of them."""
 
-ENOUGH = 13, 2.0**-8
+ENOUGH = 21, 2.0**-8
 """So many rays see an error of so much at borders; fewer or more by its inverse to the power 4 / 3, as the
 error of a share of a pixel falls like their number to the power -3 / 4."""
 
