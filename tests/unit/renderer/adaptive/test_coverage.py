@@ -169,7 +169,7 @@ def test_smaller_errors_ask_for_more_rays_in_step_with_the_error_that_they_leave
     assert sizes == sorted(sizes)
     assert set(sizes) == set(SIZES)
     count, error = coverage.ENOUGH
-    for share in np.geomspace(2, 1 / 8, 100):
+    for share in np.geomspace(2, 1 / 5, 100):
         assert abs(np.log((size_for(error * share) / count) ** 0.75 * share)) <= 0.75 * np.log(1.67) / 2
 
 
