@@ -122,7 +122,7 @@ def _cell(run: Run | None) -> str:
 def _ratio(ours: Run | None, theirs: Run | None) -> str:
     if ours is None or theirs is None:
         return "-"
-    return f"{ours['cpu_seconds'] / theirs['cpu_seconds']:.1f}"
+    return f"{ours['cpu_seconds'] / theirs['cpu_seconds']:.2f}"
 
 
 LIMIT_COLUMNS = (

@@ -46,7 +46,7 @@ def test_a_setting_counts_for_the_front_where_no_cheaper_one_is_nearer() -> None
 def test_a_row_tells_how_many_times_the_seconds_of_each_peer_ours_are() -> None:
     rows = {row[1]: row for row in peers_tables.ratio_rows({"room": RUNS})}
     assert list(rows) == ["1/64", "1/128", "1/255", "0.5/255", "0.25/255"]
-    assert rows["1/255"] == ("room", "1/255", "4.00", "-", "6.00", "1.5", "-")
+    assert rows["1/255"] == ("room", "1/255", "4.00", "-", "6.00", "1.50", "-")
     assert rows["0.25/255"] == ("room", "0.25/255", "-", "-", "-", "-", "-")
 
 
