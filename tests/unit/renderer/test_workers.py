@@ -3,7 +3,10 @@
 import multiprocessing
 import os
 import signal
+import subprocess
+import sys
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -55,6 +58,28 @@ def test_the_end_does_not_wait_for_answers_that_nobody_wants() -> None:
     with Workers(2, _zeros) as crew:
         next(crew.each([LARGE] * 100))
     assert not multiprocessing.active_children()
+
+
+HEARD = """
+import signal
+from renderer.workers import Workers
+
+def blocked(_):
+    return sorted(map(int, signal.pthread_sigmask(signal.SIG_BLOCK, [])))
+
+if __name__ == "__main__":
+    with Workers(2, blocked) as crew:
+        print([heard for _, heard in crew.each([0, 1])])
+"""
+
+
+def test_workers_do_not_hear_what_a_terminal_sends_to_all(tmp_path: Path) -> None:
+    """In a process that has started none before: what multiprocessing starts first lets signals through again."""
+    script = tmp_path / "heard.py"
+    script.write_text(HEARD)
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[3])}
+    heard = subprocess.check_output([sys.executable, script], env=environment, text=True)
+    assert heard.strip() == str([[signal.SIGINT.value, signal.SIGTERM.value]] * 2)
 
 
 def _squared(number: int) -> int:
