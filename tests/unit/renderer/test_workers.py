@@ -74,7 +74,7 @@ if __name__ == "__main__":
 
 
 def test_workers_do_not_hear_what_a_terminal_sends_to_all(tmp_path: Path) -> None:
-    """In a process that has started none before: what multiprocessing starts first lets signals through again."""
+    """In a process that has started none before: what is started beside the first lets signals through."""
     script = tmp_path / "heard.py"
     script.write_text(HEARD)
     environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[3])}
