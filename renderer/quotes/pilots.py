@@ -28,9 +28,6 @@ TARGETS = 0.45
 """Share of the time that is kept for small pictures, however long all else takes: target quality is nearly
 always the cheapest way to an error."""
 
-WHOLE = 0.8
-"""Share of the time left for targets that the picture that is asked for may take."""
-
 FINER = 1.0
 """Power of the error like which a small picture takes longer at least: one that would be given up tells
 nothing."""
@@ -134,12 +131,9 @@ class Pilot:
         return [Growing(self.scene, error, precision, ray, confidence) for error in errors]
 
     def _grow(self, deadline: Deadline) -> None:
-        """Try the error that is asked for, then small pictures of each as time allows, then larger ones."""
-        for growing in self.growing:
-            if growing.error in self._errors():
-                growing.attempt(deadline.part(WHOLE))
+        """Render a small picture of each error as far as time allows, then larger ones."""
         for coarser, finer in pairwise(self.growing):
-            if coarser.pictures and not finer.pictures:
+            if coarser.pictures:
                 seconds = coarser.pictures[-1].seconds * (coarser.error / finer.error) ** FINER
                 if seconds <= deadline.left:
                     finer.begin(deadline)

@@ -47,9 +47,6 @@ and one that is given up tells nothing."""
 RAYS = 6
 """Camera rays of a pixel of the first picture, about."""
 
-WHOLE_RAYS = 1.5
-"""Those of the whole picture, whose pixels are mostly interpolated."""
-
 TILE_RAYS = 16384
 """Camera rays of a tile, about: between tiles a picture can be given up. Smaller ones would cost more than
 they do when the picture is rendered."""
@@ -130,14 +127,6 @@ class Growing:
         while side > LEAST and self._expected(side / longer) > FIRST * deadline.left:
             side //= 2
         self._try(min(1.0, side / longer), deadline)
-
-    def attempt(self, deadline: Deadline) -> None:
-        """Render the whole picture, if it looks as if there is time for it.
-
-        At small errors small pictures tell little: nearly all of their pixels lie on edges.
-        """
-        if not self.whole and self._expected(1.0) / RAYS * WHOLE_RAYS <= deadline.left:
-            self._try(1.0, deadline)
 
     def _expected(self, size: float) -> float:
         """Seconds of a first picture."""
