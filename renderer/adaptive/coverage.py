@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.adaptive.camera_rays import camera_rays
+from renderer.adaptive.halves import HALVES
 from renderer.adaptive.labels import labels_of, of_labels
 from renderer.arrays import Floats, Integers, Masks, put
 from renderer.execute import radiance
@@ -30,10 +31,6 @@ error of a share of a pixel falls like their number to the power -3 / 4."""
 
 UNEVEN = 1 / 8
 """Squared error to expect of a look where those around have a variance: less on a slope, more at an edge."""
-
-HALVES = 2
-"""The numbers before are those of the halves of samples, which have streams of their own."""
-
 
 RINGS = (np.array([4]), np.array([1, 3, 5, 7]), np.array([0, 2, 6, 8]))
 """Places in `Nearby`: the pixel itself, those beside it, and those at its corners."""
@@ -105,7 +102,10 @@ def size_for(error: float) -> int:
 
 
 def places(seed: int, pixels: Integers, count: int) -> tuple[Floats, Floats]:
-    """Places in pixels (n,), (n, count) each in [0, 1): a lattice, shifted by chance in each pixel."""
+    """Places in pixels (n,), (n, count) each in [0, 1): a lattice, shifted by chance in each pixel.
+
+    Its stream is the one after those of the halves of samples.
+    """
     key = keys(seed, PIXEL_DIMENSIONS, pixels, HALVES)
     index = np.arange(count)
     across = index / count + uniforms(bits(key, 0))[:, None]

@@ -12,7 +12,7 @@ from renderer.adaptive.neighbours import highest, outline, spread
 from renderer.arrays import Masks
 
 CALM = 2
-"""Share of the wished error that interpolation may err by. It mostly errs by far less: the least smooth place
+"""Times the wished error that interpolation may err by. It mostly errs by far less: the least smooth place
 decides."""
 
 PROBED = SAMPLED + 1
