@@ -8,6 +8,7 @@ from renderer.execute import camera_rays, shaded_points
 from renderer.hard_cases.documents import camera, ellipsoid, phong, rectangle, sampled, scene, triangle
 from renderer.textures import footprints
 from renderer.tiling import blocks
+from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
 from tests.images.parts import image_of, plan_of, png
 
@@ -153,3 +154,14 @@ def test_a_mipmap_may_be_used_as_any_map(use: str) -> None:
         material["bump_height"] = 0.1
     document = scene(FIGURES["rectangle"], textures=textures, materials={"plain": material})
     assert np.isfinite(image_of(document, files={"map": png(codes)})).all()
+
+
+def test_with_target_quality_textures_filter_as_for_256_samples() -> None:
+    """How many there will be is not known, and a coarser filter would make another picture."""
+    target = TargetQuality(mode="target", error=1 / 255)
+    offsets = []
+    for plan in (plan_of(horizon("box", samples=256)), renderer.compile_scene(horizon("box"), target)):
+        (stage,) = (stage for stage in plan.surfaces if isinstance(stage, footprints.Footprints))
+        offsets.append(np.hstack((stage.across, stage.along)))
+    assert (offsets[0] == offsets[1]).all()
+    assert np.abs(offsets[0]).max() > 0

@@ -234,12 +234,12 @@ GREY = 1 / 4
 CHANCE = 2 / 5
 
 
-def probed() -> Estimate:
-    """A grey picture that wants probes, in two of five pixels."""
+def probed(chance: float = CHANCE) -> Estimate:
+    """A grey picture that wants probes, in two of five pixels or another share of them."""
     document = scene(sphere([0, 0, 0], 1), camera=camera(width=96, height=64))
     estimate = Estimate.begin(renderer.compile_scene(document, TargetQuality(mode="target", error=4 / 255)))
     estimate.counters[ROUND] = COVERS
-    estimate.values[...], estimate.have[...], estimate.chances[...] = GREY, LOOKED, CHANCE
+    estimate.values[...], estimate.have[...], estimate.chances[...] = GREY, LOOKED, chance
     assert advance(estimate)
     return estimate
 
@@ -296,3 +296,11 @@ def test_a_find_is_worth_a_search_if_what_it_speaks_for_errs_by_a_share_of_the_b
     assert part * least > FIND * others
     find = GREY + math.sqrt(part * least)
     assert searched(estimate, others, (find, find)).any() == expected
+
+
+@pytest.mark.parametrize(("chance", "whole"), [(2 / 5, False), (3 / 5, True)])
+def test_a_sort_most_of_whose_pixels_are_probes_shows_32_samples_of_each(chance: float, whole: bool) -> None:
+    estimate = probed(chance)
+    searched(estimate, 1.2 * estimate.target**2, (GREY, GREY))
+    assert estimate.shown.all()
+    assert (COUNTS[estimate.want] >= 32).all() == whole
