@@ -34,6 +34,9 @@ set too high."""
 LEAP = 3
 """Levels that a pixel may rise at once: few samples do not tell well how many more are needed."""
 
+STEP = 1
+"""The same for pixels that showed their look: their own samples tell better than those of their like."""
+
 DOUBT = 0.2
 """Share of the budget that all strata together may be uncertain by."""
 
@@ -122,7 +125,7 @@ def _allot(estimate: Estimate, found: Findings, ease: float) -> None:
     want[found.sampled] = np.minimum(allotted.pixels, have[found.sampled] + LEAP)
     looks = np.flatnonzero(~estimate.shown.ravel())
     levels = allotted.strata[estimate.strata.ravel()[looks]]
-    want[looks] = np.minimum(levels, np.maximum(have[looks], SAMPLED) + 1)
+    want[looks] = np.minimum(levels, np.maximum(have[looks], SAMPLED) + STEP)
     estimate.shown.ravel()[looks[levels > 0]] = True
 
 

@@ -80,11 +80,10 @@ def cover_borders(estimate: Estimate) -> None:
 def choose_probes(estimate: Estimate) -> None:
     """Sort the pixels by what they show and what is expected of their looks; ask for probes of each sort."""
     covered = estimate.have == COVERED
-    beside = strata.expected_errors(estimate.values)
     expected = strata.expected_errors(estimate.values, covered)
+    blurred = np.maximum(estimate.doubts, expected * np.float32(estimate.plan.coverage**-1.5))
     if estimate.plan.averaged.any():
         _leave_textures_out(estimate, expected)
-    blurred = np.maximum(estimate.doubts, beside * np.float32(estimate.plan.coverage**-1.5))
     np.copyto(expected, blurred, where=covered)
     finer = estimate.plan.rough | estimate.plan.textured & ~estimate.plan.averaged
     rough = of_labels(finer, estimate.labels)
