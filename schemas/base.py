@@ -29,4 +29,5 @@ _FIRST_AND_LAST = {"type": -1, "material": 1, "name": 2}
 
 def fields_of(model: type[BaseModel]) -> list[str]:
     """List the fields of a model in the order in which people read them."""
-    return sorted(model.model_fields, key=lambda name: _FIRST_AND_LAST.get(name, 0))
+    written = [field.alias or name for name, field in model.model_fields.items()]
+    return sorted(written, key=lambda name: _FIRST_AND_LAST.get(name, 0))

@@ -45,11 +45,15 @@ _EXAMPLE = {
 }
 
 
-class _Generator(GenerateJsonSchema):
+class Generator(GenerateJsonSchema):
+    """Describes what users write, fields in the order in which people read them."""
+
     def generate(self, schema: Any, mode: JsonSchemaMode = "validation") -> JsonSchemaValue:
-        return {"$schema": DIALECT, **super().generate(schema, mode), "examples": [_EXAMPLE]}
+        """The schema of a whole document, with its dialect."""
+        return {"$schema": DIALECT, **super().generate(schema, mode)}
 
     def tuple_schema(self, schema: TupleSchema) -> JsonSchemaValue:
+        """An array of a fixed length."""
         # [3] numbers of one kind are described once, not three times.
         described = super().tuple_schema(schema)
         kinds = described.get("prefixItems", [])
@@ -59,6 +63,7 @@ class _Generator(GenerateJsonSchema):
         return described
 
     def model_schema(self, schema: ModelSchema) -> JsonSchemaValue:
+        """An object."""
         described = super().model_schema(schema)
         properties = described.get("properties", {})
         described["properties"] = {
@@ -74,4 +79,4 @@ def scene_json_schema() -> dict[str, Any]:
     It says all that such a schema can say. What compares fields with each other (names, square sample
     numbers, parallel vectors) only `schemas.reading` checks.
     """
-    return Scene.model_json_schema(schema_generator=_Generator)
+    return Scene.model_json_schema(schema_generator=Generator) | {"examples": [_EXAMPLE]}
