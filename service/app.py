@@ -26,7 +26,18 @@ from service.engines.slots import SlotEngine
 from service.engines.worker import WorkerSetup
 from service.feed import Feed
 from service.prices import QuotedPrices
-from service.routes import assets, comparisons, convergence, jobs, operations, pictures, quotes, scenes, tiles
+from service.routes import (
+    assets,
+    comparisons,
+    convergence,
+    jobs,
+    operations,
+    page,
+    pictures,
+    quotes,
+    scenes,
+    tiles,
+)
 from service.routes.parameters import COMPONENTS, problem
 from service.seats import Seats
 from service.settings import Settings
@@ -35,7 +46,7 @@ from service.store.passes import PassStore
 from service.store.tiles import FileTileStore
 
 DESCRIPTION = "Send a scene as JSON, watch its tiles arrive, fetch the picture by the job's id."
-ROUTERS = (jobs, tiles, pictures, convergence, scenes, quotes, comparisons, assets, operations)
+ROUTERS = (jobs, tiles, pictures, convergence, scenes, quotes, comparisons, assets, operations, page)
 
 
 def create_app(settings: Settings) -> FastAPI:

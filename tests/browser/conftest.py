@@ -1,0 +1,111 @@
+"""The live page in Debian's Chromium, before a real server; one server for all tests of a module."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx2
+import pytest
+from playwright.sync_api import Browser, ConsoleMessage, Page, Request, sync_playwright
+
+from service.server import RunningServer, running
+from service.settings import Settings
+
+ROOT = Path(__file__).parents[2]
+SCREENSHOTS = ROOT / "out" / "screenshots"
+# The build sets it: there a missing browser is a fault of the build, and no reason to test less.
+REQUIRED = "BROWSER_TESTS_REQUIRED"
+# Answers of the service that a page asks for on purpose, such as what is wrong with a scene.
+REFUSED = re.compile(r"Failed to load resource: the server responded with a status of 4\d\d")
+
+Open = Callable[..., Page]
+Shoot = Callable[[Page, str], Path]
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Browser]:
+    path = shutil.which("chromium") or shutil.which("chromium-browser")
+    if path is None:
+        told = "There is no chromium on this machine, so the live page was not tested: install that package."
+        if os.environ.get(REQUIRED):
+            pytest.fail(told)
+        pytest.skip(told)
+    with sync_playwright() as playwright:
+        # Containers seldom allow the sandbox, and the tests open nothing but the service's own page.
+        browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
+    settings = Settings(
+        data=tmp_path_factory.mktemp("service"), port=0, workers=2, log_level="error", max_wait_seconds=5
+    )
+    with running(settings) as started:
+        yield started
+
+
+@pytest.fixture
+def client(server: RunningServer) -> Iterator[httpx2.Client]:
+    with httpx2.Client(base_url=server.url, timeout=60) as opened:
+        yield opened
+
+
+@pytest.fixture
+def open_page(chromium: Browser, server: RunningServer) -> Iterator[Open]:
+    """Open pages of the service; none may report an error, break the policy, or ask another host."""
+    complaints: list[str] = []
+    contexts = []
+
+    def heard(message: ConsoleMessage) -> None:
+        if message.type in {"error", "warning"} and not REFUSED.match(message.text):
+            complaints.append(f"{message.type}: {message.text}")
+
+    def asked(request: Request) -> None:
+        if not request.url.startswith((server.url, "blob:", "data:")):
+            complaints.append(f"asked another host: {request.url}")
+
+    def begin(path: str = "/", *, width: int = 1200, height: int = 900, **options: Any) -> Page:
+        context = chromium.new_context(
+            base_url=server.url,
+            viewport={"width": width, "height": height},
+            reduced_motion="reduce",
+            **options,
+        )
+        contexts.append(context)
+        page = context.new_page()
+        page.on("console", heard)
+        page.on("pageerror", lambda error: complaints.append(f"exception: {error}"))
+        page.on("request", asked)
+        page.goto(path)
+        return page
+
+    yield begin
+    for context in contexts:
+        context.close()
+    assert complaints == []
+
+
+@pytest.fixture
+def page(open_page: Open) -> Page:
+    """The page as it starts, on a screen of usual size."""
+    return open_page("/")
+
+
+@pytest.fixture
+def shoot() -> Shoot:
+    """Keep what a page looks like, for people to look at."""
+
+    def save(page: Page, name: str) -> Path:
+        SCREENSHOTS.mkdir(parents=True, exist_ok=True)
+        path = SCREENSHOTS / f"{name}.png"
+        page.screenshot(path=path, full_page=True)
+        return path
+
+    return save
