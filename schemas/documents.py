@@ -18,7 +18,7 @@ from schemas.errors import SceneError
 from schemas.findings import Finding, refusal
 from schemas.limits import Limits
 from schemas.pointers import Parts
-from schemas.positions import line_and_column
+from schemas.positions import Find, line_and_column, locate
 from schemas.problems import Problem
 
 Source = bytes | str | Mapping[str, object]
@@ -56,6 +56,8 @@ class Document:
     text: str | None
     repeated: list[Finding] = field(default_factory=list)
     """Keys that stand in their object more than once."""
+    find: Find = locate
+    """Where in the text the places are."""
 
 
 def read_text(source: Source, limits: Limits) -> Document:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from schemas.errors import SHOWN, SceneError
 from schemas.pointers import Parts, existing, pointer
-from schemas.positions import Place, line_and_column, locate
+from schemas.positions import Find, Place, line_and_column, locate
 from schemas.problems import Problem
 
 
@@ -26,7 +26,9 @@ class Finding:
     """Whether the key is meant, not the value after it."""
 
 
-def show(findings: Sequence[Finding], content: object, text: str | None) -> tuple[Problem, ...]:
+def show(
+    findings: Sequence[Finding], content: object, text: str | None, find: Find = locate
+) -> tuple[Problem, ...]:
     """Give the first 50 findings their pointers, lines and columns, in the order of the document.
 
     Parameters
@@ -37,13 +39,15 @@ def show(findings: Sequence[Finding], content: object, text: str | None) -> tupl
         The parsed document.
     text
         The document as it was written; None where it never was text, then there are no lines.
+    find
+        Finds places in such a text.
     """
     first = findings[:SHOWN]
     locations = [existing(content, finding.location) for finding in first]
     problems = [_problem(finding, parts) for finding, parts in zip(first, locations, strict=True)]
     if text is None:
         return tuple(problems)
-    places = locate(text, locations)
+    places = find(text, locations)
     offsets = [
         _offset(places[parts], finding, parts) for finding, parts in zip(first, locations, strict=True)
     ]
@@ -51,9 +55,11 @@ def show(findings: Sequence[Finding], content: object, text: str | None) -> tupl
     return tuple(_placed(problems[index], text, offsets[index]) for index in order)
 
 
-def refusal(findings: Sequence[Finding], content: object, text: str | None, more: int = 0) -> SceneError:
+def refusal(
+    findings: Sequence[Finding], content: object, text: str | None, more: int = 0, find: Find = locate
+) -> SceneError:
     """Make the error that tells all findings; `more` counts those that are not among them."""
-    return SceneError(show(findings, content, text), more=more + max(0, len(findings) - SHOWN))
+    return SceneError(show(findings, content, text, find), more=more + max(0, len(findings) - SHOWN))
 
 
 def _problem(finding: Finding, parts: Parts) -> Problem:

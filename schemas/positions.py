@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 from schemas.pointers import Parts
@@ -71,6 +71,10 @@ def line_and_column(text: str, offset: int) -> tuple[int, int]:
     (2, 2)
     """
     return text.count("\n", 0, offset) + 1, offset - text.rfind("\n", 0, offset)
+
+
+Find = Callable[[str, Iterable[Parts]], dict[Parts, Place]]
+"""Finds the places of locations in a text, as `locate` does in JSON."""
 
 
 def _skip(text: str, offset: int) -> int:

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 
 from schemas.advice import advise
 from schemas.documents import Document, Source, read_text
+from schemas.errors import SceneError
 from schemas.findings import Finding, refusal, show
 from schemas.limits import Limits
 from schemas.problems import Problem
@@ -54,14 +55,30 @@ def read_document(
     Parameters and errors are those of `read_scene`; pointers lead into the whole document.
     """
     document = read_text(data, limits)
+    read = checked(document, model, limits=limits)
+    return read, _warnings(read, document)
+
+
+def checked(document: Document, model: type[Model], *, limits: Limits) -> Model:
+    """Make a model of a document that is parsed already.
+
+    Raises
+    ------
+    SceneError
+        With every problem.
+    """
     try:
         read = model.model_validate(document.content, context=limits)
     except ValidationError as error:
         told, more = translate(error, model, document.content)
-        raise refusal([*document.repeated, *told], document.content, document.text, more) from None
+        raise _refused([*document.repeated, *told], document, more) from None
     if document.repeated:
-        raise refusal(document.repeated, document.content, document.text)
-    return read, _warnings(read, document)
+        raise _refused(document.repeated, document)
+    return read
+
+
+def _refused(findings: list[Finding], document: Document, more: int = 0) -> SceneError:
+    return refusal(findings, document.content, document.text, more, document.find)
 
 
 def _warnings(read: BaseModel, document: Document) -> tuple[Problem, ...]:
