@@ -13,6 +13,7 @@ from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
 from schemas.comparisons import ComparisonRequest
+from schemas.inspections import InspectionRequest
 from schemas.jobs import JobRequest
 from schemas.problems import ProblemDocument
 from schemas.quotes import QuoteRequest
@@ -30,6 +31,7 @@ from service.routes import (
     assets,
     comparisons,
     convergence,
+    inspections,
     jobs,
     operations,
     page,
@@ -46,7 +48,19 @@ from service.store.passes import PassStore
 from service.store.tiles import FileTileStore
 
 DESCRIPTION = "Send a scene as JSON, watch its tiles arrive, fetch the picture by the job's id."
-ROUTERS = (jobs, tiles, pictures, convergence, scenes, quotes, comparisons, assets, operations, page)
+ROUTERS = (
+    jobs,
+    tiles,
+    pictures,
+    convergence,
+    inspections,
+    scenes,
+    quotes,
+    comparisons,
+    assets,
+    operations,
+    page,
+)
 
 
 def create_app(settings: Settings) -> FastAPI:
@@ -117,7 +131,14 @@ def _document_bodies(app: FastAPI) -> None:
     generate = app.openapi
     read: list[tuple[type[BaseModel], Literal["validation"]]] = [
         (model, "validation")
-        for model in (JobRequest, QuoteRequest, TraceRequest, ComparisonRequest, ProblemDocument)
+        for model in (
+            JobRequest,
+            QuoteRequest,
+            TraceRequest,
+            ComparisonRequest,
+            InspectionRequest,
+            ProblemDocument,
+        )
     ]
 
     def openapi() -> dict[str, Any]:

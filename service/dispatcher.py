@@ -43,7 +43,7 @@ from service.store.tiles import TileStore
 RETRY_SECONDS = 1.0
 # How often to look again whether the running task of a job that has ended is gone, seconds.
 LEAVING_SECONDS = 0.05
-# Traces and quotes that wait for a worker; more are sent away.
+# Traces, quotes and the like that wait for a worker; more are sent away.
 MAX_CALLS = 64
 
 log = structlog.get_logger()

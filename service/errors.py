@@ -21,6 +21,7 @@ ServiceError
 ├── TraceFailedError
 ├── QuoteFailedError
 ├── ComparisonFailedError
+├── InspectionFailedError
 └── UnavailableError            try again later
     ├── BusyError               too many do the same
     └── WorkerLostError
@@ -127,6 +128,10 @@ class QuoteFailedError(ServiceError):
 
 class ComparisonFailedError(ServiceError):
     """Two pictures could not be compared."""
+
+
+class InspectionFailedError(ServiceError):
+    """The renderer failed on the pixel of an inspection."""
 
 
 class UnavailableError(ServiceError):

@@ -68,6 +68,7 @@ KINDS: dict[type[Exception], Kind] = {
     errors.TraceFailedError: Kind(422, "trace_failed"),
     errors.QuoteFailedError: Kind(422, "quote_failed"),
     errors.ComparisonFailedError: Kind(422, "comparison_failed"),
+    errors.InspectionFailedError: Kind(422, "inspection_failed"),
     errors.UnavailableError: Kind(503, "unavailable", retry=True),
     errors.BusyError: Kind(429, "busy", retry=True),
     errors.WorkerLostError: Kind(503, "worker_lost", retry=True),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 import renderer
+from renderer.inspection import inspection_plan
 from schemas.jobs import JobRequest
 
 
@@ -23,3 +24,9 @@ def compile_request(request: JobRequest, assets: renderer.AssetSource) -> render
 def compile_spec(spec: bytes, assets: renderer.AssetSource) -> renderer.RenderPlan:
     """Compile a request that was accepted before, and that no limit concerns any more."""
     return compile_request(JobRequest.model_validate(json.loads(spec)), assets)
+
+
+def compile_inspected(spec: bytes, assets: renderer.AssetSource) -> renderer.RenderPlan:
+    """Compile a request that was accepted before for the inspection of single pixels."""
+    request = JobRequest.model_validate(json.loads(spec))
+    return inspection_plan(renderer.load_scene(request.scene, assets=assets), request.quality)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from schemas.comparisons import ComparisonAnswer, ComparisonRequest, Encoding
+from schemas.inspections import Inspection
 from schemas.problems import Problem
 from schemas.quotes import Quote, QuoteRequest
 from schemas.scene import Scene
@@ -112,8 +113,18 @@ class CompareTask:
     reference: ComparedPicture
 
 
+@dataclass(frozen=True, eq=False)
+class InspectTask:
+    """Explain a pixel of a job's picture."""
+
+    job: str
+    spec_sha256: str
+    x: int
+    y: int
+
+
 JobTask = TileTask | AdvanceTask | ComposeTask
-CallTask = TraceTask | QuoteTask | CompareTask
+CallTask = TraceTask | QuoteTask | CompareTask | InspectTask
 Task = JobTask | CallTask
 
 
@@ -186,6 +197,13 @@ class CompareRefused:
 
 
 @dataclass(frozen=True)
+class InspectDone:
+    """Why a pixel looks as it does."""
+
+    inspection: Inspection
+
+
+@dataclass(frozen=True)
 class TaskFailed:
     """A task ended with an error of its own; a second try would end the same way.
 
@@ -206,7 +224,7 @@ class Interrupted:
     """The task was taken from its worker, or never began; nothing is known against it."""
 
 
-CallDone = TraceDone | QuoteDone | CompareDone | CompareRefused
+CallDone = TraceDone | QuoteDone | CompareDone | CompareRefused | InspectDone
 Outcome = TileDone | AdvanceDone | ComposeDone | CallDone | TaskFailed | WorkerDied | Interrupted
 
 

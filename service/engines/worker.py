@@ -9,6 +9,7 @@ import resource
 import signal
 import sys
 from collections import OrderedDict
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import singledispatchmethod
@@ -21,6 +22,7 @@ import structlog
 
 import renderer
 from renderer import film, image_files, progressive
+from renderer.inspection import inspect
 from renderer.quotes import quote
 from service import layers
 from service.engines.comparing import compared
@@ -33,6 +35,8 @@ from service.engines.tasks import (
     CompareTask,
     ComposeDone,
     ComposeTask,
+    InspectDone,
+    InspectTask,
     Interrupted,
     Outcome,
     QuoteDone,
@@ -46,7 +50,7 @@ from service.engines.tasks import (
     TraceTask,
 )
 from service.errors import StoreFullError
-from service.specs import compile_spec
+from service.specs import compile_inspected, compile_spec
 from service.store.assets import AssetStore
 from service.store.passes import PassStore
 from service.store.tiles import FileTileStore, Layers
@@ -147,14 +151,24 @@ class Worker:
     def _(self, task: CompareTask) -> CompareDone | CompareRefused:
         return compared(task, self._store, self._assets)
 
+    @execute.register
+    def _(self, task: InspectTask) -> InspectDone:
+        name = f"inspected {task.spec_sha256}"
+        plan = self._kept(name, lambda: compile_inspected(self._store.get_spec(task.job), self._assets))
+        return InspectDone(inspect(plan, task.x, task.y))
+
     def _layers(self, task: ComposeTask) -> Layers:
         return layers.composed(self._store, task.job, (task.height, task.width), task.layers, task.parts)
 
     def _plan(self, task: TileTask | AdvanceTask) -> renderer.RenderPlan:
-        plan = self._plans.pop(task.spec_sha256, None)
-        if plan is None:
-            plan = compile_spec(self._store.get_spec(task.job), self._assets)
-        self._plans[task.spec_sha256] = plan
+        return self._kept(
+            task.spec_sha256, lambda: compile_spec(self._store.get_spec(task.job), self._assets)
+        )
+
+    def _kept(self, name: str, compiled: Callable[[], renderer.RenderPlan]) -> renderer.RenderPlan:
+        """The plan of this name, compiled unless it is among the last few."""
+        plan = self._plans.pop(name, None) or compiled()
+        self._plans[name] = plan
         while len(self._plans) > PLANS_KEPT:
             self._plans.popitem(last=False)
         return plan

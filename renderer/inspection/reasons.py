@@ -1,0 +1,130 @@
+"""Why a pixel looks as it does, in sentences."""
+
+import math
+from collections.abc import Iterator
+
+from schemas.inspections import Blocker, InspectedLight, InspectedRay, InspectedSurface, Reason
+from schemas.scene import Scene
+
+SHOWS = {
+    "mirror": "a mirror shows what lies before it",
+    "reflection": "glass reflects what lies before it",
+    "refraction": "glass shows what lies behind it",
+}
+"""What a ray that goes on is there for."""
+
+
+def reasons(scene: Scene, ray: InspectedRay) -> tuple[Reason, ...]:
+    """Sentences about the place that a camera ray has met, what explains most first."""
+    if ray.surface is None:
+        return (_nothing_met(scene, ray),)
+    lit = any(any(light.diffuse) or any(light.specular) for light in ray.surface.lights)
+    black = list(_black(ray.surface))
+    seen = [_of_light(scene, ray.surface, light) for light in ray.surface.lights]
+    if not lit:
+        seen = [_alone(seen[0]), *seen[1:]] if seen else [_dark_scene()]
+    rest = [] if lit else [_ambient(scene, ray.surface)]
+    return (*black, *seen, *rest, *_sent_on(ray))
+
+
+def _nothing_met(scene: Scene, ray: InspectedRay) -> Reason:
+    if ray.light is not None:
+        shown = "which is black" if not any(ray.radiance) else "in its flat colour"
+        text = f"The camera looks at light {ray.light.pointer.rpartition('/')[2]} itself, {shown}."
+        return Reason(code="light_seen", text=text, pointers=(ray.light.pointer,))
+    shown = "the background" + ("" if any(scene.background) else ", which is black")
+    return Reason(code="background", text=f"No shape is there: it is {shown}.", pointers=("/background",))
+
+
+def _black(surface: InspectedSurface) -> Iterator[Reason]:
+    if any(surface.color):
+        return
+    if surface.texture is not None:
+        text = f"The texture `{surface.texture.name}` is black there."
+        yield Reason(code="black_texture", text=text, pointers=(surface.texture.pointer,))
+    else:
+        text = f"The colour of the material `{surface.material.name}` is black."
+        yield Reason(code="black_material", text=text, pointers=(surface.material.pointer,))
+
+
+def _of_light(scene: Scene, surface: InspectedSurface, light: InspectedLight) -> Reason:
+    """A clause about one light, which begins a sentence and may follow a colon too."""
+    name, place = f"light {light.light}", light.pointer
+    if not any(scene.lights[light.light].color):
+        return _reason("black_light", f"{name} is black", place)
+    if light.turned_away:
+        return _reason("light_turned_away", f"{name} shines to the other side only", place)
+    if light.below_horizon == light.points:
+        return _reason("faces_away", f"the surface faces away from {name}", place, surface.part.pointer)
+    if light.blocked == light.points - light.below_horizon:
+        return _blocked(light)
+    if not any(light.diffuse) and not any(light.specular):
+        text = f"the material `{surface.material.name}` answers nothing of what comes from {name}"
+        return _reason("unanswered", text, place, surface.material.pointer)
+    return _lit(light)
+
+
+def _blocked(light: InspectedLight) -> Reason:
+    pointers = (light.pointer, *(blocker.pointer for blocker in light.blockers))
+    which = _names(light.blockers) if light.blockers else "the shape itself"
+    verb = "lie" if len(light.blockers) > 1 else "lies"
+    whole = "" if light.points == 1 else f" from all {light.blocked} points"
+    if light.blocked > 1 and light.below_horizon:
+        whole = f" from the {light.blocked} points that are not behind the surface"
+    return _reason("blocked", f"{which} {verb} between it and light {light.light}{whole}", *pointers)
+
+
+def _lit(light: InspectedLight) -> Reason:
+    angle = math.degrees(math.acos(max(-1.0, min(1.0, light.cosine))))
+    name = f"light {light.light}"
+    slanted = f"{angle:.0f} degrees from the normal, where a matt surface shows {max(0.0, light.cosine):.0%}"
+    seen = light.points - light.below_horizon - light.blocked
+    if seen == light.points:
+        return _reason("lit", f"{name} is seen in full, {slanted}", light.pointer)
+    hidden = [f"{light.below_horizon} are behind the surface"] if light.below_horizon else []
+    if light.blockers:
+        hidden.append(
+            f"{_names(light.blockers)} hide{'' if len(light.blockers) > 1 else 's'} {light.blocked}"
+        )
+    text = f"{name} is seen in part: {seen} of {light.points} points; {', '.join(hidden)}; it is {slanted}"
+    return _reason("partly_lit", text, light.pointer, *(blocker.pointer for blocker in light.blockers))
+
+
+def _names(blockers: tuple[Blocker, ...]) -> str:
+    names = [f"shape {one.shape}" + (f" `{one.name}`" if one.name else "") for one in blockers]
+    if len(names) > 3:
+        return f"{names[0]} and {len(names) - 1} other shapes"
+    return " and ".join((", ".join(names[:-1]), names[-1])) if len(names) > 1 else names[0]
+
+
+def _reason(code: str, clause: str, *pointers: str) -> Reason:
+    return Reason(code=code, text=f"{clause[0].upper()}{clause[1:]}.", pointers=pointers)
+
+
+def _alone(first: Reason) -> Reason:
+    """The first of the sentences about lights that all give nothing."""
+    text = f"Nothing lights it: {first.text[0].lower()}{first.text[1:]}"
+    return first.model_copy(update={"text": text})
+
+
+def _dark_scene() -> Reason:
+    return Reason(code="no_lights", text="Nothing lights it: the scene has no lights.", pointers=("",))
+
+
+def _ambient(scene: Scene, surface: InspectedSurface) -> Reason:
+    share = scene.materials[surface.material.name or ""].ambient
+    if any(surface.ambient):
+        text = f"Only ambient light is left, {share:g} of the colour."
+        return Reason(code="ambient_only", text=text, pointers=("/ambient", surface.material.pointer))
+    if not any(scene.ambient):
+        return Reason(code="no_ambient", text="There is no ambient light either.", pointers=("/ambient",))
+    text = f"Of ambient light the material `{surface.material.name}` shows nothing."
+    return Reason(code="no_ambient", text=text, pointers=("/ambient", surface.material.pointer))
+
+
+def _sent_on(ray: InspectedRay) -> Iterator[Reason]:
+    assert ray.surface is not None
+    for following in ray.rays:
+        share = following.weight / ray.weight
+        text = f"{SHOWS[following.kind].capitalize()}: {share:.3g} of what that ray meets is added."
+        yield Reason(code=following.kind, text=text, pointers=(ray.surface.material.pointer,))

@@ -1,0 +1,66 @@
+"""Explaining a pixel of a job, in a worker."""
+
+from __future__ import annotations
+
+import asyncio
+
+from fastapi.concurrency import run_in_threadpool
+
+import renderer
+from schemas.inspections import Inspection, InspectionRequest
+from schemas.problems import Problem
+from schemas.reading import read_document
+from service import jobs
+from service.context import Service
+from service.engines.tasks import InspectDone, InspectTask, Outcome, TaskFailed
+from service.errors import InspectionFailedError, UnavailableError, WorkerLostError
+
+
+async def inspect(service: Service, job_id: str, body: bytes) -> Inspection:
+    """Explain the pixel of a request; the job may be in any state.
+
+    Raises
+    ------
+    UnknownJobError
+        If there is no such job.
+    renderer.SceneError
+        If the request cannot be used, or the picture has no such pixel.
+    InspectionFailedError
+        If the renderer fails, for want of memory.
+    UnavailableError
+        If it took too long, or its worker died.
+    """
+    task = await run_in_threadpool(_task, service, job_id, body)
+    answer = asyncio.wrap_future(service.dispatcher.call(task))
+    try:
+        outcome = await asyncio.wait_for(answer, service.settings.max_wait_seconds)
+    except TimeoutError:
+        raise UnavailableError("No worker was free to look in time. Try again in a moment.") from None
+    return _answer(outcome)
+
+
+def _task(service: Service, job_id: str, body: bytes) -> InspectTask:
+    with service.database.reading() as session:
+        render = jobs.find_render(session, job_id)
+    asked, _ = read_document(body, InspectionRequest, limits=service.settings.limits)
+    sides = (("x", asked.x, render.width, "columns"), ("y", asked.y, render.height, "rows"))
+    problems = [
+        Problem(
+            pointer=f"/{name}",
+            detail=f"The picture has {size} {lines}, 0 to {size - 1}.",
+            code="out_of_range",
+        )
+        for name, place, size, lines in sides
+        if place >= size
+    ]
+    if problems:
+        raise renderer.SceneError(problems)
+    return InspectTask(render.id, render.spec_sha256, asked.x, asked.y)
+
+
+def _answer(outcome: Outcome) -> Inspection:
+    if isinstance(outcome, TaskFailed):
+        raise InspectionFailedError(outcome.message)
+    if not isinstance(outcome, InspectDone):
+        raise WorkerLostError("The worker died while it looked at this pixel.")
+    return outcome.inspection

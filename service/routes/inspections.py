@@ -1,0 +1,32 @@
+"""Pixels of jobs, explained."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fastapi import APIRouter, Request
+
+from schemas.inspections import Inspection, InspectionRequest
+from service import inspections
+from service.bodies import json_body
+from service.context import Here
+from service.routes.jobs import BODY, UNKNOWN
+from service.routes.parameters import JobId, json_request, problem
+
+router = APIRouter(prefix="/v1/jobs/{job_id}", tags=["pictures"])
+
+EXAMPLE: dict[str, Any] = {"x": 0, "y": 0}
+
+
+@router.post(
+    "/inspections",
+    responses=BODY
+    | UNKNOWN
+    | problem(422, "The request cannot be used, or the picture has no such pixel.")
+    | problem(503, "No worker was free in time."),
+    openapi_extra=json_request(InspectionRequest, EXAMPLE),
+)
+async def inspect(here: Here, request: Request, job_id: JobId) -> Inspection:
+    """Explain a pixel: what its ray has met, what each light adds there, what is in the way."""
+    body = await json_body(request, here.settings.limits.max_body_bytes)
+    return await inspections.inspect(here, job_id, body)
