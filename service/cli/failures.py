@@ -99,6 +99,8 @@ def _advice(error: BaseException) -> list[str]:
         return ["This is a fault in Penumbra and not in your input. Please report it with the lines above."]
     if isinstance(error, UnreachableError):
         return ["Start one with 'penumbra serve', or name another with --server or PENUMBRA_SERVER."]
+    if isinstance(error, TimedOutError) and error.job_id:
+        return [f"Go on with 'penumbra wait {error.job_id}', or stop it with 'penumbra cancel' and its id."]
     usage = getattr(getattr(error, "ctx", None), "command_path", None)
     return [f"Try '{usage} --help'."] if usage else []
 
@@ -123,6 +125,8 @@ def _message(error: BaseException) -> str:
             return "The scene cannot be used."
         case RefusedError():
             return error.document.detail or error.document.title
+        case TimedOutError():
+            return error.what
         case KeyboardInterrupt():
             return "Interrupted."
         case _:

@@ -1,16 +1,21 @@
-"""A client for the service, and what it may raise.
+"""Clients for the service, one that waits and one that is awaited, and what they may raise.
 
-It needs no part of the server and passes over what it does not know in an answer.
+They need no part of the server and pass over what they do not know in an answer.
 """
 
-from service.client.client import DEFAULT_SERVER, Client, succeeded
+from service.client.access import DEFAULT_SERVER
+from service.client.async_client import AsyncClient
+from service.client.async_jobs import AsyncRemoteJob
+from service.client.client import Client
 from service.client.errors import (
     BusyError,
     ClientError,
     ConflictError,
     JobCancelledError,
+    JobExpiredError,
     JobFailedError,
     NoImageError,
+    NotAllowedError,
     NotFoundError,
     RefusedError,
     RequestInvalidError,
@@ -19,18 +24,25 @@ from service.client.errors import (
     UnexpectedAnswerError,
     UnreachableError,
 )
+from service.client.following import succeeded
+from service.client.jobs import RemoteJob
 
 __all__ = [
     "DEFAULT_SERVER",
+    "AsyncClient",
+    "AsyncRemoteJob",
     "BusyError",
     "Client",
     "ClientError",
     "ConflictError",
     "JobCancelledError",
+    "JobExpiredError",
     "JobFailedError",
     "NoImageError",
+    "NotAllowedError",
     "NotFoundError",
     "RefusedError",
+    "RemoteJob",
     "RequestInvalidError",
     "ServerFaultError",
     "TimedOutError",

@@ -1,12 +1,13 @@
 """Every request to the service, built in one place, with the function that reads its answer.
 
-Nothing here sends anything: a client of another kind (asynchronous, recorded, batched) uses the same calls.
+Nothing here sends anything: both clients, and any of another kind (recorded, batched), use the same calls.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+import secrets
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Generic, TypeVar
 from urllib.parse import quote
@@ -17,14 +18,16 @@ from pydantic import BaseModel, ValidationError
 from schemas.batches import MEDIA_TYPE
 from schemas.comparisons import ComparisonAnswer
 from schemas.convergence import Convergence
-from schemas.jobs import Asset, Job, JobList, TileBatch, TileEvent, Version
+from schemas.jobs import Asset, Job, JobList, TileBatch, Version
 from schemas.plans import PlanDocument
 from schemas.quotes import Quote
 from schemas.traces import TraceAnswer
 from service.client.batches import Encoding, PixelBatch, decode_batch
 from service.client.errors import UnexpectedAnswerError
-from service.client.events import read_events
 from service.client.pictures import Picture, PictureKind, read_picture
+
+LONGEST_PAGE = 100
+"""Jobs that a service tells at once, at most."""
 
 Answer = TypeVar("Answer")
 Model = TypeVar("Model", bound=BaseModel)
@@ -49,13 +52,24 @@ class Call(Generic[Answer]):
     method: str
     path: str
     read: Callable[[httpx2.Response], Answer]
-    params: Mapping[str, str] = field(default_factory=dict)
+    params: Mapping[str, str | list[str]] = field(default_factory=dict)
     headers: Mapping[str, str] = field(default_factory=dict)
     content: bytes | None = None
     repeatable: bool = True
     may_be_missing: bool = False
     hold: float = 0.0
     job_id: str | None = None
+
+    def request(self, timeout: float) -> dict[str, Any]:
+        """The arguments of ``request`` of an HTTP client of either kind; `timeout` in seconds."""
+        return {
+            "method": self.method,
+            "url": self.path,
+            "params": dict(self.params),
+            "headers": dict(self.headers),
+            "content": self.content,
+            "timeout": timeout + self.hold,
+        }
 
 
 def has_asset(sha256: str) -> Call[bool]:
@@ -70,10 +84,11 @@ def put_asset(sha256: str, content: bytes) -> Call[Asset]:
     return Call("PUT", f"/v1/assets/{sha256}", _model(Asset), headers=headers, content=content)
 
 
-def submit_job(body: Mapping[str, Any], *, wait: float = 0.0) -> Call[Job]:
-    """Ask for a render. Sent twice it would be rendered twice."""
-    headers = {"Prefer": f"wait={wait:g}"} if wait > 0 else {}
-    return _post("/v1/jobs", body, Job, headers=headers, hold=wait, repeatable=False)
+def submit_job(body: Mapping[str, Any], *, wait: float = 0.0, key: str | None = None) -> Call[Job]:
+    """Ask for a render. The same key makes the same request the same job, however often it is sent."""
+    headers = {"Idempotency-Key": key or secrets.token_hex(16)}
+    headers |= {"Prefer": f"wait={wait:g}"} if wait > 0 else {}
+    return _post("/v1/jobs", body, Job, headers=headers, hold=wait)
 
 
 def get_job(job_id: str) -> Call[Job]:
@@ -81,9 +96,14 @@ def get_job(job_id: str) -> Call[Job]:
     return Call("GET", _job_path(job_id), _model(Job), job_id=job_id)
 
 
-def list_jobs(*, limit: int, cursor: str | None = None) -> Call[JobList]:
+def list_jobs(
+    *, limit: int, cursor: str | None = None, labels: Mapping[str, str] | None = None
+) -> Call[JobList]:
     """One page of jobs, newest first."""
-    params = {"limit": str(limit)} | ({"cursor": cursor} if cursor else {})
+    params: dict[str, str | list[str]] = {"limit": str(limit)}
+    if cursor:
+        params["cursor"] = cursor
+    params["label"] = [f"{name}={value}" for name, value in (labels or {}).items()]
     return Call("GET", "/v1/jobs", _model(JobList), params=params)
 
 
@@ -108,10 +128,10 @@ def get_tile_pixels(job_id: str, *, after: int, wait: float, encoding: Encoding)
     return replace(call, params={**call.params, "encoding": encoding})
 
 
-def get_events(job_id: str, *, after: int) -> Call[Iterator[TileEvent]]:
+def get_events(job_id: str, *, after: int) -> Call[httpx2.EventSource]:
     """The tile events after a number as a stream; its answer must be sent as one."""
     headers = {"Accept": "text/event-stream", "Last-Event-ID": str(after)}
-    return Call("GET", _job_path(job_id) + "/events", read_events, headers=headers, job_id=job_id)
+    return Call("GET", _job_path(job_id) + "/events", httpx2.EventSource, headers=headers, job_id=job_id)
 
 
 def get_picture(job_id: str, kind: PictureKind) -> Call[Picture]:
@@ -177,7 +197,6 @@ def _post(
     *,
     headers: Mapping[str, str] | None = None,
     hold: float = 0.0,
-    repeatable: bool = True,
 ) -> Call[Model]:
     content = json.dumps(body, allow_nan=False, separators=(",", ":")).encode()
     return Call(
@@ -186,7 +205,6 @@ def _post(
         _model(model),
         headers={"Content-Type": "application/json", **(headers or {})},
         content=content,
-        repeatable=repeatable,
         hold=hold,
     )
 

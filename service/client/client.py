@@ -2,43 +2,40 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import closing
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 import httpx2
-import numpy as np
 import numpy.typing as npt
 import stamina
 
 from schemas.comparisons import ComparisonAnswer
 from schemas.convergence import Convergence
-from schemas.errors import SceneError
-from schemas.jobs import Job, JobList, JobState, TileBatch, TileEvent, Version
+from schemas.jobs import JobList, TileBatch, TileEvent, Version
 from schemas.plans import PlanDocument
 from schemas.quotes import Quote
 from schemas.traces import TraceAnswer
-from service.client import calls
+from service.client import calls, flows
+from service.client.access import access
 from service.client.batches import Encoding, PixelBatch
 from service.client.calls import Answer, Call
 from service.client.comparing import PictureSource, sent
-from service.client.errors import (
-    JobCancelledError,
-    JobFailedError,
-    RequestInvalidError,
-    TimedOutError,
-)
-from service.client.exchange import check, checked_address, repeat_after, transport_errors
-from service.client.parcels import Parcel, SceneSource, pack
+from service.client.errors import ClientError
+from service.client.events import tile_event
+from service.client.exchange import PAUSES, check, repeats, transport_errors
+from service.client.flows import Flow, Result
+from service.client.following import Following, leaving, succeeded
+from service.client.jobs import RemoteJob
+from service.client.parcels import SceneSource, pack
 from service.client.pictures import Picture, PictureKind
+from service.client.rays import rows
 
 if TYPE_CHECKING:
-    from renderer.assets import AssetSource
+    import numpy as np
 
-DEFAULT_SERVER = "http://127.0.0.1:8000"
-LONGEST_HOLD = 20.0
+    from renderer.assets import AssetSource
 
 
 class Client:
@@ -47,7 +44,9 @@ class Client:
     Parameters
     ----------
     server
-        Its address, such as ``http://127.0.0.1:8000``.
+        Its address; by default that in ``PENUMBRA_SERVER``, else ``http://127.0.0.1:8000``.
+    key
+        What lets us in, where the service asks for it; by default that in ``PENUMBRA_KEY``.
     timeout
         Seconds that the server may be silent; where the request asks it to hold its answer, that time
         comes on top.
@@ -64,15 +63,26 @@ class Client:
     --------
     >>> with Client("http://127.0.0.1:8000") as client:  # doctest: +SKIP
     ...     job = client.submit("scene.json")
-    ...     client.wait(job.id, on_progress=lambda batch: print(batch.progress.share))
-    ...     pixels = client.pixels(job.id)
+    ...     job.wait(on_progress=lambda batch: print(batch.progress.share))
+    ...     pixels = job.image()
     """
 
-    def __init__(self, server: str = DEFAULT_SERVER, *, timeout: float = 30.0, patience: float = 5.0) -> None:
-        self.server = checked_address(server)
+    def __init__(
+        self,
+        server: str | None = None,
+        *,
+        key: str | None = None,
+        timeout: float = 30.0,
+        patience: float = 5.0,
+    ) -> None:
+        found = access(server, key)
+        self.server = found.server
         self._timeout = timeout
         self._patience = patience
-        self._http = httpx2.Client(base_url=server, timeout=timeout)
+        self._http = httpx2.Client(base_url=found.server, headers=found.headers, timeout=timeout)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.server!r})"
 
     def __enter__(self) -> Self:
         return self
@@ -95,9 +105,11 @@ class Client:
         *,
         quality: Mapping[str, Any] | None = None,
         layers: Iterable[str] = (),
+        labels: Mapping[str, str] | None = None,
         assets: AssetSource | None = None,
         wait: float = 0.0,
-    ) -> Job:
+        idempotency_key: str | None = None,
+    ) -> RemoteJob:
         """Ask for a render; local textures are uploaded first, each once.
 
         Parameters
@@ -110,8 +122,13 @@ class Client:
             Overrides the scene's ``sampling``.
         layers
             What to tell about each pixel beside its colour, such as ``depth``.
+        labels
+            Words of one's own by which the job is found again.
         wait
             Seconds to wait for the end before the answer comes, whatever the state is then.
+        idempotency_key
+            The same request sent again with the same key is the same job; by default a key of its own for
+            each call, so that only the client's own repetitions count as the same.
 
         Raises
         ------
@@ -120,23 +137,32 @@ class Client:
         RequestInvalidError
             The service refused the scene; `errors` has each reason with its pointer.
         """
-        parcel = self._upload(pack(scene, assets=assets))
-        with _placing(parcel):
-            call = calls.submit_job(_body(parcel, quality, layers), wait=wait)
-            job = self._send(call)
-        return job.model_copy(update={"warnings": tuple(parcel.placed(job.warnings))})
+        wishes = flows.wishes(quality=quality, layers=layers, labels=labels)
+        flow = flows.submission(pack(scene, assets=assets), wishes, wait=wait, key=idempotency_key)
+        return RemoteJob.of(self._run(flow), self)
 
-    def get(self, job_id: str) -> Job:
+    def get(self, job_id: str) -> RemoteJob:
         """The job as it is now."""
-        return self._send(calls.get_job(job_id))
+        return RemoteJob.of(self._send(calls.get_job(job_id)), self)
 
-    def list(self, *, limit: int = 20, cursor: str | None = None) -> JobList:
-        """One page of jobs, newest first; its ``next`` is the cursor of the page after."""
-        return self._send(calls.list_jobs(limit=limit, cursor=cursor))
+    def list(
+        self, *, limit: int = 20, cursor: str | None = None, labels: Mapping[str, str] | None = None
+    ) -> JobList:
+        """One page of jobs, newest first, of those with these labels; ``next`` is the next page's cursor."""
+        return self._send(calls.list_jobs(limit=limit, cursor=cursor, labels=labels))
 
-    def cancel(self, job_id: str) -> Job:
+    def jobs(self, *, labels: Mapping[str, str] | None = None) -> Iterator[RemoteJob]:
+        """All jobs, newest first, of those with these labels; pages are fetched as they are needed."""
+        cursor: str | None = None
+        while True:
+            page = self.list(limit=calls.LONGEST_PAGE, cursor=cursor, labels=labels)
+            yield from (RemoteJob.of(job, self) for job in page.jobs)
+            if (cursor := page.next) is None:
+                return
+
+    def cancel(self, job_id: str) -> RemoteJob:
         """Stop a job; one that has ended stays as it is."""
-        return self._send(calls.cancel_job(job_id))
+        return RemoteJob.of(self._send(calls.cancel_job(job_id)), self)
 
     def delete(self, job_id: str) -> None:
         """Remove a job and its image."""
@@ -163,16 +189,28 @@ class Client:
         TimedOutError
             `timeout` seconds have passed.
         """
-        deadline = None if timeout is None else time.monotonic() + timeout
-        while True:
-            hold = LONGEST_HOLD if deadline is None else min(LONGEST_HOLD, deadline - time.monotonic())
-            batch = self.tiles(job_id, after=after, wait=max(hold, 0.0))
+        place = Following(job_id, after, timeout)
+        more = True
+        while more:
+            batch = self.tiles(job_id, after=place.after, wait=place.hold)
             yield batch
-            after = batch.next
-            if batch.complete:
-                return
-            if deadline is not None and time.monotonic() >= deadline:
-                raise TimedOutError(f"Job {job_id} goes on after {timeout:g} s of waiting.", job_id=job_id)
+            more = place.goes_on(batch)
+
+    def follow_pixels(
+        self,
+        job_id: str,
+        *,
+        after: int = 0,
+        timeout: float | None = None,
+        encoding: Encoding = "float32",
+    ) -> Iterator[PixelBatch]:
+        """The same with the pixels of the tiles."""
+        place = Following(job_id, after, timeout)
+        more = True
+        while more:
+            batch = self.tile_pixels(job_id, after=place.after, wait=place.hold, encoding=encoding)
+            yield batch
+            more = place.goes_on(batch)
 
     def wait(
         self,
@@ -180,20 +218,21 @@ class Client:
         *,
         timeout: float | None = None,
         on_progress: Callable[[TileBatch], None] | None = None,
-    ) -> Job:
-        """Wait until the image is complete.
+    ) -> RemoteJob:
+        """Wait until the image is complete. Ctrl-C ends the waiting, not the job.
 
         Raises
         ------
-        JobFailedError, JobCancelledError
+        NoImageError
             There will be no image.
         TimedOutError
             `timeout` seconds have passed; the job goes on.
         """
-        for batch in self.follow(job_id, timeout=timeout):
-            if on_progress is not None:
-                on_progress(batch)
-        return succeeded(self.get(job_id))
+        with leaving(job_id):
+            for batch in self.follow(job_id, timeout=timeout):
+                if on_progress is not None:
+                    on_progress(batch)
+            return succeeded(self.get(job_id))
 
     def events(self, job_id: str, *, after: int = 0) -> Iterator[TileEvent]:
         """Tile events as a stream that the server pushes, until the job has ended or the connection breaks.
@@ -207,7 +246,9 @@ class Client:
         ):
             if not answer.is_success:
                 answer.read()
-            yield from call.read(check(answer, call))
+            for event in call.read(check(answer, call)):
+                if (found := tile_event(event)) is not None:
+                    yield found
 
     def picture(self, job_id: str, kind: PictureKind = "png") -> Picture:
         """The image file, or what there is of it while the job is running."""
@@ -247,9 +288,7 @@ class Client:
         self, scene: SceneSource, *, quality: Mapping[str, Any] | None = None, layers: Iterable[str] = ()
     ) -> PlanDocument:
         """What would run for a scene; renders nothing."""
-        parcel = self._upload(pack(scene))
-        with _placing(parcel):
-            return self._send(calls.make_plan(_body(parcel, quality, layers)))
+        return self._run(flows.plan(pack(scene), flows.wishes(quality=quality, layers=layers)))
 
     def quote(
         self,
@@ -275,11 +314,8 @@ class Client:
         BusyError
             The service makes as many quotes as it may already.
         """
-        wishes = {"target_error": target_error, "seconds": seconds}
-        parcel = self._upload(pack(scene))
-        with _placing(parcel):
-            body = _body(parcel, quality) | {name: wish for name, wish in wishes.items() if wish is not None}
-            return self._send(calls.make_quote(body))
+        wishes = flows.wishes(quality=quality, target_error=target_error, seconds=seconds)
+        return self._run(flows.quote(pack(scene), wishes))
 
     def trace(self, scene: SceneSource, origins: npt.ArrayLike, directions: npt.ArrayLike) -> TraceAnswer:
         """What each ray hits first.
@@ -289,13 +325,7 @@ class Client:
         origins, directions
             Shape (rays, 3), finite.
         """
-        rows = {
-            "origins": np.asarray(origins, dtype=np.float64).tolist(),
-            "directions": np.asarray(directions, dtype=np.float64).tolist(),
-        }
-        parcel = self._upload(pack(scene))
-        with _placing(parcel):
-            return self._send(calls.trace(_body(parcel, None) | rows))
+        return self._run(flows.traces(pack(scene), rows(origins, directions)))
 
     def compare(
         self,
@@ -331,63 +361,27 @@ class Client:
         """Which service this is."""
         return self._send(calls.get_version())
 
-    def _upload(self, parcel: Parcel) -> Parcel:
-        for sha256, content in parcel.contents.items():
-            if not self._send(calls.has_asset(sha256)):
-                self._send(calls.put_asset(sha256, content))
-        return parcel
+    def _run(self, flow: Flow[Result]) -> Result:
+        """Send what a flow asks for until it has its result."""
+        with closing(flow):
+            try:
+                call = next(flow)
+                while True:
+                    try:
+                        answer = self._send(call)
+                    except ClientError as error:
+                        call = flow.throw(error)
+                    else:
+                        call = flow.send(answer)
+            except StopIteration as end:
+                result: Result = end.value
+                return result
 
     def _send(self, call: Call[Answer]) -> Answer:
-        again = stamina.RetryingCaller(
-            attempts=None if self._patience > 0 else 1,
-            timeout=self._patience or None,
-            wait_initial=0.1,
-            wait_max=1.0,
-            wait_jitter=0.1,
-        )
-        return again(repeat_after(call, self._patience), self._send_once, call)
+        again = stamina.RetryingCaller(**PAUSES)
+        return again(repeats(call, self._patience), self._send_once, call)
 
     def _send_once(self, call: Call[Answer]) -> Answer:
         with transport_errors(self.server, job_id=call.job_id):
-            answer = self._http.request(
-                call.method,
-                call.path,
-                params=dict(call.params),
-                headers=dict(call.headers),
-                content=call.content,
-                timeout=self._timeout + call.hold,
-            )
+            answer = self._http.request(**call.request(self._timeout))
         return call.read(check(answer, call))
-
-
-def _body(parcel: Parcel, quality: Mapping[str, Any] | None, layers: Iterable[str] = ()) -> dict[str, Any]:
-    asked = {"quality": dict(quality) if quality else None, "layers": list(layers)}
-    return {"scene": parcel.document} | {name: value for name, value in asked.items() if value}
-
-
-@contextmanager
-def _placing(parcel: Parcel) -> Iterator[None]:
-    """Let a refusal speak of the user's own document, not of the body that was made from it."""
-    try:
-        yield
-    except RequestInvalidError as error:
-        if not error.errors:
-            raise
-        placed = SceneError(parcel.placed(error.errors), error.document.more)
-        told = {"errors": placed.errors, "detail": str(placed)}
-        raise RequestInvalidError(error.status, error.document.model_copy(update=told)) from error
-
-
-def succeeded(job: Job) -> Job:
-    """Give a job back that has ended well; raise what became of any other.
-
-    Raises
-    ------
-    JobFailedError, JobCancelledError
-        There will be no image.
-    """
-    if job.failure is not None:
-        raise JobFailedError(job_id=job.id, failure=job.failure)
-    if job.state is JobState.CANCELLED:
-        raise JobCancelledError(job_id=job.id)
-    return job

@@ -6,13 +6,15 @@ ClientError
 ├── UnexpectedAnswerError      whatever answered does not speak this service's language
 ├── RefusedError               the service answered with a problem document
 │   ├── RequestInvalidError    the request, or the scene in it, is not usable
+│   ├── NotAllowedError        the service wants a key, or another one
 │   ├── NotFoundError          no such job, asset or image
 │   ├── ConflictError          the state of the job does not allow it
 │   ├── BusyError              too much work at the moment: try again later
 │   └── ServerFaultError       the service itself failed
 └── NoImageError               the job ended without the image that was asked for
     ├── JobFailedError         `failure` says why, and whether it is worth another try
-    └── JobCancelledError      somebody stopped it
+    ├── JobCancelledError      somebody stopped it
+    └── JobExpiredError        it was kept as long as the service keeps jobs
 """
 
 from __future__ import annotations
@@ -30,24 +32,36 @@ class ClientError(Exception):
 class UnreachableError(ClientError):
     """There is no connection to the server, or it broke before the answer was complete.
 
-    `sent` is False where the request cannot have reached the server.
+    `sent` is False where the request cannot have reached the server. `job_id` is the job that it was about.
     """
 
-    def __init__(self, message: str, *, sent: bool = True) -> None:
+    def __init__(self, message: str, *, sent: bool = True, job_id: str | None = None) -> None:
         super().__init__(message)
         self.sent = sent
+        self.job_id = job_id
 
 
 class TimedOutError(ClientError):
-    """Something took longer than it was given; the job, if there is one, goes on without us."""
+    """Something took longer than it was given; the job, if there is one, goes on without us.
 
-    def __init__(self, message: str, *, job_id: str | None = None) -> None:
-        super().__init__(message)
+    `what` says so in one sentence, `job_id` which job it is; the message tells how to go on too.
+    """
+
+    def __init__(self, what: str, *, job_id: str | None = None) -> None:
+        super().__init__(f"{what} {how_to_go_on(job_id)}" if job_id else what)
+        self.what = what
         self.job_id = job_id
 
 
 class UnexpectedAnswerError(ClientError):
-    """The answer is not one that this client knows."""
+    """The answer is not one that this client knows.
+
+    `retry_after` has the seconds after which a proxy in front of the service wants to be asked again.
+    """
+
+    def __init__(self, message: str, *, retry_after: float | None = None) -> None:
+        super().__init__(message)
+        self.retry_after = retry_after
 
 
 class RefusedError(ClientError):
@@ -78,6 +92,10 @@ class RefusedError(ClientError):
 
 class RequestInvalidError(RefusedError):
     """The request, or the scene in it, is not usable."""
+
+
+class NotAllowedError(RefusedError):
+    """The service wants a key, or another one: give it as ``Client(key=...)`` or in ``PENUMBRA_KEY``."""
 
 
 class NotFoundError(RefusedError):
@@ -119,6 +137,18 @@ class JobCancelledError(NoImageError):
         super().__init__(f"Job {job_id} was cancelled.", job_id=job_id)
 
 
+class JobExpiredError(NoImageError):
+    """The job is over for longer than the service keeps jobs."""
+
+    def __init__(self, *, job_id: str) -> None:
+        super().__init__(f"Job {job_id} has expired, and its image is gone. Submit it again.", job_id=job_id)
+
+
+def how_to_go_on(job_id: str) -> str:
+    """Say what can be done about a job that nobody waits for any more."""
+    return f"Wait again with client.wait({job_id!r}), or stop it with client.cancel({job_id!r})."
+
+
 def refusal(status: int, document: ProblemDocument, *, retry_after: float | None = None) -> RefusedError:
     """The exception that stands for a problem document sent with this status."""
     kind = _BY_STATUS.get(status, ServerFaultError if status >= 500 else RequestInvalidError)
@@ -132,6 +162,8 @@ def described(problems: Sequence[Problem], more: int = 0) -> list[str]:
 
 
 _BY_STATUS: dict[int, type[RefusedError]] = {
+    401: NotAllowedError,
+    403: NotAllowedError,
     404: NotFoundError,
     409: ConflictError,
     410: NotFoundError,

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import httpx2
 from pydantic import ValidationError
 
@@ -11,11 +9,11 @@ from schemas.jobs import TileEvent
 from service.client.errors import UnexpectedAnswerError
 
 
-def read_events(answer: httpx2.Response) -> Iterator[TileEvent]:
-    """The tile events of a stream; events of other kinds are passed over."""
-    for event in httpx2.EventSource(answer):
-        if event.event == "tile":
-            try:
-                yield TileEvent.model_validate_json(event.data)
-            except ValidationError as error:
-                raise UnexpectedAnswerError(f"{answer.url} sent an event that is not a tile.") from error
+def tile_event(event: httpx2.ServerSentEvent) -> TileEvent | None:
+    """The tile event in an event of the stream; None for an event of another kind."""
+    if event.event != "tile":
+        return None
+    try:
+        return TileEvent.model_validate_json(event.data)
+    except ValidationError as error:
+        raise UnexpectedAnswerError("The server sent an event that is not a tile.") from error

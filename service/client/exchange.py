@@ -1,10 +1,13 @@
-"""What clients of every kind share: errors of the transport, refusals, and when to send again."""
+"""What clients of both kinds share: errors of the transport, refusals, and when to send again."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from datetime import UTC, datetime
+from email.utils import parsedate_to_datetime
+from typing import Any, TypedDict
 
 import httpx2
 from pydantic import ValidationError
@@ -20,18 +23,22 @@ from service.client.errors import (
     refusal,
 )
 
+SHORTEST_PAUSE = 0.1
+"""Seconds between two requests, also where the server would have none."""
 
-def checked_address(server: str) -> str:
-    """Give an address back that may be that of a server; raise UnreachableError for any other."""
-    try:
-        url = httpx2.URL(server)
-    except httpx2.InvalidURL:
-        url = httpx2.URL()
-    if url.scheme not in {"http", "https"} or not url.host:
-        raise UnreachableError(
-            f"{server!r} is not the address of a server. Write it like http://127.0.0.1:8000."
-        )
-    return server
+
+class Pauses(TypedDict):
+    """How stamina waits between two requests."""
+
+    attempts: None
+    timeout: None
+    wait_initial: float
+    wait_max: float
+    wait_jitter: float
+
+
+PAUSES = Pauses(attempts=None, timeout=None, wait_initial=SHORTEST_PAUSE, wait_max=1.0, wait_jitter=0.1)
+"""Whether there is another try at all is decided by `repeats`."""
 
 
 @contextmanager
@@ -40,12 +47,14 @@ def transport_errors(server: str, *, job_id: str | None = None) -> Iterator[None
     try:
         yield
     except (httpx2.ConnectError, httpx2.ConnectTimeout) as error:
-        raise UnreachableError(f"There is no server at {server} ({error}).", sent=False) from error
+        raise UnreachableError(
+            f"There is no server at {server} ({error}).", sent=False, job_id=job_id
+        ) from error
     except httpx2.TimeoutException as error:
         about = f" about job {job_id}" if job_id else ""
         raise TimedOutError(f"{server} did not answer in time{about}.", job_id=job_id) from error
     except httpx2.TransportError as error:
-        raise UnreachableError(f"The connection to {server} broke ({error}).") from error
+        raise UnreachableError(f"The connection to {server} broke ({error}).", job_id=job_id) from error
 
 
 def check(answer: httpx2.Response, call: Call[Any]) -> httpx2.Response:
@@ -57,10 +66,13 @@ def check(answer: httpx2.Response, call: Call[Any]) -> httpx2.Response:
 
 def refused(answer: httpx2.Response) -> ClientError:
     """The exception that an answer with a status of 300 and above stands for; its body has been read."""
+    retry_after = _seconds(answer.headers.get("Retry-After"))
     media_type = answer.headers.get("Content-Type", "").partition(";")[0]
     if media_type != "application/problem+json":
         return UnexpectedAnswerError(
-            f"{answer.url} answered {answer.status_code}, and not in the words of this service."
+            f"{answer.url} answered {answer.status_code}, and not in the words of this service.",
+            # A proxy in front of the service has no other words for this.
+            retry_after=retry_after if answer.status_code in {429, 503} else None,
         )
     try:
         document = ProblemDocument.model_validate_json(answer.content)
@@ -68,20 +80,27 @@ def refused(answer: httpx2.Response) -> ClientError:
         return UnexpectedAnswerError(
             f"{answer.url} answered {answer.status_code} with a broken problem document"
         )
-    return refusal(answer.status_code, document, retry_after=_seconds(answer.headers.get("Retry-After")))
+    return refusal(answer.status_code, document, retry_after=retry_after)
 
 
-def repeat_after(call: Call[Any], patience: float) -> Callable[[Exception], bool | float]:
-    """What to do after a failure: False to give up, True to repeat soon, or the seconds to wait before.
+def repeats(call: Call[Any], patience: float) -> Callable[[Exception], bool | float]:
+    """What to do after each failure of a call: False to give up, True to repeat soon, or seconds to wait.
 
     A request that never left, or that the server refused for the moment, has done nothing, so any may be
-    repeated then; after a broken connection only one that may be sent twice.
+    repeated then; after a broken connection only one that may be sent twice. Patience is counted from the
+    first failure on, since the server may hold back an answer for longer than that.
     """
+    end: float | None = None
 
     def decide(error: Exception) -> bool | float:
+        nonlocal end
+        now = time.monotonic()
+        end = end or now + patience
+        if now >= end:
+            return False
         match error:
-            case RefusedError(retry_after=float(seconds)):
-                return seconds if seconds <= patience else False
+            case RefusedError(retry_after=float(seconds)) | UnexpectedAnswerError(retry_after=float(seconds)):
+                return max(seconds, SHORTEST_PAUSE) if now + seconds <= end else False
             case UnreachableError(sent=sent):
                 return call.repeatable or not sent
             case _:
@@ -91,7 +110,15 @@ def repeat_after(call: Call[Any], patience: float) -> Callable[[Exception], bool
 
 
 def _seconds(header: str | None) -> float | None:
+    """Read ``Retry-After`` (RFC 9110): seconds, or a date."""
+    if header is None:
+        return None
     try:
-        return None if header is None else float(header)
+        return max(0.0, float(header))
+    except ValueError:
+        pass
+    try:
+        when = parsedate_to_datetime(header)
     except ValueError:
         return None
+    return max(0.0, (when.replace(tzinfo=when.tzinfo or UTC) - datetime.now(UTC)).total_seconds())

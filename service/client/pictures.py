@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import httpx2
 import numpy as np
@@ -12,12 +12,16 @@ import numpy.typing as npt
 
 from service.client.errors import UnexpectedAnswerError
 
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
 PictureKind = Literal["png", "npy", "exr"]
+PNG = b"\x89PNG\r\n\x1a\n"
 
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """An image file as the service sent it.
+    """An image file as the service sent it. A notebook shows one that is a PNG file.
 
     Attributes
     ----------
@@ -53,6 +57,27 @@ class Picture:
         except (ValueError, EOFError) as error:
             raise UnexpectedAnswerError("The server sent something else than an array file.") from error
         return pixels
+
+    def pillow(self) -> Image:
+        """The image of a ``.png`` picture, RGB with 8 bits as displayed.
+
+        Raises
+        ------
+        UnexpectedAnswerError
+            The content is not a PNG file.
+        """
+        # Whoever takes arrays or files needs no Pillow.
+        from PIL import Image, UnidentifiedImageError  # noqa: PLC0415
+
+        try:
+            image = Image.open(io.BytesIO(self.content), formats=["PNG"])
+            image.load()
+        except (UnidentifiedImageError, OSError) as error:
+            raise UnexpectedAnswerError("The server sent something else than a PNG file.") from error
+        return image
+
+    def _repr_png_(self) -> bytes | None:
+        return self.content if self.content.startswith(PNG) else None
 
 
 def read_picture(answer: httpx2.Response) -> Picture:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import threading
 from collections.abc import Callable, Iterator
+from email.message import Message
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
@@ -13,7 +14,9 @@ import pytest
 from service.client import (
     BusyError,
     Client,
+    ClientError,
     ConflictError,
+    NotAllowedError,
     NotFoundError,
     RequestInvalidError,
     ServerFaultError,
@@ -21,6 +24,7 @@ from service.client import (
     UnexpectedAnswerError,
     UnreachableError,
 )
+from service.client.access import access
 
 Answer = tuple[int, dict[str, str], bytes]
 Serve = Callable[[list[Answer | None]], "Server"]
@@ -31,6 +35,25 @@ VERSION: Answer = (
     b'{"name": "penumbra", "version": "9", "new": [1]}',
 )
 SCENE: dict[str, Any] = {"version": 1}
+LINKS = dict.fromkeys(("self", "cancel", "tiles", "events", "plan", "image_png", "image_npy"), "/")
+JOB: Answer = (
+    202,
+    {"Content-Type": "application/json"},
+    json.dumps(
+        {
+            "id": "j",
+            "state": "queued",
+            "width": 2,
+            "height": 1,
+            "progress": {"done": 0, "total": 1, "share": 0, "news": True},
+            "last_seq": 0,
+            "created_at": "2026-01-01T00:00:00Z",
+            "cost": {"predicted_cpu_seconds": 1, "cpu_seconds": 0, "rays": {}},
+            "links": LINKS | {"newest": "/"},
+            "unheard_of": [1],
+        }
+    ).encode(),
+)
 
 
 def _problem(status: int, **members: Any) -> bytes:
@@ -44,6 +67,7 @@ class Server(ThreadingHTTPServer):
         super().__init__(("127.0.0.1", 0), Handler)
         self.answers = answers
         self.seen: list[str] = []
+        self.headers: list[Message] = []
 
     @property
     def url(self) -> str:
@@ -56,6 +80,7 @@ class Handler(BaseHTTPRequestHandler):
     def _answer(self) -> None:
         self.rfile.read(int(self.headers.get("Content-Length", 0)))
         self.server.seen.append(self.command)
+        self.server.headers.append(self.headers)
         answers = self.server.answers
         answer = answers.pop(0) if len(answers) > 1 else answers[0]
         self.close_connection = True
@@ -93,6 +118,8 @@ def serve() -> Iterator[Serve]:
 KINDS = [
     (422, RequestInvalidError),
     (400, RequestInvalidError),
+    (401, NotAllowedError),
+    (403, NotAllowedError),
     (404, NotFoundError),
     (410, NotFoundError),
     (409, ConflictError),
@@ -132,6 +159,47 @@ def test_what_is_busy_is_asked_again_after_the_time_it_names(serve: Serve) -> No
     assert server.seen == ["GET", "GET"]
 
 
+def test_a_date_is_understood_as_the_time_to_come_back(serve: Serve) -> None:
+    past = {"Retry-After": "Fri, 31 Dec 1999 23:59:59 GMT"}
+    future = {"Retry-After": "Fri, 31 Dec 2100 23:59:59 GMT"}
+    server = serve([(503, PROBLEM | past, _problem(503)), (503, PROBLEM | future, _problem(503))])
+    with Client(server.url) as client, pytest.raises(BusyError) as caught:
+        client.version()
+    assert caught.value.retry_after > 3600
+    assert server.seen == ["GET", "GET"]
+
+
+def test_a_proxy_that_says_when_to_come_back_is_obeyed_like_the_service(serve: Serve) -> None:
+    page = {"Content-Type": "text/html", "Retry-After": "0"}
+    server = serve([(503, page, b"<h1>Not yet</h1>"), VERSION])
+    with Client(server.url) as client:
+        assert client.version().version == "9"
+
+
+def test_a_key_goes_with_every_request_and_is_never_shown(
+    serve: Serve, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    server = serve([VERSION])
+    monkeypatch.setenv("PENUMBRA_KEY", "from-environment")
+    monkeypatch.setenv("PENUMBRA_SERVER", server.url)
+    with Client(key="given") as given, Client() as found:
+        given.version()
+        found.version()
+        assert "given" not in repr(given) + repr(access(key="given"))
+    monkeypatch.delenv("PENUMBRA_KEY")
+    with Client() as without:
+        without.version()
+    sent = [headers["Authorization"] for headers in server.headers]
+    assert sent == ["Bearer given", "Bearer from-environment", None]
+
+
+@pytest.mark.parametrize("key", ["two words", "line\n", "naïve"])
+def test_a_key_that_no_header_can_hold_is_refused_without_being_told(key: str) -> None:
+    with pytest.raises(ClientError, match="The key has a character") as caught:
+        Client("http://127.0.0.1:1", key=key)
+    assert key not in str(caught.value)
+
+
 def test_a_longer_wait_than_the_clients_patience_is_not_begun(serve: Serve) -> None:
     server = serve([(429, PROBLEM | {"Retry-After": "3600"}, _problem(429))])
     with Client(server.url) as client, pytest.raises(BusyError) as caught:
@@ -147,14 +215,21 @@ def test_a_broken_connection_is_tried_again_where_that_is_safe(serve: Serve) -> 
     assert server.seen == ["GET"] * 3
 
 
-@pytest.mark.parametrize(
-    "act", [lambda c: c.submit(SCENE), lambda c: c.delete("x")], ids=["submit", "delete"]
-)
-def test_what_may_not_be_done_twice_is_sent_once(serve: Serve, act: Callable[[Client], object]) -> None:
+def test_what_may_not_be_done_twice_is_sent_once(serve: Serve) -> None:
     server = serve([None])
     with Client(server.url) as client, pytest.raises(UnreachableError):
-        act(client)
-    assert len(server.seen) == 1
+        client.delete("x")
+    assert server.seen == ["DELETE"]
+
+
+def test_a_submission_is_repeated_under_one_key_and_the_next_has_another(serve: Serve) -> None:
+    server = serve([None, JOB, None, JOB])
+    with Client(server.url) as client:
+        assert [client.submit(SCENE).id, client.submit(SCENE).id] == ["j", "j"]
+        client.submit(SCENE, idempotency_key="mine")
+    first, again, second, second_again, own = [headers["Idempotency-Key"] for headers in server.headers]
+    assert (first, second, own) == (again, second_again, "mine")
+    assert first != second
 
 
 def test_whoever_is_not_a_service_of_this_kind_is_told_apart(serve: Serve) -> None:

@@ -1,0 +1,299 @@
+"""The asynchronous client: the same calls and flows, awaited."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Mapping
+from contextlib import closing
+from functools import partial
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+
+import httpx2
+import numpy.typing as npt
+import stamina
+from anyio import to_thread
+
+from schemas.comparisons import ComparisonAnswer
+from schemas.convergence import Convergence
+from schemas.jobs import JobList, TileBatch, TileEvent, Version
+from schemas.plans import PlanDocument
+from schemas.quotes import Quote
+from schemas.traces import TraceAnswer
+from service.client import calls, flows
+from service.client.access import access
+from service.client.async_jobs import AsyncRemoteJob
+from service.client.batches import Encoding, PixelBatch
+from service.client.calls import Answer, Call
+from service.client.comparing import PictureSource, sent
+from service.client.errors import ClientError
+from service.client.events import tile_event
+from service.client.exchange import PAUSES, check, repeats, transport_errors
+from service.client.flows import Flow, Result
+from service.client.following import Following, leaving, succeeded
+from service.client.parcels import Parcel, SceneSource, pack
+from service.client.pictures import Picture, PictureKind
+from service.client.rays import rows
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from renderer.assets import AssetSource
+
+
+class AsyncClient:
+    """What :class:`Client` is, for asynchronous programs; parameters and errors are the same.
+
+    A task that is cancelled closes the connection that it waited on. The job goes on.
+
+    Examples
+    --------
+    >>> async with AsyncClient() as client:  # doctest: +SKIP
+    ...     job = await client.submit("scene.json")
+    ...     async for tile in job.tiles():
+    ...         tile.paint(canvas)
+    """
+
+    def __init__(
+        self,
+        server: str | None = None,
+        *,
+        key: str | None = None,
+        timeout: float = 30.0,
+        patience: float = 5.0,
+    ) -> None:
+        found = access(server, key)
+        self.server = found.server
+        self._timeout = timeout
+        self._patience = patience
+        self._http = httpx2.AsyncClient(base_url=found.server, headers=found.headers, timeout=timeout)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.server!r})"
+
+    async def __aenter__(self) -> Self:
+        return self
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        await self.close()
+
+    async def close(self) -> None:
+        """Close all connections."""
+        await self._http.aclose()
+
+    async def submit(
+        self,
+        scene: SceneSource,
+        *,
+        quality: Mapping[str, Any] | None = None,
+        layers: Iterable[str] = (),
+        labels: Mapping[str, str] | None = None,
+        assets: AssetSource | None = None,
+        wait: float = 0.0,
+        idempotency_key: str | None = None,
+    ) -> AsyncRemoteJob:
+        """Ask for a render; local textures are uploaded first, each once."""
+        wishes = flows.wishes(quality=quality, layers=layers, labels=labels)
+        parcel = await _packed(scene, assets)
+        flow = flows.submission(parcel, wishes, wait=wait, key=idempotency_key)
+        return AsyncRemoteJob.of(await self._run(flow), self)
+
+    async def get(self, job_id: str) -> AsyncRemoteJob:
+        """The job as it is now."""
+        return AsyncRemoteJob.of(await self._send(calls.get_job(job_id)), self)
+
+    async def list(
+        self, *, limit: int = 20, cursor: str | None = None, labels: Mapping[str, str] | None = None
+    ) -> JobList:
+        """One page of jobs, newest first, of those with these labels; ``next`` is the next page's cursor."""
+        return await self._send(calls.list_jobs(limit=limit, cursor=cursor, labels=labels))
+
+    async def jobs(self, *, labels: Mapping[str, str] | None = None) -> AsyncIterator[AsyncRemoteJob]:
+        """All jobs, newest first, of those with these labels; pages are fetched as they are needed."""
+        cursor: str | None = None
+        while True:
+            page = await self.list(limit=calls.LONGEST_PAGE, cursor=cursor, labels=labels)
+            for job in page.jobs:
+                yield AsyncRemoteJob.of(job, self)
+            if (cursor := page.next) is None:
+                return
+
+    async def cancel(self, job_id: str) -> AsyncRemoteJob:
+        """Stop a job; one that has ended stays as it is."""
+        return AsyncRemoteJob.of(await self._send(calls.cancel_job(job_id)), self)
+
+    async def delete(self, job_id: str) -> None:
+        """Remove a job and its image."""
+        await self._send(calls.delete_job(job_id))
+
+    async def tiles(self, job_id: str, *, after: int = 0, wait: float = 0.0) -> TileBatch:
+        """The tile events numbered above `after`; waits up to `wait` seconds for the first."""
+        return await self._send(calls.get_tiles(job_id, after=after, wait=wait))
+
+    async def tile_pixels(
+        self, job_id: str, *, after: int = 0, wait: float = 0.0, encoding: Encoding = "float32"
+    ) -> PixelBatch:
+        """The same with the pixels of these tiles, linear float32 or displayed 8 bits."""
+        return await self._send(calls.get_tile_pixels(job_id, after=after, wait=wait, encoding=encoding))
+
+    async def follow(
+        self, job_id: str, *, after: int = 0, timeout: float | None = None
+    ) -> AsyncIterator[TileBatch]:
+        """Batches of tile events as they come, until the job has ended."""
+        place = Following(job_id, after, timeout)
+        more = True
+        while more:
+            batch = await self.tiles(job_id, after=place.after, wait=place.hold)
+            yield batch
+            more = place.goes_on(batch)
+
+    async def follow_pixels(
+        self,
+        job_id: str,
+        *,
+        after: int = 0,
+        timeout: float | None = None,
+        encoding: Encoding = "float32",
+    ) -> AsyncIterator[PixelBatch]:
+        """The same with the pixels of the tiles."""
+        place = Following(job_id, after, timeout)
+        more = True
+        while more:
+            batch = await self.tile_pixels(job_id, after=place.after, wait=place.hold, encoding=encoding)
+            yield batch
+            more = place.goes_on(batch)
+
+    async def wait(
+        self,
+        job_id: str,
+        *,
+        timeout: float | None = None,
+        on_progress: Callable[[TileBatch], Awaitable[None] | None] | None = None,
+    ) -> AsyncRemoteJob:
+        """Wait until the image is complete; `on_progress` may be a coroutine function."""
+        with leaving(job_id):
+            async for batch in self.follow(job_id, timeout=timeout):
+                if on_progress is not None and (told := on_progress(batch)) is not None:
+                    await told
+            return succeeded(await self.get(job_id))
+
+    async def events(self, job_id: str, *, after: int = 0) -> AsyncIterator[TileEvent]:
+        """Tile events as a stream that the server pushes.
+
+        To leave it early, go through it in ``contextlib.aclosing``: that closes the connection.
+        """
+        call = calls.get_events(job_id, after=after)
+        with transport_errors(self.server, job_id=job_id):
+            async with self._http.stream(call.method, call.path, headers=dict(call.headers)) as answer:
+                if not answer.is_success:
+                    await answer.aread()
+                async for event in call.read(check(answer, call)):
+                    if (found := tile_event(event)) is not None:
+                        yield found
+
+    async def picture(self, job_id: str, kind: PictureKind = "png") -> Picture:
+        """The image file, or what there is of it while the job is running."""
+        return await self._send(calls.get_picture(job_id, kind))
+
+    async def pixels(self, job_id: str) -> npt.NDArray[np.float32]:
+        """The image as linear RGB, shape (height, width, 3), float32, row 0 at the top."""
+        return (await self.picture(job_id, "npy")).array()
+
+    async def layer_file(self, job_id: str, name: str) -> Picture:
+        """A layer that the job was asked for, as a file, or what there is of it while the job is running."""
+        return await self._send(calls.get_layer(job_id, name))
+
+    async def layer(self, job_id: str, name: str) -> npt.NDArray[Any]:
+        """A layer as an array, (height, width) or (height, width, channels), float32 or int32."""
+        return (await self.layer_file(job_id, name)).array()
+
+    async def plan(self, job_id: str) -> PlanDocument:
+        """What runs for a job, and who asked."""
+        return await self._send(calls.get_plan(job_id))
+
+    async def convergence(self, job_id: str) -> Convergence:
+        """What the passes of a job have cost, which error they left, and how fast it falls."""
+        return await self._send(calls.get_convergence(job_id))
+
+    async def convergence_file(self, job_id: str, form: str = "csv") -> bytes:
+        """The same as a file: `json`, `csv`, or `svg` or `png` for a plot."""
+        return await self._send(calls.get_convergence_file(job_id, form))
+
+    async def explain(
+        self, scene: SceneSource, *, quality: Mapping[str, Any] | None = None, layers: Iterable[str] = ()
+    ) -> PlanDocument:
+        """What would run for a scene; renders nothing."""
+        wishes = flows.wishes(quality=quality, layers=layers)
+        return await self._run(flows.plan(await _packed(scene), wishes))
+
+    async def quote(
+        self,
+        scene: SceneSource,
+        *,
+        quality: Mapping[str, Any] | None = None,
+        target_error: float | None = None,
+        seconds: float | None = None,
+    ) -> Quote:
+        """What a scene would cost, and how far off it would be, at several qualities."""
+        wishes = flows.wishes(quality=quality, target_error=target_error, seconds=seconds)
+        return await self._run(flows.quote(await _packed(scene), wishes))
+
+    async def trace(
+        self, scene: SceneSource, origins: npt.ArrayLike, directions: npt.ArrayLike
+    ) -> TraceAnswer:
+        """What each ray hits first."""
+        return await self._run(flows.traces(await _packed(scene), rows(origins, directions)))
+
+    async def compare(
+        self,
+        image: PictureSource,
+        reference: PictureSource,
+        *,
+        encoding: str | None = None,
+        reference_encoding: str | None = None,
+        **options: Any,
+    ) -> ComparisonAnswer:
+        """Compare two pictures on the server."""
+        pictures = {
+            "image": await to_thread.run_sync(sent, image, encoding),
+            "reference": await to_thread.run_sync(sent, reference, reference_encoding),
+        }
+        return await self._send(calls.make_comparison(pictures | options))
+
+    async def version(self) -> Version:
+        """Which service this is."""
+        return await self._send(calls.get_version())
+
+    async def _run(self, flow: Flow[Result]) -> Result:
+        """Send what a flow asks for until it has its result."""
+        with closing(flow):
+            try:
+                call = next(flow)
+                while True:
+                    try:
+                        answer = await self._send(call)
+                    except ClientError as error:
+                        call = flow.throw(error)
+                    else:
+                        call = flow.send(answer)
+            except StopIteration as end:
+                result: Result = end.value
+                return result
+
+    async def _send(self, call: Call[Answer]) -> Answer:
+        again = stamina.AsyncRetryingCaller(**PAUSES)
+        return await again(repeats(call, self._patience), self._send_once, call)
+
+    async def _send_once(self, call: Call[Answer]) -> Answer:
+        with transport_errors(self.server, job_id=call.job_id):
+            answer = await self._http.request(**call.request(self._timeout))
+        return call.read(check(answer, call))
+
+
+async def _packed(scene: SceneSource, assets: AssetSource | None = None) -> Parcel:
+    """Read and hash the files of a scene where that keeps nobody waiting."""
+    return await to_thread.run_sync(partial(pack, scene, assets=assets))

@@ -1,0 +1,144 @@
+"""A job in the hands of whoever submitted it, without blocking."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Mapping
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy.typing as npt
+from anyio import to_thread
+from pydantic import PrivateAttr
+
+from schemas.convergence import Convergence
+from schemas.jobs import TileBatch
+from schemas.plans import PlanDocument
+from service.client import notebooks
+from service.client.batches import Encoding, TilePixels
+from service.client.errors import ClientError
+from service.client.files import kind_of, write
+from service.client.following import leaving, succeeded
+from service.client.known import KnownJob
+from service.client.pictures import Picture, PictureKind
+
+if TYPE_CHECKING:
+    import numpy as np
+    from PIL.Image import Image
+
+    from service.client.async_client import AsyncClient
+
+
+class AsyncRemoteJob(KnownJob):
+    """What :class:`RemoteJob` is, for :class:`AsyncClient`."""
+
+    _client: AsyncClient = PrivateAttr()
+
+    async def refresh(self) -> Self:
+        """Ask how the job is now."""
+        return self._renewed(await self._client.get(self.id))
+
+    async def wait(
+        self,
+        *,
+        timeout: float | None = None,
+        on_progress: Callable[[TileBatch], Awaitable[None] | None] | None = None,
+    ) -> Self:
+        """Wait until the image is complete; `on_progress` may be a coroutine function."""
+        live = notebooks.live()
+
+        async def note(batch: TileBatch) -> None:
+            self._noted(batch)
+            if live is not None and live.due(batch):
+                live.show(self, await self._seen())
+            if on_progress is not None and (told := on_progress(batch)) is not None:
+                await told
+
+        return self._renewed(await self._client.wait(self.id, timeout=timeout, on_progress=note))
+
+    async def cancel(self) -> Self:
+        """Stop it; a job that has ended stays as it is."""
+        return self._renewed(await self._client.cancel(self.id))
+
+    async def delete(self) -> None:
+        """Remove it and its image."""
+        await self._client.delete(self.id)
+
+    async def image(self, *, timeout: float | None = None) -> npt.NDArray[np.float32]:
+        """The finished image as linear RGB, shape (height, width, 3), float32, row 0 at the top."""
+        return (await self._finished("npy", timeout)).array()
+
+    async def pillow(self, *, timeout: float | None = None) -> Image:
+        """The finished image as Pillow has them, RGB with 8 bits as displayed."""
+        return (await self._finished("png", timeout)).pillow()
+
+    async def save(self, path: str | PathLike[str], *, timeout: float | None = None) -> Path:
+        """Write the finished image to a file, in one step: ``.png``, ``.npy`` or ``.exr``."""
+        kind = kind_of(path)
+        content = (await self._finished(kind, timeout)).content
+        return await to_thread.run_sync(write, path, content)
+
+    @property
+    def layers(self) -> Mapping[str, Awaitable[npt.NDArray[Any]]]:
+        """The layers that the job was asked for, by name: ``await job.layers["depth"]``."""
+        return AsyncLayers(self)
+
+    async def picture(self, kind: PictureKind = "png") -> Picture:
+        """The image file, or what there is of it by now."""
+        return await self._client.picture(self.id, kind)
+
+    async def tiles(
+        self,
+        *,
+        timeout: float | None = None,
+        encoding: Encoding = "float32",
+    ) -> AsyncIterator[TilePixels]:
+        """Tiles with their pixels as they are finished; later ones are painted over earlier ones."""
+        with leaving(self.id):
+            async for batch in self._client.follow_pixels(self.id, timeout=timeout, encoding=encoding):
+                for tile in batch.tiles:
+                    yield tile
+            succeeded(await self.refresh())
+
+    async def plan(self) -> PlanDocument:
+        """What runs for it, and who asked."""
+        return await self._client.plan(self.id)
+
+    async def convergence(self) -> Convergence:
+        """What its passes have cost, which error they left, and how fast it falls."""
+        return await self._client.convergence(self.id)
+
+    async def _finished(self, kind: PictureKind, timeout: float | None) -> Picture:
+        if not self._has_image:
+            await self.wait(timeout=timeout)
+        return await self.picture(kind)
+
+    async def _seen(self) -> bytes | None:
+        """What there is to see; None where that is nothing yet, or the service is away."""
+        try:
+            return (await self.picture()).content
+        except ClientError:
+            return None
+
+
+class AsyncLayers(Mapping[str, Awaitable[npt.NDArray[Any]]]):
+    """The layers of a job, each to be awaited."""
+
+    def __init__(self, job: AsyncRemoteJob) -> None:
+        self._job = job
+
+    def __getitem__(self, name: str) -> Awaitable[npt.NDArray[Any]]:
+        if name not in self._job.links.layers:
+            raise KeyError(f"The job was not asked for the layer {name!r}, only for {list(self)}.")
+        return self._fetched(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._job.links.layers)
+
+    def __len__(self) -> int:
+        return len(self._job.links.layers)
+
+    async def _fetched(self, name: str) -> npt.NDArray[Any]:
+        if not self._job.done:
+            await self._job.wait()
+        return await self._job._client.layer(self._job.id, name)  # noqa: SLF001

@@ -1,0 +1,178 @@
+"""A job in the hands of whoever submitted it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy.typing as npt
+from pydantic import PrivateAttr
+
+from schemas.convergence import Convergence
+from schemas.jobs import TileBatch
+from schemas.plans import PlanDocument
+from service.client import notebooks
+from service.client.batches import Encoding, TilePixels
+from service.client.errors import ClientError
+from service.client.files import kind_of, write
+from service.client.following import leaving, succeeded
+from service.client.known import KnownJob
+from service.client.pictures import Picture, PictureKind
+
+if TYPE_CHECKING:
+    import numpy as np
+    from PIL.Image import Image
+
+    from service.client.client import Client
+
+
+class RemoteJob(KnownJob):
+    """A job of the service, and what can be done with it.
+
+    Where the finished image is asked for, it is waited for.
+
+    Examples
+    --------
+    >>> job = client.submit("scene.json")  # doctest: +SKIP
+    >>> job.wait(timeout=60).save("picture.png")  # doctest: +SKIP
+    """
+
+    _client: Client = PrivateAttr()
+
+    def refresh(self) -> Self:
+        """Ask how the job is now."""
+        return self._renewed(self._client.get(self.id))
+
+    def wait(
+        self, *, timeout: float | None = None, on_progress: Callable[[TileBatch], None] | None = None
+    ) -> Self:
+        """Wait until the image is complete; a notebook shows it growing meanwhile.
+
+        Parameters
+        ----------
+        timeout
+            Seconds after which it is enough; the job goes on.
+        on_progress
+            Called with each batch of tile events.
+
+        Raises
+        ------
+        NoImageError
+            There will be no image.
+        TimedOutError
+            `timeout` seconds have passed.
+        """
+        live = notebooks.live()
+
+        def note(batch: TileBatch) -> None:
+            self._noted(batch)
+            if live is not None and live.due(batch):
+                live.show(self, self._seen())
+            if on_progress is not None:
+                on_progress(batch)
+
+        return self._renewed(self._client.wait(self.id, timeout=timeout, on_progress=note))
+
+    def cancel(self) -> Self:
+        """Stop it; a job that has ended stays as it is."""
+        return self._renewed(self._client.cancel(self.id))
+
+    def delete(self) -> None:
+        """Remove it and its image."""
+        self._client.delete(self.id)
+
+    def image(self, *, timeout: float | None = None) -> npt.NDArray[np.float32]:
+        """The finished image as linear RGB, shape (height, width, 3), float32, row 0 at the top."""
+        return self._finished("npy", timeout).array()
+
+    def pillow(self, *, timeout: float | None = None) -> Image:
+        """The finished image as Pillow has them, RGB with 8 bits as displayed."""
+        return self._finished("png", timeout).pillow()
+
+    def save(self, path: str | PathLike[str], *, timeout: float | None = None) -> Path:
+        """Write the finished image to a file, in one step.
+
+        Parameters
+        ----------
+        path
+            Ends in ``.png``, ``.npy`` for linear float32, or ``.exr`` for that with all layers.
+
+        Raises
+        ------
+        ValueError
+            It has another ending.
+        """
+        kind = kind_of(path)
+        return write(path, self._finished(kind, timeout).content)
+
+    @property
+    def layers(self) -> Mapping[str, npt.NDArray[Any]]:
+        """The layers that the job was asked for, by name; each is waited for and fetched when it is used."""
+        return Layers(self)
+
+    def picture(self, kind: PictureKind = "png") -> Picture:
+        """The image file, or what there is of it by now."""
+        return self._client.picture(self.id, kind)
+
+    def tiles(self, *, timeout: float | None = None, encoding: Encoding = "float32") -> Iterator[TilePixels]:
+        """Tiles with their pixels as they are finished, a coarse picture first; later ones go over earlier.
+
+        Raises
+        ------
+        NoImageError
+            There will be no image.
+        TimedOutError
+            `timeout` seconds have passed.
+        """
+        with leaving(self.id):
+            for batch in self._client.follow_pixels(self.id, timeout=timeout, encoding=encoding):
+                yield from batch.tiles
+            succeeded(self.refresh())
+
+    def plan(self) -> PlanDocument:
+        """What runs for it, and who asked."""
+        return self._client.plan(self.id)
+
+    def convergence(self) -> Convergence:
+        """What its passes have cost, which error they left, and how fast it falls."""
+        return self._client.convergence(self.id)
+
+    def _finished(self, kind: PictureKind, timeout: float | None) -> Picture:
+        if not self._has_image:
+            self.wait(timeout=timeout)
+        return self.picture(kind)
+
+    def _seen(self) -> bytes | None:
+        """What there is to see; None where that is nothing yet, or the service is away."""
+        try:
+            return self.picture().content
+        except ClientError:
+            return None
+
+    def _repr_html_(self) -> str:
+        return notebooks.card(self, self._seen())
+
+    def _repr_png_(self) -> bytes | None:
+        return self._seen()
+
+
+class Layers(Mapping[str, npt.NDArray[Any]]):
+    """The layers of a job as arrays, (height, width) or (height, width, channels), float32 or int32."""
+
+    def __init__(self, job: RemoteJob) -> None:
+        self._job = job
+
+    def __getitem__(self, name: str) -> npt.NDArray[Any]:
+        if name not in self._job.links.layers:
+            raise KeyError(f"The job was not asked for the layer {name!r}, only for {list(self)}.")
+        if not self._job.done:
+            self._job.wait()
+        return self._job._client.layer(self._job.id, name)  # noqa: SLF001
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._job.links.layers)
+
+    def __len__(self) -> int:
+        return len(self._job.links.layers)
