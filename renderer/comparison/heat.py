@@ -34,7 +34,13 @@ def heat_map(image: Floats, reference: Floats) -> NDArray[np.uint8]:
 def side_by_side(image: Floats, reference: Floats) -> NDArray[np.uint8]:
     """Picture, reference and heat map from left to right, (H, 3 W + 8, 3) codes."""
     gap = np.full((image.shape[0], GAP, 3), GREY, np.uint8)
-    return np.concatenate((_seen(image), gap, _seen(reference), gap, heat_map(image, reference)), axis=1)
+    return np.concatenate((seen(image), gap, seen(reference), gap, heat_map(image, reference)), axis=1)
+
+
+def difference(image: Floats, reference: Floats) -> NDArray[np.uint8]:
+    """How far each channel is apart as seen, (H, W, 3) codes: black where it is not, full at `HOTTEST`."""
+    apart = np.abs(srgb_from_linear(image) - srgb_from_linear(reference))
+    return np.rint(np.minimum(apart / HOTTEST, 1.0) * 255).astype(np.uint8)
 
 
 def encoded(codes: NDArray[np.uint8]) -> bytes:
@@ -44,5 +50,6 @@ def encoded(codes: NDArray[np.uint8]) -> bytes:
     return buffer.getvalue()
 
 
-def _seen(linear: Floats) -> NDArray[np.uint8]:
+def seen(linear: Floats) -> NDArray[np.uint8]:
+    """A linear picture 0..1 as a display shows it, (H, W, 3) codes in sRGB."""
     return np.floor(srgb_from_linear(linear) * 255 + 0.5).astype(np.uint8)
