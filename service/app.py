@@ -37,6 +37,7 @@ from service.routes import (
     page,
     pictures,
     quotes,
+    requests,
     scenes,
     tiles,
 )
@@ -50,6 +51,7 @@ from service.store.tiles import FileTileStore
 DESCRIPTION = "Send a scene as JSON, watch its tiles arrive, fetch the picture by the job's id."
 ROUTERS = (
     jobs,
+    requests,
     tiles,
     pictures,
     convergence,
