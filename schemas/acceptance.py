@@ -71,7 +71,10 @@ class Scale(Closed):
 
 
 class Verdict(Scale):
-    """Whether the pictures show the same but for noise; `full` is the share of biased blocks that may be."""
+    """Whether the pictures show the same but for noise; `full` is the share of biased blocks that may be.
+
+    With `zero` or `bands` it is this share that decides, even where noise is known.
+    """
 
     by: Literal["verdict"] = Field(description="`verdict`.")
     full: Share = Field(
@@ -82,6 +85,10 @@ class Verdict(Scale):
         default=0.01, description="Mean difference of a block, linear, that is never a reason to differ."
     )
     limit: Share = Field(default=0.05, description="Of the metric `frac_over`, in linear values.")
+    diagnosed: Share = Field(
+        default=0.0,
+        description="Share of the points that is left where a single mistake explains everything.",
+    )
 
 
 class Metric(Scale):

@@ -113,7 +113,10 @@ class Grade(Message):
     submitted: str | None = Field(
         default=None, description="Moment of the submission, ISO 8601, where it was told."
     )
-    gradable: bool = Field(description="Whether no test is `error` or `not_gradable`.")
+    gradable: bool = Field(description="Whether any test could be graded.")
+    ungraded: tuple[str, ...] = Field(
+        default=(), description="Ids of tests that are `error` or `not_gradable`: somebody should look."
+    )
     verdict: GradeVerdict = Field(
         description="`not_comparable` where not a single test could be graded; `mismatch` where points were "
         "lost; `match` where all pictures equal their references but for rounding; else `noisy_match`."

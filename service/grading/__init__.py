@@ -1,1 +1,1 @@
-"""Grading: a submission held to the tests of a manifest, and what came out in the forms of several platforms."""
+"""Grading: a submission is held to the tests of a manifest; each platform gets the result in its own form."""

@@ -1,0 +1,145 @@
+"""What two pictures earn: by the verdict, by a metric, or by the error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from renderer.comparison import Comparison, Picture, Policy, compare
+from renderer.comparison.metrics import metrics
+from schemas.acceptance import Acceptance, Error, Metric, Verdict
+from service.grading import sentences
+from service.grading.errors import BrokenTestError
+from service.grading.outcomes import Outcome
+from service.grading.scales import margin_of, share_of
+from service.grading.selection import Selection
+
+NOISE = ("error", "samples")
+"""Layers by which noise is known."""
+
+BIAS = "bias_blocks"
+
+
+def compared(accept: Acceptance, image: Picture, reference: Picture, blocks: float = 1.0) -> Comparison:
+    """Compare two pictures as a test wants it.
+
+    Parameters
+    ----------
+    blocks
+        Share of the blocks that count; in the others the pictures agree.
+
+    Raises
+    ------
+    NotComparableError
+        They differ in size.
+    MissingExtraError
+        FLIP is wanted and not installed.
+    """
+    if isinstance(accept, Verdict) and (accept.zero is not None or accept.bands):
+        # Partial credit goes by the share of blocks, so the verdict does too.
+        image, reference = _noiseless(image), _noiseless(reference)
+    flip = isinstance(accept, Metric) and accept.metric == "flip"
+    return compare(image, reference, policy=_policy(accept, blocks), with_flip=flip)
+
+
+def accepted(accept: Acceptance, found: Comparison, selection: Selection) -> Outcome:
+    """What the part of two pictures that counts earns.
+
+    Raises
+    ------
+    BrokenTestError
+        The metric is not defined for these pictures.
+    """
+    numbers = _numbers(found, selection)
+    match accept:
+        case Verdict():
+            outcome = _by_verdict(accept, found, numbers[BIAS] or 0.0)
+        case Metric():
+            outcome = _by_number(accept, accept.metric, _value(accept, numbers))
+        case Error():
+            noise = numbers.get("reference_noise") or 0.0
+            error = math.sqrt(max((numbers["mse"] or 0.0) - noise * noise, 0.0))
+            outcome = _by_number(accept, "error", error)
+    return replace(outcome, metrics=numbers)
+
+
+def _policy(accept: Acceptance, blocks: float) -> Policy:
+    match accept:
+        case Verdict():
+            return Policy(accept.tolerance, accept.full * blocks, accept.limit)
+        case Metric():
+            return Policy(tolerance=accept.tolerance, limit=accept.limit)
+        case _:
+            return Policy()
+
+
+def _noiseless(picture: Picture) -> Picture:
+    kept = {name: layer for name, layer in picture.layers.items() if name not in NOISE}
+    return replace(picture, layers=kept)
+
+
+def _numbers(found: Comparison, selection: Selection) -> Mapping[str, float | None]:
+    """All metrics of the pixels that count; `ssim` and `flip` are of the rectangle around them."""
+    told: dict[str, float | None] = found.document()["metrics"]
+    counted = [selection.counted(picture.linear) for picture in (found.image, found.reference)]
+    if selection.pixels is not None:
+        own = metrics(counted[0], counted[1], found.policy.limit)
+        told |= {name: getattr(own, name) for name in ("mse", "rmse", "relmse", "max_abs", "frac_over")}
+        told["psnr"] = own.psnr if math.isfinite(own.psnr) else None
+        told[BIAS] = found.bias.share / selection.blocks
+    noise = found.reference.layers.get("error")
+    if noise is not None and np.isfinite(noise).all():
+        squares = selection.counted(noise.astype(np.float64)) ** 2
+        told["reference_noise"] = math.sqrt(float(squares.mean()))
+    return told
+
+
+def _value(accept: Metric, numbers: Mapping[str, float | None]) -> float:
+    value = numbers[accept.metric]
+    if value is not None:
+        return value
+    if accept.metric == "psnr":
+        return math.inf
+    raise BrokenTestError("These pictures are too small for ssim, whose window has 11 x 11 pixels.")
+
+
+def _by_number(accept: Metric | Error, name: str, value: float) -> Outcome:
+    return Outcome(
+        share=share_of(value, accept),
+        message=sentences.held(name, value, accept),
+        metric=name,
+        value=value if math.isfinite(value) else None,
+        threshold=accept.full,
+        margin=margin_of(value, accept),
+    )
+
+
+def _by_verdict(accept: Verdict, found: Comparison, share: float) -> Outcome:
+    judgement = found.judgement
+    by_blocks = judgement.test == "blocks"
+    earned = 1.0 if found.passed else _partial(accept, found, share)
+    return Outcome(
+        share=earned,
+        message=_blocks(accept, share) if by_blocks else judgement.reason,
+        metric=BIAS,
+        value=share,
+        threshold=accept.full,
+        margin=margin_of(share, accept) if by_blocks else judgement.margin,
+    )
+
+
+def _partial(accept: Verdict, found: Comparison, share: float) -> float:
+    """What a mismatch earns: never all, though its share of biased blocks may be small."""
+    by_share = share_of(share, accept)
+    by_cause = accept.diagnosed if found.causes else 0.0
+    return max(by_share if by_share < 1.0 else 0.0, by_cause)
+
+
+def _blocks(accept: Verdict, share: float) -> str:
+    return (
+        f"{share:.1%} of the blocks of 8 x 8 pixels are brighter or darker than noise makes them, by more "
+        f"than {accept.tolerance:g}; up to {accept.full:.1%} may be."
+    )

@@ -1,0 +1,40 @@
+"""Arrays from .npz files that nobody trusts."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Sequence
+
+import numpy as np
+
+from renderer.arrays import Floats
+from service.grading.folders import MOST_BYTES, Folder
+
+
+def read_arrays(folder: Folder, name: str, wanted: Sequence[str]) -> dict[str, Floats]:
+    """The arrays of these names, float64; nothing of the file is run.
+
+    Raises
+    ------
+    GradingError
+        The file cannot be had, is no such file, lacks an array, or holds something else than real numbers.
+    """
+    content = folder.read(name)
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as packed:
+            size = sum(member.file_size for member in packed.infolist())
+        # A few bytes may ask for any memory.
+        if size > MOST_BYTES:
+            raise folder.fault(f"{name} unpacks to {size} bytes; at most {MOST_BYTES} are read.")
+        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+            found = {key: archive[key] for key in wanted if key in archive}
+    except (ValueError, AttributeError, EOFError, TypeError, OSError, zipfile.BadZipFile) as error:
+        raise folder.fault(f"{name} is no .npz file of arrays. Write it with numpy.savez.") from error
+    missing = [key for key in wanted if key not in found]
+    if missing:
+        raise folder.fault(f"{name} has no array {', '.join(map(repr, missing))}. Save them by these names.")
+    for key, values in found.items():
+        if values.dtype.kind not in "fiub":
+            raise folder.fault(f"{name}: '{key}' holds {values.dtype}. It must hold real numbers.")
+    return {key: np.asarray(values, dtype=np.float64) for key, values in found.items()}

@@ -1,0 +1,52 @@
+"""What runs in the process of one test."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import pickle
+import resource
+import sys
+import threading
+import time
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from typing import Any
+
+
+def do(answer: Connection, call: Callable[[], Any], memory: int | None) -> None:
+    """Call something and send back its result, or what it raised, and the CPU seconds of this process.
+
+    Parameters
+    ----------
+    memory
+        Bytes that this process may take; None for any.
+    """
+    # Ctrl-C at a terminal is for the process that waits: it ends this one.
+    os.setsid()
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    if memory is not None:
+        resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+    # Stdout belongs to the one document of the command.
+    sys.stdout = sys.stderr
+    result, error = None, None
+    try:
+        result = call()
+    except Exception as raised:  # noqa: BLE001 - whatever it is, it costs this test alone
+        error = _picklable(raised)
+    answer.send((result, error, time.process_time()))
+
+
+def _picklable(error: Exception) -> Exception:
+    try:
+        pickle.loads(pickle.dumps(error))  # noqa: S301 - made a moment ago, in this process
+    except Exception:  # noqa: BLE001 - exceptions of other libraries may refuse in any way
+        return RuntimeError(f"{type(error).__name__}: {error}")
+    return error
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

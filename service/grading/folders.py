@@ -1,0 +1,84 @@
+"""The two folders of grading: nothing outside of them is ever opened, whatever a link says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from renderer.assets import FolderAssets
+from service.grading.errors import BrokenTestError, GradingError, NotGradableError, NotSubmittedError
+
+MOST_BYTES = 512 * 1024 * 1024
+"""Largest file that is opened: a float64 picture of 20 million pixels."""
+
+Role = Literal["submission", "reference"]
+
+
+@dataclass(frozen=True, slots=True)
+class Folder:
+    """A folder of the submission or of the manifest.
+
+    Attributes
+    ----------
+    root : Path
+        Resolved.
+    role : {"submission", "reference"}
+        Whose fault it is if a file cannot be had.
+    """
+
+    root: Path
+    role: Role
+
+    def path(self, name: str) -> Path:
+        """Where a file really is.
+
+        Raises
+        ------
+        NotSubmittedError
+            The submission lacks it.
+        NotGradableError, BrokenTestError
+            It is no file, too large, or a link leads out of the folder.
+        """
+        try:
+            path = (self.root / name).resolve()
+            if not path.is_relative_to(self.root):
+                raise self.fault(f"{name} leads out of its folder. Put the file itself there.")
+            if not path.exists():
+                raise self._missing(name)
+            if not path.is_file():
+                raise self.fault(f"{name} is no file. Put a file of this name there.")
+            size = path.stat().st_size
+        except (OSError, RuntimeError, ValueError) as error:
+            # A loop of links, a folder that may not be entered, a name that no file can have.
+            raise self.fault(f"{name} cannot be opened.") from error
+        if size > MOST_BYTES:
+            raise self.fault(f"{name} has {size} bytes; at most {MOST_BYTES} are read.")
+        return path
+
+    def read(self, name: str) -> bytes:
+        """The content of a file.
+
+        Raises
+        ------
+        GradingError
+            As `path` does; or it cannot be read.
+        """
+        path = self.path(name)
+        try:
+            return path.read_bytes()
+        except OSError as error:
+            raise self.fault(f"{name} cannot be read ({error.strerror}).") from error
+
+    def assets(self, name: str) -> FolderAssets:
+        """Textures and meshes of a scene: beside its file or below."""
+        return FolderAssets(self.path(name).parent)
+
+    def fault(self, message: str) -> GradingError:
+        """The error that says that a file of this folder cannot be used."""
+        return NotGradableError(message) if self.role == "submission" else BrokenTestError(message)
+
+    def _missing(self, name: str) -> GradingError:
+        if self.role == "submission":
+            return NotSubmittedError(f"{name} was not submitted.")
+        return BrokenTestError(f"{name} is not beside the manifest.")

@@ -1,0 +1,143 @@
+"""Grading a submission: references first, then every test in a process of its own, then one result."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
+
+from schemas.grades import Grade, TestGrade
+from schemas.manifests import Manifest
+from service.grading import results
+from service.grading.folders import Folder
+from service.grading.kinds import find_out
+from service.grading.processes import MEBIBYTE, Errand, Finished, run_all
+from service.grading.references import Prepared, prepare, wanted
+from service.grading.settings import Run
+
+OnTest = Callable[[TestGrade], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Graded:
+    """A result, and the pictures that it names.
+
+    Attributes
+    ----------
+    grade : Grade
+    pictures : dict of str to bytes
+        PNG files by the names that the result has for them.
+    """
+
+    grade: Grade
+    pictures: dict[str, bytes]
+
+
+def grade(  # noqa: PLR0913 - one argument for each option of the command
+    manifest: Manifest,
+    *,
+    references: Path,
+    submission: Path,
+    jobs: int = 1,
+    server: str | None = None,
+    cache: Path | None = None,
+    pictures: bool = False,
+    student: str | None = None,
+    submitted: str | None = None,
+    on_test: OnTest | None = None,
+) -> Graded:
+    """Grade a submission by a manifest.
+
+    Parameters
+    ----------
+    references, submission
+        Folders of the manifest and of what is graded; nothing outside of them is opened.
+    jobs
+        Tests that run at a time.
+    server
+        The service that renders; by default this machine does.
+    cache
+        A folder in which rendered references stay for the next time.
+    pictures
+        Whether pictures of differences are made.
+    student, submitted
+        Whose submission it is, and its moment (ISO 8601), for the result.
+    on_test
+        Called with each test as soon as it is done.
+
+    Notes
+    -----
+    A script that grades does so under ``if __name__ == "__main__":``, as always with processes.
+    """
+    begun = time.perf_counter(), time.process_time(), datetime.now(UTC)
+    run = Run(
+        manifest,
+        Folder(references.resolve(), "reference"),
+        Folder(submission.resolve(), "submission"),
+        server,
+        pictures,
+    )
+    tests = {test.id: test for test in manifest.tests}
+    with _kept(cache) as folder:
+        prepared, cpu_seconds = _prepared(run, jobs, folder)
+        done = dict[str, results.Tested]()
+        for test_id, finished in run_all(_tests(replace(run, prepared=prepared)), jobs):
+            done[test_id] = tested = results.tested(tests[test_id], finished)
+            cpu_seconds += finished.cpu_seconds
+            if on_test is not None:
+                on_test(tested.grade)
+    in_order = [done[test.id] for test in manifest.tests]
+    timings = results.timings(begun, cpu_seconds)
+    whole = results.graded(manifest, in_order, timings, student=student, submitted=submitted)
+    files = {name: content for tested in in_order for name, content in tested.pictures.items()}
+    return Graded(whole, files)
+
+
+@contextmanager
+def _kept(cache: Path | None) -> Iterator[Path]:
+    """A folder for rendered references: that of the user, or one that is gone afterwards."""
+    if cache is not None:
+        yield cache
+        return
+    with tempfile.TemporaryDirectory(prefix="penumbra-grade-") as folder:
+        yield Path(folder)
+
+
+def _prepared(run: Run, jobs: int, folder: Path) -> tuple[dict[str, Prepared | str], float]:
+    """All references that have to be rendered, and their CPU seconds."""
+    errands = []
+    for word, reference in wanted(run.manifest):
+        deadline = run.manifest.deadline
+        order = run.order(run.references, reference.file, reference.quality, deadline)
+        errands.append(Errand(word, partial(prepare, order, folder), deadline, _bytes(run.manifest.memory)))
+    prepared: dict[str, Prepared | str] = {}
+    cpu_seconds = 0.0
+    for word, finished in run_all(errands, jobs):
+        prepared[word] = finished.result if finished.result is not None else _reason(finished)
+        cpu_seconds += finished.cpu_seconds
+    return prepared, cpu_seconds
+
+
+def _reason(finished: Finished) -> str:
+    return finished.trouble or str(finished.error)
+
+
+def _tests(run: Run) -> list[Errand]:
+    return [
+        Errand(
+            test.id,
+            partial(find_out, test, run),
+            run.deadline(test),
+            _bytes(test.memory or run.manifest.memory),
+        )
+        for test in run.manifest.tests
+    ]
+
+
+def _bytes(mebibytes: int | None) -> int | None:
+    return None if mebibytes is None else mebibytes * MEBIBYTE

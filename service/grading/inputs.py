@@ -1,0 +1,31 @@
+"""Which files a test has read."""
+
+from __future__ import annotations
+
+import hashlib
+
+from renderer.comparison import Picture
+from schemas.grades import GradeInput
+from service.grading.folders import Role
+
+
+def of_picture(test: str, role: Role, picture: Picture, size: int | None) -> GradeInput:
+    """A picture; `size` is None where it was rendered here."""
+    samples = picture.layers.get("samples")
+    return GradeInput(
+        test=test,
+        role=role,
+        name=picture.name,
+        sha256=picture.sha256,
+        size=size,
+        width=picture.width,
+        height=picture.height,
+        encoding=picture.encoding,
+        samples=None if samples is None else float(samples.mean()),
+    )
+
+
+def of_file(test: str, role: Role, name: str, content: bytes) -> GradeInput:
+    """Any other file."""
+    digest = hashlib.sha256(content).hexdigest()
+    return GradeInput(test=test, role=role, name=name, sha256=digest, size=len(content))

@@ -1,0 +1,32 @@
+"""The table of the kinds of tests."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from schemas.manifests import Criterion, ImageTest, RaysTest, SceneTest, TimeTest
+from service.grading.comparing import image, scene
+from service.grading.outcomes import Outcome
+from service.grading.rays import rays
+from service.grading.settings import Run
+from service.grading.times import time
+
+KINDS: dict[type[Criterion], Callable[[Any, Run], Outcome]] = {
+    ImageTest: image,
+    SceneTest: scene,
+    RaysTest: rays,
+    TimeTest: time,
+}
+"""What finds out about each kind of test."""
+
+
+def find_out(test: Criterion, run: Run) -> Outcome:
+    """Run one test in this process.
+
+    Raises
+    ------
+    GradingError
+        There is no answer; the message says why.
+    """
+    return KINDS[type(test)](test, run)

@@ -1,0 +1,40 @@
+"""What a test has found, before it becomes points."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from schemas.comparisons import ComparisonCause, ComparisonRegion
+from schemas.grades import GradeInput, GradeVerdict
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What a test has found.
+
+    Attributes
+    ----------
+    share : float
+        Of the points, 0 to 1.
+    message : str
+        What decided, for students.
+    pictures : mapping of str to bytes
+        PNG files by what they show.
+
+    The others are those of `schemas.grades.TestGrade`.
+    """
+
+    share: float
+    message: str
+    verdict: GradeVerdict | None = None
+    metric: str | None = None
+    value: float | None = None
+    threshold: float | None = None
+    margin: float | None = None
+    samples_to_settle: float | None = None
+    metrics: Mapping[str, float | None] = field(default_factory=dict)
+    diagnosis: tuple[ComparisonCause, ...] = ()
+    worst_regions: tuple[ComparisonRegion, ...] = ()
+    pictures: Mapping[str, bytes] = field(default_factory=dict)
+    inputs: tuple[GradeInput, ...] = ()

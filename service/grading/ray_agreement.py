@@ -1,0 +1,131 @@
+"""Whether hits agree, up to the rounding of the arithmetic that found them.
+
+An intersection is a chain of roundings, and a good one has a small backward error: its answer is the exact
+one of a ray that was moved by a few units in the last place of the coordinates. So each ray is moved by that
+much in four directions across itself, and what the exact answer changes by is what rounding may change. A
+ray that then meets another shape is left out: rounding decides what it hits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer import Hits, RenderPlan, trace
+from renderer.arrays import Floats, Masks
+from service.grading.ray_sources import RayList
+
+ROUNDINGS = 1024
+"""Units in the last place by which an intersection may move a ray: transforms, a quadratic and their
+conditions are some tens of roundings, and transforms by badly scaled matrices some hundreds."""
+
+UNIT = {"single": 2.0**-24, "double": 2.0**-53}
+"""Largest relative error of one rounding."""
+
+BESIDE = 2.0
+"""The change that is seen along four directions, over that along the worst one: at most the root of 2, and
+hits between are curved."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answers:
+    """What is right, and how far off may be right too.
+
+    Attributes
+    ----------
+    hits : Hits
+    allowed : mapping of str to (N, ...) float64
+        By how much each number of each field may differ.
+    doubtful : (N,) bool
+        Rays of which rounding decides what they hit.
+    """
+
+    hits: Hits
+    allowed: Mapping[str, Floats]
+    doubtful: Masks
+
+
+def relative(precision: str, tolerance: float | None) -> float:
+    """By what share of the coordinates a ray may be moved."""
+    return ROUNDINGS * UNIT[precision] if tolerance is None else tolerance
+
+
+def answers(plan: RenderPlan, rays: RayList, share: float, fields: Sequence[str]) -> Answers:
+    """Trace rays, and those beside them.
+
+    Parameters
+    ----------
+    share
+        As `relative` gives it.
+    fields
+        Those for which tolerances are wanted.
+    """
+    hits = trace(plan, rays.origins, rays.directions)
+    lengths = np.linalg.norm(rays.directions, axis=1)
+    reach = np.where(np.isfinite(hits.t), hits.t * lengths, 0.0)
+    size = np.linalg.norm(rays.origins, axis=1) + reach
+    step = share * size
+    floors = _floors(share, step / lengths, step, hits, plan)
+    allowed = {name: floors[name] for name in fields if name != "shape"}
+    doubtful = np.zeros(len(lengths), dtype=bool)
+    for across in _across(rays.directions / lengths[:, None]):
+        beside = trace(plan, rays.origins + step[:, None] * across, rays.directions)
+        doubtful |= beside.shape != hits.shape
+        for name, so_far in allowed.items():
+            # Of misses both numbers are infinite or not there.
+            with np.errstate(invalid="ignore"):
+                change = np.abs(getattr(beside, name) - getattr(hits, name))
+            allowed[name] = np.fmax(so_far, floors[name] + BESIDE * change)
+    return Answers(hits, allowed, doubtful)
+
+
+def agreement(submitted: Mapping[str, Floats], right: Answers) -> dict[str, Masks]:
+    """For each field which rays agree, (N,) bool; two misses agree in everything."""
+    hits = right.hits
+    missed = ~np.isfinite(hits.t)
+    found = _missed(submitted)
+    agrees = {}
+    for name, values in submitted.items():
+        if name == "shape":
+            agrees[name] = values == hits.shape
+            continue
+        wanted = getattr(hits, name)
+        with np.errstate(invalid="ignore"):
+            near = np.abs(values - wanted) <= right.allowed[name]
+        near = near if near.ndim == 1 else near.all(axis=1)
+        agrees[name] = (missed & found) | (near & ~missed & ~found)
+    return agrees
+
+
+def _missed(submitted: Mapping[str, Floats]) -> Masks:
+    """Which rays hit nothing, by the fields that were submitted."""
+    if "shape" in submitted:
+        return submitted["shape"] < 0
+    values = next(iter(submitted.values()))
+    known: Masks = np.logical_and.reduce(np.isfinite(values.reshape(len(values), -1)), axis=1)
+    return ~known
+
+
+def _floors(share: float, t: Floats, step: Floats, hits: Hits, plan: RenderPlan) -> dict[str, Floats]:
+    """What may differ even where moving a ray across changes nothing."""
+    points = max((emitter.emitter.count for emitter in plan.lightings), default=1)
+    return {
+        "t": t,
+        "position": np.repeat(step[:, None], 3, axis=1),
+        "normal": np.full(hits.normal.shape, share),
+        "uv": np.full(hits.uv.shape, share),
+        # One light point more or less: it may lie on the border of a shadow.
+        "visibility": np.full(hits.visibility.shape, 1.0 / points + share),
+    }
+
+
+def _across(units: Floats) -> list[Floats]:
+    """Four directions across each ray, length 1: two lines at right angles, both ways."""
+    axis = np.zeros_like(units)
+    axis[np.arange(len(units)), np.abs(units).argmin(axis=1)] = 1.0
+    first = np.cross(units, axis)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    second = np.cross(units, first)
+    return [first, -first, second, -second]

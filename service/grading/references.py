@@ -1,0 +1,105 @@
+"""Pictures that a manifest's own scenes make: rendered once, used by every test that asks for the same."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from renderer.comparison import Picture, picture_of
+from schemas.manifests import ImageTest, Manifest, ReferenceScene, SceneTest
+from service.grading.errors import BrokenTestError
+from service.grading.rendering import Ordered, Rendered, rendered
+
+IMAGE, SECONDS = "image", "cpu_seconds"
+
+
+@dataclass(frozen=True, slots=True)
+class Prepared:
+    """A reference that is rendered.
+
+    Attributes
+    ----------
+    file : Path
+        Where it is kept, .npz.
+    """
+
+    file: Path
+
+    def picture(self, name: str) -> Picture:
+        """The picture as it is compared."""
+        kept = _load(self.file)
+        return picture_of(kept.content(), name, "linear", kept.layers)
+
+
+def wanted(manifest: Manifest) -> Iterator[tuple[str, ReferenceScene]]:
+    """The scenes that are rendered as references, each once, with the word by which tests find them."""
+    seen = set()
+    for test in manifest.tests:
+        if isinstance(test, ImageTest | SceneTest) and isinstance(test.reference, ReferenceScene):
+            word = word_of(test.reference)
+            if word not in seen:
+                seen.add(word)
+                yield word, test.reference
+
+
+def word_of(reference: ReferenceScene) -> str:
+    """The same for references that are the same."""
+    return reference.model_dump_json()
+
+
+def prepare(order: Ordered, folder: Path) -> Prepared:
+    """Render a reference, unless the folder has it from an earlier time.
+
+    Parameters
+    ----------
+    folder
+        Where it is kept, under a name made of all that the picture depends on.
+
+    Raises
+    ------
+    GradingError
+        It cannot be rendered.
+    """
+    file = folder / f"{_key(order)}.npz"
+    if not file.exists():
+        _save(file, rendered(order))
+    return Prepared(file)
+
+
+def _key(order: Ordered) -> str:
+    # Only references are packed: whoever submits a scene does not wait for the client to load.
+    from schemas.errors import SceneError  # noqa: PLC0415
+    from service.client.parcels import pack  # noqa: PLC0415
+
+    try:
+        parcel = pack(order.folder.read(order.file), assets=order.folder.assets(order.file))
+    except SceneError as error:
+        raise BrokenTestError(f"{order.file} is no usable scene. {error}") from error
+    quality = None if order.quality is None else order.quality.model_dump(mode="json")
+    parts = [version("penumbra-render"), parcel.document, quality]
+    return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
+
+
+def _save(file: Path, made: Rendered) -> None:
+    content = io.BytesIO()
+    arrays: dict[str, Any] = {IMAGE: made.image, SECONDS: np.float64(made.cpu_seconds), **made.layers}
+    np.savez(content, **arrays)
+    with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as whole:
+        whole.write(content.getvalue())
+    # Two runs may keep the same reference; each leaves a whole file.
+    Path(whole.name).replace(file)
+
+
+def _load(file: Path) -> Rendered:
+    with np.load(file, allow_pickle=False) as kept:
+        layers = {name: kept[name] for name in kept.files if name not in {IMAGE, SECONDS}}
+        return Rendered(kept[IMAGE], layers, float(kept[SECONDS]))

@@ -1,0 +1,125 @@
+"""Pictures of scenes, rendered in this process or as jobs of a service: the same pixels either way."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer import compile_scene, load_scene, render
+from renderer.errors import RenderError, SceneError
+from schemas.quality import FixedQuality, Quality
+from schemas.scene import Scene
+from service.grading.folders import Folder
+
+RANDOM = frozenset({"random", "stratified", "sobol"})
+"""Patterns whose layer `error` tells noise; of a fixed grid it tells something else."""
+
+SHOWN = 3
+"""Problems of a scene that a message has room for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ordered:
+    """A scene to be rendered.
+
+    Attributes
+    ----------
+    folder : Folder
+    file : str
+    quality : Quality or None
+        In place of the scene's own sampling.
+    server : str or None
+        The service that renders it; None for this process.
+    timeout : float
+        Seconds to wait for the service.
+    """
+
+    folder: Folder
+    file: str
+    quality: Quality | None
+    server: str | None
+    timeout: float
+
+
+@dataclass(frozen=True, slots=True)
+class Rendered:
+    """A picture.
+
+    Attributes
+    ----------
+    image : (H, W, 3) float32
+        Linear.
+    layers : mapping
+        Layers `shape`, and where samples are random `error` and `samples`.
+    cpu_seconds : float
+    """
+
+    image: NDArray[np.float32]
+    layers: Mapping[str, NDArray[Any]]
+    cpu_seconds: float
+
+    def content(self) -> bytes:
+        """The picture as an NPY file."""
+        file = io.BytesIO()
+        np.save(file, self.image)
+        return file.getvalue()
+
+
+def rendered(order: Ordered) -> Rendered:
+    """Render a scene.
+
+    Raises
+    ------
+    GradingError
+        It is no usable scene, or cannot be rendered; by whose folder it came from.
+    service.client.ClientError
+        The service does not answer, or has not rendered it.
+    """
+    text, assets = order.folder.read(order.file), order.folder.assets(order.file)
+    try:
+        scene = load_scene(text, assets=assets)
+        layers = _layers(order.quality, scene.document)
+        if order.server is not None:
+            return _by_service(order, text, layers)
+        result = render(compile_scene(scene, order.quality, layers=layers))
+    except SceneError as error:
+        raise order.folder.fault(f"{order.file} is no usable scene. {_told(error)}") from error
+    except RenderError as error:
+        raise order.folder.fault(f"{order.file} could not be rendered: {error}") from error
+    return Rendered(result.image, result.layers, result.report["cpu_seconds"])
+
+
+def _layers(quality: Quality | None, scene: Scene) -> tuple[str, ...]:
+    sampling = getattr(quality, "antialiasing", None) or scene.sampling.antialiasing
+    fixed = quality is None or isinstance(quality, FixedQuality)
+    noisy = not fixed or (sampling.pattern in RANDOM and sampling.samples > 1)
+    return ("shape", "error", "samples") if noisy else ("shape",)
+
+
+def _by_service(order: Ordered, text: bytes, layers: tuple[str, ...]) -> Rendered:
+    # Only who has a service needs the client.
+    from service.client import Client  # noqa: PLC0415
+
+    with Client(order.server or "", patience=order.timeout) as client:
+        job = client.submit(
+            text,
+            quality=None
+            if order.quality is None
+            else order.quality.model_dump(mode="json", exclude_none=True),
+            layers=layers,
+            assets=order.folder.assets(order.file),
+        )
+        job = client.wait(job.id, timeout=order.timeout)
+        image = client.pixels(job.id)
+        return Rendered(image, {name: client.layer(job.id, name) for name in layers}, job.cost.cpu_seconds)
+
+
+def _told(error: SceneError) -> str:
+    listed = [f"{problem.pointer or 'document'}: {problem.detail}" for problem in error.errors[:SHOWN]]
+    more = len(error.errors) + error.more - len(listed)
+    return " ".join(listed) + (f" (and {more} more)" if more else "")

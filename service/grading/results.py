@@ -1,0 +1,154 @@
+"""From what tests found to the native result."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from importlib.metadata import version
+
+from schemas.grades import (
+    Grade,
+    GradeImage,
+    GradeInput,
+    GradeTimings,
+    GradeTool,
+    GradeVerdict,
+    Status,
+    TestGrade,
+)
+from schemas.manifests import Criterion, Manifest
+from service.grading import sentences
+from service.grading.errors import BrokenTestError, NotGradableError, NotSubmittedError
+from service.grading.outcomes import Outcome
+from service.grading.processes import Finished
+
+UNGRADED = frozenset({"error", "not_gradable"})
+"""Statuses that judge nothing."""
+
+_STATUS: dict[type[Exception], Status] = {
+    NotSubmittedError: "skipped",
+    NotGradableError: "not_gradable",
+    BrokenTestError: "error",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Tested:
+    """What became of a test.
+
+    Attributes
+    ----------
+    grade : TestGrade
+    inputs : tuple of GradeInput
+    pictures : dict of str to bytes
+        By the names that the grade has for them.
+    """
+
+    grade: TestGrade
+    inputs: tuple[GradeInput, ...]
+    pictures: dict[str, bytes]
+
+
+def tested(test: Criterion, finished: Finished) -> Tested:
+    """The grade of a test, whatever became of it."""
+    if isinstance(finished.result, Outcome):
+        outcome, status = finished.result, _status(finished.result.share)
+    else:
+        outcome, status = Outcome(share=0.0, message=_trouble(finished)), _failure(finished)
+    names = {label: f"{test.id}-{number}.png" for number, label in enumerate(outcome.pictures, 1)}
+    whole = TestGrade(
+        id=test.id,
+        name=test.name,
+        kind=test.kind,  # type: ignore[attr-defined]  # every kind of criterion has it
+        points=test.points * outcome.share,
+        max_points=test.points,
+        bonus=test.bonus,
+        status=status,
+        hidden=test.hidden,
+        tags=test.tags,
+        message=sentences.joined(outcome.message, None if status == "passed" else test.advice),
+        verdict="not_comparable" if status == "not_gradable" else outcome.verdict,
+        metric=outcome.metric,
+        value=outcome.value,
+        threshold=outcome.threshold,
+        margin=outcome.margin,
+        samples_to_settle=outcome.samples_to_settle,
+        metrics={name: _finite(value) for name, value in outcome.metrics.items()},
+        diagnosis=outcome.diagnosis,
+        worst_regions=outcome.worst_regions,
+        images=tuple(GradeImage(label=label, file=name) for label, name in names.items()),
+        cpu_seconds=finished.cpu_seconds,
+        seconds=finished.seconds,
+    )
+    return Tested(whole, outcome.inputs, {names[label]: png for label, png in outcome.pictures.items()})
+
+
+def graded(
+    manifest: Manifest,
+    tests: Sequence[Tested],
+    timings: GradeTimings,
+    *,
+    student: str | None = None,
+    submitted: str | None = None,
+) -> Grade:
+    """The whole result."""
+    grades = [test.grade for test in tests]
+    verdict = _verdict(grades)
+    return Grade(
+        title=manifest.title,
+        student=student,
+        submitted=submitted,
+        gradable=verdict != "not_comparable",
+        ungraded=tuple(grade.id for grade in grades if grade.status in UNGRADED),
+        verdict=verdict,
+        # Rounded once: shares of points add up to what they are on paper.
+        score=math.fsum(grade.points for grade in grades),
+        max_score=math.fsum(grade.max_points for grade in grades if not grade.bonus),
+        tests=tuple(grades),
+        inputs=tuple(read for test in tests for read in test.inputs),
+        policy={test.id: test.accept.model_dump(mode="json") for test in manifest.tests},
+        tool=GradeTool(version=version("penumbra-render")),
+        timings=timings,
+    )
+
+
+def timings(begun: tuple[float, float, datetime], cpu_seconds: float) -> GradeTimings:
+    """What grading took since wall clock, CPU clock and calendar were at these; and other processes' CPU."""
+    return GradeTimings(
+        seconds=time.perf_counter() - begun[0],
+        cpu_seconds=time.process_time() - begun[1] + cpu_seconds,
+        started=begun[2].isoformat(timespec="seconds"),
+    )
+
+
+def _status(share: float) -> Status:
+    if share == 1.0:
+        return "passed"
+    return "partial" if share > 0 else "failed"
+
+
+def _failure(finished: Finished) -> Status:
+    return _STATUS.get(type(finished.error), "error") if finished.error else "error"
+
+
+def _trouble(finished: Finished) -> str:
+    if finished.error is None:
+        return finished.trouble or ""
+    if type(finished.error) in _STATUS:
+        return str(finished.error)
+    return f"The test broke: {type(finished.error).__name__}: {finished.error}"
+
+
+def _verdict(grades: Sequence[TestGrade]) -> GradeVerdict:
+    if all(grade.status in UNGRADED for grade in grades):
+        return "not_comparable"
+    if any(grade.status != "passed" for grade in grades if not grade.bonus):
+        return "mismatch"
+    return "match" if all(grade.verdict in {None, "match"} for grade in grades) else "noisy_match"
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None

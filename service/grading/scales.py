@@ -1,0 +1,44 @@
+"""From a number to a share of the points, and how far it is from its threshold."""
+
+from __future__ import annotations
+
+import math
+
+from renderer.comparison.metrics import GUARD
+from schemas.acceptance import Scale
+
+
+def share_of(value: float, scale: Scale) -> float:
+    """What a value earns, 0 to 1.
+
+    A value that misses a threshold by rounding alone has reached it.
+
+    >>> from schemas.acceptance import RayShare
+    >>> share_of(0.75, RayShare(full=1.0, zero=0.5))
+    0.5
+    """
+    if reached(value, scale.full, rising=scale.rising):
+        return 1.0
+    for band in scale.bands:
+        if reached(value, band.at, rising=scale.rising):
+            return band.share
+    if scale.zero is None or reached(scale.zero, value, rising=scale.rising):
+        return 0.0
+    return (scale.zero - value) / (scale.zero - scale.full)
+
+
+def reached(value: float, threshold: float, *, rising: bool) -> bool:
+    """Whether a value is as good as a threshold, but for rounding."""
+    beyond = value - threshold if rising else threshold - value
+    return beyond >= -GUARD * max(1.0, abs(threshold)) if math.isfinite(value) else beyond > 0
+
+
+def margin_of(value: float, scale: Scale) -> float | None:
+    """How far a value is on the good side of the threshold for all points, as a share of the threshold.
+
+    0 where rounding alone lies between them; None where that is no number.
+    """
+    beyond = value - scale.full if scale.rising else scale.full - value
+    if scale.full == 0 or not math.isfinite(beyond):
+        return None
+    return 0.0 if abs(beyond) <= GUARD * max(1.0, scale.full) else beyond / scale.full

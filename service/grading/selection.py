@@ -1,0 +1,95 @@
+"""The part of two pictures that a criterion is about: a rectangle, a mask, or both."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from renderer.arrays import Floats, Masks
+from renderer.comparison import Picture
+from renderer.comparison.blocks import gathered
+from schemas.comparisons import ComparisonRegion
+from service.grading.errors import BrokenTestError
+
+Region = tuple[int, int, int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """Which pixels count.
+
+    Attributes
+    ----------
+    region : tuple of int
+        x0, y0, x1, y1 of the smallest rectangle that holds them, half open, rows from the top.
+    pixels : (y1 - y0, x1 - x0) bool or None
+        Which of these count; None for all.
+    """
+
+    region: Region
+    pixels: Masks | None
+
+    @property
+    def blocks(self) -> float:
+        """Share of the rectangle's blocks in which pixels count."""
+        if self.pixels is None:
+            return 1.0
+        return float((gathered(self.pixels.astype(np.float64)) > 0).any(axis=2).mean())
+
+    def pair(self, image: Picture, reference: Picture) -> tuple[Picture, Picture]:
+        """Both pictures cut out; where pixels do not count, the picture is made to agree."""
+        image, reference = self._cut(image), self._cut(reference)
+        if self.pixels is not None:
+            image = replace(image, linear=_where(self.pixels, image.linear, reference.linear))
+        return image, reference
+
+    def counted(self, values: Floats) -> Floats:
+        """Pixels (h, w, 3) that count, as one row of a picture: (1, N, 3)."""
+        return values.reshape(1, -1, 3) if self.pixels is None else values[self.pixels][None]
+
+    def moved(self, region: ComparisonRegion) -> ComparisonRegion:
+        """A place in the rectangle as one in the whole picture."""
+        x, y = self.region[:2]
+        places = {"x0": region.x0 + x, "x1": region.x1 + x, "y0": region.y0 + y, "y1": region.y1 + y}
+        return region.model_copy(update=places)
+
+    def _cut(self, picture: Picture) -> Picture:
+        x0, y0, x1, y1 = self.region
+        rows, columns = slice(y0, y1), slice(x0, x1)
+        return replace(
+            picture,
+            linear=np.ascontiguousarray(picture.linear[rows, columns]),
+            rounding=np.ascontiguousarray(picture.rounding[rows, columns]),
+            layers={name: layer[rows, columns] for name, layer in picture.layers.items()},
+        )
+
+
+def select(reference: Picture, region: Region | None, mask: Picture | None) -> Selection:
+    """What counts of a picture the size of the reference.
+
+    Raises
+    ------
+    BrokenTestError
+        The rectangle is not inside the picture, the mask has another size, or nothing is left.
+    """
+    size = f"The reference has {reference.width} x {reference.height} pixels"
+    region = region or (0, 0, reference.width, reference.height)
+    if region[2] > reference.width or region[3] > reference.height:
+        raise BrokenTestError(f"{size}; the region {list(region)} reaches beyond.")
+    if mask is None:
+        return Selection(region, None)
+    if mask.linear.shape != reference.linear.shape:
+        raise BrokenTestError(f"{size}; the mask {mask.name} has {mask.width} x {mask.height}.")
+    chosen = np.zeros((reference.height, reference.width), dtype=bool)
+    inside = slice(region[1], region[3]), slice(region[0], region[2])
+    chosen[inside] = (mask.linear[inside] > 0).any(axis=2)
+    rows, columns = np.flatnonzero(chosen.any(axis=1)), np.flatnonzero(chosen.any(axis=0))
+    if not rows.size:
+        raise BrokenTestError(f"The mask {mask.name} is black wherever it is looked at.")
+    smallest = int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1
+    return Selection(smallest, chosen[smallest[1] : smallest[3], smallest[0] : smallest[2]])
+
+
+def _where(chosen: Masks, values: Floats, others: Floats) -> Floats:
+    return np.where(chosen[:, :, None], values, others)

@@ -1,0 +1,41 @@
+"""What students are told about a number, a place, and a mistake."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from schemas.acceptance import Scale
+from schemas.comparisons import ComparisonCause, ComparisonRegion
+
+LEAST_SHARE = 0.1
+"""Of the squared difference: a place with less explains too little to be told."""
+
+
+def held(metric: str, value: float, scale: Scale) -> str:
+    """A number and the threshold that it is held to."""
+    side = "more" if scale.rising else "less"
+    return f"{metric} is {value:.4g}; {scale.full:.4g} or {side} earns all points."
+
+
+def explained(causes: Sequence[ComparisonCause], regions: Sequence[ComparisonRegion]) -> str:
+    """The mistake that explains a difference, or else where most of it is."""
+    if causes:
+        return f"Probable cause: {causes[0].cause}. {causes[0].hint}"
+    if regions and regions[0].share >= LEAST_SHARE:
+        return f"Look at {place(regions[0])}"
+    return ""
+
+
+def place(region: ComparisonRegion) -> str:
+    """A region of a picture, and what is wrong there."""
+    brightness = "too bright" if region.brightness > 0 else "too dark"
+    name = f", mostly {region.name}" if region.name else ""
+    return (
+        f"columns {region.x0} to {region.x1 - 1}, rows {region.y0} to {region.y1 - 1}{name}: {brightness} by "
+        f"{abs(region.brightness):.3f} in the mean, {region.share:.0%} of the squared difference."
+    )
+
+
+def joined(*sentences: str | None) -> str:
+    """Sentences one after the other; empty ones are left out."""
+    return " ".join(sentence for sentence in sentences if sentence)
