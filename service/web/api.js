@@ -57,6 +57,11 @@ export async function post(path, value, { signal } = {}) {
   return (await request(path, { method: "POST", type: "application/json", body, signal })).json();
 }
 
+/** An answer as text, as it was sent. */
+export async function text(path, { signal } = {}) {
+  return (await request(path, { signal })).text();
+}
+
 export const jobPath = (id) => `/v1/jobs/${encodeURIComponent(id)}`;
 
 const BATCHES = "application/octet-stream";

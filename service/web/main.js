@@ -1,6 +1,7 @@
 // The router: one view at a time in <main>, chosen by the path.
 
 import { announce } from "./dom.js";
+import { MOVED, navigate } from "./navigation.js";
 
 const ROUTES = [
   [/^\/$/, [], () => import("./views/start.js")],
@@ -45,12 +46,6 @@ async function show({ focus }) {
   }
 }
 
-/** Go to another view, as a click on a link to it would. */
-export function navigate(path, { replace = false } = {}) {
-  history[replace ? "replaceState" : "pushState"](null, "", path);
-  show({ focus: true });
-}
-
 document.addEventListener("click", (event) => {
   const link = event.target.closest?.("a[href]");
   const plain = event.button === 0 && !event.metaKey && !event.ctrlKey && !event.shiftKey && !event.altKey;
@@ -61,5 +56,6 @@ document.addEventListener("click", (event) => {
   navigate(link.pathname + link.search);
 });
 addEventListener("popstate", () => show({ focus: true }));
+addEventListener(MOVED, () => show({ focus: true }));
 
 show({ focus: false });

@@ -1,18 +1,31 @@
 // The page of a job: hosts the panels, which all hear of the job through one watch.
 
-import { get, jobPath } from "../api.js";
+import { get, jobPath, post, request } from "../api.js";
 import { h } from "../dom.js";
+import { ago } from "../format.js";
+import { navigate } from "../navigation.js";
 import { Watch } from "../watch.js";
+import * as convergence from "./job/convergence.js";
+import * as plan from "./job/plan.js";
+import * as progress from "./job/progress.js";
+import * as picture from "./picture/panel.js";
 
 export const title = "Job";
 
 // Each has mount(root, watch) -> unmount(), and hears no more of anything once watch.signal is aborted.
-const PANELS = [["picture", () => import("./picture/panel.js")]];
+const PANELS = [
+  ["picture", picture],
+  ["progress", progress],
+  ["convergence", convergence],
+  ["understand", plan],
+];
 
 export function mount(root, { id }) {
   const life = new AbortController();
   const unmounts = [];
-  open(root, id, life.signal, unmounts);
+  open(root, id, life.signal, unmounts).catch((error) => {
+    if (!life.signal.aborted) root.replaceChildren(h("h1", {}, "This job cannot be shown"), h("p", { className: "lead" }, error.message));
+  });
   return () => {
     life.abort();
     for (const unmount of unmounts.splice(0)) unmount();
@@ -23,13 +36,59 @@ async function open(root, id, signal, unmounts) {
   const job = await get(jobPath(id), { signal });
   const watch = new Watch(job);
   unmounts.push(() => watch.stop());
-  root.append(h("h1", {}, job.name ?? "A scene without a name"));
-  for (const [name, load] of PANELS) {
-    const place = h("section", { className: `panel-${name}` });
-    root.append(place);
-    const panel = await load();
-    if (signal.aborted) return;
+  document.title = `${nameOf(job)} · Penumbra`;
+  root.append(heading(watch));
+  const grid = h("div", { className: "job" });
+  root.append(grid);
+  for (const [name, panel] of PANELS) {
+    const place = h("section", { className: `job-${name}`, "aria-label": name });
+    grid.append(place);
     unmounts.push(panel.mount(place, watch));
   }
   watch.start();
+}
+
+const nameOf = (job) => job.name ?? "A scene without a name";
+
+function heading(watch) {
+  const { job } = watch;
+  const told = h("p", { className: "problem", role: "status", hidden: true });
+  const cancel = h("button", { type: "button", onclick: () => attempt(() => post(job.links.cancel, {})) }, "Cancel");
+  const remove = h("button", { type: "button", onclick: () => confirmed() && attempt(removed) }, "Delete");
+  const again = h("a", { className: "button", href: `/?job=${watch.id}` }, "Change and render again");
+
+  async function attempt(action) {
+    try {
+      await action();
+      watch.refresh();
+    } catch (error) {
+      tell(error.message);
+    }
+  }
+
+  async function removed() {
+    await request(jobPath(watch.id), { method: "DELETE" });
+    navigate("/jobs");
+  }
+
+  const confirmed = () => confirm("Delete this job and its picture?");
+  const tell = (text) => ((told.textContent = text), (told.hidden = !text));
+  const show = () => (cancel.hidden = watch.final);
+  watch.on("job", show);
+  watch.on("connection", (live) => tell(live ? "" : "The service does not answer. Trying again …"));
+  watch.on("gone", () => tell("This job was deleted."));
+  show();
+  return h(
+    "header",
+    { className: "job-head" },
+    h("div", {}, h("h1", {}, nameOf(job)), h("p", { className: "soft small" }, `Submitted ${ago(job.created_at)} as `, h("code", {}, job.id))),
+    h("div", { className: "row" }, cancel, again, downloads(job), remove),
+    told,
+  );
+}
+
+function downloads({ links }) {
+  const files = [["PNG", links.image_png, "as displayed"], ["NPY", links.image_npy, "linear, for NumPy"], ["EXR", links.image_exr, "linear, with layers"]];
+  const list = files.filter(([, path]) => path).map(([name, path, what]) => h("li", {}, h("a", { href: path, download: "" }, name), h("span", { className: "soft small" }, ` ${what}`)));
+  return h("details", { className: "menu" }, h("summary", { className: "button" }, "Download"), h("ul", {}, list));
 }

@@ -1,0 +1,61 @@
+// How far a job is: state, share, time, rays, and the error with its interval.
+
+import { announce, h } from "../../dom.js";
+import { count, percent, seconds, steps } from "../../format.js";
+import { stateMark, stateName } from "./state.js";
+
+const TICK_MS = 1000;
+
+export function mount(root, watch) {
+  const bar = h("progress", { max: 1, "aria-label": "Progress" });
+  const share = h("span", { className: "share" });
+  const line = h("div", { className: "progress-line" });
+  const list = h("dl", { className: "figures" });
+  const trouble = h("div", { className: "problem", role: "alert", hidden: true });
+  root.append(h("h2", { className: "unseen" }, "Progress"), line, h("div", { className: "bar" }, bar, share), list, trouble);
+  let state = null;
+
+  function show(job) {
+    line.replaceChildren(stateMark(job.state), h("span", { className: "soft" }, remark(job)));
+    bar.value = job.progress.share;
+    share.textContent = percent(job.progress.share);
+    list.replaceChildren(...figures(job));
+    trouble.hidden = !job.failure;
+    trouble.textContent = job.failure?.message ?? "";
+    if (state !== null && state !== job.state) announce(`The job is ${stateName(job.state)}.`);
+    state = job.state;
+  }
+
+  watch.on("job", show);
+  show(watch.job);
+  // Only the time goes on between two pieces of news.
+  const timer = setInterval(() => watch.job.state === "running" && show(watch.job), TICK_MS);
+  return () => clearInterval(timer);
+}
+
+function remark(job) {
+  if (job.state === "queued") return job.queue_position ? `${job.queue_position} before it` : "next";
+  if (job.state === "running" && job.progress.total > 1) return `${count(job.progress.done)} of ${count(job.progress.total)} steps`;
+  return "";
+}
+
+function figures(job) {
+  const rays = Object.entries(job.cost.rays).filter(([, number]) => number > 0);
+  const all = rays.reduce((sum, [, number]) => sum + number, 0);
+  const took = elapsed(job);
+  return [
+    took === null ? null : figure("Time", seconds(took), `${seconds(job.cost.cpu_seconds)} of processors, ${seconds(job.cost.predicted_cpu_seconds)} predicted`),
+    all ? figure("Rays", count(all), rays.map(([kind, number]) => `${count(number)} ${kind}`).join(", ")) : null,
+    job.error ? figure("Error", `${steps(job.error.estimate)} steps`, `${steps(job.error.low)} to ${steps(job.error.high)} steps of 8 bits, in 95 of 100 pictures`) : null,
+    figure("Picture", `${job.width} × ${job.height}`, ""),
+  ].filter(Boolean);
+}
+
+function elapsed(job) {
+  if (!job.started_at) return null;
+  return Math.max(0, (Date.parse(job.finished_at ?? new Date().toISOString()) - Date.parse(job.started_at)) / 1000);
+}
+
+function figure(name, value, rest) {
+  return h("div", {}, h("dt", {}, name), h("dd", {}, h("strong", {}, value), rest ? h("span", { className: "soft small" }, rest) : null));
+}

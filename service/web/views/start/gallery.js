@@ -1,0 +1,62 @@
+// Scenes that come along, to begin with.
+
+import { get, request } from "../../api.js";
+import { h } from "../../dom.js";
+import { assetNames } from "../../assets.js";
+
+/**
+ * @param {(scene: {title: string, notice: string, text: string, files: Map<string, Blob>}) => void} onChoice
+ */
+export function makeGallery(onChoice, signal) {
+  const list = h("ul", { className: "gallery", "aria-label": "Gallery" });
+  let wanted = "";
+
+  async function choose(entry) {
+    wanted = entry.name;
+    const scene = await fetched(entry, signal);
+    if (wanted !== entry.name) return;
+    press(entry.name);
+    onChoice(scene);
+  }
+
+  function press(name) {
+    for (const button of list.querySelectorAll("button")) {
+      button.setAttribute("aria-pressed", String(button.dataset.name === name));
+    }
+  }
+
+  async function fill() {
+    const entries = await get("/web/gallery.json", { signal });
+    list.replaceChildren(...entries.map((entry) => h("li", {}, card(entry, () => choose(entry)))));
+    return entries;
+  }
+
+  function release() {
+    wanted = "";
+    press("");
+  }
+
+  return {
+    element: list,
+    fill,
+    choose,
+    release,
+    get chosen() {
+      return wanted;
+    },
+  };
+}
+
+function card({ name, title, width, height }, onclick) {
+  const picture = h("img", { src: `/web/thumbnails/${name}.webp`, alt: "", width, height, loading: "lazy" });
+  return h("button", { type: "button", className: "card", "data-name": name, "aria-pressed": "false", onclick }, picture, h("span", {}, title));
+}
+
+async function fetched({ name, title, notice }, signal) {
+  const text = (await (await request(`/gallery/${name}.json`, { signal })).text()).trimEnd();
+  const files = new Map();
+  for (const asset of assetNames(JSON.parse(text)).keys()) {
+    files.set(asset, await (await request(`/gallery/${asset}`, { signal })).blob());
+  }
+  return { title, notice, text, files };
+}

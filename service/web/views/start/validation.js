@@ -1,0 +1,61 @@
+// What is wrong with a scene, as the service tells it, while it is written.
+
+import { Problem, post } from "../../api.js";
+import { withUploads } from "../../assets.js";
+import { debounced } from "../../dom.js";
+import { places } from "../../json_text.js";
+import { problemInScene, requestText } from "../../requests.js";
+
+const IDLE_MS = 250;
+
+/**
+ * @param {(found: {text: string, problems: object[], more: number, names: Map, lacking: Map, plan: object | null,
+ *   failure: Error | null}) => void} onResult - `text`, `names` and `lacking` are those of `withUploads`.
+ */
+export function makeValidation(onResult, signal) {
+  let running = null;
+  const later = debounced(IDLE_MS, check, signal);
+  signal.addEventListener("abort", () => running?.abort());
+
+  async function check(text, files, quality) {
+    running = new AbortController();
+    const { signal: current } = running;
+    const found = await tried(text, files, quality, current);
+    if (!current.aborted && !signal.aborted) onResult(found);
+  }
+
+  return {
+    /** Check this text, soon; what was asked before is forgotten. */
+    want(text, files, quality) {
+      running?.abort();
+      later(text, files, quality);
+    },
+  };
+}
+
+async function tried(text, files, quality, signal) {
+  const found = { text, problems: [], more: 0, names: new Map(), lacking: new Map(), plan: null, failure: null };
+  try {
+    Object.assign(found, await withUploads(text, files));
+    found.plan = await post("/v1/plans", requestText(found.text, { quality }), { signal });
+  } catch (error) {
+    if (error instanceof Problem && error.errors.length) {
+      found.problems = placed(text, error.errors.map(problemInScene), found);
+      found.more = error.more;
+    } else if (!signal.aborted) {
+      found.failure = error;
+    }
+  }
+  return found;
+}
+
+/** Problems with lines: those that the service cannot name, since it read another text, are looked up. */
+function placed(text, problems, { names, lacking }) {
+  const lost = problems.filter((problem) => !problem.line && problem.pointer.startsWith("/"));
+  const where = places(text, lost.map((problem) => problem.pointer));
+  const files = new Map([...lacking].flatMap(([name, why]) => names.get(name).map((pointer) => [pointer, why])));
+  return problems.map((problem) => {
+    const { line, column } = problem.line ? problem : (where.get(problem.pointer) ?? {});
+    return { ...problem, line, column, detail: files.get(problem.pointer) ?? problem.detail };
+  });
+}
