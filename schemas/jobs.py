@@ -36,13 +36,14 @@ class JobRequest(Closed):
 
 
 class JobState(StrEnum):
-    """The states of a job. The last three are final."""
+    """The states of a job. All but the first two are final."""
 
     QUEUED = "queued"
     RUNNING = "running"
     SUCCEEDED = "succeeded"
     FAILED = "failed"
     CANCELLED = "cancelled"
+    EXPIRED = "expired"
 
     @property
     def final(self) -> bool:

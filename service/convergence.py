@@ -12,7 +12,8 @@ from schemas.convergence import Convergence
 from schemas.jobs import JobState
 from service import jobs, pass_costs
 from service.context import Service
-from service.database.models import JobRow
+from service.database.models import RenderRow
+from service.job_documents import work_of
 
 Form = Literal["json", "csv", "svg", "png"]
 
@@ -52,34 +53,38 @@ def etag_of(service: Service, job_id: str, form: Form) -> str:
     """Return the tag that the answer would have now, without making it."""
     with service.database.reading() as session:
         row = jobs.find(session, job_id)
-        return f'"{row.id}-{row.state.value}-{row.last_seq}-convergence.{form}"'
+        return f'"{row.id}-{row.state.value}-{work_of(row)["last_seq"]}-convergence.{form}"'
 
 
 def convergence(service: Service, job_id: str) -> Convergence:
     """Tell the passes of a job and what they say of its error."""
     with service.database.reading() as session:
         row = jobs.find(session, job_id)
-    passes = list(pass_costs.told(row))
+        render = row.render
+    passes = list(pass_costs.told(render)) if render else []
+    target_error = render.target_error if render else None
     return Convergence.model_validate(
         {
             "job": row.id,
             "state": row.state,
-            "mode": "fixed" if row.target_error is None else "target",
-            "target_error": row.target_error,
+            "mode": "fixed" if target_error is None else "target",
+            "target_error": target_error,
             "passes": passes,
-            **trend(passes, _unknown(row)),
+            **trend(passes, _unknown(render)),
         }
     )
 
 
-def _unknown(row: JobRow) -> str | None:
+def _unknown(render: RenderRow | None) -> str | None:
     """Why no pass tells its error; None where that is not known."""
-    if row.target_error is not None:
+    if render is None:
+        return "The job ended before its picture was finished, or its picture is gone."
+    if render.target_error is not None:
         return None
-    if not row.pass_costs:
+    if not render.pass_costs:
         return "The job was submitted before the service noted what passes cost."
     running = "The passes are compared when the picture is finished."
-    return row.error_unknown or (None if row.state is JobState.SUCCEEDED else running)
+    return render.error_unknown or (None if render.state is JobState.SUCCEEDED else running)
 
 
 def encoded(found: Convergence, form: Form) -> bytes:

@@ -21,7 +21,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from schemas.jobs import JobState
 from service import ledger
 from service.database.connection import Database
-from service.database.models import JobRow
+from service.database.models import RenderRow
 from service.engines.protocol import Engine
 from service.engines.tasks import (
     CallTask,
@@ -41,7 +41,7 @@ from service.store.tiles import TileStore
 
 # How long to leave the database or a full disk alone before the next try, seconds.
 RETRY_SECONDS = 1.0
-# How often to look again whether the running task of a job that has ended is gone, seconds.
+# How often to look again whether the running task of a render that has ended is gone, seconds.
 LEAVING_SECONDS = 0.05
 # Traces, quotes and the like that wait for a worker; more are sent away.
 MAX_CALLS = 64
@@ -84,11 +84,11 @@ class Dispatcher:
         with self._database.writing() as session:
             ledger.recover(session)
         with self._database.reading() as session:
-            states = dict(session.execute(select(JobRow.id, JobRow.state)).tuples().all())
+            states = dict(session.execute(select(RenderRow.id, RenderRow.state)).tuples().all())
         self._store.sweep(set(states))
-        for job, state in states.items():
+        for render, state in states.items():
             if state.final:
-                self._store.drop_tiles(job)
+                self._store.drop_tiles(render)
         self._thread.start()
         self.wake()
 
@@ -96,9 +96,9 @@ class Dispatcher:
         """Say that there may be something to do."""
         self._inbox.put(None)
 
-    def cancel(self, job: str) -> None:
-        """Stop the running tasks of a job whose row asks for it."""
-        self._cancelled.append(job)
+    def cancel(self, render: str) -> None:
+        """Stop the running tasks of a render whose row asks for it."""
+        self._cancelled.append(render)
         self.wake()
 
     def call(self, task: CallTask) -> Future[Outcome]:
@@ -175,8 +175,8 @@ class Dispatcher:
         elif answer.set_running_or_notify_cancel():
             answer.set_result(outcome)
 
-    def _leave(self, job: str, grace: float) -> None:
-        self._leaving.setdefault(job, time.monotonic() + grace)
+    def _leave(self, render: str, grace: float) -> None:
+        self._leaving.setdefault(render, time.monotonic() + grace)
 
     def _round(self) -> None:
         self._interrupt()
@@ -203,9 +203,9 @@ class Dispatcher:
             self._act(result)
 
     def _interrupt(self) -> None:
-        """Stop the tasks of jobs that have ended, and calls that nobody waits for."""
+        """Stop the tasks of renders that have ended, and calls that nobody waits for."""
         now = time.monotonic()
-        late = {job for job, deadline in self._leaving.items() if deadline <= now}
+        late = {render for render, deadline in self._leaving.items() if deadline <= now}
         unwanted = {task for task, answer in self._answers.items() if answer.cancelled()}
         if late or unwanted:
             self._engine.interrupt(
@@ -225,22 +225,22 @@ class Dispatcher:
         for task in result.tasks:
             self._flying.add(task)
             self._engine.submit(task)
-        self._feed.publish(result.touched)
+        self._feed.publish(result.news)
         self._clear(result.ended)
 
     def _pause(self) -> None:
         self._pause_until = time.monotonic() + RETRY_SECONDS
 
     def _clear(self, ended: Mapping[str, JobState]) -> None:
-        """Drop the tiles of jobs that have ended, once nothing writes to them any more."""
+        """Drop the tiles of renders that have ended, once nothing writes to them any more."""
         busy = {task.job for task in self._flying}
-        for job, state in ended.items():
-            if job in busy:
-                self._leave(job, 0.0)
+        for render, state in ended.items():
+            if render in busy:
+                self._leave(render, 0.0)
             else:
-                self._leaving.pop(job, None)
-                self._store.drop_tiles(job)
-                log.info("job ended", job=job, state=state.value)
+                self._leaving.pop(render, None)
+                self._store.drop_tiles(render)
+                log.info("render ended", render=render, state=state.value)
 
 
 def _log(task: JobTask, outcome: Outcome) -> None:

@@ -1,4 +1,4 @@
-"""What each pass of a job has cost: noted while its tiles land, told when it is finished.
+"""What each pass of a render has cost: noted while its tiles land, told when it is finished.
 
 Target quality notes it with the merging of a pass (``targets.py``). With fixed quality tiles of several
 passes may land in turns, so each pass has an entry of its own from the beginning.
@@ -11,12 +11,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Any
 
-from service.database.models import JobRow
+from service.database.models import RenderRow
 from service.engines.tasks import TileDone
 
 
 def begin(passes: Sequence[int]) -> list[dict[str, Any]]:
-    """Give the entries of a job whose steps belong to these passes, one for each step."""
+    """Give the entries of a render whose steps belong to these passes, one for each step."""
     steps = Counter(passes)
     return [
         {"left": steps[index], "seconds": 0.0, "cpu_seconds": 0.0, "rays": {}, "error": None}
@@ -24,33 +24,33 @@ def begin(passes: Sequence[int]) -> list[dict[str, Any]]:
     ]
 
 
-def note(job: JobRow, pass_index: int, done: TileDone) -> None:
+def note(render: RenderRow, pass_index: int, done: TileDone) -> None:
     """Take note of a finished step of fixed quality."""
-    if not job.pass_costs:
+    if not render.pass_costs:
         return  # submitted before costs were noted
-    assert job.started_at is not None
-    before = job.pass_costs[pass_index]
+    assert render.started_at is not None
+    before = render.pass_costs[pass_index]
     now = {
         "left": before["left"] - 1,
-        "seconds": (datetime.now(UTC) - job.started_at).total_seconds(),
+        "seconds": (datetime.now(UTC) - render.started_at).total_seconds(),
         "cpu_seconds": before["cpu_seconds"] + done.cpu_seconds,
         "rays": _sum(before["rays"], done.counts),
         "error": None,
     }
-    job.pass_costs = [*job.pass_costs[:pass_index], now, *job.pass_costs[pass_index + 1 :]]
+    render.pass_costs = [*render.pass_costs[:pass_index], now, *render.pass_costs[pass_index + 1 :]]
 
 
-def note_errors(job: JobRow, errors: Mapping[int, Mapping[str, float]]) -> None:
+def note_errors(render: RenderRow, errors: Mapping[int, Mapping[str, float]]) -> None:
     """Take note of the errors of passes, known when the picture is finished."""
-    job.pass_costs = [
+    render.pass_costs = [
         cost | {"error": errors.get(index)} if index in errors else cost
-        for index, cost in enumerate(job.pass_costs)
+        for index, cost in enumerate(render.pass_costs)
     ]
 
 
-def told(job: JobRow) -> Iterator[dict[str, Any]]:
-    """Give what the job had taken when each finished pass ended, all passes before it included."""
-    entries = _of_merges(job) if job.target_error is not None else _of_fixed(job)
+def told(render: RenderRow) -> Iterator[dict[str, Any]]:
+    """Give what the render had taken when each finished pass ended, all passes before it included."""
+    entries = _of_merges(render) if render.target_error is not None else _of_fixed(render)
     cpu_seconds, rays = 0.0, dict[str, int]()
     for index, (seconds, entry) in enumerate(entries):
         cpu_seconds, rays = cpu_seconds + entry["cpu_seconds"], _sum(rays, entry["rays"])
@@ -63,16 +63,16 @@ def told(job: JobRow) -> Iterator[dict[str, Any]]:
         }
 
 
-def _of_merges(job: JobRow) -> Iterator[tuple[float, dict[str, Any]]]:
+def _of_merges(render: RenderRow) -> Iterator[tuple[float, dict[str, Any]]]:
     seconds = 0.0
-    for entry in job.merges:
+    for entry in render.merges:
         seconds += entry["seconds"]
         yield seconds, entry
 
 
-def _of_fixed(job: JobRow) -> Iterator[tuple[float, dict[str, Any]]]:
+def _of_fixed(render: RenderRow) -> Iterator[tuple[float, dict[str, Any]]]:
     seconds = 0.0
-    for entry in job.pass_costs:
+    for entry in render.pass_costs:
         if entry["left"]:
             return
         seconds = max(seconds, entry["seconds"])

@@ -20,8 +20,9 @@ from schemas.jobs import JobState
 from schemas.tiles import Tile
 from service import layers, ledger, rows, target_pictures, targets
 from service.context import Service
-from service.database.models import JobRow
+from service.database.models import JobRow, RenderRow
 from service.errors import PictureGoneError, PictureNotReadyError, UnknownLayerError
+from service.job_documents import work_of
 from service.jobs import find
 from service.store.tiles import Layers, Pixels, StoredTile, TileStore
 
@@ -59,7 +60,8 @@ class Picture:
 class _Finished:
     """What was finished when the database was read."""
 
-    row: JobRow
+    job: str
+    render: RenderRow
     coarse: StoredTile | None
     parts: tuple[StoredTile, ...]
     recorded: tuple[StoredTile, ...]
@@ -70,7 +72,8 @@ def etag_of(service: Service, job_id: str, wanted: Wanted) -> str | None:
     """Return the tag that the file would have now, without making it."""
     with service.database.reading() as session:
         row = _find(session, job_id, wanted)
-        return _etag(row, wanted) if row.image_sha256 or row.last_seq else None
+        render = row.render
+        return _etag(job_id, render, wanted) if render and (render.image_sha256 or render.last_seq) else None
 
 
 def picture(service: Service, job_id: str, wanted: Wanted) -> Picture:
@@ -95,86 +98,92 @@ def picture(service: Service, job_id: str, wanted: Wanted) -> Picture:
 def _picture(service: Service, job_id: str, wanted: Wanted) -> Picture:
     with service.database.reading() as session:
         finished = _finished(session, _find(session, job_id, wanted))
-    row = finished.row
-    if row.image_sha256 is not None:
-        return Picture(_final(service.store, row, wanted), _etag(row, wanted), 1.0)
+    job, render = finished.job, finished.render
+    if render.image_sha256 is not None:
+        return Picture(_final(service.store, render, wanted), _etag(job, render, wanted), 1.0)
     if wanted.layer:
         return _layer_so_far(service.store, finished, wanted, wanted.layer)
     pixels = _so_far(service, finished)
-    sheets = _layers_so_far(service.store, finished, row.layers if wanted.kind == "exr" else ())
-    return Picture(_encode(pixels, sheets, row, wanted), _etag(row, wanted), rows.share(row))
+    sheets = _layers_so_far(service.store, finished, render.layers if wanted.kind == "exr" else ())
+    return Picture(_encode(pixels, sheets, render, wanted), _etag(job, render, wanted), rows.share(render))
 
 
 def _find(session: Session, job_id: str, wanted: Wanted) -> JobRow:
     row = find(session, job_id)
-    if wanted.layer and wanted.layer not in row.layers:
-        asked = ", ".join(row.layers) or "none"
+    names = work_of(row)["layers"]
+    if wanted.layer and wanted.layer not in names:
+        asked = ", ".join(names) or "none"
         raise UnknownLayerError(f"There is no such layer of this job. The layers asked for are: {asked}.")
     return row
 
 
 def _finished(session: Session, row: JobRow) -> _Finished:
-    if row.state in (JobState.FAILED, JobState.CANCELLED):
+    render = row.render
+    if render is None or row.state in (JobState.FAILED, JobState.CANCELLED):
         raise PictureGoneError(f"There is no picture. The job ended as {row.state.value}.")
-    if row.image_sha256 is not None:
-        return _Finished(row, None, (), ())
-    if row.last_seq == 0:
+    if render.image_sha256 is not None:
+        return _Finished(row.id, render, None, (), ())
+    if render.last_seq == 0:
         raise PictureNotReadyError("Nothing of the picture is finished yet. Ask again in a moment.")
-    if row.target_error is not None:
-        return _Finished(row, None, tuple(targets.fresh(session, row)), tuple(targets.recorded(session, row)))
-    parts = tuple(ledger.sampled(session, row))
-    return _Finished(row, ledger.coarse(session, row), parts, parts)
+    if render.target_error is not None:
+        fresh, recorded = targets.fresh(session, render), targets.recorded(session, render)
+        return _Finished(row.id, render, None, tuple(fresh), tuple(recorded))
+    parts = tuple(ledger.sampled(session, render))
+    return _Finished(row.id, render, ledger.coarse(session, render), parts, parts)
 
 
-def _etag(row: JobRow, wanted: Wanted) -> str:
-    return f'"{row.image_sha256 or f"{row.id}-{row.last_seq}"}-{wanted.name}"'
+def _etag(job: str, render: RenderRow, wanted: Wanted) -> str:
+    # The name of a render is that of a job which may be somebody else's.
+    return f'"{render.image_sha256 or f"{job}-{render.last_seq}"}-{wanted.name}"'
 
 
-def _final(store: TileStore, row: JobRow, wanted: Wanted) -> Path:
-    path = store.file(row.id, wanted.name)
+def _final(store: TileStore, render: RenderRow, wanted: Wanted) -> Path:
+    path = store.file(render.id, wanted.name)
     if path.exists():
         return path
-    pixels = np.load(store.file(row.id, "image.npy"))
-    names = row.layers if wanted.kind == "exr" else ()
-    sheets = {name: np.load(store.file(row.id, layers.file_name(name))) for name in names}
-    return store.put_file(row.id, wanted.name, _encode(pixels, sheets, row, wanted))
+    pixels = np.load(store.file(render.id, "image.npy"))
+    names = render.layers if wanted.kind == "exr" else ()
+    sheets = {name: np.load(store.file(render.id, layers.file_name(name))) for name in names}
+    return store.put_file(render.id, wanted.name, _encode(pixels, sheets, render, wanted))
 
 
-def _encode(pixels: Pixels, sheets: Layers, row: JobRow, wanted: Wanted) -> bytes:
-    display = Display.model_validate(row.display)
+def _encode(pixels: Pixels, sheets: Layers, render: RenderRow, wanted: Wanted) -> bytes:
+    display = Display.model_validate(render.display)
     return image_files.encode(f".{wanted.kind}", pixels, display, sheets)
 
 
 def _layer_so_far(store: TileStore, finished: _Finished, wanted: Wanted, name: str) -> Picture:
-    row, parts = finished.row, layers.recorded(finished.recorded, (name,))
-    if row.target_error is not None and not layers.of_centres(name):
+    render, parts = finished.render, layers.recorded(finished.recorded, (name,))
+    if render.target_error is not None and not layers.of_centres(name):
         raise PictureNotReadyError("With target quality this layer is there when the picture is finished.")
     if not parts:
         raise PictureNotReadyError("Nothing of the layer is finished yet. Ask again in a moment.")
     sheet = _layers_so_far(store, finished, (name,))[name]
-    passes = [pass_ for pass_ in rows.passes_of(row) if layers.records(pass_, (name,))]
-    total = sum(rows.work(pass_, Tile(0, 0, 0, row.width, row.height)) for pass_ in passes)
+    passes = [pass_ for pass_ in rows.passes_of(render) if layers.records(pass_, (name,))]
+    total = sum(rows.work(pass_, Tile(0, 0, 0, render.width, render.height)) for pass_ in passes)
     share = sum(rows.work(part.pass_, part.tile) for part in parts) / total
-    return Picture(image_files.encode_layer(sheet), _etag(row, wanted), share)
+    return Picture(image_files.encode_layer(sheet), _etag(finished.job, render, wanted), share)
 
 
 def _layers_so_far(store: TileStore, finished: _Finished, names: Sequence[str]) -> Layers:
-    row = finished.row
-    return layers.composed(store, row.id, (row.height, row.width), names, finished.recorded)
+    render = finished.render
+    return layers.composed(store, render.id, (render.height, render.width), names, finished.recorded)
 
 
 def _so_far(service: Service, finished: _Finished) -> Pixels:
-    row, store = finished.row, service.store
-    if row.target_error is not None:
-        return target_pictures.so_far(service, row, finished.parts)
-    image = np.zeros((row.height, row.width, 3), np.float32)
+    render, store = finished.render, service.store
+    if render.target_error is not None:
+        return target_pictures.so_far(service, render, finished.parts)
+    image = np.zeros((render.height, render.width, 3), np.float32)
     if finished.coarse is not None:
         stride = finished.coarse.pass_.stride
-        image[:] = film.enlarge(store.get_tile(row.id, finished.coarse), stride, row.height, row.width)
+        image[:] = film.enlarge(
+            store.get_tile(render.id, finished.coarse), stride, render.height, render.width
+        )
     for _, group in groupby(finished.parts, key=lambda part: part.tile.index):
         parts = list(group)
         tile = parts[0].tile
-        image[tile.y0 : tile.y1, tile.x0 : tile.x1] = mean_of(store, row.id, parts)
+        image[tile.y0 : tile.y1, tile.x0 : tile.x1] = mean_of(store, render.id, parts)
     return image
 
 

@@ -1,20 +1,43 @@
-"""Rows of jobs and steps: how they begin, what they say, and how they end."""
+"""Rows of renders, jobs and steps: how they begin, what they say, and how they end."""
 
 from __future__ import annotations
 
 from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import update
+from sqlalchemy.orm import Session
 
 from schemas.jobs import Failure, JobState
 from schemas.tiles import Pass, Tile
-from service.database.models import JobRow, TileRow
+from service.database.models import JobRow, RenderRow, TileRow
 from service.store.tiles import StoredTile
 
+OPEN = (JobState.QUEUED, JobState.RUNNING)
+"""States of jobs that somebody waits for."""
 
-def end(job: JobRow, state: JobState, failure: Failure | None = None) -> None:
-    """Give a job its final state."""
-    job.state = state
-    job.failure = failure.model_dump() if failure else None
-    job.finished_at = datetime.now(UTC)
+
+def begin(session: Session, render: RenderRow) -> None:
+    """Let a render run, and with it the jobs that share in it."""
+    render.state, render.started_at = JobState.RUNNING, datetime.now(UTC)
+    _tell_jobs(session, render, state=render.state, started_at=render.started_at)
+
+
+def end(session: Session, render: RenderRow, state: JobState, failure: Failure | None = None) -> None:
+    """Give a render its final state, and with it the jobs that share in it."""
+    render.state = state
+    told = failure.model_dump() if failure else None
+    _tell_jobs(session, render, state=state, failure=told, finished_at=datetime.now(UTC))
+
+
+def end_alone(job: JobRow, state: JobState) -> None:
+    """Give a final state to a job that has left its render."""
+    job.state, job.finished_at = state, datetime.now(UTC)
+
+
+def _tell_jobs(session: Session, render: RenderRow, **changes: Any) -> None:
+    sharing = JobRow.render_number == render.number, JobRow.state.in_(OPEN)
+    session.execute(update(JobRow).where(*sharing).values(**changes))
 
 
 def work(pass_: Pass, tile: Tile) -> int:
@@ -24,19 +47,19 @@ def work(pass_: Pass, tile: Tile) -> int:
     return (pass_.last - pass_.first) * tile.width * tile.height
 
 
-def share(job: JobRow) -> float:
-    """Say which part of a job is done, 0 to 1; it never goes back, though a total may grow."""
-    if job.state == JobState.SUCCEEDED:
+def share(render: RenderRow) -> float:
+    """Say which part of a render is done, 0 to 1; it never goes back, though a total may grow."""
+    if render.state == JobState.SUCCEEDED:
         return 1.0
-    before = job.counted_share
-    part = (job.done_work - job.counted_work) / (job.total_work - job.counted_work)
+    before = render.counted_share
+    part = (render.done_work - render.counted_work) / (render.total_work - render.counted_work)
     return min(1.0, before + (1.0 - before) * part)
 
 
-def new_step(job: int, pass_: Pass, tile: Tile) -> dict[str, int | str]:
+def new_step(render: int, pass_: Pass, tile: Tile) -> dict[str, int | str]:
     """Make the row of a step that waits."""
     return {
-        "job": job,
+        "render": render,
         "pass_index": pass_.index,
         "tile": tile.index,
         "x0": tile.x0,
@@ -57,6 +80,6 @@ def tile_of(step: TileRow) -> Tile:
     return Tile(step.tile, step.x0, step.y0, step.x1, step.y1)
 
 
-def passes_of(job: JobRow) -> list[Pass]:
-    """Give the passes of a job."""
-    return [Pass(**fields) for fields in job.passes]
+def passes_of(render: RenderRow) -> list[Pass]:
+    """Give the passes of a render."""
+    return [Pass(**fields) for fields in render.passes]

@@ -9,11 +9,11 @@ import numpy as np
 from schemas.jobs import TileEvent
 from service import targets
 from service.context import Service
-from service.database.models import JobRow
+from service.database.models import RenderRow
 from service.store.tiles import Pixels, StoredTile
 
 
-def so_far(service: Service, row: JobRow, fresh: Sequence[StoredTile]) -> Pixels:
+def so_far(service: Service, render: RenderRow, fresh: Sequence[StoredTile]) -> Pixels:
     """Put the picture together, (H, W, 3) float32.
 
     Parameters
@@ -21,12 +21,12 @@ def so_far(service: Service, row: JobRow, fresh: Sequence[StoredTile]) -> Pixels
     fresh
         The finished tiles of the pass that is not merged yet.
     """
-    image = np.zeros((row.height, row.width, 3), np.float32)
-    if row.merges:
-        image[:] = _merged(service, row)
+    image = np.zeros((render.height, render.width, 3), np.float32)
+    if render.merges:
+        image[:] = _merged(service, render)
     for part in fresh:
         tile = part.tile
-        image[tile.y0 : tile.y1, tile.x0 : tile.x1] = service.store.get_tile(row.id, part)
+        image[tile.y0 : tile.y1, tile.x0 : tile.x1] = service.store.get_tile(render.id, part)
     return image
 
 
@@ -37,7 +37,7 @@ def painted(events: Sequence[TileEvent]) -> list[TileEvent]:
 
 
 def pixels(
-    service: Service, row: JobRow, events: Sequence[TileEvent], fresh: Sequence[StoredTile]
+    service: Service, render: RenderRow, events: Sequence[TileEvent], fresh: Sequence[StoredTile]
 ) -> list[tuple[TileEvent, Pixels]]:
     """Give the events that show with their pixels as they are now.
 
@@ -47,14 +47,14 @@ def pixels(
         As in `so_far`.
     """
     newest = {part.tile.index: part for part in fresh}
-    return [(event, _pixels(service, row, event, newest)) for event in painted(events)]
+    return [(event, _pixels(service, render, event, newest)) for event in painted(events)]
 
 
-def _pixels(service: Service, row: JobRow, event: TileEvent, fresh: Mapping[int, StoredTile]) -> Pixels:
-    if event.pass_index == len(row.merges):
-        return service.store.get_tile(row.id, fresh[event.tile])
-    return _merged(service, row)[event.y0 : event.y1, event.x0 : event.x1]
+def _pixels(service: Service, render: RenderRow, event: TileEvent, fresh: Mapping[int, StoredTile]) -> Pixels:
+    if event.pass_index == len(render.merges):
+        return service.store.get_tile(render.id, fresh[event.tile])
+    return _merged(service, render)[event.y0 : event.y1, event.x0 : event.x1]
 
 
-def _merged(service: Service, row: JobRow) -> Pixels:
-    return service.passes.get_picture(row.id, len(row.merges) - 1, targets.merged_by(row))
+def _merged(service: Service, render: RenderRow) -> Pixels:
+    return service.passes.get_picture(render.id, len(render.merges) - 1, targets.merged_by(render))

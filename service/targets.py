@@ -1,4 +1,4 @@
-"""The ledger of jobs of target quality: each pass follows from the one before, until the error is reached.
+"""The ledger of renders of target quality: each pass follows from the one before, until the error is reached.
 
 A pass is some tiles, numbered from 1, and then their merging into the picture of the whole, which is entered
 as a finished step of tile 0. As in ``ledger.py`` every function works in a transaction of its caller.
@@ -20,7 +20,7 @@ from schemas.jobs import JobState
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
 from service import rows
-from service.database.models import DONE, WAITING, JobRow, TileRow
+from service.database.models import DONE, WAITING, RenderRow, TileRow
 from service.engines.tasks import AdvanceDone, AdvanceTask
 from service.store.tiles import StoredTile
 
@@ -29,8 +29,8 @@ Step = tuple[Pass, Tile]
 WHOLE = 0
 """Number of the tile that is the whole picture."""
 
-_LIMITED = select(JobRow).where(
-    JobRow.state == JobState.RUNNING, JobRow.time_limit.is_not(None), ~JobRow.cancel_requested
+_LIMITED = select(RenderRow).where(
+    RenderRow.state == JobState.RUNNING, RenderRow.time_limit.is_not(None), ~RenderRow.cancel_requested
 )
 
 
@@ -42,7 +42,7 @@ def pass_of(index: int) -> Pass:
 def begin(
     plan: RenderPlan, target: TargetQuality, tile_size: int | None, samples: int
 ) -> tuple[list[Step], dict[str, Any]]:
-    """Give the steps of the first pass, and the columns of a job that tell how it goes on.
+    """Give the steps of the first pass, and the columns of a render that tell how it goes on.
 
     Parameters
     ----------
@@ -68,126 +68,128 @@ def tiles(picture: tiling.Picture, tile_size: int) -> list[Tile]:
     return [replace(tile, index=tile.index + 1) for tile in tiling.tiles(picture, pass_of(0), tile_size)]
 
 
-def merged_by(job: JobRow) -> int:
+def merged_by(render: RenderRow) -> int:
     """Give the attempt that has merged the newest pass, 0 if none is merged."""
-    return int(job.merges[-1]["attempt"]) if job.merges else 0
+    return int(render.merges[-1]["attempt"]) if render.merges else 0
 
 
-def deadline(job: JobRow) -> datetime | None:
-    """Say when a job has spent its time; None if it may take as long as it needs, or has not begun."""
-    if job.time_limit is None or job.started_at is None:
+def deadline(render: RenderRow) -> datetime | None:
+    """Say when a render has spent its time; None if it may take as long as it needs, or has not begun."""
+    if render.time_limit is None or render.started_at is None:
         return None
-    return job.started_at + timedelta(seconds=job.time_limit)
+    return render.started_at + timedelta(seconds=render.time_limit)
 
 
 def expire(session: Session) -> datetime | None:
-    """Take the waiting tiles from jobs whose time is spent, and say when the next one's will be.
+    """Take the waiting tiles from renders whose time is spent, and say when the next one's will be.
 
     The first pass is rendered in any case: nothing is to be seen without it.
     """
     upcoming = []
-    for job in session.scalars(_LIMITED):
-        end = deadline(job)
-        if end is not None and not _spent(job):
+    for render in session.scalars(_LIMITED):
+        end = deadline(render)
+        if end is not None and not _spent(render):
             upcoming.append(end)
-        elif job.merges:
-            unstarted = delete(TileRow).where(TileRow.job == job.number, TileRow.state == WAITING)
-            job.total_steps -= len(session.execute(unstarted.returning(TileRow.tile)).all())
+        elif render.merges:
+            unstarted = delete(TileRow).where(TileRow.render == render.number, TileRow.state == WAITING)
+            render.total_steps -= len(session.execute(unstarted.returning(TileRow.tile)).all())
     return min(upcoming, default=None)
 
 
-def _spent(job: JobRow) -> bool:
-    end = deadline(job)
+def _spent(render: RenderRow) -> bool:
+    end = deadline(render)
     return end is not None and end <= datetime.now(UTC)
 
 
-def advance_task(session: Session, job: JobRow) -> AdvanceTask:
+def advance_task(session: Session, render: RenderRow) -> AdvanceTask:
     """Make the task that merges the tiles of the newest pass."""
     return AdvanceTask(
-        job=job.id,
-        spec_sha256=job.spec_sha256,
-        pass_=pass_of(len(job.merges)),
-        parts=tuple(fresh(session, job)),
-        merged=merged_by(job),
-        tile_size=job.tile_size,
-        last=_spent(job),
-        attempt=job.compose_attempt,
-        layers=tuple(job.layers),
-        recorded=tuple(recorded(session, job)) if job.layers else (),
+        job=render.id,
+        spec_sha256=render.spec_sha256,
+        pass_=pass_of(len(render.merges)),
+        parts=tuple(fresh(session, render)),
+        merged=merged_by(render),
+        tile_size=render.tile_size,
+        last=_spent(render),
+        attempt=render.compose_attempt,
+        layers=tuple(render.layers),
+        recorded=tuple(recorded(session, render)) if render.layers else (),
     )
 
 
-def fresh(session: Session, job: JobRow) -> list[StoredTile]:
+def fresh(session: Session, render: RenderRow) -> list[StoredTile]:
     """Give the finished tiles of the pass that is not merged yet."""
-    return _finished(session, job, len(job.merges))
+    return _finished(session, render, len(render.merges))
 
 
-def recorded(session: Session, job: JobRow) -> list[StoredTile]:
+def recorded(session: Session, render: RenderRow) -> list[StoredTile]:
     """Give the finished tiles that have recorded what the centres of pixels show: those of the first pass."""
-    return _finished(session, job, 0)
+    return _finished(session, render, 0)
 
 
-def _finished(session: Session, job: JobRow, pass_index: int) -> list[StoredTile]:
-    place = TileRow.job == job.number, TileRow.pass_index == pass_index
+def _finished(session: Session, render: RenderRow, pass_index: int) -> list[StoredTile]:
+    place = TileRow.render == render.number, TileRow.pass_index == pass_index
     query = select(TileRow).where(*place, TileRow.tile != WHOLE, TileRow.state == DONE)
-    passes = rows.passes_of(job)
+    passes = rows.passes_of(render)
     return [rows.stored(step, passes) for step in session.scalars(query.order_by(TileRow.tile))]
 
 
-def merge(session: Session, job: JobRow, task: AdvanceTask, done: AdvanceDone) -> None:
+def merge(session: Session, render: RenderRow, task: AdvanceTask, done: AdvanceDone) -> None:
     """Take note of a merged pass, unless another attempt was waited for: the picture is done, or goes on."""
     index = task.pass_.index
-    waited_for = job.state == JobState.RUNNING and not job.cancel_requested
-    if not waited_for or index != len(job.merges) or task.attempt != job.compose_attempt:
+    waited_for = render.state == JobState.RUNNING and not render.cancel_requested
+    if not waited_for or index != len(render.merges) or task.attempt != render.compose_attempt:
         return
-    _enter_whole(session, job, task, done)
-    job.merges = [*job.merges, _record(job, task, done)]
-    job.compose_attempt = 0
+    _enter_whole(session, render, task, done)
+    render.merges = [*render.merges, _record(render, task, done)]
+    render.compose_attempt = 0
     if done.sha256 is None:
-        _begin_pass(session, job, index + 1, done)
+        _begin_pass(session, render, index + 1, done)
     else:
-        job.image_sha256 = done.sha256
-        job.numerics = job.numerics | done.numerics
-        rows.end(job, JobState.SUCCEEDED)
+        render.image_sha256 = done.sha256
+        render.numerics = render.numerics | done.numerics
+        rows.end(session, render, JobState.SUCCEEDED)
 
 
-def _enter_whole(session: Session, job: JobRow, task: AdvanceTask, done: AdvanceDone) -> None:
-    job.last_seq += 1
-    job.done_steps += 1
-    job.total_steps += 1
-    job.cpu_seconds += done.cpu_seconds
-    picture = rows.new_step(job.number, task.pass_, Tile(WHOLE, 0, 0, job.width, job.height))
+def _enter_whole(session: Session, render: RenderRow, task: AdvanceTask, done: AdvanceDone) -> None:
+    render.last_seq += 1
+    render.done_steps += 1
+    render.total_steps += 1
+    render.cpu_seconds += done.cpu_seconds
+    picture = rows.new_step(render.number, task.pass_, Tile(WHOLE, 0, 0, render.width, render.height))
     session.add(
-        TileRow(**picture, state=DONE, attempt=task.attempt, seq=job.last_seq, cpu_seconds=done.cpu_seconds)
+        TileRow(
+            **picture, state=DONE, attempt=task.attempt, seq=render.last_seq, cpu_seconds=done.cpu_seconds
+        )
     )
 
 
-def _begin_pass(session: Session, job: JobRow, index: int, done: AdvanceDone) -> None:
-    job.counted_share, job.counted_work = rows.share(job), job.done_work
+def _begin_pass(session: Session, render: RenderRow, index: int, done: AdvanceDone) -> None:
+    render.counted_share, render.counted_work = rows.share(render), render.done_work
     # Nobody knows how many passes follow: each is taken for half of what is left once the error is known.
-    passes = job.done_work + 2 * done.samples
-    job.total_work = passes if done.error else max(job.total_work, passes)
+    passes = render.done_work + 2 * done.samples
+    render.total_work = passes if done.error else max(render.total_work, passes)
     pass_, wanted = pass_of(index), set(done.tiles)
-    job.passes = [*job.passes, asdict(pass_)]
-    steps = [tile for tile in tiles(job, done.tile_size) if tile.index in wanted]
-    job.total_steps += len(steps)
+    render.passes = [*render.passes, asdict(pass_)]
+    steps = [tile for tile in tiles(render, done.tile_size) if tile.index in wanted]
+    render.total_steps += len(steps)
     if steps:
-        session.execute(insert(TileRow), [rows.new_step(job.number, pass_, tile) for tile in steps])
+        session.execute(insert(TileRow), [rows.new_step(render.number, pass_, tile) for tile in steps])
 
 
-def _record(job: JobRow, task: AdvanceTask, done: AdvanceDone) -> dict[str, Any]:
+def _record(render: RenderRow, task: AdvanceTask, done: AdvanceDone) -> dict[str, Any]:
     """Tell of a pass: who merged it, what it has cost by itself, and what is known after it."""
-    assert job.started_at is not None
-    seconds = (datetime.now(UTC) - job.started_at).total_seconds()
+    assert render.started_at is not None
+    seconds = (datetime.now(UTC) - render.started_at).total_seconds()
     rays = {
-        kind: count - sum(past["rays"].get(kind, 0) for past in job.merges)
-        for kind, count in job.rays.items()
+        kind: count - sum(past["rays"].get(kind, 0) for past in render.merges)
+        for kind, count in render.rays.items()
     }
     return {
         "attempt": task.attempt,
         "tiles": len(task.parts),
         "error": done.error,
-        "seconds": seconds - sum(past["seconds"] for past in job.merges),
-        "cpu_seconds": job.cpu_seconds - sum(past["cpu_seconds"] for past in job.merges),
+        "seconds": seconds - sum(past["seconds"] for past in render.merges),
+        "cpu_seconds": render.cpu_seconds - sum(past["cpu_seconds"] for past in render.merges),
         "rays": rays,
     }

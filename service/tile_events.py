@@ -16,8 +16,9 @@ from schemas.display import Display
 from schemas.jobs import JobState, TileBatch, TileEvent
 from service import ledger, target_pictures, targets
 from service.context import Service
-from service.database.models import JobRow, TileRow
-from service.jobs import failure_of, find, progress_of
+from service.database.models import JobRow, RenderRow, TileRow
+from service.job_documents import failure_of, progress_of
+from service.jobs import find
 from service.pictures import mean_of
 from service.store.tiles import Pixels, StoredTile, TileStore
 
@@ -32,19 +33,24 @@ def batch(service: Service, job_id: str, after: int) -> TileBatch:
 
 
 def _batch(session: Session, row: JobRow, after: int, limit: int) -> TileBatch:
-    strides = [fields["stride"] for fields in row.passes]
-    query = select(TileRow).where(TileRow.job == row.number, TileRow.seq > after)
-    steps = session.scalars(query.order_by(TileRow.seq).limit(limit)).all()
-    events = tuple(_event(step, strides[step.pass_index]) for step in steps)
+    events = _events(session, row.render, after, limit) if row.render else ()
     following = events[-1].seq if events else after
+    newest = row.render.last_seq if row.render else 0
     return TileBatch(
         state=row.state,
         progress=progress_of(row),
         events=events,
         next=following,
-        complete=row.state.final and following >= row.last_seq,
+        complete=row.state.final and following >= newest,
         failure=failure_of(row),
     )
+
+
+def _events(session: Session, render: RenderRow, after: int, limit: int) -> tuple[TileEvent, ...]:
+    strides = [fields["stride"] for fields in render.passes]
+    query = select(TileRow).where(TileRow.render == render.number, TileRow.seq > after)
+    steps = session.scalars(query.order_by(TileRow.seq).limit(limit)).all()
+    return tuple(_event(step, strides[step.pass_index]) for step in steps)
 
 
 def _event(step: TileRow, stride: int) -> TileEvent:
@@ -65,7 +71,8 @@ def _event(step: TileRow, stride: int) -> TileEvent:
 class _News:
     """What was finished when the database was read, as far as a batch needs it."""
 
-    row: JobRow
+    state: JobState
+    render: RenderRow | None
     events: TileBatch
     coarse: StoredTile | None
     parts: tuple[StoredTile, ...]
@@ -83,60 +90,64 @@ def pixel_batch(service: Service, job_id: str, after: int, encoding: int) -> byt
 def _pixel_batch(service: Service, job_id: str, after: int, encoding: int) -> bytes:
     with service.database.reading() as session:
         news = _news(session, find(session, job_id), after, service.settings.max_events)
-    tiles = [
-        _parcel(event, pixels, Display.model_validate(news.row.display), encoding)
-        for event, pixels in _pixels(service, news)
-    ]
+    tiles = _parcels(service, news.render, news, encoding) if news.render else []
     head = BatchHead(
         encoding=encoding,
         tiles=len(tiles),
         next=news.events.next,
         complete=news.events.complete,
-        succeeded=news.row.state is JobState.SUCCEEDED,
+        succeeded=news.state is JobState.SUCCEEDED,
     )
     return b"".join([head.pack(), *tiles])
 
 
+def _parcels(service: Service, render: RenderRow, news: _News, encoding: int) -> list[bytes]:
+    display = Display.model_validate(render.display)
+    return [_parcel(event, pixels, display, encoding) for event, pixels in _pixels(service, render, news)]
+
+
 def _news(session: Session, row: JobRow, after: int, limit: int) -> _News:
-    events = _batch(session, row, after, limit)
-    if row.state.final:
-        return _News(row, events, None, ())
-    if row.target_error is not None:
-        return _News(row, events, None, tuple(targets.fresh(session, row)))
+    events, render = _batch(session, row, after, limit), row.render
+    if row.state.final or render is None:
+        return _News(row.state, render, events, None, ())
+    if render.target_error is not None:
+        return _News(row.state, render, events, None, tuple(targets.fresh(session, render)))
     tiles = {event.tile for event in events.events if event.pass_index > 0}
-    parts = tuple(ledger.sampled(session, row, tiles))
+    parts = tuple(ledger.sampled(session, render, tiles))
     # A preview that came late, its worker having died, must not be painted over better pixels.
     first = bool(events.events) and events.events[0].seq == 1 and events.events[0].pass_index == 0
-    return _News(row, events, ledger.coarse(session, row) if first else None, parts)
+    coarse = ledger.coarse(session, render) if first else None
+    return _News(row.state, render, events, coarse, parts)
 
 
-def _pixels(service: Service, news: _News) -> list[tuple[TileEvent, Pixels]]:
-    events, row = news.events.events, news.row
-    if row.state is JobState.SUCCEEDED:
-        image = np.load(service.store.file(row.id, "image.npy"), mmap_mode="r")
-        return [(event, image[event.y0 : event.y1, event.x0 : event.x1]) for event in _newest(row, events)]
-    if row.state.final:
+def _pixels(service: Service, render: RenderRow, news: _News) -> list[tuple[TileEvent, Pixels]]:
+    events = news.events.events
+    if news.state is JobState.SUCCEEDED:
+        image = np.load(service.store.file(render.id, "image.npy"), mmap_mode="r")
+        shown = _newest(render, events)
+        return [(event, image[event.y0 : event.y1, event.x0 : event.x1]) for event in shown]
+    if news.state.final:
         return []
-    if row.target_error is not None:
-        return target_pictures.pixels(service, row, events, news.parts)
-    return _so_far(service.store, news)
+    if render.target_error is not None:
+        return target_pictures.pixels(service, render, events, news.parts)
+    return _so_far(service.store, render, news)
 
 
-def _newest(row: JobRow, events: Sequence[TileEvent]) -> Sequence[TileEvent]:
+def _newest(render: RenderRow, events: Sequence[TileEvent]) -> Sequence[TileEvent]:
     """Of the events those over which no later one is painted, without a preview."""
-    if row.target_error is not None:
+    if render.target_error is not None:
         return target_pictures.painted(events)
     newest = {event.tile: event for event in events if event.pass_index > 0}
     return sorted(newest.values(), key=lambda event: event.seq)
 
 
-def _so_far(store: TileStore, news: _News) -> list[tuple[TileEvent, Pixels]]:
+def _so_far(store: TileStore, render: RenderRow, news: _News) -> list[tuple[TileEvent, Pixels]]:
     newest = {event.tile: event for event in news.events.events if event.pass_index > 0}
     found: list[tuple[TileEvent, Pixels]] = []
     if news.coarse is not None:
-        found.append((news.events.events[0], store.get_tile(news.row.id, news.coarse)))
+        found.append((news.events.events[0], store.get_tile(render.id, news.coarse)))
     for tile, group in groupby(news.parts, key=lambda part: part.tile.index):
-        found.append((newest[tile], mean_of(store, news.row.id, list(group))))
+        found.append((newest[tile], mean_of(store, render.id, list(group))))
     return sorted(found, key=lambda one: one[0].seq)
 
 

@@ -21,7 +21,7 @@ from sqlalchemy import (
     Text,
     text,
 )
-from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
+from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column, relationship
 from sqlalchemy.types import TypeDecorator
 
 from schemas.jobs import JobState
@@ -60,25 +60,25 @@ def _one_of(column: str, values: list[str]) -> str:
     return f"{column} IN ({', '.join(repr(value) for value in values)})"
 
 
-class JobRow(Base):
-    """A job. ``number`` orders jobs by arrival; ``id`` is the name that the outside knows.
+class RenderRow(Base):
+    """What is rendered: one piece of work, which jobs share that ask for the same.
 
-    One with a ``target_error`` gets its passes one after another: ``merges`` has an entry for each pass whose
+    ``number`` orders them by arrival; ``id`` is its name in the store, that of the job it was made for. One
+    with a ``target_error`` gets its passes one after another: ``merges`` has an entry for each pass whose
     tiles are merged into the picture, the work before it being ``counted_work`` and ``counted_share`` of all.
     Any other has an entry for each of its passes in ``pass_costs``, and where these cannot tell the error of
     the picture, the reason in ``error_unknown``.
     """
 
-    __tablename__ = "jobs"
+    __tablename__ = "renders"
     __table_args__ = (
         CheckConstraint(_one_of("state", [state.value for state in JobState]), name="state"),
-        Index("ix_jobs_state_number", "state", "number"),
-        {"sqlite_autoincrement": True},  # the number of a deleted job is never given again
+        Index("ix_renders_state_number", "state", "number"),
+        {"sqlite_autoincrement": True},  # the number of one that is gone is never given again
     )
 
     number: Mapped[int] = mapped_column(Integer, primary_key=True, autoincrement=True)
     id: Mapped[str] = mapped_column(String(32), unique=True)
-    name: Mapped[str | None] = mapped_column(Text)
     state: Mapped[JobState] = mapped_column(STATE, default=JobState.QUEUED)
     cancel_requested: Mapped[bool] = mapped_column(default=False)
 
@@ -87,9 +87,7 @@ class JobRow(Base):
     spec_sha256: Mapped[str] = mapped_column(String(64))
     passes: Mapped[list[dict[str, int]]] = mapped_column(JSON)
     display: Mapped[dict[str, Any]] = mapped_column(JSON)
-    layers: Mapped[list[str]] = mapped_column(JSON, default=list, server_default="[]")
-    plan: Mapped[dict[str, Any]] = mapped_column(JSON, deferred=True)
-    warnings: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
+    layers: Mapped[list[str]] = mapped_column(JSON, default=list)
 
     total_steps: Mapped[int] = mapped_column(Integer)
     done_steps: Mapped[int] = mapped_column(Integer, default=0)
@@ -101,41 +99,72 @@ class JobRow(Base):
     predicted_cpu_seconds: Mapped[float] = mapped_column(Float)
     cpu_seconds: Mapped[float] = mapped_column(Float, default=0.0)
     rays: Mapped[dict[str, int]] = mapped_column(JSON, default=dict)
-    work: Mapped[dict[str, int]] = mapped_column(JSON, default=dict, server_default="{}")
-    numerics: Mapped[dict[str, int]] = mapped_column(JSON, default=dict, server_default="{}")
+    work: Mapped[dict[str, int]] = mapped_column(JSON, default=dict)
+    numerics: Mapped[dict[str, int]] = mapped_column(JSON, default=dict)
 
     target_error: Mapped[float | None] = mapped_column(Float)
     time_limit: Mapped[float | None] = mapped_column(Float)
     tile_size: Mapped[int | None] = mapped_column(Integer)
-    merges: Mapped[list[dict[str, Any]]] = mapped_column(JSON, default=list, server_default="[]")
-    counted_share: Mapped[float] = mapped_column(Float, default=0.0, server_default="0")
-    counted_work: Mapped[int] = mapped_column(Integer, default=0, server_default="0")
+    merges: Mapped[list[dict[str, Any]]] = mapped_column(JSON, default=list)
+    counted_share: Mapped[float] = mapped_column(Float, default=0.0)
+    counted_work: Mapped[int] = mapped_column(Integer, default=0)
 
-    pass_costs: Mapped[list[dict[str, Any]]] = mapped_column(JSON, default=list, server_default="[]")
+    pass_costs: Mapped[list[dict[str, Any]]] = mapped_column(JSON, default=list)
     error_unknown: Mapped[str | None] = mapped_column(Text)
 
     image_sha256: Mapped[str | None] = mapped_column(String(64))
+    started_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+
+
+class JobRow(Base):
+    """What somebody asked for. ``number`` orders jobs by arrival; ``id`` is the name that the outside knows.
+
+    While it shares in a render its state is that of the render. One that has left before the others, or whose
+    picture is gone, has none, and keeps in ``parting`` what is still told of it.
+    """
+
+    __tablename__ = "jobs"
+    __table_args__ = (
+        CheckConstraint(_one_of("state", [state.value for state in JobState]), name="state"),
+        Index("ix_jobs_state_number", "state", "number"),
+        Index("ix_jobs_render_number", "render_number"),
+        {"sqlite_autoincrement": True},  # the number of a deleted job is never given again
+    )
+
+    number: Mapped[int] = mapped_column(Integer, primary_key=True, autoincrement=True)
+    id: Mapped[str] = mapped_column(String(32), unique=True)
+    name: Mapped[str | None] = mapped_column(Text)
+    state: Mapped[JobState] = mapped_column(STATE, default=JobState.QUEUED)
+    render_number: Mapped[int | None] = mapped_column(ForeignKey("renders.number"))
+    parting: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
+
+    plan: Mapped[dict[str, Any]] = mapped_column(JSON, deferred=True)
+    warnings: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
+    predicted_cpu_seconds: Mapped[float] = mapped_column(Float)
+
     failure: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     created_at: Mapped[datetime] = mapped_column(UtcDateTime)
     started_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     finished_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
 
+    render: Mapped[RenderRow | None] = relationship(lazy="joined")
+
 
 class TileRow(Base):
-    """One step of a job: a tile in a pass.
+    """One step of a render: a tile in a pass.
 
-    A finished step has a number of its own in its job (``seq``): the finished rows in this order are
-    the job's events, so that an event and what it tells of can never disagree.
+    A finished step has a number of its own in its render (``seq``): the finished rows in this order are
+    the events of its jobs, so that an event and what it tells of can never disagree.
     """
 
     __tablename__ = "tiles"
     __table_args__ = (
         CheckConstraint(_one_of("state", [WAITING, RUNNING, DONE]), name="state"),
         CheckConstraint("(state = 'done') = (seq IS NOT NULL)", name="seq_when_done"),
-        Index("uq_tiles_job_seq", "job", "seq", unique=True),
+        Index("uq_tiles_render_seq", "render", "seq", unique=True),
         Index(
             "ix_tiles_waiting",
-            "job",
+            "render",
             "pass_index",
             "tile",
             sqlite_where=text("state = 'waiting'"),
@@ -143,7 +172,7 @@ class TileRow(Base):
         ),
     )
 
-    job: Mapped[int] = mapped_column(ForeignKey("jobs.number", ondelete="CASCADE"), primary_key=True)
+    render: Mapped[int] = mapped_column(ForeignKey("renders.number", ondelete="CASCADE"), primary_key=True)
     pass_index: Mapped[int] = mapped_column(Integer, primary_key=True)
     tile: Mapped[int] = mapped_column(Integer, primary_key=True)
     x0: Mapped[int] = mapped_column(Integer)

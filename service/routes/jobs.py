@@ -9,7 +9,7 @@ from fastapi.concurrency import run_in_threadpool
 
 from schemas.jobs import Job, JobList, JobRequest
 from schemas.plans import PlanDocument
-from service import jobs
+from service import jobs, submissions
 from service.admission import admit
 from service.bodies import json_body
 from service.context import Here, Service
@@ -41,7 +41,7 @@ async def submit(here: Here, request: Request, response: Response, prefer: Prefe
 
 
 def _create(service: Service, body: bytes) -> str:
-    return jobs.create(service, admit(service, body), body)
+    return submissions.create(service, admit(service, body), body)
 
 
 @router.get("", responses=problem(422, "A parameter cannot be used."))

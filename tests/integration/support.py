@@ -5,11 +5,14 @@ from __future__ import annotations
 import io
 import time
 from collections.abc import Callable
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import httpx2
 import numpy as np
+
+from service.database.models import JobRow, RenderRow
 
 PATIENCE = 60.0
 
@@ -74,6 +77,18 @@ def scene(
             "seed": 7,
         },
     }
+
+
+def job_with(job_id: str, render: RenderRow) -> JobRow:
+    """A job that has just been submitted."""
+    return JobRow(
+        id=job_id,
+        render=render,
+        plan={},
+        warnings=[],
+        predicted_cpu_seconds=render.predicted_cpu_seconds,
+        created_at=datetime.now(UTC),
+    )
 
 
 def long_scene() -> dict[str, Any]:

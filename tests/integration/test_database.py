@@ -61,7 +61,7 @@ def test_sqlite_keeps_a_write_ahead_log_and_foreign_keys(database: Database) -> 
     with database.reading() as session:
         assert session.scalar(text("PRAGMA journal_mode")) == "wal"
     with pytest.raises(IntegrityError, match="FOREIGN KEY"), database.writing() as session:
-        session.add(TileRow(job=1, pass_index=0, tile=0, x0=0, y0=0, x1=1, y1=1))
+        session.add(TileRow(render=1, pass_index=0, tile=0, x0=0, y0=0, x1=1, y1=1))
 
 
 def test_what_an_exception_leaves_is_undone(database: Database) -> None:

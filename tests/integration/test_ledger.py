@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
-from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -15,7 +14,7 @@ from schemas.jobs import JobState
 from service import ledger, pass_costs, rows
 from service.database.connection import Database
 from service.database.migrations import upgrade
-from service.database.models import JobRow, TileRow
+from service.database.models import JobRow, RenderRow, TileRow
 from service.engines.tasks import (
     ComposeDone,
     ComposeTask,
@@ -28,6 +27,7 @@ from service.engines.tasks import (
     WorkerDied,
 )
 from service.rounds import Round
+from tests.integration.support import job_with
 
 DONE = TileDone(
     crc32=2**32 - 1, counts={"camera": 3, "mirror": 0}, cpu_seconds=0.5, work={"shading_points": 2}
@@ -51,26 +51,23 @@ class Table:
     def add(self, job_id: str, *, noted: bool = True) -> None:
         passes = tiling.passes(64, 64, 4)
         steps = [(pass_, tile) for pass_ in passes for tile in tiling.tiles(Picture(), pass_, 32)]
-        row = JobRow(
+        render = RenderRow(
             id=job_id,
             width=64,
             height=64,
             spec_sha256="",
             passes=[asdict(pass_) for pass_ in passes],
             display={},
-            plan={},
-            warnings=[],
             total_steps=len(steps),
             total_work=1,
             predicted_cpu_seconds=1.0,
             numerics={"retried": 1},
             pass_costs=pass_costs.begin([pass_.index for pass_, _ in steps]) if noted else [],
-            created_at=datetime.now(UTC),
         )
         with self.database.writing() as session:
-            session.add(row)
+            session.add(job_with(job_id, render))
             session.flush()
-            session.add_all(TileRow(**rows.new_step(row.number, pass_, tile)) for pass_, tile in steps)
+            session.add_all(TileRow(**rows.new_step(render.number, pass_, tile)) for pass_, tile in steps)
 
     def round(self, *reports: tuple[JobTask, Outcome], room: int = 0, leaving: Sequence[str] = ()) -> Round:
         self.flying = [task for task in self.flying if task not in {done for done, _ in reports}]
@@ -89,9 +86,14 @@ class Table:
         with self.database.reading() as session:
             return session.scalars(select(JobRow).where(JobRow.id == job_id)).one()
 
+    def render(self, job_id: str) -> RenderRow:
+        render = self.job(job_id).render
+        assert render is not None
+        return render
+
     def cancel(self, job_id: str) -> None:
         with self.database.writing() as session:
-            found = ledger.job_of(session, job_id)
+            found = ledger.render_of(session, job_id)
             assert found is not None
             found.cancel_requested = True
 
@@ -135,7 +137,7 @@ def test_a_result_counts_once(table: Table) -> None:
     task = table.next()
     table.round((task, DONE))
     table.round((task, DONE))
-    job = table.job("a")
+    job = table.render("a")
     assert (job.done_steps, job.last_seq, job.cpu_seconds) == (1, 1, 0.5)
     assert (job.rays, job.work) == ({"camera": 3, "mirror": 0}, {"shading_points": 2})
 
@@ -147,9 +149,9 @@ def test_a_result_of_an_older_attempt_does_not_count(table: Table) -> None:
     fresh = table.next()
     assert places([fresh]) == places([stale])
     table.round((stale, DONE))
-    assert table.job("a").done_steps == 0
+    assert table.render("a").done_steps == 0
     table.round((fresh, DONE))
-    assert table.job("a").done_steps == 1
+    assert table.render("a").done_steps == 1
 
 
 @pytest.mark.parametrize("outcome", [DONE, WorkerDied(), TaskFailed("render_failed", "No.")])
@@ -162,7 +164,7 @@ def test_nothing_counts_after_a_job_was_to_be_cancelled(table: Table, outcome: O
     result = table.round((task, outcome), leaving=["a"], room=5)
     assert result.tasks == []
     assert result.ended.keys() == {"a"}
-    assert table.job("a").done_steps == 0
+    assert table.render("a").done_steps == 0
     assert table.job("a").state is JobState.CANCELLED
 
 
@@ -213,16 +215,17 @@ def test_the_picture_is_put_together_once_all_tiles_are_there(table: Table) -> N
     assert order == [(tile, pass_) for tile in range(4) for pass_ in (1, 2)]
     assert table.round(room=5).tasks == []
     table.round((compose, ComposeDone("ab", {"clamped": 2})))
-    job = table.job("a")
-    assert (job.state, job.image_sha256) == (JobState.SUCCEEDED, "ab")
-    assert job.numerics == {"retried": 1, "clamped": 2}
+    render = table.render("a")
+    assert (table.job("a").state, render.state) == (JobState.SUCCEEDED, JobState.SUCCEEDED)
+    assert render.image_sha256 == "ab"
+    assert render.numerics == {"retried": 1, "clamped": 2}
 
 
 def costs(table: Table) -> list[tuple[int, float, int, float | None]]:
     """What is told of each finished pass: its index, CPU seconds, camera rays, and error."""
     return [
         (entry["pass_index"], entry["cpu_seconds"], entry["rays"]["camera"], entry["error"])
-        for entry in pass_costs.told(table.job("a"))
+        for entry in pass_costs.told(table.render("a"))
     ]
 
 
@@ -250,7 +253,7 @@ def test_a_pass_does_not_end_before_an_earlier_one(table: Table) -> None:
     assert [index for index, *_ in costs(table)] == [0]
     for task in tasks[1:5]:
         table.round((task, DONE))
-    seconds = [entry["seconds"] for entry in pass_costs.told(table.job("a"))]
+    seconds = [entry["seconds"] for entry in pass_costs.told(table.render("a"))]
     assert seconds == sorted(seconds)
     assert seconds[1] == seconds[2] > seconds[0]
 

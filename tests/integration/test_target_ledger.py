@@ -16,7 +16,7 @@ from schemas.quality import TargetQuality
 from service import ledger, rows, targets
 from service.database.connection import Database
 from service.database.migrations import upgrade
-from service.database.models import JobRow, TileRow
+from service.database.models import RenderRow, TileRow
 from service.engines.tasks import (
     AdvanceDone,
     AdvanceTask,
@@ -28,7 +28,7 @@ from service.engines.tasks import (
     WorkerDied,
 )
 from service.rounds import Round
-from tests.integration.support import scene
+from tests.integration.support import job_with, scene
 
 DONE = TileDone(crc32=1, counts={"camera": 10}, cpu_seconds=0.5)
 ERROR = {"estimate": 0.02, "low": 0.01, "high": 0.03}
@@ -57,28 +57,27 @@ class Table:
         self.flying: list[JobTask] = []
 
     def add(self, time_limit: float | None = None) -> None:
-        row = JobRow(
+        render = RenderRow(
             id="a",
             width=64,
             height=64,
             spec_sha256="",
             passes=[asdict(targets.pass_of(0))],
             display={},
-            plan={},
-            warnings=[],
             total_steps=4,
             total_work=100,
             target_error=0.01,
             time_limit=time_limit,
             tile_size=32,
             predicted_cpu_seconds=1.0,
-            created_at=datetime.now(UTC),
         )
         with self.database.writing() as session:
-            session.add(row)
+            session.add(job_with("a", render))
             session.flush()
-            tiles = targets.tiles(row, 32)
-            session.add_all(TileRow(**rows.new_step(row.number, targets.pass_of(0), tile)) for tile in tiles)
+            tiles = targets.tiles(render, 32)
+            session.add_all(
+                TileRow(**rows.new_step(render.number, targets.pass_of(0), tile)) for tile in tiles
+            )
 
     def round(self, *reports: tuple[JobTask, Outcome], room: int = 8) -> list[JobTask]:
         self.flying = [task for task in self.flying if task not in {done for done, _ in reports}]
@@ -95,14 +94,14 @@ class Table:
         return task
 
     @property
-    def job(self) -> JobRow:
+    def job(self) -> RenderRow:
         with self.database.reading() as session:
-            return session.scalars(select(JobRow)).one()
+            return session.scalars(select(RenderRow)).one()
 
     def spend(self, seconds: float) -> None:
         """Have the job begun so long ago."""
         with self.database.writing() as session:
-            job = session.scalars(select(JobRow)).one()
+            job = session.scalars(select(RenderRow)).one()
             job.started_at = datetime.now(UTC) - timedelta(seconds=seconds)
 
 

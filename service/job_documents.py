@@ -1,0 +1,105 @@
+"""Jobs as the outside sees them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from schemas.jobs import Failure, Job, JobCost, JobLinks, JobState, Progress
+from schemas.problems import Problem
+from service import rows
+from service.database.models import JobRow, RenderRow
+
+
+def document(session: Session, row: JobRow) -> Job:
+    """Describe a job as it is now."""
+    work = work_of(row)
+    return Job(
+        id=row.id,
+        name=row.name,
+        state=row.state,
+        width=work["width"],
+        height=work["height"],
+        progress=progress_of(row),
+        queue_position=_queue_position(session, row) if row.state is JobState.QUEUED else None,
+        last_seq=work["last_seq"],
+        created_at=row.created_at,
+        started_at=row.started_at,
+        finished_at=row.finished_at,
+        failure=failure_of(row),
+        cost=JobCost.model_validate(work["cost"] | {"predicted_cpu_seconds": row.predicted_cpu_seconds}),
+        numerics=work["numerics"],
+        error=work["error"],
+        warnings=tuple(Problem.model_validate(warning) for warning in row.warnings),
+        links=_links(row.id, work["layers"]),
+    )
+
+
+def work_of(row: JobRow) -> dict[str, Any]:
+    """Tell of the work for a job: of its render as it is now, or as it was when the job left it."""
+    if row.render is not None:
+        return _work(row.render)
+    assert row.parting is not None
+    return row.parting
+
+
+def leave(row: JobRow) -> None:
+    """Let a job go without its render, and keep what is told of it."""
+    row.parting, row.render = work_of(row), None
+
+
+def progress_of(row: JobRow) -> Progress:
+    """Describe how far a job is."""
+    return Progress.model_validate(work_of(row)["progress"])
+
+
+def failure_of(row: JobRow) -> Failure | None:
+    """Describe why a job failed, if it did."""
+    return Failure.model_validate(row.failure) if row.failure else None
+
+
+def _work(render: RenderRow) -> dict[str, Any]:
+    return {
+        "width": render.width,
+        "height": render.height,
+        "layers": render.layers,
+        "progress": {"done": render.done_steps, "total": render.total_steps, "share": rows.share(render)},
+        "last_seq": render.last_seq,
+        "cost": {"cpu_seconds": render.cpu_seconds, "rays": render.rays, "work": render.work},
+        "numerics": _numerics(render),
+        "error": _error(render),
+    }
+
+
+def _numerics(render: RenderRow) -> dict[str, int] | None:
+    """What went wrong with numbers; none are known before the end, nor of jobs older than the counts."""
+    return render.numerics or None if render.state is JobState.SUCCEEDED else None
+
+
+def _error(render: RenderRow) -> dict[str, float] | None:
+    """The error that has been reached, once it is known."""
+    entries = render.pass_costs if render.target_error is None else render.merges
+    return entries[-1]["error"] if entries else None
+
+
+def _queue_position(session: Session, row: JobRow) -> int:
+    before = (JobRow.state == JobState.QUEUED, JobRow.number < row.number)
+    return session.scalar(select(func.count()).select_from(JobRow).where(*before)) or 0
+
+
+def _links(job_id: str, layers: list[str]) -> JobLinks:
+    path = f"/v1/jobs/{job_id}"
+    return JobLinks(
+        self=path,
+        cancel=f"{path}/cancel",
+        tiles=f"{path}/tiles",
+        events=f"{path}/events",
+        plan=f"{path}/plan",
+        convergence=f"{path}/convergence",
+        image_png=f"{path}/image.png",
+        image_npy=f"{path}/image.npy",
+        image_exr=f"{path}/image.exr",
+        layers={name: f"{path}/layers/{name}.npy" for name in layers},
+    )
