@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from schemas.base import Closed
@@ -17,6 +17,41 @@ MetricName = Literal["mse", "rmse", "psnr", "relmse", "ssim", "max_abs", "frac_o
 
 RISING = frozenset({"psnr", "ssim"})
 """Metrics of which more is better."""
+
+_PLACES = ("left_up", "left", "left_down", "up", "down", "right_up", "right", "right_down")
+
+PICTURE_MISTAKES = (
+    "antialiasing_missing",
+    "channels_bgr",
+    "channels_brg",
+    "channels_gbr",
+    "channels_grb",
+    "channels_rbg",
+    "exposure",
+    "flipped_horizontally",
+    "flipped_vertically",
+    "gamma_2.2",
+    "gamma_missing",
+    "gamma_twice",
+    *(f"half_pixel_{place}" for place in _PLACES),
+    *(f"one_pixel_{place}" for place in _PLACES),
+    "transposed",
+    "turned_half",
+)
+"""Mistakes with a whole picture that can be undone."""
+
+
+def _known(cause: str) -> str:
+    if cause not in PICTURE_MISTAKES:
+        raise PydanticCustomError(
+            "unknown_mistake",
+            "This is no mistake that can be undone; docs/comparing.md lists them.",
+            {"names": PICTURE_MISTAKES},
+        )
+    return cause
+
+
+PictureMistake = Annotated[str, Field(strict=True), AfterValidator(_known)]
 
 
 class Band(Closed):
@@ -88,6 +123,11 @@ class Verdict(Scale):
     diagnosed: Share = Field(
         default=0.0,
         description="Share of the points that is left where a single mistake explains everything.",
+    )
+    forgiven: tuple[PictureMistake, ...] = Field(
+        default=(),
+        description="Mistakes that another test is about: where the diagnosis finds one of them, the picture "
+        "is judged with it undone.",
     )
 
 

@@ -40,7 +40,7 @@ def compared(accept: Acceptance, image: Picture, reference: Picture, blocks: flo
     """
     if isinstance(accept, Verdict) and (accept.zero is not None or accept.bands):
         # Partial credit goes by the share of blocks, so the verdict does too.
-        image, reference = _noiseless(image), _noiseless(reference)
+        image, reference = noiseless(image), noiseless(reference)
     flip = isinstance(accept, Metric) and accept.metric == "flip"
     return compare(image, reference, policy=_policy(accept, blocks), with_flip=flip)
 
@@ -76,7 +76,8 @@ def _policy(accept: Acceptance, blocks: float) -> Policy:
             return Policy()
 
 
-def _noiseless(picture: Picture) -> Picture:
+def noiseless(picture: Picture) -> Picture:
+    """The same without what tells of its noise: blocks decide."""
     kept = {name: layer for name, layer in picture.layers.items() if name not in NOISE}
     return replace(picture, layers=kept)
 

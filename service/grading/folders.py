@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import io
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
 
 from renderer.assets import FolderAssets
+from renderer.comparison.inputs import SIDECARS
 from service.grading.errors import BrokenTestError, GradingError, NotGradableError, NotSubmittedError
 
 MOST_BYTES = 512 * 1024 * 1024
@@ -73,6 +78,24 @@ class Folder:
     def assets(self, name: str) -> FolderAssets:
         """Textures and meshes of a scene: beside its file or below."""
         return FolderAssets(self.path(name).parent)
+
+    def layers(self, name: str) -> dict[str, NDArray[Any]]:
+        """Layers that `penumbra render` has saved beside a picture.
+
+        Raises
+        ------
+        GradingError
+            One of them is no array file.
+        """
+        beside = {layer: f"{name}.{layer}.npy" for layer in SIDECARS}
+        there = {layer: file for layer, file in beside.items() if (self.root / file).exists()}
+        try:
+            return {
+                layer: np.load(io.BytesIO(self.read(file)), allow_pickle=False)
+                for layer, file in there.items()
+            }
+        except (ValueError, EOFError) as error:
+            raise self.fault(f"A layer beside {name} is damaged: {error}") from error
 
     def fault(self, message: str) -> GradingError:
         """The error that says that a file of this folder cannot be used."""

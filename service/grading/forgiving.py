@@ -1,0 +1,39 @@
+"""Mistakes that another test is about are undone before a picture is judged."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from renderer.arrays import Floats
+from renderer.comparison import Comparison, Picture, hard_edges
+from renderer.comparison.mistakes import candidates
+from schemas.acceptance import Acceptance, Verdict
+from service.grading.accepting import noiseless
+
+
+def forgiven(accept: Acceptance, found: Comparison) -> tuple[Picture, str]:
+    """The picture that is judged, and what is told about that; nothing where it is judged as it is.
+
+    Parameters
+    ----------
+    found
+        Of the whole picture: only a mistake that its diagnosis names is undone.
+    """
+    pardoned = accept.forgiven if isinstance(accept, Verdict) else ()
+    cause = next((cause.cause for cause in found.causes if cause.cause in pardoned), None)
+    if cause is None:
+        return found.image, ""
+    # Its noise is another one now.
+    picture = replace(noiseless(found.image), linear=_undone(cause, found))
+    return picture, f"It is judged as if {cause} were put right, which costs nothing here."
+
+
+def _undone(cause: str, found: Comparison) -> Floats:
+    image, reference = found.image.linear, found.reference.linear
+    if cause == hard_edges.CAUSE:
+        # Nothing undoes it, so pixels may show what a neighbour of theirs shows.
+        return np.clip(image, *hard_edges.neighbourhood(reference))
+    mistake = next(mistake for mistake in candidates(image, reference) if mistake.cause == cause)
+    return np.ascontiguousarray(mistake.undo(image))

@@ -1,0 +1,88 @@
+"""What a picture should look like: from a file beside the manifest, or rendered from a scene there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from renderer.comparison import Picture, picture_of
+from renderer.comparison.shown import names_of, shapes_shown
+from renderer.errors import ImageFileError, SceneError
+from renderer.scenes import LoadedScene, load_scene
+from schemas.comparisons import Encoding
+from schemas.manifests import Reference, ReferencePicture
+from service.grading.errors import BrokenTestError
+from service.grading.folders import Folder
+from service.grading.references import word_of
+from service.grading.settings import Run
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """A reference.
+
+    Attributes
+    ----------
+    picture : Picture
+    file : bytes or None
+        What the picture was read from; None where it was rendered here.
+    scene : LoadedScene or None
+        What it shows, where that is known.
+    """
+
+    picture: Picture
+    file: bytes | None
+    scene: LoadedScene | None
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Of the shapes, by index."""
+        return () if self.scene is None else names_of(self.scene.document)
+
+
+def wanted(reference: Reference, run: Run) -> Wanted:
+    """The reference of a test.
+
+    Raises
+    ------
+    BrokenTestError
+        It cannot be used.
+    """
+    if not isinstance(reference, ReferencePicture):
+        picture = run.reference(word_of(reference)).picture(reference.file)
+        return Wanted(picture, None, _scene(run.references, reference.file))
+    content, picture = read_picture(run.references, reference.file, reference.encoding)
+    if reference.scene is None:
+        return Wanted(picture, content, None)
+    scene = _scene(run.references, reference.scene)
+    camera = scene.document.camera
+    if (camera.width, camera.height) != (picture.width, picture.height):
+        raise BrokenTestError(
+            f"{reference.scene} asks for {camera.width} x {camera.height} pixels, and {picture.name} has "
+            f"{picture.width} x {picture.height}. Give the scene that it was rendered from."
+        )
+    shapes = {"shape": shapes_shown(scene)}
+    return Wanted(replace(picture, layers={**picture.layers, **shapes}), content, scene)
+
+
+def read_picture(folder: Folder, name: str, encoding: Encoding) -> tuple[bytes, Picture]:
+    """A file and the picture in it.
+
+    Raises
+    ------
+    GradingError
+        There is none that can be compared; by whose folder it is.
+    """
+    content = folder.read(name)
+    layers = folder.layers(name) if folder.role == "reference" else {}
+    try:
+        return content, picture_of(content, name, encoding, layers)
+    except ImageFileError as error:
+        raise folder.fault(str(error)) from error
+
+
+def _scene(folder: Folder, name: str) -> LoadedScene:
+    try:
+        return load_scene(folder.read(name), assets=folder.assets(name))
+    except SceneError as error:
+        raise folder.fault(f"{name} is no usable scene. {error}") from error
