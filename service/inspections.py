@@ -17,12 +17,14 @@ from service.errors import InspectionFailedError, UnavailableError, WorkerLostEr
 
 
 async def inspect(service: Service, job_id: str, body: bytes) -> Inspection:
-    """Explain the pixel of a request; the job may be in any state.
+    """Explain the pixel of a request; the job need not have begun.
 
     Raises
     ------
     UnknownJobError
         If there is no such job.
+    PictureGoneError
+        If the job has ended without a picture, and its scene is gone.
     renderer.SceneError
         If the request cannot be used, or the picture has no such pixel.
     InspectionFailedError

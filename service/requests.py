@@ -13,7 +13,9 @@ def request_of(service: Service, job_id: str) -> bytes:
     ------
     UnknownJobError
         If there is no such job.
+    PictureGoneError
+        If the job has ended without a picture, and what it was asked for is gone with it.
     """
     with service.database.reading() as session:
-        row = jobs.find(session, job_id)
-    return service.store.get_spec(row.id)
+        render = jobs.find_render(session, job_id)
+    return service.store.get_spec(render.id)

@@ -10,7 +10,7 @@ from schemas.inspections import Inspection, InspectionRequest
 from service import inspections
 from service.bodies import json_body
 from service.context import Here
-from service.routes.jobs import BODY, UNKNOWN
+from service.routes.jobs import BODY, GONE, UNKNOWN
 from service.routes.parameters import JobId, json_request, problem
 
 router = APIRouter(prefix="/v1/jobs/{job_id}", tags=["pictures"])
@@ -22,6 +22,7 @@ EXAMPLE: dict[str, Any] = {"x": 0, "y": 0}
     "/inspections",
     responses=BODY
     | UNKNOWN
+    | GONE
     | problem(422, "The request cannot be used, or the picture has no such pixel.")
     | problem(503, "No worker was free in time."),
     openapi_extra=json_request(InspectionRequest, EXAMPLE),

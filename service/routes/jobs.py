@@ -18,6 +18,7 @@ from service.routes.parameters import JobId, Prefer, json_request, preferred_wai
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 
 UNKNOWN = problem(404, "There is no such job.")
+GONE = problem(410, "The job ended without a picture, and what it was asked for is gone.")
 BODY = problem(413, "The body is too large.") | problem(415, "The body is not JSON.")
 
 

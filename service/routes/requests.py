@@ -8,13 +8,13 @@ from fastapi.responses import Response
 from schemas.jobs import JobRequest
 from service.context import Here
 from service.requests import request_of
-from service.routes.jobs import UNKNOWN
+from service.routes.jobs import GONE, UNKNOWN
 from service.routes.parameters import JobId
 
 router = APIRouter(prefix="/v1/jobs/{job_id}", tags=["jobs"])
 
 
-@router.get("/request", response_model=JobRequest, responses=UNKNOWN)
+@router.get("/request", response_model=JobRequest, responses=UNKNOWN | GONE)
 def get_request(here: Here, job_id: JobId) -> Response:
     """Return the body that the job was submitted with, byte for byte: its lines are those of the sender."""
     return Response(request_of(here, job_id), media_type="application/json")
