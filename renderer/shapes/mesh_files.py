@@ -117,12 +117,11 @@ def _load(kind: str, content: bytes) -> Any:
         import trimesh  # noqa: PLC0415
     except ImportError as error:
         raise AssetError("Reading mesh files needs trimesh: pip install 'penumbra-render[mesh]'.") from error
-    options: Any = {"maintain_order": True} if kind == "obj" else {}
     try:
         with warnings.catch_warnings():
             # NumPy tells by this that an OBJ has words where it should have numbers.
             warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)
-            loaded: Any = trimesh.load(io.BytesIO(content), file_type=kind, process=False, **options)
+            loaded: Any = trimesh.load(io.BytesIO(content), file_type=kind, process=False)
         return loaded.to_geometry() if isinstance(loaded, trimesh.Scene) else loaded
     except Exception as error:
         raise AssetError(f"The mesh cannot be read as {kind.upper()}: it is damaged.") from error

@@ -268,3 +268,34 @@ def test_meshes_have_a_limit_together() -> None:
     with pytest.raises(renderer.SceneError) as caught:
         plan_of(document.model_dump(mode="json", exclude_none=True), files={"m": content})
     assert [problem.pointer for problem in caught.value.errors] == ["/shapes/2/asset"]
+
+
+SQUARE = [(-1, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1)]
+CORNERS_OF_PICTURE = [(0, 0), (1, 0), (1, 1), (0, 1)]
+
+
+def corners_of(*faces: str) -> list[list[tuple[Any, Any]]]:
+    """Place and texture coordinates of every corner of the triangles that an OBJ file has."""
+    lines = [f"v {x} {y} {z}" for x, y, z in SQUARE] + [f"vt {u} {v}" for u, v in CORNERS_OF_PICTURE]
+    content = "\n".join([*lines, *(f"f {face}" for face in faces)]).encode() + b"\n"
+    vertices, triangles, texture = read_mesh("square.obj", Files({"square.obj": content}))
+    assert texture is not None
+    return [
+        [(tuple(vertices[:, corner]), tuple(texture[:, corner])) for corner in triangle]
+        for triangle in triangles.T
+    ]
+
+
+def test_a_vertex_on_a_seam_has_in_each_triangle_the_texture_coordinates_written_there() -> None:
+    first, second = corners_of("1/1 2/2 3/3", "1/4 3/2 4/1")
+    assert first == [(SQUARE[0], (0, 0)), (SQUARE[1], (1, 0)), (SQUARE[2], (1, 1))]
+    assert second == [(SQUARE[0], (0, 1)), (SQUARE[2], (1, 0)), (SQUARE[3], (0, 0))]
+
+
+@pytest.mark.parametrize("face", ["1/1 2/2 3/3 4/4", "4/4 3/3 2/2 1/1", "3/3 4/4 1/1 2/2"])
+def test_a_face_of_four_corners_keeps_its_texture_coordinates(face: str) -> None:
+    triangles = corners_of(face)
+    assert len(triangles) == 2
+    assert {corner for triangle in triangles for corner in triangle} == set(
+        zip(SQUARE, CORNERS_OF_PICTURE, strict=True)
+    )
