@@ -1,6 +1,7 @@
 // The page of a job: hosts the panels, which all hear of the job through one watch.
 
 import { get, jobPath, post, request } from "../api.js";
+import { confirmed } from "../dialog.js";
 import { h } from "../dom.js";
 import { ago } from "../format.js";
 import { navigate } from "../navigation.js";
@@ -54,7 +55,7 @@ function heading(watch) {
   const { job } = watch;
   const told = h("p", { className: "problem", role: "status", hidden: true });
   const cancel = h("button", { type: "button", onclick: () => attempt(() => post(job.links.cancel, {})) }, "Cancel");
-  const remove = h("button", { type: "button", onclick: () => confirmed() && attempt(removed) }, "Delete");
+  const remove = h("button", { type: "button", onclick: () => attempt(removed) }, "Delete");
   const again = h("a", { className: "button", href: `/?job=${watch.id}` }, "Change and render again");
 
   async function attempt(action) {
@@ -67,11 +68,11 @@ function heading(watch) {
   }
 
   async function removed() {
+    if (!(await confirmed(`Delete ${nameOf(job)} and its picture?`, "Delete"))) return;
     await request(jobPath(watch.id), { method: "DELETE" });
     navigate("/jobs");
   }
 
-  const confirmed = () => confirm("Delete this job and its picture?");
   const tell = (text) => ((told.textContent = text), (told.hidden = !text));
   const show = () => (cancel.hidden = watch.final);
   watch.on("job", show);

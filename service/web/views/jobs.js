@@ -1,8 +1,152 @@
-import { h } from "../dom.js";
+// All jobs, newest first: filtered, cancelled, deleted, chosen for a comparison.
+
+import { get, jobPath, post, request } from "../api.js";
+import { confirmed } from "../dialog.js";
+import { announce, debounced, h, pause } from "../dom.js";
+import { navigate } from "../navigation.js";
+import { FINAL } from "../watch.js";
+import { NAMES, stateName } from "./job/state.js";
+import { labelsOf, makeRow } from "./jobs/row.js";
 
 export const title = "Jobs";
 
-export function mount(root) {
-  root.append(h("h1", {}, "Jobs"));
-  return () => {};
+const PAGE = 20;
+// While a job is on its way the list is asked for again so often; at rest it is left alone for longer.
+const BUSY_MS = 1500;
+const CALM_MS = 10000;
+const TYPING_MS = 300;
+
+export function mount(root, { query }) {
+  const life = new AbortController();
+  const { signal } = life;
+  const rows = new Map();
+  const filter = { state: query.get("state") ?? "", label: query.get("label") ?? "" };
+  let next = null;
+  let pages = 1;
+
+  const list = h("ul", { className: "jobs" });
+  const told = h("p", { className: "lead", role: "status" });
+  const trouble = h("p", { className: "problem", role: "alert", hidden: true });
+  const more = h("button", { type: "button", onclick: () => (pages++, reload()), hidden: true }, "Older jobs");
+  const compare = h("button", { type: "button", disabled: true, onclick: openComparison }, "Compare two");
+  const state = h("select", { onchange: () => change("state", state.value) }, h("option", { value: "" }, "every state"), NAMES.map((name) => h("option", { value: name }, stateName(name))));
+  const label = h("input", { type: "search", value: filter.label, autocomplete: "off" });
+  state.value = filter.state;
+  label.addEventListener("input", debounced(TYPING_MS, () => change("label", label.value.trim()), signal));
+
+  const acts = {
+    onCancel: (job) => attempt(() => post(job.links.cancel, {})),
+    onDelete: (job) => remove(job),
+    onPick: picked,
+    onLabel: (name) => ((label.value = name), change("label", name)),
+  };
+
+  function change(name, value) {
+    filter[name] = value;
+    pages = 1;
+    const asked = new URLSearchParams(Object.entries(filter).filter(([, value]) => value));
+    history.replaceState(null, "", asked.size ? `/jobs?${asked}` : "/jobs");
+    reload();
+  }
+
+  async function reload() {
+    try {
+      show(await fetchJobs());
+      trouble.hidden = true;
+    } catch (error) {
+      if (signal.aborted) return;
+      trouble.textContent = error.message;
+      trouble.hidden = false;
+    }
+  }
+
+  async function fetchJobs() {
+    const jobs = [];
+    let cursor = null;
+    for (let page = 0; page < pages && (page === 0 || cursor); page++) {
+      const asked = new URLSearchParams({ limit: PAGE, ...Object.fromEntries(Object.entries({ ...filter, cursor }).filter(([, value]) => value)) });
+      const answer = await get(`/v1/jobs?${asked}`, { signal });
+      jobs.push(...answer.jobs);
+      cursor = answer.next;
+    }
+    next = cursor;
+    return jobs.filter((job) => (!filter.state || job.state === filter.state) && (!filter.label || labelsOf(job).includes(filter.label)));
+  }
+
+  function show(jobs) {
+    const wanted = new Set(jobs.map(({ id }) => id));
+    for (const [id, row] of rows) if (!wanted.has(id)) (row.element.remove(), rows.delete(id));
+    jobs.forEach((job, place) => {
+      const row = rows.get(job.id) ?? makeRow(job, acts);
+      if (rows.has(job.id)) row.update(job);
+      rows.set(job.id, row);
+      if (list.children[place] !== row.element) list.insertBefore(row.element, list.children[place] ?? null);
+    });
+    more.hidden = next === null;
+    told.replaceChildren(...summary(jobs, filter));
+    picked();
+  }
+
+  function picked() {
+    const chosen = [...rows.values()].filter((row) => row.picked);
+    compare.disabled = chosen.length !== 2;
+    compare.textContent = chosen.length === 1 ? "Compare: choose another" : "Compare two";
+  }
+
+  function openComparison() {
+    const [b, a] = [...list.children].map((element) => [...rows.values()].find((row) => row.element === element)).filter((row) => row.picked);
+    navigate(`/compare/${a.id}/${b.id}`);
+  }
+
+  async function remove(job) {
+    const name = job.name ?? "this job";
+    if (!(await confirmed(`Delete ${name} and its picture?`, "Delete"))) return;
+    await attempt(() => request(jobPath(job.id), { method: "DELETE" }));
+    announce(`${name} was deleted.`);
+  }
+
+  async function attempt(action) {
+    try {
+      await action();
+    } catch (error) {
+      trouble.textContent = error.message;
+      trouble.hidden = false;
+      return;
+    }
+    await reload();
+  }
+
+  async function follow() {
+    while (!signal.aborted) {
+      if (!document.hidden) await reload();
+      const busy = list.querySelector(".state.queued, .state.running") !== null;
+      await pause(busy ? BUSY_MS : CALM_MS, signal);
+    }
+  }
+
+  root.append(
+    h("h1", {}, "Jobs"),
+    told,
+    h(
+      "div",
+      { className: "row filters" },
+      h("label", { className: "field" }, h("span", { className: "label" }, "State"), state),
+      h("label", { className: "field" }, h("span", { className: "label" }, "Label"), label),
+      compare,
+    ),
+    trouble,
+    list,
+    more,
+  );
+  follow();
+  return () => life.abort();
+}
+
+function summary(jobs, filter) {
+  if (jobs.length) {
+    const active = jobs.filter((job) => !FINAL.has(job.state)).length;
+    return [active ? `${active} on the way.` : "Nothing is being rendered."];
+  }
+  if (filter.state || filter.label) return ["No job is like this."];
+  return ["Nothing has been rendered yet. ", h("a", { href: "/" }, "Begin with a scene"), "."];
 }

@@ -1,0 +1,79 @@
+// One job in the list. A row is changed in place, so that whoever is on it stays there.
+
+import { h } from "../../dom.js";
+import { ago, percent, seconds, steps } from "../../format.js";
+import { FINAL } from "../../watch.js";
+import { stateMark } from "../job/state.js";
+
+/**
+ * @param {{onCancel: (job) => void, onDelete: (job) => void, onPick: () => void, onLabel: (label: string) => void}} acts
+ */
+export function makeRow(first, acts) {
+  let job = first;
+  const name = first.name ?? "A scene without a name";
+  const picture = h("img", { alt: "", loading: "lazy", width: 96, height: 96 });
+  const thumbnail = h("a", { className: "thumbnail", href: `/jobs/${first.id}`, tabIndex: -1, "aria-hidden": "true" }, picture);
+  const state = h("span");
+  const facts = h("p", { className: "soft small" });
+  const labels = h("span", { className: "labels" });
+  const pick = h("input", { type: "checkbox", onchange: acts.onPick, "aria-label": `Choose ${name} for a comparison` });
+  const cancel = h("button", { type: "button", "aria-label": `Cancel ${name}`, onclick: () => acts.onCancel(job) }, "Cancel");
+  const remove = h("button", { type: "button", "aria-label": `Delete ${name}`, onclick: () => acts.onDelete(job) }, "Delete");
+  const link = h("a", { className: "name", href: `/jobs/${first.id}` }, name);
+  const element = h(
+    "li",
+    { className: "job-row" },
+    h("label", { className: "pick", title: "Compare" }, pick),
+    thumbnail,
+    h("div", { className: "what" }, h("div", { className: "row" }, link, state, labels), facts),
+    h("div", { className: "row acts" }, cancel, remove),
+  );
+  let shown = null;
+
+  function update(newest) {
+    job = newest;
+    state.replaceChildren(stateMark(job.state));
+    facts.textContent = factsOf(job);
+    labels.replaceChildren(...labelsOf(job).map((label) => labelButton(label, acts.onLabel)));
+    cancel.hidden = FINAL.has(job.state);
+    pick.disabled = job.state !== "succeeded";
+    const version = job.last_seq > 0 && !["failed", "cancelled", "expired"].includes(job.state) ? `${job.links.image_png}?after=${job.last_seq}` : null;
+    if (version !== shown) {
+      shown = version;
+      if (version) picture.src = version;
+      else picture.removeAttribute("src");
+      picture.hidden = !version;
+    }
+  }
+
+  update(first);
+  return {
+    element,
+    update,
+    id: first.id,
+    get picked() {
+      return pick.checked && !pick.disabled;
+    },
+  };
+}
+
+function labelButton(label, onLabel) {
+  return h("button", { type: "button", className: "label", "aria-label": `Only jobs with the label ${label}`, onclick: () => onLabel(label) }, label);
+}
+
+/** The labels of a job as words, whether it has a list of them or names with values. */
+export function labelsOf({ labels }) {
+  if (!labels) return [];
+  return Array.isArray(labels) ? labels : Object.entries(labels).map(([name, value]) => `${name}=${value}`);
+}
+
+function factsOf(job) {
+  const facts = [`${job.width} × ${job.height}`];
+  if (job.state === "running") facts.push(percent(job.progress.share));
+  if (job.state === "queued" && job.queue_position !== null) facts.push(job.queue_position ? `${job.queue_position} before it` : "next");
+  if (job.error) facts.push(`${steps(job.error.estimate)} steps off`);
+  if (job.finished_at && job.started_at) facts.push(`took ${seconds((Date.parse(job.finished_at) - Date.parse(job.started_at)) / 1000)}`);
+  if (job.failure) facts.push(job.failure.message);
+  facts.push(ago(job.created_at));
+  return facts.join("  ·  ");
+}
