@@ -28,6 +28,7 @@ from service.client.errors import (
     TimedOutError,
     UnreachableError,
 )
+from service.grading.export_errors import ExportError
 
 OUTCOMES: tuple[tuple[type[BaseException], ExitCode, str], ...] = (
     (KeyboardInterrupt, ExitCode.INTERRUPTED, "Interrupted"),
@@ -36,6 +37,7 @@ OUTCOMES: tuple[tuple[type[BaseException], ExitCode, str], ...] = (
     (ServiceStartError, ExitCode.SERVER, "The service did not run"),
     (RenderFailedError, ExitCode.INTERNAL, "Rendering failed"),
     (CommandError, ExitCode.USAGE, "Wrong use of the command"),
+    (ExportError, ExitCode.USAGE, "The result has no such form here"),
     (SceneError, ExitCode.UNUSABLE_INPUT, "The scene cannot be used"),
     (RequestInvalidError, ExitCode.UNUSABLE_INPUT, "The service refused the request"),
     (TimedOutError, ExitCode.TIME_OUT, "Time-out"),

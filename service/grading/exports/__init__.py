@@ -1,0 +1,29 @@
+"""A native result in the forms of platforms: pure functions of it and of its pictures."""
+
+from collections.abc import Callable
+
+from service.grading.exports import (
+    classroom50,
+    gradebook,
+    gradescope,
+    junit,
+    markdown,
+    page,
+    prairielearn,
+)
+from service.grading.export_errors import ExportError
+
+EXPORTS: dict[str, Callable[..., bytes]] = {
+    "gradescope": gradescope.export,
+    "prairielearn": prairielearn.export,
+    "classroom50": classroom50.export,
+    "junit": junit.export,
+    "csv": gradebook.for_gradebook,
+    "csv-staff": gradebook.with_signals,
+    "markdown": markdown.export,
+    "html": page.for_reading,
+    "html-staff": page.for_looking_closer,
+}
+"""Functions of a `schemas.grades.Grade` and the folder of its pictures, or None for no pictures."""
+
+__all__ = ["EXPORTS", "ExportError"]

@@ -1,0 +1,85 @@
+"""``results.json`` of a Gradescope autograder.
+
+Fields: https://gradescope-autograders.readthedocs.io/en/latest/specs/
+"""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from schemas.grades import Grade, TestGrade
+from service.grading.exports.documents import encoded
+from service.grading.exports.pictures import Shown, album
+from service.grading.exports.rows import Row, for_staff, headline
+from service.grading.exports.texts import line
+
+MOST_PICTURES = 1_000_000
+"""Bytes. Gradescope names no limit, but the page of a submission loads all of them at once."""
+
+LATER = ("after_due_date", "after_published")
+"""Tags of a hidden test that say when it is shown, in Gradescope's own words."""
+
+
+def export(grade: Grade, pictures: Path | None = None) -> bytes:
+    """A result in the form of Gradescope.
+
+    A hidden test is hidden there, or with a tag of `LATER` until then. A test that could not be graded has no
+    score of its own. What is for staff alone is left out: staff see what the run printed.
+    """
+    rows = for_staff(grade)
+    shown = album(rows, pictures, MOST_PICTURES)
+    return encoded(
+        {
+            "score": grade.score,
+            "execution_time": grade.timings.seconds,
+            "output": " ".join(filter(None, (headline(grade), shown.note))),
+            "output_format": "text",
+            "test_output_format": "text",
+            "test_name_format": "text",
+            "visibility": "visible",
+            "stdout_visibility": "hidden",
+            "extra_data": {"schema": grade.schema_, "tool": grade.tool.model_dump()},
+            "tests": [_test(row, test, shown.of(row)) for row, test in zip(rows, grade.tests, strict=True)],
+        }
+    )
+
+
+def _test(row: Row, test: TestGrade, pictures: Sequence[Shown]) -> dict[str, Any]:
+    judged = {"score": row.points, "status": "passed" if row.status == "passed" else "failed"}
+    return (
+        ({} if row.open else judged)
+        | {
+            "max_score": row.max_points,
+            "name": row.name,
+            "name_format": "text",
+            "tags": _tags(row, test),
+            "visibility": _visibility(test),
+            "extra_data": {"id": test.id, "metric": test.metric, "value": test.value},
+        }
+        | _output(row, pictures)
+    )
+
+
+def _tags(row: Row, test: TestGrade) -> list[str]:
+    added = [word for word, holds in (("bonus", test.bonus), ("not-gradable", row.open)) if holds]
+    return [*(line(tag) for tag in test.tags), *added]
+
+
+def _visibility(test: TestGrade) -> str:
+    if not test.hidden:
+        return "visible"
+    return next((tag for tag in LATER if tag in test.tags), "hidden")
+
+
+def _output(row: Row, pictures: Sequence[Shown]) -> dict[str, str]:
+    if not pictures:
+        return {"output": row.message, "output_format": "text"}
+    words = "<br>".join(html.escape(row.message).splitlines())
+    figures = "".join(
+        f'<p>{html.escape(picture.label)}<br><img src="{picture.url}" alt="{html.escape(picture.label)}"></p>'
+        for picture in pictures
+    )
+    return {"output": f"<p>{words}</p>{figures}", "output_format": "html"}

@@ -1,0 +1,75 @@
+"""JUnit XML, as GitLab and Jenkins read it: one testcase for each test.
+
+Elements that GitLab reads: https://docs.gitlab.com/ci/testing/unit_test_reports/
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
+
+from schemas.grades import Grade
+from service.grading.exports.rows import Row, for_students, headline
+from service.grading.exports.texts import line, number
+
+NUMBERS = ("metric", "value", "threshold", "margin", "verdict")
+
+
+def export(grade: Grade, pictures: Path | None = None) -> bytes:
+    """A result as JUnit XML.
+
+    It knows no partial credit: a test that lost points has failed, and its properties tell the points. What
+    could not be graded is an error, what was not submitted is skipped. Pictures have no place there.
+    """
+    del pictures
+    rows = for_students(grade)
+    told = {
+        "tests": str(len(rows)),
+        "failures": str(sum(_outcome(row) == "failure" for row in rows)),
+        "errors": str(sum(_outcome(row) == "error" for row in rows)),
+        "skipped": str(sum(_outcome(row) == "skipped" for row in rows)),
+        "time": f"{grade.timings.seconds:.3f}",
+    }
+    root = Element("testsuites", {"name": line(grade.title)} | told)
+    suite = SubElement(root, "testsuite", {"name": line(grade.title)} | told)
+    _properties(
+        suite,
+        {
+            "summary": headline(grade),
+            "score": number(grade.score),
+            "max_score": number(grade.max_score),
+            "ungraded": str(len(grade.ungraded)),
+            "tool": f"{grade.tool.name} {grade.tool.version}",
+        },
+    )
+    for row in rows:
+        _case(suite, grade, row)
+    indent(root)
+    content: bytes = tostring(root, encoding="utf-8", xml_declaration=True)
+    return content + b"\n"
+
+
+def _case(suite: Element, grade: Grade, row: Row) -> None:
+    # A report keeps one test of those with the same class and name.
+    words = {"classname": f"{line(grade.title)}.{row.id or 'hidden'}", "name": row.name}
+    case = SubElement(suite, "testcase", words | {"time": f"{row.seconds:.3f}"})
+    numbers = {} if row.test is None else {name: getattr(row.test, name) for name in NUMBERS}
+    told = {name: f"{value:.6g}" if isinstance(value, float) else value for name, value in numbers.items()}
+    points = {"points": number(row.points), "max_points": number(row.max_points), "status": row.status}
+    _properties(case, points | {name: value for name, value in told.items() if value is not None})
+    if outcome := _outcome(row):
+        first = row.message.split("\n", 1)[0]
+        reason = SubElement(case, outcome, {"message": first, "type": row.status})
+        reason.text = "\n".join((row.message, *row.places))
+
+
+def _outcome(row: Row) -> str | None:
+    if row.open:
+        return "error"
+    return {"passed": None, "skipped": "skipped"}.get(row.status, "failure")
+
+
+def _properties(parent: Element, values: dict[str, str]) -> None:
+    properties = SubElement(parent, "properties")
+    for name, value in values.items():
+        SubElement(properties, "property", {"name": name, "value": value})

@@ -1,0 +1,137 @@
+"""A page that explains a result: one HTML file without scripts that loads nothing."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from renderer.comparison.heat import GAP
+from schemas.grades import Grade, GradeInput
+from service.grading.exports.pictures import Album, Shown, album
+from service.grading.exports.rows import WORDS, Row, for_staff, for_students, headline
+from service.grading.exports.texts import harmless, line, number
+
+OUTLINED = 3
+"""Worst regions that are outlined in the pictures; the words name all of them."""
+
+# Browsers that honour it run and load nothing, whatever has got into the page.
+POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+
+STYLE = """
+:root { color-scheme: light dark; }
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; }
+table { border-collapse: collapse; width: 100%; }
+th, td { text-align: left; padding: .3rem .6rem; border-bottom: 1px solid #8886; vertical-align: top; }
+.points { text-align: right; white-space: nowrap; }
+section { margin-top: 2rem; border-top: 1px solid #8886; }
+.words { white-space: pre-line; overflow-wrap: anywhere; }
+svg { max-width: 100%; height: auto; image-rendering: pixelated; }
+rect { fill: none; stroke: #0af; stroke-width: 2; vector-effect: non-scaling-stroke; }
+.staff { border: 2px solid #c60; padding: 0 1rem; }
+"""
+
+
+def for_reading(grade: Grade, pictures: Path | None = None) -> bytes:
+    """The page for students: hidden tests are one line, and what is for staff alone is not there."""
+    rows = for_students(grade)
+    return _page(grade, rows, album(rows, pictures), ())
+
+
+def for_looking_closer(grade: Grade, pictures: Path | None = None) -> bytes:
+    """The page for staff: every test, the signals, and what was read."""
+    rows = for_staff(grade)
+    return _page(grade, rows, album(rows, pictures), _staff(grade))
+
+
+def _page(grade: Grade, rows: Sequence[Row], shown: Album, staff: Iterator[str] | tuple[()]) -> bytes:
+    title = _words(line(grade.title))
+    whose = "".join(
+        f"<p>{label}: {_words(line(value))}</p>"
+        for label, value in (("Student", grade.student), ("Submitted", grade.submitted))
+        if value is not None
+    )
+    parts = [
+        f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>',
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
+        f'<meta name="viewport" content="width=device-width">\n<style>{STYLE}</style>\n</head>\n<body>',
+        f"<h1>{title}</h1>{whose}<p><strong>{_words(headline(grade))}</strong></p>",
+        "<table><tr><th>Test</th><th class=points>Points</th><th>Result</th></tr>",
+        *(_entry(row) for row in rows),
+        "</table>",
+        *staff,
+        *(_section(row, shown.of(row), grade.inputs) for row in rows),
+        f"<footer><p>{_words(f'{grade.tool.name} {grade.tool.version}')}</p></footer>\n</body>\n</html>\n",
+    ]
+    return "\n".join(parts).encode()
+
+
+def _words(text: str) -> str:
+    return html.escape(harmless(text))
+
+
+def _entry(row: Row) -> str:
+    return f"<tr><td>{_name(row)}</td><td class=points>{_points(row)}</td><td>{WORDS[row.status]}</td></tr>"
+
+
+def _name(row: Row) -> str:
+    return _words(row.name) + (" (hidden)" if row.test is not None and row.test.hidden else "")
+
+
+def _points(row: Row) -> str:
+    return "–" if row.open else f"{number(row.points)} of {number(row.max_points)}"
+
+
+def _section(row: Row, pictures: Sequence[Shown], inputs: Sequence[GradeInput]) -> str:
+    width = next((read.width for read in inputs if read.test == row.id and read.width), None)
+    places = "".join(f"<li>{_words(place)}</li>" for place in row.places)
+    figures = (
+        f"<figure>{_drawn(picture, row, width)}<figcaption>{_words(picture.label)}</figcaption></figure>"
+        for picture in pictures
+    )
+    return (
+        f"<section><h2>{_name(row)}: {_points(row)}</h2>\n"
+        f'<p class="words">{_words(row.message)}</p>\n'
+        + (f"<p>Where the pictures differ most:</p><ul>{places}</ul>\n" if places else "")
+        + "\n".join(figures)
+        + "</section>"
+    )
+
+
+def _drawn(picture: Shown, row: Row, width: int | None) -> str:
+    """A picture with the worst regions outlined, where it shows whole pictures of the submission's width."""
+    wide, high = picture.size
+    regions = row.test.worst_regions[:OUTLINED] if row.test is not None and row.status != "passed" else ()
+    outlines = "".join(
+        f'<rect x="{left + region.x0}" y="{region.y0}" width="{region.x1 - region.x0}" '
+        f'height="{region.y1 - region.y0}"/>'
+        for left in _lefts(wide, width)
+        for region in regions
+    )
+    return (
+        f'<svg viewBox="0 0 {wide} {high}" width="{wide}" height="{high}" role="img" '
+        f'aria-label="{_words(picture.label)}"><image href="{picture.url}" width="{wide}" height="{high}"/>'
+        f"{outlines}</svg>"
+    )
+
+
+def _lefts(wide: int, width: int | None) -> list[int]:
+    """Where pictures of a width begin in one of them, or in three side by side."""
+    if width is None:
+        return []
+    return {width: [0], 3 * width + 2 * GAP: [place * (width + GAP) for place in range(3)]}.get(wide, [])
+
+
+def _staff(grade: Grade) -> Iterator[str]:
+    yield '<section class="staff"><h2>For staff</h2>'
+    if not grade.signals:
+        yield "<p>No signals.</p>"
+    for signal in grade.signals:
+        yield f"<p><strong>{_words(signal.test)}: {_words(signal.code)}</strong> {_words(signal.message)}</p>"
+    yield "<table><tr><th>Test</th><th>File</th><th>SHA-256</th></tr>"
+    for read in grade.inputs:
+        yield (
+            f"<tr><td>{_words(read.test)}</td><td>{_words(line(read.name))} ({read.role})</td>"
+            f"<td><code>{_words(read.sha256 or '')[:16]}</code></td></tr>"
+        )
+    yield "</table></section>"

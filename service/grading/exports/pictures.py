@@ -1,0 +1,132 @@
+"""Pictures inside a document, as data URLs: all of them if they fit, else smaller and fewer."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from PIL import Image
+
+from service.grading.exports.rows import Row
+from service.grading.exports.texts import line, shortened
+
+SCALES = (1, 2, 4)
+"""Divisors of the width that are tried; smaller pictures show nothing any more."""
+
+LABEL = 40
+"""Most characters of a label."""
+
+AROUND = 300
+"""Bytes for what a document says about each picture, its label of four-byte characters included."""
+
+NOTE = 200
+"""Bytes for telling what was left out."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """A picture in a document.
+
+    Attributes
+    ----------
+    label : str
+    png : bytes
+    """
+
+    label: str
+    png: bytes
+
+    @property
+    def url(self) -> str:
+        """The picture itself in place of an address."""
+        return f"data:image/png;base64,{base64.b64encode(self.png).decode()}"
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in pixels."""
+        with Image.open(io.BytesIO(self.png)) as picture:
+            return picture.size
+
+
+@dataclass(frozen=True, slots=True)
+class Album:
+    """The pictures of all rows.
+
+    Attributes
+    ----------
+    by_id : mapping of str to list of Shown
+        By the row's id.
+    note : str
+        What was done so that they fit; empty if nothing was.
+    """
+
+    by_id: Mapping[str, list[Shown]] = field(default_factory=dict)
+    note: str = ""
+
+    def of(self, row: Row) -> Sequence[Shown]:
+        """Those of a row."""
+        return self.by_id.get(row.id, ())
+
+
+def album(rows: Sequence[Row], folder: Path | None, most: int | None = None) -> Album:
+    """The pictures of rows, worst rows first while there is room.
+
+    Parameters
+    ----------
+    folder
+        Where the result's pictures are; None for no pictures. A picture that is not there is left out.
+    most
+        Bytes for all of them as data URLs; None for no limit.
+    """
+    if folder is None:
+        return Album()
+    files = [
+        (row, shortened(line(image.label), LABEL), folder / image.file)
+        for row in sorted(rows, key=lambda row: -row.lost)
+        for image in row.images
+        if (folder / image.file).is_file()
+    ]
+    scale = _scale([file.stat().st_size for _, _, file in files], most)
+    shown: dict[str, list[Shown]] = {}
+    room, left_out = float("inf") if most is None else most - NOTE, 0
+    for row, label, file in files:
+        picture = Shown(label, _smaller(file.read_bytes(), scale))
+        needed = _encoded(len(picture.png))
+        if needed > room or left_out:
+            # What comes later matters less: a small one must not take the place of a worse one.
+            left_out += 1
+            continue
+        room -= needed
+        shown.setdefault(row.id, []).append(picture)
+    return Album(shown, _note(scale, left_out))
+
+
+def _scale(sizes: Sequence[int], most: int | None) -> int:
+    """How much smaller all pictures become: their bytes go with their pixels."""
+    if most is None:
+        return 1
+    fitting = [scale for scale in SCALES if sum(_encoded(size // scale**2) for size in sizes) <= most]
+    return fitting[0] if fitting else SCALES[-1]
+
+
+def _encoded(size: int) -> int:
+    return 4 * (-(-size // 3)) + AROUND
+
+
+def _smaller(content: bytes, scale: int) -> bytes:
+    if scale == 1:
+        return content
+    with Image.open(io.BytesIO(content)) as picture:
+        small = picture.convert("RGB").reduce(scale)
+    buffer = io.BytesIO()
+    small.save(buffer, format="PNG", optimize=True)
+    return buffer.getvalue()
+
+
+def _note(scale: int, left_out: int) -> str:
+    smaller = f"Pictures are shown at 1/{scale} of their size." if scale > 1 else ""
+    fewer = f"{left_out} pictures are left out for want of room, those of the best tests." if left_out else ""
+    return " ".join(filter(None, (smaller, fewer)))

@@ -1,0 +1,75 @@
+"""``results.json`` of a PrairieLearn external grader.
+
+Fields and limits: https://prairielearn.readthedocs.io/en/latest/externalGrading/
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from schemas.grades import Grade
+from service.grading.exports.documents import encoded
+from service.grading.exports.pictures import Album, Shown, album
+from service.grading.exports.rows import Row, for_students, headline
+from service.grading.exports.texts import number, shortened
+
+MOST = 1_000_000
+"""Bytes of the file, pictures and words: the limit is 1 MB."""
+
+LENGTHS = (4000, 1000, 250)
+"""Characters of a message that are tried: with the last, 200 tests fit whatever is written there."""
+
+
+def export(grade: Grade, pictures: Path | None = None) -> bytes:
+    """A result in the form of PrairieLearn, of at most `MOST` bytes.
+
+    If a test could not be graded the whole is not gradable there: neither points nor an attempt are lost.
+    """
+    rows = for_students(grade)
+    bare = [(length, len(_content(grade, rows, Album(), length))) for length in LENGTHS]
+    length, size = next((tried for tried in bare if tried[1] <= MOST), bare[-1])
+    return _content(grade, rows, album(rows, pictures, MOST - size), length)
+
+
+def _content(grade: Grade, rows: Sequence[Row], shown: Album, length: int) -> bytes:
+    message = " ".join(filter(None, (headline(grade), _bonus(grade), shown.note)))
+    return encoded(
+        {"gradable": not grade.ungraded}
+        | _judged(grade, rows, length)
+        | {
+            "message": message,
+            "output": "",
+            "images": [],
+            "tests": [_test(row, shown.of(row), length) for row in rows],
+        }
+    )
+
+
+def _judged(grade: Grade, rows: Sequence[Row], length: int) -> dict[str, Any]:
+    if not grade.ungraded:
+        return {"score": _share(grade)}
+    reasons = [f"{row.name}: {shortened(row.message, length)}" for row in rows if row.open]
+    return {"format_errors": reasons}
+
+
+def _share(grade: Grade) -> float:
+    return min(grade.score / grade.max_score, 1.0) if grade.max_score > 0 else 1.0
+
+
+def _bonus(grade: Grade) -> str:
+    if grade.score <= grade.max_score:
+        return ""
+    return f"PrairieLearn takes no more than the full score; {number(grade.score)} points were earned."
+
+
+def _test(row: Row, pictures: Sequence[Shown], length: int) -> dict[str, Any]:
+    return {
+        "name": row.name,
+        "points": row.points,
+        "max_points": row.max_points,
+        "message": shortened(row.message, length),
+        "output": shortened("\n".join(row.places), length),
+        "images": [{"label": picture.label, "url": picture.url} for picture in pictures],
+    }

@@ -1,0 +1,117 @@
+"""The tests of a result as staff and as students are told about them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from schemas.grades import Grade, GradeImage, Status, TestGrade
+from service.grading.exports.texts import harmless, line, number
+from service.grading.sentences import place
+
+OPEN: frozenset[Status] = frozenset({"error", "not_gradable"})
+"""No points were judged: 0 stands there because nothing else can."""
+
+WORDS: dict[Status, str] = {
+    "passed": "passed",
+    "partial": "partly",
+    "failed": "failed",
+    "error": "could not be graded",
+    "not_gradable": "could not be graded",
+    "skipped": "not submitted",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One test, all words of strangers made harmless.
+
+    Attributes
+    ----------
+    id : str
+        Empty for the row that stands for all hidden tests.
+    places : tuple of str
+        Where pictures differ most, sentences, worst first.
+    test : TestGrade or None
+        The whole of it; None for the row of all hidden tests.
+    """
+
+    id: str
+    name: str
+    points: float
+    max_points: float
+    status: Status
+    message: str
+    places: tuple[str, ...] = ()
+    images: tuple[GradeImage, ...] = ()
+    seconds: float = 0.0
+    test: TestGrade | None = None
+
+    @property
+    def open(self) -> bool:
+        """Whether no points were judged."""
+        return self.status in OPEN
+
+    @property
+    def lost(self) -> float:
+        """Points that were not earned."""
+        return max(self.max_points - self.points, 0.0)
+
+
+def for_staff(grade: Grade) -> tuple[Row, ...]:
+    """All tests."""
+    return tuple(_row(test) for test in grade.tests)
+
+
+def for_students(grade: Grade) -> tuple[Row, ...]:
+    """Tests that are not hidden, and one row for all that are: the total tells their sum anyway."""
+    hidden = [test for test in grade.tests if test.hidden]
+    shown = tuple(_row(test) for test in grade.tests if not test.hidden)
+    return (*shown, _together(hidden)) if hidden else shown
+
+
+def headline(grade: Grade) -> str:
+    """The total in a sentence or two."""
+    left = [test for test in grade.tests if test.status in OPEN]
+    if not grade.gradable:
+        return "Nothing could be graded, and no points are lost by that. The tests say why."
+    total = f"{number(grade.score)} of {number(grade.max_score)} points."
+    if not left:
+        return total
+    points = number(sum(test.max_points for test in left))
+    counted = "1 test" if len(left) == 1 else f"{len(left)} tests"
+    return f"{total} {counted} could not be graded: {points} points are open, not lost."
+
+
+def _row(test: TestGrade) -> Row:
+    return Row(
+        id=test.id,
+        name=line(test.name) + (" (bonus)" if test.bonus else ""),
+        points=test.points,
+        max_points=test.max_points,
+        status=test.status,
+        message=harmless(test.message),
+        places=tuple(line(place(region)) for region in test.worst_regions if test.status != "passed"),
+        images=test.images,
+        seconds=test.seconds,
+        test=test,
+    )
+
+
+def _together(hidden: Sequence[TestGrade]) -> Row:
+    return Row(
+        id="",
+        name="Hidden tests",
+        points=sum(test.points for test in hidden),
+        max_points=sum(test.max_points for test in hidden),
+        status=_status([test.status for test in hidden]),
+        message=f"{len(hidden)} of the tests {'is' if len(hidden) == 1 else 'are'} not shown.",
+    )
+
+
+def _status(statuses: Sequence[Status]) -> Status:
+    if set(statuses) == {"passed"}:
+        return "passed"
+    if not OPEN.isdisjoint(statuses):
+        return "not_gradable"
+    return "failed" if {"passed", "partial"}.isdisjoint(statuses) else "partial"

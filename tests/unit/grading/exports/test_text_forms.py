@@ -1,0 +1,193 @@
+"""JUnit XML, rows of a gradebook, and Markdown."""
+
+from __future__ import annotations
+
+import csv
+import io
+from xml.etree import ElementTree
+
+import pytest
+from markdown_it import MarkdownIt
+from markdown_it.token import Token
+
+from schemas.grades import Grade
+from service.grading.exports import EXPORTS
+from service.grading.exports.texts import harmless, line
+from tests.unit.grading.exports.samples import (
+    HIDDEN,
+    HOSTILE,
+    TOLD_STAFF,
+    broken,
+    failed,
+    hostile,
+    many,
+    not_gradable,
+    result,
+    secret,
+    tried,
+)
+
+# Elements and attributes that GitLab reads (https://docs.gitlab.com/ci/testing/unit_test_reports/, "JUnit XML
+# format specification") and that Jenkins allows (junit-10.xsd of its xUnit plugin).
+JUNIT: dict[str, tuple[set[str], set[str]]] = {
+    "testsuites": ({"name", "tests", "failures", "errors", "skipped", "time"}, {"testsuite"}),
+    "testsuite": (
+        {"name", "tests", "failures", "errors", "skipped", "time"},
+        {"properties", "testcase"},
+    ),
+    "properties": (set(), {"property"}),
+    "property": ({"name", "value"}, set()),
+    "testcase": ({"classname", "name", "time"}, {"properties", "failure", "error", "skipped"}),
+    "failure": ({"message", "type"}, set()),
+    "error": ({"message", "type"}, set()),
+    "skipped": ({"message", "type"}, set()),
+}
+GITLAB_BYTES = 30_000_000
+GITHUB_BYTES = 1 << 20
+
+
+def tree(grade: Grade) -> ElementTree.Element:
+    """The JUnit XML of a result, read back."""
+    root = ElementTree.fromstring(EXPORTS["junit"](grade, None))  # noqa: S314 - made here
+    for element in root.iter():
+        attributes, children = JUNIT[element.tag]
+        assert set(element.attrib) <= attributes
+        assert {child.tag for child in element} <= children
+    return root
+
+
+def properties(element: ElementTree.Element) -> dict[str, str]:
+    return {found.attrib["name"]: found.attrib["value"] for found in element.findall("properties/property")}
+
+
+def test_each_test_is_a_case_and_its_points_are_properties() -> None:
+    tests = [tried(points=10.0), failed(), failed("part", points=2.5, status="partial")]
+    cases = tree(result(*tests)).findall("testsuite/testcase")
+    assert [case.attrib["name"] for case in cases] == ["Soft", "Phong", "Part"]
+    assert [properties(case)["points"] for case in cases] == ["10", "0", "2.5"]
+    assert properties(cases[1]) | {"metric": "bias_blocks", "verdict": "mismatch"} == properties(cases[1])
+
+
+def test_outcomes_are_what_junit_calls_them_and_are_counted() -> None:
+    tests = [tried(), failed(), failed("part", status="partial", points=5.0), not_gradable(), broken()]
+    root = tree(result(*tests, failed("absent", status="skipped")))
+    outcomes = [
+        [child.tag for child in case if child.tag != "properties"]
+        for case in root.findall("testsuite/testcase")
+    ]
+    assert outcomes == [[], ["failure"], ["failure"], ["error"], ["error"], ["skipped"]]
+    counted = {"tests": "6", "failures": "2", "errors": "2", "skipped": "1"}
+    assert root.attrib | counted == root.attrib
+    assert root[0].attrib | counted == root[0].attrib
+
+
+def test_the_reason_tells_where_to_look() -> None:
+    failure = tree(result(failed())).find("testsuite/testcase/failure")
+    assert failure is not None
+    assert failure.attrib["message"] == "The ball is missing."
+    assert "columns 2 to 9, rows 3 to 8, mostly ball: too dark by 0.125" in (failure.text or "")
+
+
+def test_tests_of_the_same_name_are_different_cases() -> None:
+    cases = tree(result(tried("a", name="Same"), tried("b", name="Same"))).iter("testcase")
+    assert len({(case.attrib["classname"], case.attrib["name"]) for case in cases}) == 2
+
+
+def test_strings_of_strangers_are_text_in_xml() -> None:
+    cases = tree(hostile()).findall("testsuite/testcase")
+    assert [case.attrib["name"] for case in cases] == [line(words[:200]) for words in HOSTILE]
+    texts = [failure.text or "" for case in cases for failure in case.findall("failure")]
+    assert all(text.startswith(harmless(words)) for text, words in zip(texts, HOSTILE, strict=True))
+
+
+@pytest.mark.parametrize("form", ["junit", "markdown", "csv"])
+def test_students_are_not_told_of_hidden_tests_or_signals(form: str) -> None:
+    told = EXPORTS[form](result(tried(), secret()), None).decode()
+    assert HIDDEN not in told
+    assert TOLD_STAFF not in told
+    assert "identical_bytes" not in told
+    assert "idden" in told
+
+
+@pytest.mark.parametrize(("form", "limit"), [("junit", GITLAB_BYTES), ("markdown", GITHUB_BYTES)])
+def test_200_tests_with_all_words_stay_within_the_limit(form: str, limit: int) -> None:
+    assert len(EXPORTS[form](many(), None)) <= limit
+
+
+def table(form: str, grade: Grade) -> dict[str, str]:
+    header, row = csv.reader(io.StringIO(EXPORTS[form](grade, None).decode(), newline=""))
+    return dict(zip(header, row, strict=True))
+
+
+def test_a_row_has_the_total_and_the_points_of_each_test() -> None:
+    row = table("csv", result(tried(), failed(), secret()))
+    assert row == {
+        "student": "Zoë",
+        "submitted": "2026-06-01T16:32:01+02:00",
+        "assignment": "Ray tracer",
+        "score": "14.0",
+        "max_score": "30.0",
+        "ungraded": "0",
+        "points_soft": "10.0",
+        "points_phong": "0.0",
+        "points_hidden": "4.0",
+    }
+
+
+def test_the_row_for_staff_has_hidden_tests_and_signals() -> None:
+    row = table("csv-staff", result(tried(), secret()))
+    assert row[f"points_{HIDDEN}"] == "4.0"
+    assert row["signals"] == "soft: identical_bytes"
+
+
+def test_what_could_not_be_graded_is_an_empty_cell_and_so_is_the_total() -> None:
+    row = table("csv", result(tried(), not_gradable()))
+    assert (row["points_camera"], row["points_soft"], row["score"], row["ungraded"]) == ("", "10.0", "", "1")
+
+
+@pytest.mark.parametrize("form", ["csv", "csv-staff"])
+@pytest.mark.parametrize("words", [*HOSTILE, "=1+1", "+1", "-1", "@a", "\t=1", "\uff1d1", " =1"])
+def test_no_cell_of_a_stranger_is_a_formula(form: str, words: str) -> None:
+    row = table(form, result(tried(), student=words, title=words))
+    assert row["student"].removeprefix("'") == line(words)
+    for cell in (row["student"], row["assignment"]):
+        assert cell[:1] not in set("=+-@\t\r\n\uff1d\uff0b\uff0d\uff20")
+
+
+def tokens(grade: Grade) -> list[Token]:
+    """The summary as a reader of GitHub's Markdown sees it."""
+    blocks = MarkdownIt("commonmark").enable("table").parse(EXPORTS["markdown"](grade, None).decode())
+    return [token for block in blocks for token in (block, *(block.children or ()))]
+
+
+def test_strings_of_strangers_are_text_in_markdown() -> None:
+    grade = hostile()
+    found = tokens(grade)
+    assert {token.type for token in found if not token.type.startswith(("t", "paragraph", "heading"))} == {
+        "inline",
+        "strong_open",
+        "strong_close",
+    }
+    rows = sum(token.type == "tr_open" for token in found)
+    cells = sum(token.type == "td_open" for token in found)
+    assert (rows, cells) == (1 + len(grade.tests), 4 * len(grade.tests))
+
+
+def test_words_come_out_of_markdown_as_they_went_in() -> None:
+    words = "a|b <i> [x](y) `c` *d* _e_ https://example.org $x$ 1. #2 ~f~ \\ &amp;"
+    texts = "".join(token.content for token in tokens(result(failed(message=words))) if token.type == "text")
+    assert words in texts
+
+
+def test_a_summary_tells_points_and_reasons() -> None:
+    told = [
+        token.content.replace("\\", "")
+        for token in tokens(result(tried(), failed(points=2.5, status="partial"), not_gradable()))
+        if token.type == "inline"
+    ]
+    assert told[:2] == [
+        "Ray tracer",
+        "**12.5 of 30 points. 1 test could not be graded: 10 points are open, not lost.**",
+    ]
+    assert told[10:14] == ["Phong", "2.5 of 10", "partly", "The ball is missing."]
+    assert told[15:17] == ["–", "could not be graded"]
