@@ -33,7 +33,7 @@ def _nothing_met(scene: Scene, ray: InspectedRay) -> Reason:
         text = f"The camera looks at light {ray.light.pointer.rpartition('/')[2]} itself, {shown}."
         return Reason(code="light_seen", text=text, pointers=(ray.light.pointer,))
     shown = "the background" + ("" if any(scene.background) else ", which is black")
-    return Reason(code="background", text=f"No shape is there: it is {shown}.", pointers=("/background",))
+    return Reason(code="background", text=f"No shape is there: this is {shown}.", pointers=("/background",))
 
 
 def _black(surface: InspectedSurface) -> Iterator[Reason]:

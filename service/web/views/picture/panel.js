@@ -1,12 +1,97 @@
-// The picture of a job.
+// The picture of a job: it fills in as it is rendered, can be looked into, and tells why a pixel is as it is.
 
-import { h } from "../../dom.js";
+import { get, jobPath } from "../../api.js";
+import { announce, h } from "../../dom.js";
+import { makeComparing } from "./comparing.js";
+import { displayOf, makeDisplay, makeLayerChoice, makeZoom } from "./controls.js";
+import { Developer } from "./develop.js";
+import { Film } from "./film.js";
+import { makeInspector } from "./inspector.js";
+import { KEYS } from "./keys.js";
+import { fetchLayer } from "./layers.js";
+import { makeLegend } from "./legend.js";
+import { Screen, square } from "./screen.js";
+
+const FRESH = "#ffb43c";
 
 export function mount(root, watch) {
-  const image = h("img", { alt: `The picture of ${watch.job.name ?? "the job"} so far`, src: watch.job.links.image_png });
-  watch.on("tiles", (batch) => {
-    if (batch.tiles.length) image.src = `${watch.job.links.image_png}?after=${batch.next}`;
+  const { width, height, name, links } = watch.job;
+  const film = new Film(width, height);
+  const label = `Picture of ${name ?? "the job"}, ${width} by ${height} pixels`;
+  const screen = new Screen({ width, height, label, overlay });
+  const developer = new Developer(screen, film);
+  const display = makeDisplay(() => developer.expose(display.exposure, display.transfer));
+  const inspector = makeInspector(watch.id, (x, y) => film.at(x, y), watch.signal);
+  const readout = h("p", { className: "readout number" });
+  const keys = h("p", { className: "soft small", id: "picture-keys" }, KEYS);
+  const legend = h("div");
+  const refusal = h("p", { className: "problem", role: "alert", hidden: true });
+  let fresh = [];
+  let wanted = null;
+
+  screen.element.setAttribute("aria-describedby", keys.id);
+  const layers = Object.keys(links.layers ?? {});
+  const tools = h("div", { className: "row tools" }, layers.length ? makeLayerChoice(layers, chooseLayer) : null, display.element, makeZoom(screen));
+  root.append(
+    h("h2", { className: "unseen" }, "Picture"),
+    tools,
+    refusal,
+    screen.element,
+    readout,
+    legend,
+    keys,
+    inspector.element,
+    makeComparing(watch),
+  );
+
+  function overlay(context) {
+    developer.drawNumbers(context);
+    if (!watch.final) for (const place of fresh) screen.outline(context, place, FRESH);
+    if (inspector.pixel) screen.outline(context, square(inspector.pixel), FRESH);
+  }
+
+  screen.addEventListener("cursor", ({ detail: pixel }) => {
+    readout.textContent = pixel ? `${pixel.x}, ${pixel.y}   ${developer.describe(pixel.x, pixel.y)}` : "";
+    if (pixel && document.activeElement === screen.element) announce(readout.textContent);
   });
-  root.append(image);
-  return () => {};
+  screen.addEventListener("choose", async ({ detail: pixel }) => {
+    await inspector.show(pixel);
+    screen.redraw();
+  });
+
+  watch.on("tiles", (batch) => {
+    if (!batch.tiles.length) return;
+    const places = developer.take(batch.tiles);
+    // Outlines are drawn where the picture has just changed, and not around all of it.
+    fresh = places.filter((place) => place.x1 - place.x0 < width || place.y1 - place.y0 < height);
+  });
+  watch.on("job", () => {
+    if (!watch.final) return;
+    fresh = [];
+    screen.redraw();
+    if (wanted && developer.layer?.stale !== false) chooseLayer(wanted);
+  });
+
+  async function chooseLayer(chosen) {
+    wanted = chosen;
+    refusal.hidden = true;
+    try {
+      const layer = chosen && (await fetchLayer(watch.id, chosen, watch.signal));
+      if (wanted !== chosen) return;
+      if (layer) layer.stale = !watch.final;
+      developer.show(layer);
+      legend.replaceChildren(layer ? makeLegend(layer) : "");
+    } catch (error) {
+      if (watch.signal.aborted) return;
+      refusal.textContent = error.message;
+      refusal.hidden = false;
+      developer.show(null);
+    }
+  }
+
+  get(`${jobPath(watch.id)}/request`, { signal: watch.signal }).then(
+    ({ scene }) => display.begin(displayOf(scene)),
+    () => display.begin(displayOf({})),
+  );
+  return () => screen.close();
 }

@@ -1,0 +1,80 @@
+// What is set about looking at a picture: what is shown, how bright, by which transfer, how large.
+
+import { h } from "../../dom.js";
+import { TRANSFERS } from "./transfer.js";
+
+const WORDS = { srgb: "sRGB", linear: "Linear", "gamma 2.2": "Gamma 2.2" };
+const MOST_STOPS = 10;
+
+const field = (label, control, ...more) => h("div", { className: "field" }, h("label", { htmlFor: control.id }, label), control, ...more);
+
+/** How a scene asks to be displayed. */
+export const displayOf = (scene) => ({ exposure: 0, transfer: "srgb", ...scene.display });
+
+/** How pixels become codes. @param {() => void} changed */
+export function makeDisplay(changed, prefix = "display") {
+  const exposure = h("input", { id: `${prefix}-exposure`, type: "range", min: -MOST_STOPS, max: MOST_STOPS, step: 0.25, value: 0, oninput: told });
+  const stops = h("output", { htmlFor: exposure.id });
+  const transfer = h(
+    "select",
+    { id: `${prefix}-transfer`, onchange: changed },
+    Object.keys(TRANSFERS).map((name) => h("option", { value: name }, WORDS[name])),
+  );
+  const scene = { exposure: 0, transfer: "srgb" };
+  const reset = h("button", { type: "button", className: "plain", title: "As the scene asks for it", onclick: () => set(scene) }, "Reset");
+
+  function told() {
+    const value = Number(exposure.value);
+    stops.textContent = `${value > 0 ? "+" : ""}${value}`.replace("-", "−") + (Math.abs(value) === 1 ? " stop" : " stops");
+    exposure.setAttribute("aria-valuetext", stops.textContent);
+    changed();
+  }
+
+  function set(values) {
+    // A slider would round the exposure of a scene to its steps.
+    exposure.step = Number.isInteger(4 * values.exposure) ? 0.25 : "any";
+    exposure.min = Math.min(-MOST_STOPS, values.exposure);
+    exposure.max = Math.max(MOST_STOPS, values.exposure);
+    exposure.value = values.exposure;
+    transfer.value = values.transfer;
+    told();
+  }
+
+  return {
+    element: h("div", { className: "row display" }, field("Exposure", exposure, stops), field("Transfer", transfer), reset),
+    get exposure() {
+      return Number(exposure.value);
+    },
+    get transfer() {
+      return transfer.value;
+    },
+    /** Begin as the scene asks for it. */
+    begin(values) {
+      Object.assign(scene, values);
+      set(scene);
+    },
+  };
+}
+
+/** Which numbers are shown: the picture, or one of the layers. @param {string[]} names */
+export function makeLayerChoice(names, changed) {
+  const select = h(
+    "select",
+    { id: "shown-layer", onchange: () => changed(select.value || null) },
+    h("option", { value: "" }, "Picture"),
+    names.map((name) => h("option", { value: name }, name.replace("_", " "))),
+  );
+  return field("Shown", select);
+}
+
+/** Buttons that zoom a screen. */
+export function makeZoom(screen) {
+  const button = (name, label, action) => h("button", { type: "button", "aria-label": name, title: name, onclick: action }, label);
+  return h(
+    "div",
+    { className: "row zoom", role: "group", "aria-label": "Zoom" },
+    button("Zoom out", "−", () => screen.zoom(screen.scale / 2)),
+    button("Zoom in", "+", () => screen.zoom(screen.scale * 2)),
+    button("Show all", "All", () => screen.fit()),
+  );
+}

@@ -1,0 +1,79 @@
+// What a screen shows of a film or a layer, and the numbers in it.
+
+import { drawNumbers, short } from "./numbers.js";
+import { Encoder, code } from "./transfer.js";
+
+/** Measures of this name stand in the browser's own timeline, the newest alone. */
+export function measured(name, detail, work) {
+  const start = performance.now();
+  const result = work();
+  performance.clearMeasures(name);
+  performance.measure(name, { start, end: performance.now(), detail });
+  return result;
+}
+
+export class Developer {
+  /** @param {import("./screen.js").Screen} screen @param {import("./film.js").Film} film */
+  constructor(screen, film) {
+    Object.assign(this, { screen, film, layer: null });
+  }
+
+  /** Take a batch of tiles. @returns {object[]} The rectangles that they cover. */
+  take(tiles) {
+    return measured("penumbra:paint", { tiles: tiles.length }, () => {
+      const places = tiles.map((tile) => this.film.take(tile));
+      if (!this.layer) for (const place of places) this.#put(place);
+      this.screen.redraw();
+      return places;
+    });
+  }
+
+  expose(exposure, transfer) {
+    measured("penumbra:expose", { pixels: this.film.width * this.film.height }, () => {
+      this.film.encoder = new Encoder(exposure, transfer);
+      if (!this.layer) this.#whole();
+    });
+  }
+
+  /** Show a layer, or the picture where it is null. */
+  show(layer) {
+    this.layer = layer;
+    if (layer) this.screen.context.putImageData(layer.develop(), 0, 0);
+    else this.#whole();
+    this.screen.redraw();
+  }
+
+  codes(x, y) {
+    const { exposure, transfer } = this.film.encoder;
+    return this.film.at(x, y)?.map((value) => code(value, exposure, transfer)) ?? null;
+  }
+
+  /** What is known of a pixel, in words. */
+  describe(x, y) {
+    if (this.layer) return `${this.layer.name} ${this.layer.at(x, y).map(short).join("  ")}`;
+    const values = this.film.at(x, y);
+    return values ? `linear ${values.map(short).join("  ")}   shown ${this.codes(x, y).join("  ")}` : "not rendered yet";
+  }
+
+  drawNumbers(context) {
+    const { screen, layer } = this;
+    if (layer) return drawNumbers(context, screen, (x, y) => layer.at(x, y).map(short), (x, y) => this.#shown(x, y));
+    const lines = (x, y) => {
+      const codes = this.codes(x, y);
+      return codes && this.film.at(x, y).map((value, i) => `${short(value)} ${String(codes[i]).padStart(4)}`);
+    };
+    drawNumbers(context, screen, lines, (x, y) => this.codes(x, y));
+  }
+
+  #shown(x, y) {
+    return Array.from(this.screen.context.getImageData(x, y, 1, 1).data.subarray(0, 3));
+  }
+
+  #whole() {
+    this.#put({ x0: 0, y0: 0, x1: this.film.width, y1: this.film.height });
+  }
+
+  #put(place) {
+    if (place.x1 > place.x0 && place.y1 > place.y0) this.screen.context.putImageData(this.film.develop(place), place.x0, place.y0);
+  }
+}

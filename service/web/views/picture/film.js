@@ -1,0 +1,62 @@
+// The picture as far as it has arrived: linear floats, and the rectangles in which it has changed.
+
+import { Encoder } from "./transfer.js";
+
+const clipped = (tile, width, height) => ({
+  x0: Math.min(tile.x0, width),
+  y0: Math.min(tile.y0, height),
+  x1: Math.min(tile.x1, width),
+  y1: Math.min(tile.y1, height),
+});
+
+export class Film {
+  constructor(width, height) {
+    this.width = width;
+    this.height = height;
+    this.values = new Float32Array(3 * width * height);
+    this.bits = new Uint32Array(this.values.buffer);
+    this.known = new Uint8Array(width * height);
+    this.encoder = new Encoder();
+  }
+
+  /** Take a tile of a batch. A preview's values stand for blocks of `stride` pixels along a side. */
+  take(tile) {
+    const { x0, y0, x1, y1 } = clipped(tile, this.width, this.height);
+    const row = new Float32Array(3 * (x1 - x0));
+    for (let y = y0; y < y1; y++) {
+      const source = 3 * tile.columns * Math.floor((y - y0) / tile.stride);
+      if (tile.stride === 1) row.set(tile.pixels.subarray(source, source + row.length));
+      else spread(tile.pixels, source, tile.stride, row);
+      this.values.set(row, 3 * (y * this.width + x0));
+      this.known.fill(1, y * this.width + x0, y * this.width + x1);
+    }
+    return { x0, y0, x1, y1 };
+  }
+
+  /** The linear values of a pixel, or null while it is not known. */
+  at(x, y) {
+    const pixel = y * this.width + x;
+    return this.known[pixel] ? Array.from(this.values.subarray(3 * pixel, 3 * pixel + 3)) : null;
+  }
+
+  /** Codes of a rectangle as the encoder has them; what is not known stays clear. */
+  develop({ x0, y0, x1, y1 }) {
+    const image = new ImageData(x1 - x0, y1 - y0);
+    for (let y = y0; y < y1; y++) {
+      const from = y * this.width + x0;
+      const to = 4 * (y - y0) * (x1 - x0);
+      this.encoder.write(this.bits, 3 * from, image.data, to, x1 - x0);
+      for (let i = 0; i < x1 - x0; i++) if (!this.known[from + i]) image.data[to + 4 * i + 3] = 0;
+    }
+    return image;
+  }
+}
+
+function spread(pixels, source, stride, row) {
+  for (let x = 0; 3 * x < row.length; x++) {
+    const from = source + 3 * Math.floor(x / stride);
+    row[3 * x] = pixels[from];
+    row[3 * x + 1] = pixels[from + 1];
+    row[3 * x + 2] = pixels[from + 2];
+  }
+}

@@ -1,0 +1,71 @@
+// One pixel explained: why it is as bright as it is, what its ray has met, and what each light adds.
+
+import { jobPath, post } from "../../api.js";
+import { announce, h } from "../../dom.js";
+import { makeRay } from "./ray.js";
+import { short } from "./numbers.js";
+import { makeSource } from "./source.js";
+
+/**
+ * @param {string} id - Of the job.
+ * @param {(x: number, y: number) => number[] | null} pictured - The pixel of the picture.
+ */
+export function makeInspector(id, pictured, signal) {
+  const body = h("div", {}, h("p", { className: "soft" }, "Click a pixel, or press Enter on it, to see what its ray has met and why it is as bright as it is."));
+  const heading = h("h2", { id: "inspector-title" }, "Why is it so?");
+  const source = makeSource(id, signal);
+  const element = h("aside", { className: "inspector panel", "aria-labelledby": heading.id, tabIndex: -1 }, heading, body);
+  const self = { element, pixel: null, show };
+
+  async function show(pixel) {
+    self.pixel = pixel;
+    body.setAttribute("aria-busy", "true");
+    try {
+      const found = await post(`${jobPath(id)}/inspections`, pixel, { signal });
+      if (self.pixel === pixel) fill(found);
+    } catch (error) {
+      if (!signal.aborted) body.replaceChildren(h("p", { className: "problem", role: "alert" }, error.message));
+    }
+    body.removeAttribute("aria-busy");
+  }
+
+  function fill(found) {
+    heading.textContent = `Pixel ${found.x}, ${found.y}`;
+    const reasons = found.reasons.map(({ text, pointers }) => h("li", {}, h("p", {}, text), links(pointers)));
+    body.replaceChildren(
+      h(
+        "div",
+        { className: "explained" },
+        h("div", {}, h("ul", { className: "reasons" }, reasons), colours(found, pictured(found.x, found.y)), source.element),
+        h(
+          "div",
+          {},
+          h("h3", {}, "The ray and what it met"),
+          h("ol", { className: "rays" }, makeRay(found.ray, links, 1)),
+          found.complete ? "" : h("p", { className: "soft small" }, "More rays go on than are listed."),
+        ),
+      ),
+    );
+    heading.scrollIntoView({ block: "nearest" });
+    source.clear();
+    announce(`Pixel ${found.x}, ${found.y}. ${found.reasons.map((reason) => reason.text).join(" ")}`);
+  }
+
+  function links(pointers) {
+    const buttons = pointers.filter(Boolean).map((pointer) => h("button", { type: "button", className: "plain pointer", onclick: () => source.show(pointer) }, pointer));
+    return buttons.length ? h("span", { className: "pointers" }, buttons) : "";
+  }
+
+  return self;
+}
+
+function colours(found, mean) {
+  const rows = [["One ray through its middle", found.color], ["The picture, the mean of its samples", mean]];
+  return h(
+    "table",
+    { className: "colours" },
+    h("caption", { className: "unseen" }, "Linear colours"),
+    h("thead", {}, h("tr", {}, ["Linear", "red", "green", "blue"].map((name) => h("th", { scope: "col" }, name)))),
+    h("tbody", {}, rows.map(([name, values]) => h("tr", {}, h("th", { scope: "row" }, name), (values ?? [NaN, NaN, NaN]).map((value) => h("td", { className: "number" }, values ? short(value) : "–"))))),
+  );
+}

@@ -1,0 +1,41 @@
+// The keyboard over a screen: arrows move a cursor from pixel to pixel, and it can be zoomed to and chosen.
+
+const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+const FAR = 10;
+const STEP = Math.SQRT2;
+
+export const KEYS = "Arrow keys move from pixel to pixel, with Shift by ten. Plus and minus zoom, 0 shows all. Enter explains the pixel.";
+
+export function hearKeys(screen) {
+  const middle = () => ({ x: Math.floor(screen.width / 2), y: Math.floor(screen.height / 2) });
+  const around = () => {
+    const { x, y } = screen.cursor ?? middle();
+    return [screen.left + screen.scale * (x + 0.5), screen.top + screen.scale * (y + 0.5)];
+  };
+  const actions = {
+    "+": () => screen.zoom(screen.scale * STEP, ...around()),
+    "=": () => screen.zoom(screen.scale * STEP, ...around()),
+    "-": () => screen.zoom(screen.scale / STEP, ...around()),
+    0: () => screen.fit(),
+    Enter: () => screen.choose(screen.cursor ?? middle()),
+  };
+
+  function move([across, along], far) {
+    const { x, y } = screen.cursor ?? middle();
+    const pixel = {
+      x: Math.min(screen.width - 1, Math.max(0, x + across * far)),
+      y: Math.min(screen.height - 1, Math.max(0, y + along * far)),
+    };
+    screen.reveal(pixel);
+    screen.point(pixel);
+  }
+
+  const listener = (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (MOVES[event.key]) move(MOVES[event.key], event.shiftKey ? FAR : 1);
+    else if (actions[event.key]) actions[event.key]();
+    else return;
+    event.preventDefault();
+  };
+  screen.element.addEventListener("keydown", listener, { signal: screen.life.signal });
+}

@@ -1,0 +1,46 @@
+// Numbers inside pixels, once they are large enough to hold them.
+
+// From so many CSS pixels a side, three lines of linear value and code can be read.
+export const READABLE = 64;
+const LINES_A_PIXEL = 6.4;
+const LARGEST_TEXT = 14;
+// Of BT.709: how bright a code looks decides whether black or white text is read on it.
+const LUMA = [0.2126, 0.7152, 0.0722];
+const BRIGHT = 118;
+
+/**
+ * @param {CanvasRenderingContext2D} context
+ * @param {import("./screen.js").Screen} screen
+ * @param {(x: number, y: number) => string[] | null} lines - What is written into a pixel.
+ * @param {(x: number, y: number) => number[]} shown - Its codes.
+ */
+export function drawNumbers(context, screen, lines, shown) {
+  const { scale, left, top, element } = screen;
+  if (scale < READABLE) return;
+  const size = Math.min(LARGEST_TEXT, scale / LINES_A_PIXEL);
+  context.font = `${size}px ${getComputedStyle(element).getPropertyValue("--mono")}`;
+  context.textAlign = "center";
+  context.textBaseline = "middle";
+  const first = (start) => Math.max(0, Math.floor(-start / scale));
+  const last = (start, room, count) => Math.min(count, Math.ceil((room - start) / scale));
+  for (let y = first(top); y < last(top, element.clientHeight, screen.height); y++) {
+    for (let x = first(left); x < last(left, element.clientWidth, screen.width); x++) {
+      const texts = lines(x, y);
+      if (!texts) continue;
+      const luma = shown(x, y).reduce((sum, code, i) => sum + LUMA[i] * code, 0);
+      context.fillStyle = luma > BRIGHT ? "#000" : "#fff";
+      const middle = top + scale * (y + 0.5) - ((texts.length - 1) * size * 1.25) / 2;
+      texts.forEach((text, i) => context.fillText(text, left + scale * (x + 0.5), middle + i * size * 1.25, scale - 4));
+    }
+  }
+}
+
+/** A number of four digits, as short as it may be. */
+export function short(value) {
+  if (Number.isNaN(value)) return "NaN";
+  if (!Number.isFinite(value)) return value > 0 ? "∞" : "−∞";
+  if (Number.isInteger(value) && Math.abs(value) < 1e6) return String(value).replace("-", "−");
+  const size = Math.abs(value);
+  const text = size >= 1e5 || size < 1e-4 ? value.toExponential(2) : value.toPrecision(4);
+  return text.replace("-", "−").replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "");
+}

@@ -1,0 +1,47 @@
+// A ray of an inspection and those that go on from where it ends, as nested lists.
+
+import { h } from "../../dom.js";
+import { makeLights } from "./lights.js";
+import { short } from "./numbers.js";
+
+const KINDS = { camera: "Camera ray", mirror: "Mirrored ray", reflection: "Reflected ray", refraction: "Refracted ray" };
+// Deeper rays are folded away: their parents say how little they add.
+const OPEN = 2;
+
+const triple = (values) => values.map(short).join("  ");
+
+/** @param {object} ray - Of an inspection. @param {(pointers: string[]) => Node} links @param {number} depth */
+export function makeRay(ray, links, depth) {
+  const { surface } = ray;
+  const kind = KINDS[ray.kind];
+  const meets = surface ? `meets ${surface.part.name ? `${surface.part.name}, ` : ""}shape ${surface.shape}` : ray.light ? `meets light ${ray.light.pointer.slice(8)}` : "meets nothing but the background";
+  const weight = ray.kind === "camera" ? "" : `, ${short(100 * ray.weight)} % of it reaches the camera`;
+  return h(
+    "li",
+    {},
+    h(
+      "details",
+      { open: depth <= OPEN },
+      h("summary", {}, `${kind} ${meets}${weight}`),
+      surface ? facts(ray, surface, links) : h("p", { className: "number" }, `linear ${triple(ray.radiance)}`),
+      surface ? makeLights(ray, surface, links) : "",
+      ray.rays.length ? h("ol", { className: "rays" }, ray.rays.map((next) => makeRay(next, links, depth + 1))) : "",
+    ),
+  );
+}
+
+function facts(ray, surface, links) {
+  const bent = surface.normal.some((value, i) => value !== surface.shading_normal[i]);
+  const rows = [
+    ["shape", [`${surface.shape}${surface.primitive ? `, triangle ${surface.primitive}` : ""}`, links([surface.part.pointer])]],
+    ["distance", short(surface.t)],
+    ["position", triple(surface.position)],
+    ["u, v", triple(surface.uv)],
+    ["normal", triple(surface.normal)],
+    bent && ["shading normal", triple(surface.shading_normal)],
+    ["material", [surface.material.name, links([surface.material.pointer])]],
+    surface.texture && ["texture", [surface.texture.name, links([surface.texture.pointer])]],
+    [surface.texture ? "texture value" : "colour", triple(surface.color)],
+  ];
+  return h("dl", { className: "facts" }, rows.filter(Boolean).map(([name, value]) => h("div", {}, h("dt", {}, name), h("dd", { className: "number" }, value))));
+}

@@ -1,0 +1,166 @@
+// A picture that is zoomed, panned and pointed into, by mouse, touch and keyboard; what is drawn over it is not its own.
+
+import { h } from "../../dom.js";
+import { hearKeys } from "./keys.js";
+import { hearPointers } from "./pointers.js";
+
+const LARGEST = 128;
+// A cursor in pixels smaller than this would hide what it points at.
+const CURSOR_FROM = 3;
+
+/**
+ * Events: `cursor` (detail: the pixel pointed at, or null), `choose` (detail: the pixel clicked), `view` (the part that is
+ * shown has changed).
+ */
+export class Screen extends EventTarget {
+  #resize;
+  #frame = 0;
+
+  /**
+   * @param {{width: number, height: number, label: string, overlay?: (context: CanvasRenderingContext2D, screen: Screen)
+   *   => void}} options - `overlay` draws over the picture, in pixels of CSS.
+   */
+  constructor({ width, height, label, overlay = () => {} }) {
+    super();
+    Object.assign(this, { width, height, overlay });
+    this.canvas = h("canvas", { className: "pixels", width, height });
+    this.over = h("canvas", { className: "over" });
+    this.cursor = null;
+    this.element = h("div", { className: "screen", tabIndex: 0, role: "application", "aria-label": label }, this.canvas, this.over);
+    this.element.style.aspectRatio = `${width} / ${height}`;
+    this.scale = 1;
+    this.left = 0;
+    this.top = 0;
+    this.fitted = true;
+    this.life = new AbortController();
+    hearPointers(this);
+    hearKeys(this);
+    for (const type of ["focus", "blur"]) this.element.addEventListener(type, () => this.redraw(), { signal: this.life.signal });
+    this.#resize = new ResizeObserver(() => (this.fitted ? this.fit() : this.#moved()));
+    this.#resize.observe(this.element);
+  }
+
+  close() {
+    this.life.abort();
+    this.#resize.disconnect();
+    cancelAnimationFrame(this.#frame);
+  }
+
+  get context() {
+    return this.canvas.getContext("2d", { willReadFrequently: true });
+  }
+
+  get smallest() {
+    const { clientWidth, clientHeight } = this.element;
+    return Math.min(clientWidth / this.width, clientHeight / this.height) || 1;
+  }
+
+  fit() {
+    this.scale = this.smallest;
+    this.left = (this.element.clientWidth - this.scale * this.width) / 2;
+    this.top = (this.element.clientHeight - this.scale * this.height) / 2;
+    this.fitted = true;
+    this.#moved();
+  }
+
+  /** Show each pixel so large, a place of the element (CSS pixels) staying where it is. */
+  zoom(scale, x = this.element.clientWidth / 2, y = this.element.clientHeight / 2) {
+    const wanted = Math.min(LARGEST, Math.max(this.smallest, scale));
+    if (wanted === this.smallest) return this.fit();
+    const ratio = wanted / this.scale;
+    this.show({ scale: wanted, left: x - ratio * (x - this.left), top: y - ratio * (y - this.top) });
+  }
+
+  show({ scale, left, top }) {
+    const { clientWidth, clientHeight } = this.element;
+    this.scale = scale;
+    this.left = held(left, scale * this.width, clientWidth);
+    this.top = held(top, scale * this.height, clientHeight);
+    this.fitted = false;
+    this.#moved();
+  }
+
+  /** Show a rectangle of the picture, as large as it fits with some of its surroundings. */
+  frame({ x0, y0, x1, y1 }) {
+    const { clientWidth, clientHeight } = this.element;
+    const fitting = 0.6 * Math.min(clientWidth / (x1 - x0), clientHeight / (y1 - y0));
+    const scale = Math.min(LARGEST / 2, Math.max(this.smallest, fitting));
+    this.show({ scale, left: clientWidth / 2 - (scale * (x0 + x1)) / 2, top: clientHeight / 2 - (scale * (y0 + y1)) / 2 });
+  }
+
+  /** The pixel at a place of the element, or null beside the picture. */
+  pixelAt(x, y) {
+    const pixel = { x: Math.floor((x - this.left) / this.scale), y: Math.floor((y - this.top) / this.scale) };
+    return pixel.x >= 0 && pixel.y >= 0 && pixel.x < this.width && pixel.y < this.height ? pixel : null;
+  }
+
+  point(pixel) {
+    if (pixel?.x === this.cursor?.x && pixel?.y === this.cursor?.y) return;
+    this.cursor = pixel;
+    this.redraw();
+    this.dispatchEvent(new CustomEvent("cursor", { detail: pixel }));
+  }
+
+  choose(pixel) {
+    this.point(pixel);
+    this.dispatchEvent(new CustomEvent("choose", { detail: pixel }));
+  }
+
+  /** Bring a pixel into sight, if it is not. */
+  reveal({ x, y }) {
+    const { clientWidth, clientHeight } = this.element;
+    const left = Math.min(Math.max(this.left, -this.scale * x), clientWidth - this.scale * (x + 1));
+    const top = Math.min(Math.max(this.top, -this.scale * y), clientHeight - this.scale * (y + 1));
+    if (!this.fitted && (left !== this.left || top !== this.top)) this.show({ scale: this.scale, left, top });
+  }
+
+  /** Draw what lies over the picture again, once before the next frame. */
+  redraw() {
+    if (!this.#frame && !this.life.signal.aborted) this.#frame = requestAnimationFrame(() => this.#draw());
+  }
+
+  #moved() {
+    const density = this.scale * devicePixelRatio;
+    this.canvas.style.transform = `translate(${this.left}px, ${this.top}px) scale(${this.scale})`;
+    this.canvas.classList.toggle("crisp", density >= 2);
+    this.element.classList.toggle("fitted", this.fitted);
+    this.redraw();
+    this.dispatchEvent(new CustomEvent("view"));
+  }
+
+  #draw() {
+    this.#frame = 0;
+    const { clientWidth, clientHeight } = this.element;
+    const [width, height] = [clientWidth, clientHeight].map((side) => Math.round(side * devicePixelRatio));
+    if (this.over.width !== width || this.over.height !== height) Object.assign(this.over, { width, height });
+    const context = this.over.getContext("2d");
+    context.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
+    context.clearRect(0, 0, clientWidth, clientHeight);
+    this.overlay(context, this);
+    if (this.cursor && (this.scale >= CURSOR_FROM || document.activeElement === this.element)) this.outline(context, square(this.cursor));
+  }
+
+  /** Draw a frame around a rectangle of pixels that is seen on light and on dark. */
+  outline(context, { x0, y0, x1, y1 }, color = "#fff") {
+    const grown = 0.5;
+    const sides = [
+      this.left + this.scale * x0 - grown,
+      this.top + this.scale * y0 - grown,
+      this.scale * (x1 - x0) + 2 * grown,
+      this.scale * (y1 - y0) + 2 * grown,
+    ];
+    for (const [style, width] of [["#000", 3], [color, 1.25]]) {
+      context.strokeStyle = style;
+      context.lineWidth = width;
+      context.strokeRect(...sides);
+    }
+  }
+}
+
+/** One pixel as a rectangle. */
+export const square = ({ x, y }) => ({ x0: x, y0: y, x1: x + 1, y1: y + 1 });
+
+/** Where the picture begins so that no room is wasted: centred where it is smaller than the element. */
+function held(start, size, room) {
+  return size <= room ? (room - size) / 2 : Math.min(0, Math.max(room - size, start));
+}

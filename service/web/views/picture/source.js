@@ -1,0 +1,36 @@
+// The lines of the scene that something speaks of.
+
+import { jobPath, text } from "../../api.js";
+import { h } from "../../dom.js";
+import { lineStarts, places } from "../../json_text.js";
+import { takenApart } from "../../requests.js";
+
+const MOST_LINES = 24;
+
+/** @returns {{element: HTMLElement, show: (pointer: string) => Promise<void>, clear: () => void}} */
+export function makeSource(id, signal) {
+  const title = h("h3", { id: "source-title" });
+  const lines = h("pre", { tabIndex: 0, "aria-labelledby": title.id });
+  const element = h("section", { className: "source", hidden: true, "aria-labelledby": title.id }, title, lines);
+  let scene = null;
+
+  async function show(pointer) {
+    scene ??= takenApart(await text(`${jobPath(id)}/request`, { signal })).scene;
+    const place = places(scene, [pointer]).get(pointer);
+    title.textContent = place ? `Scene, line ${place.line}` : "The scene does not write this: it is a default.";
+    lines.textContent = place ? excerpt(scene, place) : "";
+    lines.hidden = !place;
+    element.hidden = false;
+    element.scrollIntoView({ block: "nearest" });
+  }
+
+  return { element, show, clear: () => (element.hidden = true) };
+}
+
+function excerpt(text, { start, end, line }) {
+  const begin = lineStarts(text)[line - 1];
+  const found = text.slice(begin, end).split("\n");
+  const indent = Math.min(start - begin, ...found.slice(1).filter((one) => one.trim()).map((one) => one.search(/\S/)));
+  const shown = found.slice(0, MOST_LINES).map((one, i) => `${String(line + i).padStart(4)}  ${one.slice(indent)}`);
+  return shown.join("\n") + (found.length > MOST_LINES ? "\n      …" : "");
+}
