@@ -1,0 +1,58 @@
+"""What staff may want to look at in a submission. It never costs points, and students are not told."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from renderer.comparison import Comparison
+from renderer.comparison.closeness import closeness
+from schemas.grades import Signal
+
+IDENTICAL = "identical_bytes"
+CLOSE = "closer_than_noise"
+
+
+def signals(
+    submitted: bytes, reference: bytes | None, comparison: Comparison | None, *, test: str
+) -> tuple[Signal, ...]:
+    """Signals of one test.
+
+    Parameters
+    ----------
+    submitted
+        The submitted file.
+    reference
+        The file that it is held to; None where that was rendered here.
+    comparison
+        Of the submitted picture. None for a scene: rendered here, with the same random numbers as the
+        reference, it may agree to the last bit.
+    test
+        Id of the test.
+    """
+    return tuple(_found(submitted, reference, comparison, test))
+
+
+def _found(
+    submitted: bytes, reference: bytes | None, comparison: Comparison | None, test: str
+) -> Iterator[Signal]:
+    if submitted == reference:
+        yield Signal(
+            test=test,
+            code=IDENTICAL,
+            message="The submitted file is the reference, byte for byte.",
+        )
+    elif comparison is not None:
+        yield from _close(comparison, test)
+
+
+def _close(comparison: Comparison, test: str) -> Iterator[Signal]:
+    found = closeness(comparison.image, comparison.reference)
+    if found is not None and found.suspicious:
+        yield Signal(
+            test=test,
+            code=CLOSE,
+            message=f"{found.near} of {found.pixels} noisy pixels have the very noise of the reference, to a "
+            "quarter of its standard error. Of a picture that was made without the reference at most 7 in 10 "
+            "have, but for one picture in a million. It was made from the reference, or by the same program "
+            "with the same seed.",
+        )

@@ -1,0 +1,86 @@
+"""How close to a noisy reference correct pictures lie: never so close that anybody is suspected."""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import renderer
+from renderer.colors import srgb_from_linear
+from renderer.comparison.closeness import BOUND, Closeness, closeness
+from renderer.comparison.inputs import Picture, picture_of
+
+SCENES = Path(__file__).parents[2] / "scenes"
+SCENE = SCENES / "study" / "soft.json"
+SIDE = 64
+CORRECT = (
+    ("random", 4),
+    ("random", 64),
+    ("stratified", 16),
+    ("sobol", 16),
+    ("uniform", 16),
+)
+
+pytestmark = pytest.mark.slow
+
+
+def rendered(pattern: str, samples: int, seed: int) -> renderer.RenderResult:
+    document: dict[str, Any] = json.loads(SCENE.read_text())
+    document["camera"] |= {"width": SIDE, "height": SIDE}
+    light = {"pattern": pattern, "samples": 1 if pattern != "uniform" else 4}
+    document["sampling"] = {
+        "antialiasing": {"pattern": pattern, "samples": samples},
+        "light": light,
+        "seed": seed,
+    }
+    return renderer.render(renderer.compile_scene(document, layers=("error", "samples")), workers=1)
+
+
+def as_npy(image: np.ndarray) -> bytes:
+    buffer = io.BytesIO()
+    np.save(buffer, image)
+    return buffer.getvalue()
+
+
+def as_png(image: np.ndarray) -> bytes:
+    codes = np.floor(srgb_from_linear(np.clip(image, 0, 1)) * 255 + 0.5).astype(np.uint8)
+    buffer = io.BytesIO()
+    Image.fromarray(codes).save(buffer, "PNG")
+    return buffer.getvalue()
+
+
+@pytest.fixture(scope="module")
+def correct() -> dict[str, Picture]:
+    """Pictures of other seeds, as floating point and as PNG."""
+    forms = {"npy": as_npy, "png": as_png}
+    return {
+        f"{pattern} {samples} {form}": picture_of(encode(image), form)
+        for pattern, samples in CORRECT
+        for image in [rendered(pattern, samples, 7).image]
+        for form, encode in forms.items()
+    }
+
+
+def counted(image: Picture, reference: Picture) -> Closeness:
+    found = closeness(image, reference)
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize("pattern", ["random", "stratified", "sobol"])
+def test_no_correct_picture_is_suspected_and_every_copy_is(pattern: str, correct: dict[str, Picture]) -> None:
+    result = rendered(pattern, 16, 1)
+    layers = {name: result.layers[name] for name in ("error", "samples")}
+    reference = picture_of(as_npy(result.image), "reference", layers=layers)
+    for image in correct.values():
+        found = counted(image, reference)
+        assert not found.suspicious
+        assert found.near < BOUND * max(found.pixels, 1)
+    for copy in (as_npy(result.image), as_png(result.image)):
+        assert counted(picture_of(copy, "copy"), reference).suspicious
