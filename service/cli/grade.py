@@ -6,7 +6,7 @@ import os
 import shutil
 import tempfile
 import textwrap
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -175,26 +175,19 @@ def _save(found: Graded, out: Path | None, targets: Mapping[str, Path]) -> None:
     if out is None and not targets:
         return
     with _pictures(found.pictures, out) as folder:
+        if out is not None:
+            text = found.grade.model_dump_json(indent=2) + "\n"
+            _write(out / RESULT, text.encode())
         if targets:
             from service.grading.exports import EXPORTS
 
             for form, path in targets.items():
-                write_whole(path, _exported(EXPORTS[form], found.grade, folder))
-                output.say(f"{path}: written")
-        if out is not None:
-            # Last, so that all that it names is there.
-            text = found.grade.model_dump_json(indent=2) + "\n"
-            write_whole(out / RESULT, text.encode())
-            output.say(f"{out / RESULT}: written")
+                _write(path, EXPORTS[form](found.grade, folder))
 
 
-def _exported(export: Callable[..., bytes], found: Grade, pictures: Path) -> bytes:
-    from service.grading.exports import ExportError
-
-    try:
-        return export(found, pictures)
-    except ExportError as error:
-        raise CommandError(str(error)) from error
+def _write(path: Path, content: bytes) -> None:
+    write_whole(path, content)
+    output.say(f"{path}: written")
 
 
 @contextmanager

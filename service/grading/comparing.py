@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from renderer.comparison import Comparison, NotComparableError, Picture, picture_of
+from renderer.comparison.diagnosis import Cause
 from renderer.comparison.heat import encoded, side_by_side
 from renderer.comparison.regions import Region, named
 from renderer.errors import MissingExtraError
@@ -13,6 +15,7 @@ from schemas.comparisons import ComparisonCause, ComparisonRegion
 from schemas.manifests import ImageTest, SceneTest
 from service.grading import sentences
 from service.grading.accepting import accepted, compared, noiseless
+from service.grading.counterfactuals import explain
 from service.grading.errors import BrokenTestError, NotGradableError
 from service.grading.forgiving import forgiven
 from service.grading.inputs import of_picture
@@ -23,6 +26,9 @@ from service.grading.settings import Run
 from service.grading.wanted import Wanted, read_picture, wanted
 
 LABEL = "picture, reference, difference"
+
+PATIENCE = 0.5
+"""Share of a test's deadline after which no other mistake is tried."""
 
 
 def image(test: ImageTest, run: Run) -> Outcome:
@@ -59,27 +65,37 @@ class _Found:
     pardon: str
 
     @property
-    def causes(self) -> tuple[ComparisonCause, ...]:
+    def causes(self) -> tuple[Cause, ...]:
         """Mistakes: those with the whole picture explain its parts better than they do themselves."""
-        causes = self.part.causes if self.pardon else self.whole.causes or self.part.causes
-        return tuple(ComparisonCause.model_validate(cause, from_attributes=True) for cause in causes)
+        return self.part.causes if self.pardon else self.whole.causes or self.part.causes
+
+    @property
+    def judged(self) -> Comparison:
+        """What is judged, where it has the size of the whole picture; else this."""
+        sizes = [found.image.linear.shape for found in (self.part, self.whole)]
+        return self.part if sizes[0] == sizes[1] else self.whole
 
 
 def _graded(test: ImageTest | SceneTest, run: Run, picture: Picture, size: int | None) -> Outcome:
+    begun = time.monotonic()
     reference = wanted(test.reference, run)
     mask = None if test.mask is None else read_picture(run.references, test.mask, "linear")[1]
     selection = select(reference.picture, test.region, mask)
     found = _compared(test, picture, reference, selection)
     outcome = accepted(test.accept, found.part, selection)
     regions = _regions(found.part.regions, selection, [*reference.names, *found.part.names])
-    explanation = "" if outcome.share == 1.0 else sentences.explained(found.causes, regions)
+    causes = found.causes
+    if outcome.share < 1.0 and reference.scene is not None:
+        causes = explain(reference.scene, found.judged, until=begun + PATIENCE * run.deadline(test))
+    diagnosis = tuple(ComparisonCause.model_validate(cause, from_attributes=True) for cause in causes)
+    explanation = "" if outcome.share == 1.0 else sentences.explained(diagnosis, regions)
     held_to = None if reference.file is None else len(reference.file)
     return replace(
         outcome,
         message=sentences.joined(outcome.message, found.pardon, explanation),
         verdict=found.part.judgement.verdict,
         samples_to_settle=found.part.judgement.samples_factor,
-        diagnosis=found.causes,
+        diagnosis=diagnosis,
         worst_regions=regions,
         pictures=_drawn(found.whole) if run.pictures else {},
         inputs=(

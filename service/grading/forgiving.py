@@ -33,7 +33,7 @@ def forgiven(accept: Acceptance, found: Comparison) -> tuple[Picture, str]:
 def _undone(cause: str, found: Comparison) -> Floats:
     image, reference = found.image.linear, found.reference.linear
     if cause == hard_edges.CAUSE:
-        # Nothing undoes it, so pixels may show what a neighbour of theirs shows.
-        return np.clip(image, *hard_edges.neighbourhood(reference))
+        # Nothing undoes it. Pixels may show what a neighbour shows; what lies beyond that is left.
+        return reference + image - np.clip(image, *hard_edges.neighbourhood(reference))
     mistake = next(mistake for mistake in candidates(image, reference) if mistake.cause == cause)
     return np.ascontiguousarray(mistake.undo(image))

@@ -1,0 +1,151 @@
+"""Small assignments in a folder: scenes, references, a submission, and a manifest of some tests."""
+
+from __future__ import annotations
+
+import copy
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from renderer import compile_scene, load_scene, render
+from schemas.grades import Grade, TestGrade
+from schemas.manifest_reading import read_manifest
+from service.grading.grading import Graded, grade
+
+SCENE: dict[str, Any] = {
+    "version": 1,
+    "camera": {"position": [0, 2, 8], "look_at": [0, 1, 0], "vertical_fov": 38, "width": 48, "height": 32},
+    "ambient": [1, 1, 1],
+    "materials": {
+        "floor": {"type": "phong", "color": [0.75, 0.75, 0.75], "ambient": 0.2},
+        "ball": {"type": "phong", "color": [0.8, 0.2, 0.1], "ambient": 0.2},
+    },
+    "shapes": [
+        {
+            "type": "rectangle",
+            "name": "table",
+            "center": [0, 0, 0],
+            "normal": [0, 1, 0],
+            "tangent": [1, 0, 0],
+            "size": [6, 6],
+            "material": "floor",
+        },
+        {"type": "ellipsoid", "name": "ball", "center": [0, 1, 0], "radius": 1, "material": "ball"},
+    ],
+    "lights": [{"type": "point", "position": [3, 5, 3], "color": [0.8, 0.8, 0.8]}],
+    "sampling": {"antialiasing": {"pattern": "uniform", "samples": 4}},
+}
+
+
+def scene(**changes: Any) -> dict[str, Any]:
+    """The scene, with some of its members changed."""
+    return copy.deepcopy(SCENE) | changes
+
+
+def pixels(document: dict[str, Any]) -> np.ndarray:
+    """Its picture, linear."""
+    return render(compile_scene(load_scene(document))).image
+
+
+def image_test(**changes: Any) -> dict[str, Any]:
+    """A test of the kind `image`."""
+    return {
+        "id": "picture",
+        "name": "A picture",
+        "kind": "image",
+        "points": 10,
+        "submitted": {"file": "picture.npy", "encoding": "linear"},
+        "reference": {"type": "scene", "file": "scene.json"},
+    } | changes
+
+
+def scene_test(**changes: Any) -> dict[str, Any]:
+    """A test of the kind `scene`."""
+    return {
+        "id": "scene",
+        "name": "A scene",
+        "kind": "scene",
+        "points": 10,
+        "submitted": {"file": "scene.json"},
+        "reference": {"type": "scene", "file": "scene.json"},
+    } | changes
+
+
+def rays_test(**changes: Any) -> dict[str, Any]:
+    """A test of the kind `rays`."""
+    return {
+        "id": "rays",
+        "name": "What rays hit",
+        "kind": "rays",
+        "points": 10,
+        "submitted": {"type": "hits", "file": "hits.npz"},
+        "reference": "scene.json",
+    } | changes
+
+
+def time_test(**changes: Any) -> dict[str, Any]:
+    """A test of the kind `time`."""
+    return {
+        "id": "time",
+        "name": "How long it takes",
+        "kind": "time",
+        "points": 10,
+        "submitted": {"type": "report", "file": "report.json"},
+        "accept": {"full": 2},
+    } | changes
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """Folders of the manifest and of a submission, both with the scene."""
+
+    references: Path
+    submission: Path
+
+    @classmethod
+    def of(cls, folder: Path) -> Assignment:
+        """A fresh one."""
+        made = cls(folder / "assignment", folder / "submission")
+        for inside in (made.references, made.submission):
+            inside.mkdir()
+            (inside / "scene.json").write_text(json.dumps(SCENE))
+        return made
+
+    def manifest(self, *tests: dict[str, Any], **members: Any) -> Path:
+        """Write a manifest."""
+        document = {"schema": "penumbra/manifest/v1", "title": "A ray tracer", "tests": tests} | members
+        path = self.references / "manifest.json"
+        path.write_text(json.dumps(document))
+        return path
+
+    def hand_in(self, name: str, content: Any) -> Path:
+        """Put a file into the submission: an array, several arrays, bytes, or a document."""
+        path = self.submission / name
+        match content:
+            case bytes():
+                path.write_bytes(content)
+            case np.ndarray():
+                np.save(path, content)
+            case _ if path.suffix == ".npz":
+                np.savez(path, **content)
+            case _:
+                path.write_text(json.dumps(content))
+        return path
+
+    def run(self, *tests: dict[str, Any], members: dict[str, Any] | None = None, **options: Any) -> Graded:
+        """Grade the submission by some tests."""
+        manifest = read_manifest(self.manifest(*tests, **(members or {})).read_bytes(), yaml=False)
+        return grade(
+            manifest, references=self.references, submission=self.submission, **({"jobs": 2} | options)
+        )
+
+    def grade(self, *tests: dict[str, Any], **options: Any) -> Grade:
+        """The same without its pictures."""
+        return self.run(*tests, **options).grade
+
+    def test(self, test: dict[str, Any], **options: Any) -> TestGrade:
+        """What becomes of a single test."""
+        return self.grade(test, **options).tests[0]

@@ -1,0 +1,217 @@
+"""A whole run: what is broken costs its own points alone, and the result adds up."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from schemas.grades import Grade
+from tests.unit.grading.assignments import (
+    SCENE,
+    Assignment,
+    image_test,
+    pixels,
+    rays_test,
+    scene,
+    scene_test,
+    time_test,
+)
+
+ENDLESS = scene(
+    camera=SCENE["camera"] | {"width": 2048, "height": 2048},
+    sampling={"antialiasing": {"pattern": "uniform", "samples": 4096}},
+)
+"""Hours of work."""
+
+
+def test_one_broken_test_never_costs_the_others(assignment: Assignment) -> None:
+    assignment.hand_in("endless.json", ENDLESS)
+    assignment.hand_in("hits.npz", b"PK\x03\x04 cut off")
+    assignment.hand_in("nan.npy", np.full((32, 48, 3), np.nan, np.float32))
+    assignment.hand_in("picture.npy", pixels(SCENE))
+    found = assignment.grade(
+        scene_test(id="late", submitted={"file": "endless.json"}, deadline=1.0),
+        scene_test(id="greedy", submitted={"file": "endless.json"}, memory=256),
+        rays_test(id="damaged"),
+        image_test(id="nan", submitted={"file": "nan.npy", "encoding": "linear"}),
+        image_test(id="lost", submitted={"file": "none.png", "encoding": "srgb"}),
+        image_test(id="no-reference", reference={"type": "scene", "file": "none.json"}),
+        image_test(id="good"),
+        members={"deadline": 60.0},
+    )
+    statuses = {test.id: test.status for test in found.tests}
+    assert statuses == {
+        "late": "error",
+        "greedy": "not_gradable",
+        "damaged": "not_gradable",
+        "nan": "not_gradable",
+        "lost": "skipped",
+        "no-reference": "error",
+        "good": "passed",
+    }
+    assert found.score == 10
+    assert found.gradable
+    assert found.verdict == "mismatch"
+    assert found.ungraded == ("late", "greedy", "damaged", "nan", "no-reference")
+    assert "given up after 1 s" in found.tests[0].message
+
+
+def test_points_add_up_and_bonus_comes_on_top(assignment: Assignment) -> None:
+    assignment.hand_in("picture.npy", pixels(SCENE))
+    tenths = [image_test(id=f"t{number}", points=0.1) for number in range(3)]
+    found = assignment.grade(*tenths, scene_test(points=5, bonus=True))
+    # The sum of these four doubles, rounded once.
+    assert found.score == float(3 * Fraction(0.1) + 5)
+    assert found.max_score == float(3 * Fraction(0.1))
+    assert found.tests[3].bonus
+    assert found.verdict == "match"
+
+
+def test_a_bonus_that_is_not_handed_in_spoils_nothing(assignment: Assignment) -> None:
+    assignment.hand_in("picture.npy", pixels(SCENE))
+    found = assignment.grade(image_test(), rays_test(bonus=True))
+    assert (found.tests[1].status, found.verdict, found.score, found.max_score) == (
+        "skipped",
+        "match",
+        10,
+        10,
+    )
+
+
+def test_hidden_tests_and_tags_are_marked(assignment: Assignment) -> None:
+    found = assignment.grade(scene_test(hidden=True, tags=["shadows"]), scene_test(id="seen"))
+    assert [test.hidden for test in found.tests] == [True, False]
+    assert found.tests[0].tags == ("shadows",)
+
+
+def test_tests_stand_in_the_order_of_the_manifest_however_many_run_at_a_time(assignment: Assignment) -> None:
+    tests = [scene_test(id=f"t{number}") for number in range(5)]
+    told: list[str] = []
+    found = assignment.grade(*tests, jobs=3, on_test=lambda test: told.append(test.id))
+    assert [test.id for test in found.tests] == [test["id"] for test in tests]
+    assert sorted(told) == [test["id"] for test in tests]
+
+
+def test_a_reference_is_rendered_once_and_may_stay_for_the_next_time(
+    assignment: Assignment, tmp_path: Path
+) -> None:
+    cache = tmp_path / "cache"
+    cache.mkdir()
+    assignment.hand_in("picture.npy", pixels(SCENE))
+    tests = image_test(id="one"), image_test(id="two"), scene_test()
+    assert assignment.grade(*tests, cache=cache).score == 30
+    (kept,) = cache.iterdir()
+    before = kept.stat().st_mtime_ns
+    assert assignment.grade(*tests, cache=cache).score == 30
+    assert kept.stat().st_mtime_ns == before
+    # Another scene has another name, whatever its file is called.
+    (assignment.references / "scene.json").write_text(json.dumps(scene(lights=[])))
+    assert assignment.grade(*tests, cache=cache).score == 0
+    assert len(list(cache.iterdir())) == 2
+
+
+@pytest.mark.parametrize(
+    ("document", "pointer", "points"),
+    [
+        ({"cpu_seconds": 2}, None, 10),
+        ({"cpu_seconds": 3}, None, 5),
+        ({"cpu_seconds": 4.5}, None, 0),
+        ({"runs": [{"s/m": 1.5}]}, "/runs/0/s~1m", 10),
+    ],
+)
+def test_a_reported_time_is_held_to_the_budget(
+    assignment: Assignment, document: object, pointer: str | None, points: float
+) -> None:
+    assignment.hand_in("report.json", document)
+    submitted = {"type": "report", "file": "report.json"} | ({"pointer": pointer} if pointer else {})
+    accept = {"full": 2, "bands": [{"at": 4, "share": 0.5}]}
+    assert assignment.test(time_test(submitted=submitted, accept=accept)).points == points
+
+
+@pytest.mark.parametrize(
+    "document", [{}, {"cpu_seconds": "2"}, {"cpu_seconds": True}, [1], {"cpu_seconds": -1}]
+)
+def test_a_report_without_a_number_is_not_gradable(assignment: Assignment, document: object) -> None:
+    assignment.hand_in("report.json", document)
+    told = assignment.test(time_test())
+    assert told.status == "not_gradable"
+    assert "/cpu_seconds" in told.message
+
+
+def test_a_scene_is_timed_by_the_cpu_seconds_of_its_render(assignment: Assignment) -> None:
+    told = assignment.test(time_test(submitted={"type": "scene", "file": "scene.json"}, accept={"full": 60}))
+    assert told.status == "passed"
+    assert 0 < (told.value or 0) < 60
+
+
+def test_the_result_is_a_document_that_can_be_read_again(assignment: Assignment) -> None:
+    found = assignment.grade(scene_test(), student="ada", submitted="2026-11-21T20:15:00+00:00")
+    text = found.model_dump_json()
+    assert json.loads(text)["schema"] == "penumbra/grade/v1"
+    assert Grade.model_validate_json(text) == found
+    assert (found.student, found.submitted) == ("ada", "2026-11-21T20:15:00+00:00")
+    assert found.policy["scene"]["by"] == "verdict"
+
+
+KILLED = """
+import json, sys
+from pathlib import Path
+from schemas.manifest_reading import read_manifest
+from service.grading.grading import grade
+
+if __name__ == "__main__":
+    folder = Path(sys.argv[1])
+    manifest = read_manifest((folder / "manifest.json").read_bytes(), yaml=False)
+    found = grade(manifest, references=folder, submission=Path(sys.argv[2]), jobs=2)
+    print(json.dumps({test.id: [test.status, test.points] for test in found.grade.tests}))
+"""
+
+
+def test_killing_the_process_of_a_test_from_outside_costs_that_test_alone(
+    assignment: Assignment, tmp_path: Path
+) -> None:
+    assignment.hand_in("endless.json", ENDLESS)
+    assignment.manifest(scene_test(id="killed", submitted={"file": "endless.json"}), scene_test(id="good"))
+    script = tmp_path / "run.py"
+    script.write_text(KILLED)
+    running = subprocess.Popen(
+        [sys.executable, script, assignment.references, assignment.submission],
+        stdout=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[3])},
+    )
+    ender = threading.Thread(target=_kill_the_busy_one, args=(running.pid,))
+    ender.start()
+    out, _ = running.communicate(timeout=120)
+    ender.join()
+    assert json.loads(out) == {"killed": ["error", 0.0], "good": ["passed", 10.0]}
+
+
+def _kill_the_busy_one(parent: int) -> None:
+    """Kill the process below this one, two steps down, that has worked for a second."""
+    until = time.monotonic() + 100
+    while time.monotonic() < until:
+        for server in _children(parent):
+            for worker in _children(server):
+                ticks = Path(f"/proc/{worker}/stat").read_text().rsplit(")", 1)[1].split()[11]
+                if int(ticks) > os.sysconf("SC_CLK_TCK"):
+                    os.kill(worker, signal.SIGKILL)
+                    return
+        time.sleep(0.05)
+
+
+def _children(process: int) -> list[int]:
+    try:
+        return [int(word) for word in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+    except FileNotFoundError:
+        return []

@@ -1,0 +1,83 @@
+"""Each errand has a process of its own: whatever happens to it, the others are done."""
+
+from __future__ import annotations
+
+import math
+import multiprocessing
+import os
+import signal
+import time
+from functools import partial
+
+import pytest
+
+from service.grading.processes import Errand, Finished, run_all
+
+PATIENCE = 120.0
+
+
+def done(*errands: Errand, jobs: int = 2) -> dict[str, Finished]:
+    return dict(run_all(errands, jobs))
+
+
+def test_results_come_by_name_with_what_they_cost() -> None:
+    found = done(*(Errand(str(number), partial(math.sqrt, number), PATIENCE) for number in (4, 9, 16)))
+    assert {name: one.result for name, one in found.items()} == {"4": 2.0, "9": 3.0, "16": 4.0}
+    assert all(one.seconds > 0 and one.error is None and one.trouble is None for one in found.values())
+
+
+def test_a_late_errand_is_ended_and_costs_the_others_nothing() -> None:
+    found = done(
+        Errand("late", partial(time.sleep, 600), 0.5), Errand("good", partial(math.sqrt, 4), PATIENCE)
+    )
+    assert found["late"].trouble == "It was given up after 0.5 s."
+    assert found["late"].result is None
+    assert found["good"].result == 2.0
+
+
+def test_a_process_that_dies_is_told_and_costs_the_others_nothing() -> None:
+    found = done(
+        Errand("left", partial(os._exit, 7), PATIENCE),
+        Errand("killed", partial(signal.raise_signal, signal.SIGKILL), PATIENCE),
+        Errand("good", partial(math.sqrt, 4), PATIENCE),
+        jobs=1,
+    )
+    assert "exit code 7" in (found["left"].trouble or "")
+    assert "exit code -9" in (found["killed"].trouble or "")
+    assert found["good"].result == 2.0
+
+
+def test_what_is_raised_comes_back() -> None:
+    error = done(Errand("wrong", partial(math.sqrt, -1), PATIENCE))["wrong"].error
+    assert isinstance(error, ValueError)
+
+
+def test_an_error_that_cannot_travel_is_told_in_words() -> None:
+    raising = partial(exec, "class LocalError(Exception): pass\nraise LocalError('here')")
+    assert str(done(Errand("wrong", raising, PATIENCE))["wrong"].error) == "LocalError: here"
+
+
+def test_memory_beyond_what_is_given_is_refused_to_that_errand_alone() -> None:
+    large = 1 << 33
+    found = done(
+        Errand("greedy", partial(bytearray, large), PATIENCE, memory=large // 2),
+        Errand("good", partial(math.sqrt, 4), PATIENCE, memory=large // 2),
+    )
+    assert isinstance(found["greedy"].error, MemoryError)
+    assert found["good"].result == 2.0
+
+
+def test_words_of_an_errand_do_not_reach_stdout(capfd: pytest.CaptureFixture[str]) -> None:
+    assert done(Errand("chatty", partial(print, "told"), PATIENCE))["chatty"].error is None
+    assert capfd.readouterr().out == ""
+
+
+def test_who_stops_asking_leaves_no_process_behind() -> None:
+    errands = [
+        Errand("good", partial(math.sqrt, 4), PATIENCE),
+        Errand("slow", partial(time.sleep, 600), PATIENCE),
+    ]
+    going = run_all(errands, 2)
+    assert next(going)[0] == "good"
+    going.close()
+    assert not [child for child in multiprocessing.active_children() if child.is_alive()]
