@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +68,13 @@ def correct() -> dict[str, Picture]:
     }
 
 
+def noisy_reference(pattern: str) -> tuple[np.ndarray, Picture]:
+    """Pixels of 16 samples, and the same as a reference that tells its noise."""
+    result = rendered(pattern, 16, 1)
+    layers = {name: result.layers[name] for name in ("error", "samples")}
+    return result.image, picture_of(as_npy(result.image), "reference", layers=layers)
+
+
 def counted(image: Picture, reference: Picture) -> Closeness:
     found = closeness(image, reference)
     assert found is not None
@@ -75,12 +83,14 @@ def counted(image: Picture, reference: Picture) -> Closeness:
 
 @pytest.mark.parametrize("pattern", ["random", "stratified", "sobol"])
 def test_no_correct_picture_is_suspected_and_every_copy_is(pattern: str, correct: dict[str, Picture]) -> None:
-    result = rendered(pattern, 16, 1)
-    layers = {name: result.layers[name] for name in ("error", "samples")}
-    reference = picture_of(as_npy(result.image), "reference", layers=layers)
+    reference = noisy_reference(pattern)[1]
     for image in correct.values():
         found = counted(image, reference)
         assert not found.suspicious
         assert found.near < BOUND * max(found.pixels, 1)
-    for copy in (as_npy(result.image), as_png(result.image)):
-        assert counted(picture_of(copy, "copy"), reference).suspicious
+
+
+@pytest.mark.parametrize("form", [as_npy, as_png])
+def test_a_copy_is_suspected_also_with_eight_bits(form: Callable[[np.ndarray], bytes]) -> None:
+    pixels, reference = noisy_reference("random")
+    assert counted(picture_of(form(pixels), "copy"), reference).suspicious
