@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,14 @@ from schemas.quality import FixedQuality, Quality
 from schemas.scene import Scene
 from service.grading.folders import Folder
 
+if TYPE_CHECKING:
+    from service.client import Client
+
 RANDOM = frozenset({"random", "stratified", "sobol"})
 """Patterns whose layer `error` tells noise; of a fixed grid it tells something else."""
+
+PATIENCE = 0.9
+"""Share of a deadline after which a service is told that nobody waits any more."""
 
 SHOWN = 3
 """Problems of a scene that a message has room for."""
@@ -103,20 +109,29 @@ def _layers(quality: Quality | None, scene: Scene) -> tuple[str, ...]:
 
 def _by_service(order: Ordered, text: bytes, layers: tuple[str, ...]) -> Rendered:
     # Only who has a service needs the client.
-    from service.client import Client  # noqa: PLC0415
+    from service.client import Client, JobFailedError, RequestInvalidError  # noqa: PLC0415
 
-    with Client(order.server or "", patience=order.timeout) as client:
-        job = client.submit(
-            text,
-            quality=None
-            if order.quality is None
-            else order.quality.model_dump(mode="json", exclude_none=True),
-            layers=layers,
-            assets=order.folder.assets(order.file),
-        )
-        job = client.wait(job.id, timeout=order.timeout)
-        image = client.pixels(job.id)
-        return Rendered(image, {name: client.layer(job.id, name) for name in layers}, job.cost.cpu_seconds)
+    quality = None if order.quality is None else order.quality.model_dump(mode="json", exclude_none=True)
+    with Client(order.server, patience=order.timeout) as client:
+        try:
+            assets = order.folder.assets(order.file)
+            job = client.submit(text, quality=quality, layers=layers, assets=assets)
+            _wait(client, job.id, order.timeout)
+        except (RequestInvalidError, JobFailedError) as error:
+            raise order.folder.fault(f"{order.file} was not rendered by the service. {error}") from error
+        shown = {name: client.layer(job.id, name) for name in layers}
+        return Rendered(client.pixels(job.id), shown, client.get(job.id).cost.cpu_seconds)
+
+
+def _wait(client: Client, job_id: str, timeout: float) -> None:
+    from service.client import TimedOutError  # noqa: PLC0415
+
+    try:
+        client.wait(job_id, timeout=PATIENCE * timeout)
+    except TimedOutError:
+        # Nobody asks for it any more.
+        client.cancel(job_id)
+        raise
 
 
 def _told(error: SceneError) -> str:
