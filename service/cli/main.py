@@ -12,6 +12,7 @@ import typer
 
 from service.cli import (
     compare,
+    convert,
     demo,
     doctor,
     explain,
@@ -36,6 +37,7 @@ COMMANDS: tuple[tuple[str, str, Callable[..., Any]], ...] = (
     ("trace", "On this machine", trace.trace),
     ("study", "On this machine", study.study),
     ("compare", "On this machine", compare.compare),
+    ("convert", "On this machine", convert.convert),
     ("grade", "On this machine", grade.grade),
     ("serve", "Service", serve.serve),
     ("demo", "Service", demo.demo),

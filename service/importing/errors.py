@@ -1,0 +1,51 @@
+"""What importers raise.
+
+ValueError
+├── ConversionError    a file is not what its format wants; with all that is wrong in it
+└── FileAwayError      a file that another one names is not there, or may not be read
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from schemas.problems import Problem
+
+
+class ConversionError(ValueError):
+    """A file cannot be converted.
+
+    Parameters
+    ----------
+    name
+        The file, as people know it.
+    text
+        Its content, of which lines are shown; nothing where it is not text.
+    problems
+        What is wrong: pointers of JSON, lines of OBJ and MTL.
+    more
+        How many further problems there are.
+    """
+
+    def __init__(self, name: str, text: bytes, problems: Sequence[Problem], more: int = 0) -> None:
+        super().__init__(f"{name} cannot be converted: {problems[0].detail}")
+        self.name = name
+        self.text = text
+        self.problems = tuple(problems)
+        self.more = more
+
+
+class FileAwayError(ValueError):
+    """A file that another one names cannot be had; the message says why and what to do."""
+
+
+def wrong_at_line(name: str, text: bytes, line: int, detail: str) -> ConversionError:
+    """The error about one line of a text file."""
+    problem = Problem(pointer="", detail=detail, code="unusable_line", line=line, column=1)
+    return ConversionError(name, text, [problem])
+
+
+def wrong_at(name: str, pointer: str, detail: str, suggestion: str | None = None) -> ConversionError:
+    """The error about one place of a JSON document; its line is found later."""
+    problem = Problem(pointer=pointer, detail=detail, code="unusable_value", suggestion=suggestion)
+    return ConversionError(name, b"", [problem])
