@@ -1,0 +1,169 @@
+"""A scene is chosen, dropped or written, checked while it is written, priced, and rendered."""
+
+from __future__ import annotations
+
+import httpx2
+from playwright.sync_api import Page, expect
+
+from tests.browser.conftest import Open
+from tests.browser.scenes import GALLERY, PATIENCE, drop, editor, line_of, opened, render_button, small
+
+TILES = (GALLERY / "textures" / "tiles.png").read_bytes()
+
+
+def finished(page: Page) -> None:
+    expect(page.locator(".job-progress .state")).to_have_text("✓ finished", timeout=PATIENCE)
+
+
+def ask_for_samples(page: Page, camera: int, light: int) -> None:
+    page.get_by_role("radio", name="Samples").check()
+    page.get_by_label("Samples a pixel").fill(str(camera))
+    page.get_by_label("Points a light").fill(str(light))
+
+
+def test_a_scene_of_the_gallery_is_rendered_with_the_quality_asked_for(
+    page: Page, client: httpx2.Client
+) -> None:
+    opened(page)
+    page.get_by_role("button", name="Texturing", exact=True).click()
+    expect(editor(page)).to_have_value((GALLERY / "texturing.json").read_text().rstrip())
+    ask_for_samples(page, 1, 4)
+    opened(page)
+    render_button(page).click()
+    expect(page.get_by_role("heading", level=1)).to_have_text("texturing")
+    finished(page)
+    job = page.url.rsplit("/", 1)[1]
+    asked = client.get(f"/v1/jobs/{job}/request").json()["quality"]
+    assert asked["antialiasing"] == {"pattern": "sobol", "samples": 1}
+    assert asked["light"] == {"pattern": "sobol", "samples": 4}
+
+
+def test_a_mistake_is_told_at_its_line_while_it_is_typed(page: Page) -> None:
+    opened(page)
+    good = small("basic")
+    bad = good.replace('"material": "cobalt"', '"material": "cobald"')
+    editor(page).fill(bad)
+    wrong = page.locator(".line.wrong")
+    expect(wrong).to_have_count(1, timeout=PATIENCE)
+    expect(wrong).to_have_attribute("data-number", str(line_of(bad, "cobald")))
+    expect(wrong.locator(".culprit")).to_have_text('"cobald"')
+    expect(wrong).to_contain_text("no material of this name")
+    expect(render_button(page)).to_be_disabled()
+    editor(page).fill(good)
+    expect(wrong).to_have_count(0, timeout=PATIENCE)
+    opened(page)
+
+
+def test_a_click_on_a_mistake_selects_it_in_the_text(page: Page) -> None:
+    opened(page)
+    text = small("basic").replace('"material": "cobalt"', '"material": "cobald"')
+    editor(page).fill(text)
+    page.get_by_role("button", name=f"Line {line_of(text, 'cobald')}").click(timeout=PATIENCE)
+    start, end = page.evaluate("[document.activeElement.selectionStart, document.activeElement.selectionEnd]")
+    assert text[start:end] == '"cobald"'
+
+
+def test_a_quality_that_does_not_fit_is_told_beside_no_line(page: Page) -> None:
+    opened(page)
+    page.get_by_role("radio", name="Samples").check()
+    page.get_by_label("Pattern in the pixel").select_option("uniform")
+    page.get_by_label("Samples a pixel").fill("5")
+    problems = page.get_by_role("listitem").filter(has_text="square number")
+    expect(problems).to_contain_text("Quality", timeout=PATIENCE)
+    expect(page.locator(".line.wrong")).to_have_count(0)
+
+
+def test_a_file_that_is_no_json_is_shown_with_its_mistake(page: Page) -> None:
+    opened(page)
+    drop(page, mine__json=b'{\n  "version": 1,\n  "name" "mine"\n}')
+    expect(page.get_by_role("heading", level=2, name="mine.json")).to_be_visible()
+    expect(page.locator(".line.wrong")).to_have_attribute("data-number", "3", timeout=PATIENCE)
+    expect(page.locator(".line.wrong")).to_contain_text("This is not JSON")
+
+
+def test_a_scene_is_dropped_together_with_its_texture(page: Page) -> None:
+    opened(page)
+    drop(page, mine__json=small().encode(), tiles__png=TILES)
+    expect(page.get_by_role("heading", level=2, name="mine.json")).to_be_visible()
+    expect(page.get_by_role("listitem").filter(has_text="textures/tiles.png")).to_contain_text(
+        "here", timeout=PATIENCE
+    )
+    opened(page)
+    render_button(page).click()
+    finished(page)
+
+
+def test_a_texture_that_is_missing_is_told_at_its_line_and_can_follow(page: Page) -> None:
+    opened(page)
+    text = small()
+    drop(page, mine__json=text.encode())
+    wrong = page.locator(".line.wrong")
+    expect(wrong).to_have_attribute("data-number", str(line_of(text, '"asset"')), timeout=PATIENCE)
+    expect(wrong).to_contain_text("The file textures/tiles.png is not here yet.")
+    drop(page, tiles__png=TILES)
+    expect(wrong).to_have_count(0, timeout=PATIENCE)
+    opened(page)
+
+
+def test_a_texture_that_is_no_picture_is_told_at_its_line(page: Page) -> None:
+    opened(page)
+    text = small()
+    drop(page, mine__json=text.encode(), tiles__png=b"no picture at all")
+    wrong = page.locator(".line.wrong")
+    expect(wrong).to_have_attribute("data-number", str(line_of(text, '"asset"')), timeout=PATIENCE)
+    expect(wrong).to_contain_text("The file textures/tiles.png cannot be used.")
+
+
+def test_the_price_is_told_before_anything_is_rendered(page: Page, client: httpx2.Client) -> None:
+    opened(page)
+    editor(page).fill(small("basic", name="only priced"))
+    page.get_by_role("radio", name="Samples").check()
+    page.get_by_label("Pattern in the pixel").select_option("random")
+    quote = page.get_by_role("region", name="Quote")
+    expect(quote.get_by_role("term").first).to_have_text("Time", timeout=PATIENCE)
+    expect(quote).to_contain_text("with 2 workers")
+    assert "only priced" not in [job["name"] for job in client.get("/v1/jobs").json()["jobs"]]
+
+
+def test_what_was_written_survives_a_reload(page: Page) -> None:
+    opened(page)
+    text = small("basic", name="not lost")
+    editor(page).fill(text)
+    opened(page)
+    page.reload()
+    expect(editor(page)).to_have_value(text, timeout=PATIENCE)
+
+
+def test_the_keyboard_alone_is_enough(open_page: Open) -> None:
+    page = open_page("/")
+    opened(page)
+    page.keyboard.press("Tab")
+    expect(page.get_by_role("link", name="Skip to the content")).to_be_focused()
+    tab_to(page, "Falloff")
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("heading", level=2, name="Falloff")).to_be_visible()
+    tab_to(page, "Scene, as JSON")
+    page.keyboard.press("Control+A")
+    page.keyboard.insert_text(small("falloff", name="by keyboard"))
+    tab_to(page, "As written")
+    page.keyboard.press("ArrowRight")
+    expect(page.get_by_role("radio", name="Samples")).to_be_checked()
+    opened(page)
+    page.keyboard.press("Control+Enter")
+    expect(page.get_by_role("heading", level=1)).to_have_text("by keyboard", timeout=PATIENCE)
+
+
+FOCUSED = """() => {
+  const focused = document.activeElement;
+  return focused.getAttribute("aria-label") ?? focused.closest("label")?.textContent ?? focused.textContent;
+}"""
+MOST_STOPS = 60
+
+
+def tab_to(page: Page, name: str) -> None:
+    """Press Tab until what has this name has the focus."""
+    for _ in range(MOST_STOPS):
+        if page.evaluate(FOCUSED).strip() == name:
+            return
+        page.keyboard.press("Tab")
+    raise AssertionError(f"no way leads to {name}")
