@@ -9,11 +9,19 @@ from numpy.typing import NDArray
 
 from renderer.arrays import Floats, Masks
 from renderer.comparison.regions import named
+from renderer.comparison.shown import names_of
+from schemas.scene import Scene
+from service.grading.altered_normals import of_spheres
+from service.grading.hints import HINTS
 from service.grading.ray_agreement import Answers
 from service.grading.ray_sources import RayList
 
 MANY = 0.5
 """Share of the rays that hit something and differ; what explains more of them is told."""
+
+DIGITS = 1e-3
+"""Where a hit is off by less than this share of its distance, single precision may be why: a quadratic loses
+half of its seven digits where a ball is far away."""
 
 
 def reasons_of(
@@ -21,9 +29,10 @@ def reasons_of(
     right: Answers,
     agrees: Mapping[str, Masks],
     cast: RayList,
-    names: Sequence[str],
+    document: Scene,
 ) -> list[str]:
     """Sentences on what differs, for students; empty where nothing does."""
+    names = names_of(document)
     wrong = {name: ~right.doubtful & ~those for name, those in agrees.items()}
     counts = {name: np.count_nonzero(rows) for name, rows in wrong.items() if rows.any()}
     if not counts:
@@ -35,36 +44,86 @@ def reasons_of(
     listed = ", ".join(f"{name} in {count}" for name, count in counts.items())
     return [
         f"They differ in: {listed}.",
-        *(advice for explains, advice in _mistakes(submitted, right, cast) if _explains(explains, wrong)),
+        *_advice(submitted, right, cast, document, wrong),
         _where(right.hits.shape[rows], names),
         f"In row {row}, {first} is {found} and should be {wanted}.",
     ]
 
 
+def _advice(
+    submitted: Mapping[str, Floats],
+    right: Answers,
+    cast: RayList,
+    document: Scene,
+    wrong: Mapping[str, Masks],
+) -> Iterator[str]:
+    for mistake, advice in _mistakes(submitted, right, cast, document):
+        if _explains(mistake, wrong):
+            yield advice
+
+
 def _mistakes(
-    submitted: Mapping[str, Floats], right: Answers, cast: RayList
+    submitted: Mapping[str, Floats], right: Answers, cast: RayList, document: Scene
 ) -> Iterator[tuple[tuple[str, Masks], str]]:
     """The field that a mistake spoils, the rays that it explains, and what to do."""
-    hits, allowed = right.hits, right.allowed
     with np.errstate(invalid="ignore"):
         if "normal" in submitted:
-            turned = _near(submitted["normal"], -hits.normal, allowed["normal"])
-            yield ("normal", turned), "Normals point the wrong way: turn them towards the ray's origin."
-            lengths = np.linalg.norm(submitted["normal"], axis=1, keepdims=True)
-            unit = np.divide(submitted["normal"], lengths, where=lengths > 0, out=np.zeros_like(hits.normal))
-            long = _near(unit, hits.normal, allowed["normal"])
-            yield ("normal", long), "Normals do not have length 1: normalise them."
+            yield from _of_normals(submitted["normal"], right, document)
+        unmet = _unmet(submitted, right)
+        if unmet.any():
+            names = names_of(document)
+            never = ", ".join(names[shape] for shape in np.unique(right.hits.shape[unmet]))
+            field = "t" if "t" in submitted else "shape"
+            yield (field, unmet), f"No ray meets {never}: look at how it is read, and at its intersection."
         if "t" in submitted:
-            lengths = np.linalg.norm(cast.directions, axis=1)
-            scaled = _near(submitted["t"], hits.t * lengths, allowed["t"] * lengths)
-            yield ("t", scaled), "t is a distance; it must count in lengths of the direction that is given."
-            behind = np.isfinite(hits.t) & np.isfinite(submitted["t"]) & (submitted["t"] > hits.t)
-            yield (
-                ("t", behind),
-                "Many hits lie behind the right ones: take the nearest in front of the origin.",
-            )
-            lost = np.isfinite(hits.t) & np.isinf(submitted["t"])
-            yield ("t", lost), "Many rays miss what they should hit."
+            yield from _of_distances(submitted["t"], right, cast, unmet)
+
+
+def _of_normals(normals: Floats, right: Answers, document: Scene) -> Iterator[tuple[tuple[str, Masks], str]]:
+    wanted, allowed = right.hits.normal, right.allowed["normal"]
+    turned = _near(normals, -wanted, allowed)
+    yield ("normal", turned), "Normals point the wrong way: turn them towards the ray's origin."
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    unit = np.divide(normals, lengths, where=lengths > 0, out=np.zeros_like(wanted))
+    long = _near(unit, wanted, allowed)
+    yield ("normal", long), "Normals do not have length 1: normalise them."
+    spheres = of_spheres(document, right.hits.shape, right.hits.position, wanted)
+    yield ("normal", _near(unit, spheres, allowed) & ~long), HINTS["normals_of_spheres"]
+
+
+def _unmet(submitted: Mapping[str, Floats], right: Answers) -> Masks:
+    """Rays that should meet a shape that not a single ray of the submission meets."""
+    if "shape" not in submitted:
+        return np.zeros(right.doubtful.shape, dtype=bool)
+    there: Masks = np.isin(right.hits.shape, submitted["shape"].astype(np.int64))
+    return ~there & (right.hits.shape >= 0)
+
+
+def _of_distances(
+    t: Floats, right: Answers, cast: RayList, unmet: Masks
+) -> Iterator[tuple[tuple[str, Masks], str]]:
+    wanted, allowed = right.hits.t, right.allowed["t"]
+    lengths = np.linalg.norm(cast.directions, axis=1)
+    scaled = _near(t, wanted * lengths, allowed * lengths)
+    yield ("t", scaled), "t is a distance; it must count in lengths of the direction that is given."
+    yield ("t", t < 0), "Many hits lie behind the origin: only t > 0 counts."
+    close = np.isfinite(wanted) & (np.abs(t - wanted) <= DIGITS * np.abs(wanted))
+    yield ("t", close & ~scaled), "Hits are right to a few digits only: calculate in float64."
+    both = np.isfinite(wanted) & np.isfinite(t)
+    behind = both & (t > wanted) & ~(unmet | close | scaled)
+    yield ("t", behind), "Many hits lie behind the right ones: take the nearest in front of the origin."
+    extra = np.isinf(wanted) & np.isfinite(t) & (t > 0)
+    yield ("t", extra), "Many rays hit what they should miss: look at the edges of flat shapes."
+    lost = np.isfinite(wanted) & np.isinf(t) & ~unmet
+    limit = next(filter(None, (_limit(lost, both, far) for far in (wanted, wanted * lengths))), "")
+    yield ("t", lost), "Many rays miss what they should hit." + limit
+
+
+def _limit(lost: Masks, found: Masks, far: Floats) -> str:
+    """What is told where all that is lost lies farther than all that is found."""
+    if not (lost.any() and found.any()) or far[lost].min() <= far[found].max():
+        return ""
+    return f" All of it lies beyond {far[found].max():.4g}: a ray does not end anywhere."
 
 
 def _near(values: Floats, wanted: Floats, allowed: Floats) -> Masks:

@@ -9,7 +9,6 @@ import numpy as np
 
 from renderer import RenderPlan, compile_scene, load_scene, trace
 from renderer.arrays import Floats, Masks
-from renderer.comparison.shown import names_of
 from renderer.errors import SceneError
 from schemas.manifests import HitsFile, RaysTest
 from service.grading import sentences
@@ -42,8 +41,7 @@ def rays(test: RaysTest, run: Run) -> Outcome:
     value = float(np.count_nonzero(good & sure)) / np.count_nonzero(sure)
     share = share_of(value, test.accept)
     numbers = _numbers(agrees, sure)
-    names = names_of(plan.document)
-    reasons = [] if share == 1.0 else reasons_of(submitted, right, agrees, cast, names)
+    reasons = [] if share == 1.0 else reasons_of(submitted, right, agrees, cast, plan.document)
     return Outcome(
         share=share,
         message=sentences.joined(_counted(good, sure), *reasons),

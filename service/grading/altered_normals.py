@@ -1,0 +1,72 @@
+"""Normals as programs get them that forget to normalise them, or take every ellipsoid for a sphere."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from renderer.arrays import Floats
+from schemas.scene import Scene
+from schemas.shapes import Ellipsoid, Parallelogram, Rectangle, Triangle
+
+ROUND = "ellipsoid"
+
+
+def from_center(document: Scene, shapes: Any, places: Floats, normals: Floats) -> Floats:
+    """Not normalised: p - center on round shapes, the product of two edges on flat ones; (N, 3) each."""
+    return _each(document, shapes, places, normals, _from_center)
+
+
+def of_gradients(document: Scene, shapes: Any, places: Floats, normals: Floats) -> Floats:
+    """Not normalised: M^-T x for the place x on the unit sphere, the product of two edges on flat shapes."""
+    return _each(document, shapes, places, normals, _gradient)
+
+
+def of_spheres(document: Scene, shapes: Any, places: Floats, normals: Floats) -> Floats:
+    """Of unit length, but towards p - center on every round shape."""
+    return _each(document, shapes, places, normals, _sphere)
+
+
+def _each(document: Scene, shapes: Any, places: Floats, normals: Floats, wrong: Any) -> Floats:
+    changed = normals.copy()
+    for number, shape in enumerate(document.shapes):
+        seen = np.flatnonzero(shapes == number)
+        if seen.size:
+            changed[seen] = wrong(shape, places[seen], normals[seen])
+    # On the viewer's side, as those that they replace.
+    turned = (changed * normals).sum(axis=1, keepdims=True) < 0
+    return np.where(turned, -changed, changed)
+
+
+def _from_center(shape: Any, places: Floats, normals: Floats) -> Floats:
+    return places - np.array(shape.center) if shape.type == ROUND else normals * _area(shape)
+
+
+def _gradient(shape: Any, places: Floats, normals: Floats) -> Floats:
+    if shape.type != ROUND:
+        return normals * _area(shape)
+    inverse = np.linalg.inv(_axes(shape).T)
+    gradient: Floats = (places - np.array(shape.center)) @ inverse.T @ inverse
+    return gradient
+
+
+def _sphere(shape: Any, places: Floats, normals: Floats) -> Floats:
+    if shape.type != ROUND:
+        return normals
+    away = places - np.array(shape.center)
+    return np.asarray(away / np.linalg.norm(away, axis=1, keepdims=True))
+
+
+def _axes(shape: Any) -> Floats:
+    return np.array(shape.axes) if isinstance(shape, Ellipsoid) else np.eye(3) * shape.radius
+
+
+def _area(shape: Triangle | Rectangle | Parallelogram) -> float:
+    """Length of the product of the two edges."""
+    if isinstance(shape, Rectangle):
+        return shape.size[0] * shape.size[1]
+    if isinstance(shape, Parallelogram):
+        return float(np.linalg.norm(np.cross(*shape.edges)))
+    a, b, c = np.array(shape.vertices)
+    return float(np.linalg.norm(np.cross(b - a, c - a)))

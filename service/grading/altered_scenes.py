@@ -1,0 +1,162 @@
+"""Scenes as they would be if a program made one mistake: what a wrong picture may really show."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from renderer import ablation
+from renderer.comparison.shown import names_of
+from renderer.scenes import LoadedScene
+from schemas.lights import Light, ParallelogramLight, RectangleLight
+from schemas.scene import Scene
+from schemas.shapes import Parallelogram, Triangle
+from service.grading.altered_textures import altered_textures
+from service.grading.hints import HINTS
+
+MOST_SHAPES = 40
+"""Scenes with more shapes are not tried without each of them."""
+
+UPWARDS = (0.0, 1.0, 0.0)
+"""The default of `up`, which a program that does not read it takes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Alteration:
+    """A scene with one mistake.
+
+    Attributes
+    ----------
+    cause : str
+        A key of `hints.HINTS`.
+    scene : LoadedScene
+    about : str
+        What the hint tells of this scene.
+    shadows : bool
+        Whether shadow rays are cast at all.
+    squeezed : bool
+        Whether the picture is drawn as wide as high and then stretched.
+    """
+
+    cause: str
+    scene: LoadedScene
+    about: str = ""
+    shadows: bool = True
+    squeezed: bool = False
+
+
+def alterations(scene: LoadedScene) -> Iterator[Alteration]:
+    """All that can be tried on a scene, likely mistakes first."""
+    document = scene.document
+    yield from _without(scene)
+    for cause, about, update in (*_lights(document), *_cameras(document), *_shapes(document)):
+        yield Alteration(cause, _with(scene, update), about)
+    if document.camera.width != document.camera.height:
+        yield Alteration("aspect_ignored", scene, squeezed=True)
+    for cause, altered in altered_textures(scene):
+        yield Alteration(cause, altered)
+
+
+def _with(scene: LoadedScene, update: Mapping[str, Any]) -> LoadedScene:
+    return LoadedScene(scene.document.model_copy(update=dict(update)), scene.assets)
+
+
+def _without(scene: LoadedScene) -> Iterator[Alteration]:
+    """What is seen if a part of the program is not there."""
+    document = scene.document
+    if document.lights:
+        yield Alteration("shadows_missing", scene, shadows=False)
+    for variant in ablation.variants(document):
+        cause = f"{variant.effect.replace(' ', '_')}_missing"
+        if cause in HINTS:
+            yield Alteration(cause, LoadedScene(variant.document, scene.assets))
+    for number in range(len(document.lights)):
+        others = document.lights[:number] + document.lights[number + 1 :]
+        yield Alteration("light_missing", _with(scene, {"lights": others}), f"lights/{number}")
+    if any(document.ambient):
+        yield Alteration("ambient_missing", _with(scene, {"ambient": (0.0, 0.0, 0.0)}))
+
+
+Update = tuple[str, str, Mapping[str, Any]]
+"""Cause, what the hint tells, and what is changed in the document."""
+
+MISPLACED = (
+    (0.5, 1.0, "half of its size too far along both edges, as if u and v went from 0.5 to 1.5"),
+    (-0.5, 1.0, "half of its size too far back along both edges, as if `corner` were its middle"),
+    (0.0, 2.0, "twice as wide and as long as it is, as if its edges went from the middle"),
+    (0.0, 0.5, "half as wide and as long as it is"),
+)
+"""Shares of the edges by which a light is moved, how many times as large it is, and what is told."""
+
+
+def _lights(document: Scene) -> Iterator[Update]:
+    """Area lights that are sampled in a wrong way, and brightness that falls or does not."""
+    flat = [light for light in document.lights if isinstance(light, RectangleLight | ParallelogramLight)]
+    if flat:
+        point = document.sampling.light.model_copy(update={"pattern": "uniform", "samples": 1})
+        yield "hard_shadows", "", {"sampling": document.sampling.model_copy(update={"light": point})}
+    for shift, size, about in MISPLACED if flat else ():
+        moved = [
+            _moved(light, shift, size) if isinstance(light, RectangleLight | ParallelogramLight) else light
+            for light in document.lights
+        ]
+        yield "light_misplaced", about, {"lights": tuple(moved)}
+    if any(hasattr(light, "falloff") for light in document.lights):
+        yield "falloff", "", {"lights": tuple(_other_falloff(light) for light in document.lights)}
+
+
+def _moved(light: RectangleLight | ParallelogramLight, shift: float, size: float) -> Light:
+    """The light moved along both edges by a share of them, and grown about its middle."""
+    if isinstance(light, RectangleLight):
+        grown = {"size": tuple(size * side for side in light.size)}
+        return light.model_copy(update=grown) if shift == 0 else light
+    first, second = light.edges
+    start = shift + (1 - size) / 2
+    corner = tuple(c + start * (a + b) for c, a, b in zip(light.corner, first, second, strict=True))
+    edges = tuple(tuple(size * x for x in edge) for edge in light.edges)
+    return light.model_copy(update={"corner": corner, "edges": edges})
+
+
+def _other_falloff(light: Light) -> Light:
+    falloff = getattr(light, "falloff", None)
+    if falloff is None:
+        return light
+    return light.model_copy(update={"falloff": "none" if falloff == "physical" else "physical"})
+
+
+def _cameras(document: Scene) -> Iterator[Update]:
+    """Angles of view that are taken for others, and an upwards direction that is not looked at."""
+    camera = document.camera
+    aspect, half = camera.width / camera.height, math.tan(math.radians(camera.vertical_fov) / 2)
+    angles = {
+        "twice as large": 2 * camera.vertical_fov,
+        "half as large": camera.vertical_fov / 2,
+        "that from left to right": math.degrees(2 * math.atan(half / aspect)),
+    }
+    for about, angle in angles.items():
+        if angle < 180 and angle != camera.vertical_fov:
+            yield "field_of_view", about, {"camera": camera.model_copy(update={"vertical_fov": angle})}
+    if camera.up != UPWARDS:
+        yield "up_ignored", "", {"camera": camera.model_copy(update={"up": UPWARDS})}
+
+
+def _shapes(document: Scene) -> Iterator[Update]:
+    """Every triangle with its second half, or one shape left out."""
+    if any(isinstance(shape, Triangle) for shape in document.shapes):
+        whole = [_doubled(shape) if isinstance(shape, Triangle) else shape for shape in document.shapes]
+        yield "triangles_too_large", "", {"shapes": tuple(whole)}
+    if len(document.shapes) > MOST_SHAPES:
+        return
+    for number, name in enumerate(names_of(document)):
+        others = document.shapes[:number] + document.shapes[number + 1 :]
+        yield "shape_missing", name, {"shapes": others}
+
+
+def _doubled(triangle: Triangle) -> Parallelogram:
+    corner = triangle.vertices[0]
+    edges = [[q - p for p, q in zip(corner, vertex, strict=True)] for vertex in triangle.vertices[1:]]
+    return Parallelogram.model_validate(
+        {"type": "rectangle", "corner": corner, "edges": edges, "material": triangle.material}
+    )

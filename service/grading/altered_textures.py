@@ -1,0 +1,106 @@
+"""Texture files that are read in a wrong way: upside down, or with another meaning of their numbers."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from renderer.assets import AssetError, AssetSource, decode_image
+from renderer.colors import linear_from_srgb, srgb_from_linear
+from renderer.scenes import LoadedScene
+from schemas.textures import ImageTexture
+
+Texels = NDArray[Any]
+"""Stored numbers, (H, W, 3) float in 0..1, row 0 on top."""
+
+Change = Callable[[Texels], Texels]
+
+SUFFIX = "#altered"
+"""What is added to the name of a file: no file can have been named so by a scene that is its own."""
+
+
+@dataclass(frozen=True, slots=True)
+class AlteredAssets:
+    """Files of which some are changed as they are read.
+
+    Attributes
+    ----------
+    source : AssetSource
+    change : callable
+        Texels (H, W, 3) in 0..1 as stored, to the same.
+    """
+
+    source: AssetSource
+    change: Change
+
+    def read(self, name: str) -> bytes:
+        """Content of a file; KeyError if there is none."""
+        if not name.endswith(SUFFIX):
+            return self.source.read(name)
+        texels = self.change(decode_image(self.source.read(name.removesuffix(SUFFIX))))
+        file = io.BytesIO()
+        Image.fromarray(np.round(255 * np.clip(texels, 0, 1)).astype(np.uint8)).save(file, "PNG")
+        return file.getvalue()
+
+
+def _green(texels: Texels) -> Texels:
+    changed = texels.copy()
+    changed[:, :, 1] = 1 - changed[:, :, 1]
+    return changed
+
+
+ORIENTATIONS: dict[str, Change] = {
+    "texture_upside_down": lambda texels: texels[::-1],
+    "texture_mirrored": lambda texels: texels[:, ::-1],
+    "texture_turned": lambda texels: texels[::-1, ::-1],
+    "texture_transposed": lambda texels: texels[::-1].transpose(1, 0, 2)[::-1],
+}
+COLORS: dict[str, Change] = ORIENTATIONS | {
+    "texture_not_decoded": srgb_from_linear,
+    "texture_decoded_twice": linear_from_srgb,
+}
+NORMALS: dict[str, Change] = ORIENTATIONS | {
+    "normal_map_decoded": linear_from_srgb,
+    "normal_map_green": _green,
+    "normal_map_swapped": lambda texels: texels[:, :, [1, 0, 2]],
+    "normal_map_not_shifted": lambda texels: (texels + 1) / 2,
+}
+
+
+def altered_textures(scene: LoadedScene) -> Iterator[tuple[str, LoadedScene]]:
+    """The scene with its textures read in wrong ways, each with its cause."""
+    materials = scene.document.materials.values()
+    colors = {material.color_texture for material in materials if material.color_texture}
+    maps = {material.normal_map for material in materials if material.normal_map}
+    for names, changes in ((colors, COLORS), (maps, NORMALS)):
+        images = {name for name in names if isinstance(scene.document.textures[name], ImageTexture)}
+        for cause, change in changes.items() if images and _readable(scene, images) else ():
+            yield cause, _changed(scene, images, change)
+
+
+def _readable(scene: LoadedScene, names: set[str]) -> bool:
+    """Whether all files are pictures that can be read."""
+    try:
+        for name in names:
+            texture = scene.document.textures[name]
+            if isinstance(texture, ImageTexture):
+                decode_image(scene.assets.read(texture.asset))
+    except (AssetError, KeyError):
+        return False
+    return True
+
+
+def _changed(scene: LoadedScene, names: set[str], change: Change) -> LoadedScene:
+    textures = dict(scene.document.textures)
+    for name in names:
+        texture = textures[name]
+        if isinstance(texture, ImageTexture):
+            textures[name] = texture.model_copy(update={"asset": texture.asset + SUFFIX})
+    document = scene.document.model_copy(update={"textures": textures})
+    return LoadedScene(document, AlteredAssets(scene.assets, change))
