@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Mapping
-from contextlib import closing
 from functools import partial
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
-import httpx2
 import numpy.typing as npt
-import stamina
 from anyio import to_thread
 
 from schemas.comparisons import ComparisonAnswer
@@ -20,15 +16,11 @@ from schemas.plans import PlanDocument
 from schemas.quotes import Quote
 from schemas.traces import TraceAnswer
 from service.client import calls, flows
-from service.client.access import access
+from service.client.async_connection import AsyncConnection
 from service.client.async_jobs import AsyncRemoteJob
 from service.client.batches import Encoding, PixelBatch
-from service.client.calls import Answer, Call
 from service.client.comparing import PictureSource, sent
-from service.client.errors import ClientError
 from service.client.events import tile_event
-from service.client.exchange import PAUSES, check, repeats, transport_errors
-from service.client.flows import Flow, Result
 from service.client.following import Following, leaving, succeeded
 from service.client.parcels import Parcel, SceneSource, pack
 from service.client.pictures import Picture, PictureKind
@@ -40,7 +32,7 @@ if TYPE_CHECKING:
     from renderer.assets import AssetSource
 
 
-class AsyncClient:
+class AsyncClient(AsyncConnection):
     """What :class:`Client` is, for asynchronous programs; parameters and errors are the same.
 
     A task that is cancelled closes the connection that it waited on. The job goes on.
@@ -53,53 +45,26 @@ class AsyncClient:
     ...         tile.paint(canvas)
     """
 
-    def __init__(
-        self,
-        server: str | None = None,
-        *,
-        key: str | None = None,
-        timeout: float = 30.0,
-        patience: float = 5.0,
-    ) -> None:
-        found = access(server, key)
-        self.server = found.server
-        self._timeout = timeout
-        self._patience = patience
-        self._http = httpx2.AsyncClient(base_url=found.server, headers=found.headers, timeout=timeout)
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}({self.server!r})"
-
-    async def __aenter__(self) -> Self:
-        return self
-
-    async def __aexit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        await self.close()
-
-    async def close(self) -> None:
-        """Close all connections."""
-        await self._http.aclose()
-
-    async def submit(
+    async def submit(  # noqa: PLR0913 - one argument for each member of the request
         self,
         scene: SceneSource,
         *,
         quality: Mapping[str, Any] | None = None,
         layers: Iterable[str] = (),
         labels: Mapping[str, str] | None = None,
+        priority: int | None = None,
+        time_limit: float | None = None,
         assets: AssetSource | None = None,
         wait: float = 0.0,
         idempotency_key: str | None = None,
+        anew: bool = False,
     ) -> AsyncRemoteJob:
         """Ask for a render; local textures are uploaded first, each once."""
-        wishes = flows.wishes(quality=quality, layers=layers, labels=labels)
+        wishes = flows.wishes(
+            quality=quality, layers=layers, labels=labels, priority=priority, time_limit=time_limit
+        )
         parcel = await _packed(scene, assets)
-        flow = flows.submission(parcel, wishes, wait=wait, key=idempotency_key)
+        flow = flows.submission(parcel, wishes, wait=wait, key=idempotency_key, anew=anew)
         return AsyncRemoteJob.of(await self._run(flow), self)
 
     async def get(self, job_id: str) -> AsyncRemoteJob:
@@ -107,16 +72,23 @@ class AsyncClient:
         return AsyncRemoteJob.of(await self._send(calls.get_job(job_id)), self)
 
     async def list(
-        self, *, limit: int = 20, cursor: str | None = None, labels: Mapping[str, str] | None = None
+        self,
+        *,
+        limit: int = 20,
+        cursor: str | None = None,
+        state: str | None = None,
+        labels: Mapping[str, str] | None = None,
     ) -> JobList:
-        """One page of jobs, newest first, of those with these labels; ``next`` is the next page's cursor."""
-        return await self._send(calls.list_jobs(limit=limit, cursor=cursor, labels=labels))
+        """One page of jobs in a state and with labels, newest first; ``next`` is the cursor of the next."""
+        return await self._send(calls.list_jobs(limit=limit, cursor=cursor, state=state, labels=labels))
 
-    async def jobs(self, *, labels: Mapping[str, str] | None = None) -> AsyncIterator[AsyncRemoteJob]:
-        """All jobs, newest first, of those with these labels; pages are fetched as they are needed."""
+    async def jobs(
+        self, *, state: str | None = None, labels: Mapping[str, str] | None = None
+    ) -> AsyncIterator[AsyncRemoteJob]:
+        """All jobs in a state and with labels, newest first; pages are fetched as they are needed."""
         cursor: str | None = None
         while True:
-            page = await self.list(limit=calls.LONGEST_PAGE, cursor=cursor, labels=labels)
+            page = await self.list(limit=calls.LONGEST_PAGE, cursor=cursor, state=state, labels=labels)
             for job in page.jobs:
                 yield AsyncRemoteJob.of(job, self)
             if (cursor := page.next) is None:
@@ -186,14 +158,10 @@ class AsyncClient:
 
         To leave it early, go through it in ``contextlib.aclosing``: that closes the connection.
         """
-        call = calls.get_events(job_id, after=after)
-        with transport_errors(self.server, job_id=job_id):
-            async with self._http.stream(call.method, call.path, headers=dict(call.headers)) as answer:
-                if not answer.is_success:
-                    await answer.aread()
-                async for event in call.read(check(answer, call)):
-                    if (found := tile_event(event)) is not None:
-                        yield found
+        async with self._stream(calls.get_events(job_id, after=after)) as events:
+            async for event in events:
+                if (found := tile_event(event)) is not None:
+                    yield found
 
     async def picture(self, job_id: str, kind: PictureKind = "png") -> Picture:
         """The image file, or what there is of it while the job is running."""
@@ -267,31 +235,6 @@ class AsyncClient:
     async def version(self) -> Version:
         """Which service this is."""
         return await self._send(calls.get_version())
-
-    async def _run(self, flow: Flow[Result]) -> Result:
-        """Send what a flow asks for until it has its result."""
-        with closing(flow):
-            try:
-                call = next(flow)
-                while True:
-                    try:
-                        answer = await self._send(call)
-                    except ClientError as error:
-                        call = flow.throw(error)
-                    else:
-                        call = flow.send(answer)
-            except StopIteration as end:
-                result: Result = end.value
-                return result
-
-    async def _send(self, call: Call[Answer]) -> Answer:
-        again = stamina.AsyncRetryingCaller(**PAUSES)
-        return await again(repeats(call, self._patience), self._send_once, call)
-
-    async def _send_once(self, call: Call[Answer]) -> Answer:
-        with transport_errors(self.server, job_id=call.job_id):
-            answer = await self._http.request(**call.request(self._timeout))
-        return call.read(check(answer, call))
 
 
 async def _packed(scene: SceneSource, assets: AssetSource | None = None) -> Parcel:

@@ -84,10 +84,13 @@ def put_asset(sha256: str, content: bytes) -> Call[Asset]:
     return Call("PUT", f"/v1/assets/{sha256}", _model(Asset), headers=headers, content=content)
 
 
-def submit_job(body: Mapping[str, Any], *, wait: float = 0.0, key: str | None = None) -> Call[Job]:
+def submit_job(
+    body: Mapping[str, Any], *, wait: float = 0.0, key: str | None = None, anew: bool = False
+) -> Call[Job]:
     """Ask for a render. The same key makes the same request the same job, however often it is sent."""
     headers = {"Idempotency-Key": key or secrets.token_hex(16)}
     headers |= {"Prefer": f"wait={wait:g}"} if wait > 0 else {}
+    headers |= {"Cache-Control": "no-cache"} if anew else {}
     return _post("/v1/jobs", body, Job, headers=headers, hold=wait)
 
 
@@ -97,13 +100,16 @@ def get_job(job_id: str) -> Call[Job]:
 
 
 def list_jobs(
-    *, limit: int, cursor: str | None = None, labels: Mapping[str, str] | None = None
+    *,
+    limit: int,
+    cursor: str | None = None,
+    state: str | None = None,
+    labels: Mapping[str, str] | None = None,
 ) -> Call[JobList]:
-    """One page of jobs, newest first."""
+    """One page of jobs, newest first, of those in a state and with all these labels."""
     params: dict[str, str | list[str]] = {"limit": str(limit)}
-    if cursor:
-        params["cursor"] = cursor
-    params["label"] = [f"{name}={value}" for name, value in (labels or {}).items()]
+    params |= {name: text for name, text in (("cursor", cursor), ("state", state)) if text}
+    params["label"] = [f"{name}:{value}" for name, value in (labels or {}).items()]
     return Call("GET", "/v1/jobs", _model(JobList), params=params)
 
 

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import closing
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
-import httpx2
 import numpy.typing as npt
-import stamina
 
 from schemas.comparisons import ComparisonAnswer
 from schemas.convergence import Convergence
@@ -18,14 +14,10 @@ from schemas.plans import PlanDocument
 from schemas.quotes import Quote
 from schemas.traces import TraceAnswer
 from service.client import calls, flows
-from service.client.access import access
 from service.client.batches import Encoding, PixelBatch
-from service.client.calls import Answer, Call
 from service.client.comparing import PictureSource, sent
-from service.client.errors import ClientError
+from service.client.connection import Connection
 from service.client.events import tile_event
-from service.client.exchange import PAUSES, check, repeats, transport_errors
-from service.client.flows import Flow, Result
 from service.client.following import Following, leaving, succeeded
 from service.client.jobs import RemoteJob
 from service.client.parcels import SceneSource, pack
@@ -38,7 +30,7 @@ if TYPE_CHECKING:
     from renderer.assets import AssetSource
 
 
-class Client:
+class Client(Connection):
     """Talks to one service.
 
     Parameters
@@ -67,48 +59,19 @@ class Client:
     ...     pixels = job.image()
     """
 
-    def __init__(
-        self,
-        server: str | None = None,
-        *,
-        key: str | None = None,
-        timeout: float = 30.0,
-        patience: float = 5.0,
-    ) -> None:
-        found = access(server, key)
-        self.server = found.server
-        self._timeout = timeout
-        self._patience = patience
-        self._http = httpx2.Client(base_url=found.server, headers=found.headers, timeout=timeout)
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}({self.server!r})"
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Close all connections."""
-        self._http.close()
-
-    def submit(
+    def submit(  # noqa: PLR0913 - one argument for each member of the request
         self,
         scene: SceneSource,
         *,
         quality: Mapping[str, Any] | None = None,
         layers: Iterable[str] = (),
         labels: Mapping[str, str] | None = None,
+        priority: int | None = None,
+        time_limit: float | None = None,
         assets: AssetSource | None = None,
         wait: float = 0.0,
         idempotency_key: str | None = None,
+        anew: bool = False,
     ) -> RemoteJob:
         """Ask for a render; local textures are uploaded first, each once.
 
@@ -124,11 +87,17 @@ class Client:
             What to tell about each pixel beside its colour, such as ``depth``.
         labels
             Words of one's own by which the job is found again.
+        priority
+            Of your own jobs those of a higher priority go first.
+        time_limit
+            Seconds after its beginning when a job that is not finished ends.
         wait
             Seconds to wait for the end before the answer comes, whatever the state is then.
         idempotency_key
             The same request sent again with the same key is the same job; by default a key of its own for
             each call, so that only the client's own repetitions count as the same.
+        anew
+            Render it even if the service has the same picture already.
 
         Raises
         ------
@@ -137,8 +106,10 @@ class Client:
         RequestInvalidError
             The service refused the scene; `errors` has each reason with its pointer.
         """
-        wishes = flows.wishes(quality=quality, layers=layers, labels=labels)
-        flow = flows.submission(pack(scene, assets=assets), wishes, wait=wait, key=idempotency_key)
+        wishes = flows.wishes(
+            quality=quality, layers=layers, labels=labels, priority=priority, time_limit=time_limit
+        )
+        flow = flows.submission(pack(scene, assets=assets), wishes, wait=wait, key=idempotency_key, anew=anew)
         return RemoteJob.of(self._run(flow), self)
 
     def get(self, job_id: str) -> RemoteJob:
@@ -146,16 +117,23 @@ class Client:
         return RemoteJob.of(self._send(calls.get_job(job_id)), self)
 
     def list(
-        self, *, limit: int = 20, cursor: str | None = None, labels: Mapping[str, str] | None = None
+        self,
+        *,
+        limit: int = 20,
+        cursor: str | None = None,
+        state: str | None = None,
+        labels: Mapping[str, str] | None = None,
     ) -> JobList:
-        """One page of jobs, newest first, of those with these labels; ``next`` is the next page's cursor."""
-        return self._send(calls.list_jobs(limit=limit, cursor=cursor, labels=labels))
+        """One page of jobs in a state and with labels, newest first; ``next`` is the cursor of the next."""
+        return self._send(calls.list_jobs(limit=limit, cursor=cursor, state=state, labels=labels))
 
-    def jobs(self, *, labels: Mapping[str, str] | None = None) -> Iterator[RemoteJob]:
-        """All jobs, newest first, of those with these labels; pages are fetched as they are needed."""
+    def jobs(
+        self, *, state: str | None = None, labels: Mapping[str, str] | None = None
+    ) -> Iterator[RemoteJob]:
+        """All jobs in a state and with labels, newest first; pages are fetched as they are needed."""
         cursor: str | None = None
         while True:
-            page = self.list(limit=calls.LONGEST_PAGE, cursor=cursor, labels=labels)
+            page = self.list(limit=calls.LONGEST_PAGE, cursor=cursor, state=state, labels=labels)
             yield from (RemoteJob.of(job, self) for job in page.jobs)
             if (cursor := page.next) is None:
                 return
@@ -239,14 +217,8 @@ class Client:
 
         Start again with the last number seen as `after` to go on where it broke.
         """
-        call = calls.get_events(job_id, after=after)
-        with (
-            transport_errors(self.server, job_id=job_id),
-            self._http.stream(call.method, call.path, headers=dict(call.headers)) as answer,
-        ):
-            if not answer.is_success:
-                answer.read()
-            for event in call.read(check(answer, call)):
+        with self._stream(calls.get_events(job_id, after=after)) as events:
+            for event in events:
                 if (found := tile_event(event)) is not None:
                     yield found
 
@@ -360,28 +332,3 @@ class Client:
     def version(self) -> Version:
         """Which service this is."""
         return self._send(calls.get_version())
-
-    def _run(self, flow: Flow[Result]) -> Result:
-        """Send what a flow asks for until it has its result."""
-        with closing(flow):
-            try:
-                call = next(flow)
-                while True:
-                    try:
-                        answer = self._send(call)
-                    except ClientError as error:
-                        call = flow.throw(error)
-                    else:
-                        call = flow.send(answer)
-            except StopIteration as end:
-                result: Result = end.value
-                return result
-
-    def _send(self, call: Call[Answer]) -> Answer:
-        again = stamina.RetryingCaller(**PAUSES)
-        return again(repeats(call, self._patience), self._send_once, call)
-
-    def _send_once(self, call: Call[Answer]) -> Answer:
-        with transport_errors(self.server, job_id=call.job_id):
-            answer = self._http.request(**call.request(self._timeout))
-        return call.read(check(answer, call))

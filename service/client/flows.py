@@ -29,9 +29,11 @@ def wishes(**members: Any) -> dict[str, Any]:
     return {name: value for name, value in plain.items() if value not in (None, [], {})}
 
 
-def submission(parcel: Parcel, wished: Mapping[str, Any], *, wait: float, key: str | None) -> Flow[Job]:
+def submission(
+    parcel: Parcel, wished: Mapping[str, Any], *, wait: float, key: str | None, anew: bool
+) -> Flow[Job]:
     """Ask for a render; what the service warns of is told in the user's own document."""
-    call = calls.submit_job(_body(parcel, wished), wait=wait, key=key)
+    call = calls.submit_job(_body(parcel, wished), wait=wait, key=key, anew=anew)
     job = yield from _asking(parcel, call)
     return job.model_copy(update={"warnings": tuple(parcel.placed(job.warnings))})
 

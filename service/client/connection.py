@@ -1,0 +1,89 @@
+"""Sending calls and waiting for their answers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from types import TracebackType
+from typing import Self
+
+import httpx2
+import stamina
+
+from service.client.access import access
+from service.client.calls import Answer, Call
+from service.client.errors import ClientError
+from service.client.exchange import PAUSES, check, repeats, transport_errors
+from service.client.flows import Flow, Result
+
+
+class Connection:
+    """What a client sends its calls through; parameters and errors are those of :class:`Client`."""
+
+    def __init__(
+        self,
+        server: str | None = None,
+        *,
+        key: str | None = None,
+        timeout: float = 30.0,
+        patience: float = 5.0,
+    ) -> None:
+        found = access(server, key)
+        self.server = found.server
+        self._timeout = timeout
+        self._patience = patience
+        self._http = httpx2.Client(base_url=found.server, headers=found.headers, timeout=timeout)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.server!r})"
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close all connections."""
+        self._http.close()
+
+    @contextmanager
+    def _stream(self, call: Call[Answer]) -> Iterator[Answer]:
+        """Send a call whose answer goes on; the connection is closed at the end of the block."""
+        with (
+            transport_errors(self.server, job_id=call.job_id),
+            self._http.stream(call.method, call.path, headers=dict(call.headers)) as answer,
+        ):
+            if not answer.is_success:
+                answer.read()
+            yield call.read(check(answer, call))
+
+    def _run(self, flow: Flow[Result]) -> Result:
+        """Send what a flow asks for until it has its result."""
+        with closing(flow):
+            try:
+                call = next(flow)
+                while True:
+                    try:
+                        answer = self._send(call)
+                    except ClientError as error:
+                        call = flow.throw(error)
+                    else:
+                        call = flow.send(answer)
+            except StopIteration as end:
+                result: Result = end.value
+                return result
+
+    def _send(self, call: Call[Answer]) -> Answer:
+        again = stamina.RetryingCaller(**PAUSES)
+        return again(repeats(call, self._patience), self._send_once, call)
+
+    def _send_once(self, call: Call[Answer]) -> Answer:
+        with transport_errors(self.server, job_id=call.job_id):
+            answer = self._http.request(**call.request(self._timeout))
+        return call.read(check(answer, call))
