@@ -114,9 +114,9 @@ class AsyncRemoteJob(KnownJob):
         return await self.picture(kind)
 
     async def _seen(self) -> bytes | None:
-        """What there is to see; None where that is nothing yet, or the service is away."""
+        """What there is to see; None where that is nothing yet, or nothing any more."""
         try:
-            return (await self.picture()).content
+            return await self._client.glimpse(self.id)
         except ClientError:
             return None
 

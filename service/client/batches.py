@@ -34,8 +34,13 @@ class TilePixels:
     def paint(self, canvas: npt.NDArray[np.float32] | npt.NDArray[np.uint8]) -> None:
         """Put the tile where it belongs in a picture of shape (height, width, 3)."""
         head = self.head
+        canvas[head.y0 : head.y1, head.x0 : head.x1] = self.spread()
+
+    def spread(self) -> npt.NDArray[np.float32] | npt.NDArray[np.uint8]:
+        """One value for each pixel of the tile, shape (y1 - y0, x1 - x0, 3)."""
+        head = self.head
         blocks = np.repeat(np.repeat(self.pixels, head.stride, axis=0), head.stride, axis=1)
-        canvas[head.y0 : head.y1, head.x0 : head.x1] = blocks[: head.y1 - head.y0, : head.x1 - head.x0]
+        return blocks[: head.y1 - head.y0, : head.x1 - head.x0]
 
 
 @dataclass(frozen=True, slots=True)

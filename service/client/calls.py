@@ -145,6 +145,15 @@ def get_picture(job_id: str, kind: PictureKind) -> Call[Picture]:
     return Call("GET", _job_path(job_id) + f"/image.{kind}", read_picture, job_id=job_id)
 
 
+def get_glimpse(job_id: str) -> Call[bytes | None]:
+    """The bytes of a PNG of what there is of the image; None while that is nothing, which is no error."""
+
+    def read(answer: httpx2.Response) -> bytes | None:
+        return answer.content if answer.is_success else None
+
+    return Call("GET", _job_path(job_id) + "/image.png", read, may_be_missing=True, job_id=job_id)
+
+
 def get_layer(job_id: str, name: str) -> Call[Picture]:
     """A layer that the job was asked for, or what there is of it while the job is running."""
     path = _job_path(job_id) + f"/layers/{quote(name, safe='')}.npy"

@@ -226,6 +226,10 @@ class Client(Connection):
         """The image file, or what there is of it while the job is running."""
         return self._send(calls.get_picture(job_id, kind))
 
+    def glimpse(self, job_id: str) -> bytes | None:
+        """What there is to see of a job, the bytes of a PNG file; None before its first tile."""
+        return self._send(calls.get_glimpse(job_id))
+
     def pixels(self, job_id: str) -> npt.NDArray[np.float32]:
         """The image as linear RGB, shape (height, width, 3), float32, row 0 at the top."""
         return self.picture(job_id, "npy").array()

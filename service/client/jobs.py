@@ -145,9 +145,9 @@ class RemoteJob(KnownJob):
         return self.picture(kind)
 
     def _seen(self) -> bytes | None:
-        """What there is to see; None where that is nothing yet, or the service is away."""
+        """What there is to see; None where that is nothing yet, or nothing any more."""
         try:
-            return self.picture().content
+            return self._client.glimpse(self.id)
         except ClientError:
             return None
 

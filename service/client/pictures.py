@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 import httpx2
@@ -31,7 +31,7 @@ class Picture:
         How much of it is rendered, 0 to 1.
     """
 
-    content: bytes
+    content: bytes = field(repr=False)
     share: float
 
     @property

@@ -319,3 +319,16 @@ def test_a_notebook_shows_a_job_that_is_waited_for_until_it_is_complete(
     notebook.pages.clear()
     assert "succeeded, 100% of 32 × 24" in asyncio.run(awaited())
     assert "data:image/png" in notebook.pages[-1]
+
+
+def test_a_card_of_what_has_no_picture_is_made_at_once_and_without_one(
+    network: Flaky, server: RunningServer, done: str
+) -> None:
+    with Client(network.url) as client:
+        job = client.submit(long_scene()).cancel()
+        network.requests.clear()
+        assert job._repr_png_() is None
+        assert f"{job.id}: cancelled" in job._repr_html_()
+        assert "<img" not in job._repr_html_()
+        assert len(network.requests) == 3
+        assert "content" not in repr(client.picture(done))
