@@ -18,6 +18,7 @@ from service.cli.connection import (
 )
 from service.cli.convergence import Curve
 from service.cli.progress import Bar, progress_bar
+from service.cli.tev import Mirror, TevOption, mirror
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -43,6 +44,7 @@ def watch(
     job_id: JobArgument,
     server: ServerOption = DEFAULT_SERVER,
     timeout: TimeoutOption = None,
+    tev: TevOption = None,
     as_json: output.JsonOption = False,
 ) -> None:
     """Show a job's tiles and the error after each pass: a bar on a terminal, lines on a pipe.
@@ -50,21 +52,46 @@ def watch(
     It may be left with Ctrl-C and started again: the job goes on, and its first tiles are shown again.
     """
     with connect(server, patience=LONG_PATIENCE) as client, detachable(job_id):
-        show_end(stay(client, job_id, timeout=timeout, lines=not as_json), as_json=as_json)
+        with mirror(client, job_id, tev) as shown:
+            job = stay(client, job_id, timeout=timeout, lines=not as_json, shown=shown)
+        show_end(job, as_json=as_json)
 
 
-def stay(client: Client, job_id: str, *, timeout: float | None = None, lines: bool = False) -> Job:
+def stay(
+    client: Client,
+    job_id: str,
+    *,
+    timeout: float | None = None,
+    lines: bool = False,
+    shown: Mirror | None = None,
+) -> Job:
     """Show a job's progress until it has its image.
 
     Parameters
     ----------
     lines
         Where nobody sees a bar, print a line for each tile and for each pass.
+    shown
+        Where the picture is shown besides.
     """
     with progress_bar("waiting") as bar:
         curve = Curve(client, job_id, bar)
         show = _bar_of(client, job_id, bar, curve) if bar.visible else _lines_of(curve) if lines else None
-        return client.wait(job_id, timeout=timeout, on_progress=show)
+        return client.wait(job_id, timeout=timeout, on_progress=_both(show, shown))
+
+
+def _both(
+    show: Callable[[TileBatch], None] | None, shown: Mirror | None
+) -> Callable[[TileBatch], None] | None:
+    if shown is None:
+        return show
+
+    def both(batch: TileBatch) -> None:
+        shown.show()
+        if show is not None:
+            show(batch)
+
+    return both
 
 
 def show_end(job: Job, *, as_json: bool) -> None:

@@ -1,0 +1,140 @@
+"""``--tev``: the picture of a job in the viewer tev, while it grows."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, nullcontext
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from service.cli import output
+from service.cli.errors import CommandError
+
+if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+
+    from service.client import Client
+    from service.tev import Viewer
+
+_ADDRESS = re.compile(r"(?:\[(?P<v6>[^\]]+)\]|(?P<host>[^:\[\]]+))(?::(?P<port>\d{1,5}))?")
+LARGEST_PORT = 65535
+
+TevOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="HOST:PORT",
+        help="Show the picture in the viewer tev that runs there; its usual port is 14158.",
+        show_default=False,
+    ),
+]
+
+
+class Mirror:
+    """Sends the tiles of a job to tev; where tev is away it says so once and does nothing from then on.
+
+    Parameters
+    ----------
+    client
+        Where pixels come from.
+    job_id
+        Of the job.
+    viewer
+        Where they go.
+    address
+        How the user calls it.
+    """
+
+    def __init__(self, client: Client, job_id: str, viewer: Viewer, address: str) -> None:
+        self.client = client
+        self.job_id = job_id
+        self.viewer: Viewer | None = viewer
+        self.address = address
+        self.name = f"penumbra {job_id}"
+        self.seen = 0
+
+    def open(self) -> None:
+        """Open a black picture of the job's size."""
+        from service.tev import create_image
+
+        job = self.client.get(self.job_id)
+        self._send([create_image(self.name, job.width, job.height)])
+
+    def show(self) -> None:
+        """Send all tiles that are new."""
+        from service.tev import update_image
+
+        more = True
+        while more and self.viewer is not None:
+            batch = self.client.tile_pixels(self.job_id, after=self.seen)
+            more = batch.next > self.seen and not batch.complete
+            self.seen = batch.next
+            self._send(
+                update_image(self.name, tile.head.x0, tile.head.y0, tile.spread()) for tile in batch.tiles
+            )
+
+    def _send(self, packets: Iterable[bytes]) -> None:
+        try:
+            for packet in packets:
+                if self.viewer is not None:
+                    self.viewer.send(packet)
+        except OSError as error:
+            self.viewer = None
+            output.say(f"tev at {self.address} has gone ({_reason(error)}). The job is watched without it.")
+
+
+def parsed(address: str) -> tuple[str, int]:
+    """Host and port of an address.
+
+    Raises
+    ------
+    CommandError
+        It is none.
+
+    Examples
+    --------
+    >>> parsed("studio"), parsed("[::1]:4000")
+    (('studio', 14158), ('::1', 4000))
+    """
+    from service.tev import DEFAULT_PORT
+
+    match = _ADDRESS.fullmatch(address)
+    port = int(match["port"] or DEFAULT_PORT) if match else 0
+    if match is None or not 0 < port <= LARGEST_PORT:
+        raise CommandError(
+            f"{address!r} is no address of tev. Write HOST:PORT, such as 127.0.0.1:{DEFAULT_PORT}."
+        )
+    return match["v6"] or match["host"], port
+
+
+@contextmanager
+def mirror(client: Client, job_id: str, address: str | None) -> Iterator[Mirror | None]:
+    """A mirror in the viewer at an address; None without an address, and, told, where nobody listens."""
+    with _viewer(address) as viewer:
+        if viewer is None or address is None:
+            yield None
+            return
+        made = Mirror(client, job_id, viewer, address)
+        made.open()
+        yield made
+
+
+def _viewer(address: str | None) -> AbstractContextManager[Viewer | None]:
+    from service.tev import Viewer
+
+    if address is None:
+        return nullcontext()
+    host, port = parsed(address)
+    try:
+        return Viewer(host, port)
+    except OSError as error:
+        output.say(
+            f"tev cannot be reached at {address} ({_reason(error)}). Start it there, with IPC switched on. "
+            "The job is watched without it."
+        )
+        return nullcontext()
+
+
+def _reason(error: OSError) -> str:
+    return error.strerror or str(error) or type(error).__name__
