@@ -82,9 +82,9 @@ def grade(  # noqa: PLR0913 - one argument for each option
     as_json: output.JsonOption = False,
 ) -> None:
     """Grade a submission: points, why they were lost, and the result in the forms of platforms."""
-    targets = _targets(export or [])
     for folder in filter(None, (out, cache)):
         _make(folder)
+    targets = _targets(export or [])
     if not submission.is_dir():
         raise InputError(f"{submission} is not a folder. Name the folder with what was handed in.")
     _check_moment(submitted_at)
