@@ -9,6 +9,7 @@ from fastapi import APIRouter, Request
 from fastapi.concurrency import run_in_threadpool
 
 from schemas.jobs import JobRequest
+from schemas.manifest_json_schema import manifest_json_schema
 from schemas.plans import PlanDocument
 from schemas.scene import Scene
 from schemas.traces import TraceAnswer, TraceRequest
@@ -46,6 +47,12 @@ async def trace(here: Here, request: Request) -> TraceAnswer:
 def scene_schema() -> dict[str, Any]:
     """Get the JSON Schema of scenes."""
     return _scene_schema()
+
+
+@router.get("/schemas/manifest.json", response_model=None)
+def manifest_schema() -> dict[str, Any]:
+    """Get the JSON Schema of the manifests of assignments."""
+    return manifest_json_schema()
 
 
 @cache

@@ -62,6 +62,7 @@ def test_every_route_of_the_contract_is_documented(client: httpx2.Client) -> Non
         "GET /v1/assets/{sha256}",
         "HEAD /v1/assets/{sha256}",
         "GET /v1/schemas/scene.json",
+        "GET /v1/schemas/manifest.json",
         "GET /livez",
         "GET /readyz",
         "GET /version",
