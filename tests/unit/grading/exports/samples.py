@@ -22,7 +22,7 @@ HOSTILE = (
     "a | b\n| --- |\n# c `d` *e* ![f](http://example.org/g)",
     '=HYPERLINK("http://example.org","x")',
     "@SUM(A1:A2)",
-    "\x00\x1b[31mred\x07\ufffe\u202e",
+    "\x00\x1b[31mred\x07\ud800\ufffe\u202e",
     "😀" * 50,
 )
 
@@ -117,7 +117,8 @@ def hostile() -> Grade:
         )
         for number, words in enumerate(HOSTILE)
     ]
-    return result(*tests, title=HOSTILE[0], student=HOSTILE[1])
+    signals = [Signal(test="test-0", code="identical_bytes", message=words) for words in HOSTILE]
+    return result(*tests, title=HOSTILE[0], student=" ".join(HOSTILE), signals=signals)
 
 
 def many() -> Grade:
