@@ -33,6 +33,7 @@ from service.routes import (
     convergence,
     inspections,
     jobs,
+    logs,
     operations,
     page,
     pictures,
@@ -52,6 +53,7 @@ DESCRIPTION = "Send a scene as JSON, watch its tiles arrive, fetch the picture b
 ROUTERS = (
     jobs,
     requests,
+    logs,
     tiles,
     pictures,
     convergence,

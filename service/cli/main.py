@@ -18,6 +18,7 @@ from service.cli import (
     explain,
     grade,
     jobs,
+    logs,
     quote,
     render,
     serve,
@@ -48,6 +49,7 @@ COMMANDS: tuple[tuple[str, str, Callable[..., Any]], ...] = (
     ("get", "Client", jobs.get),
     ("cancel", "Client", jobs.cancel),
     ("ls", "Client", jobs.ls),
+    ("logs", "Client", logs.logs),
 )
 
 

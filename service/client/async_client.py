@@ -12,6 +12,7 @@ from anyio import to_thread
 from schemas.comparisons import ComparisonAnswer
 from schemas.convergence import Convergence
 from schemas.jobs import JobList, TileBatch, TileEvent, Version
+from schemas.logs import JobLog
 from schemas.plans import PlanDocument
 from schemas.quotes import Quote
 from schemas.traces import TraceAnswer
@@ -194,6 +195,10 @@ class AsyncClient(AsyncConnection):
     async def convergence_file(self, job_id: str, form: str = "csv") -> bytes:
         """The same as a file: `json`, `csv`, or `svg` or `png` for a plot."""
         return await self._send(calls.get_convergence_file(job_id, form))
+
+    async def log(self, job_id: str) -> JobLog:
+        """What became of a job: states, passes, repeated tiles, workers lost, failures."""
+        return await self._send(calls.get_log(job_id))
 
     async def explain(
         self, scene: SceneSource, *, quality: Mapping[str, Any] | None = None, layers: Iterable[str] = ()

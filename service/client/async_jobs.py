@@ -13,6 +13,7 @@ from pydantic import PrivateAttr
 
 from schemas.convergence import Convergence
 from schemas.jobs import TileBatch
+from schemas.logs import JobLog
 from schemas.plans import PlanDocument
 from service.client import notebooks
 from service.client.batches import Encoding, TilePixels
@@ -107,6 +108,10 @@ class AsyncRemoteJob(KnownJob):
     async def convergence(self) -> Convergence:
         """What its passes have cost, which error they left, and how fast it falls."""
         return await self._client.convergence(self.id)
+
+    async def log(self) -> JobLog:
+        """What became of it: states, passes, repeated tiles, workers lost, failures."""
+        return await self._client.log(self.id)
 
     async def _finished(self, kind: PictureKind, timeout: float | None) -> Picture:
         if not self._has_image:

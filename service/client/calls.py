@@ -19,6 +19,7 @@ from schemas.batches import MEDIA_TYPE
 from schemas.comparisons import ComparisonAnswer
 from schemas.convergence import Convergence
 from schemas.jobs import Asset, Job, JobList, TileBatch, Version
+from schemas.logs import JobLog
 from schemas.plans import PlanDocument
 from schemas.quotes import Quote
 from schemas.traces import TraceAnswer
@@ -174,6 +175,11 @@ def get_convergence_file(job_id: str, form: str) -> Call[bytes]:
     """The same as a file: json, csv, svg or png."""
     path = _job_path(job_id) + "/convergence"
     return Call("GET", path, lambda answer: answer.content, params={"format": form}, job_id=job_id)
+
+
+def get_log(job_id: str) -> Call[JobLog]:
+    """What became of a job."""
+    return Call("GET", _job_path(job_id) + "/log", _model(JobLog), job_id=job_id)
 
 
 def make_plan(body: Mapping[str, Any]) -> Call[PlanDocument]:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from schemas.comparisons import ComparisonAnswer
 from schemas.convergence import Convergence
 from schemas.jobs import JobList, TileBatch, TileEvent, Version
+from schemas.logs import JobLog
 from schemas.plans import PlanDocument
 from schemas.quotes import Quote
 from schemas.traces import TraceAnswer
@@ -259,6 +260,10 @@ class Client(Connection):
             `json`, `csv`, or `svg` or `png` for a plot.
         """
         return self._send(calls.get_convergence_file(job_id, form))
+
+    def log(self, job_id: str) -> JobLog:
+        """What became of a job: states, passes, repeated tiles, workers lost, failures."""
+        return self._send(calls.get_log(job_id))
 
     def explain(
         self, scene: SceneSource, *, quality: Mapping[str, Any] | None = None, layers: Iterable[str] = ()

@@ -12,6 +12,7 @@ from pydantic import PrivateAttr
 
 from schemas.convergence import Convergence
 from schemas.jobs import TileBatch
+from schemas.logs import JobLog
 from schemas.plans import PlanDocument
 from service.client import notebooks
 from service.client.batches import Encoding, TilePixels
@@ -138,6 +139,10 @@ class RemoteJob(KnownJob):
     def convergence(self) -> Convergence:
         """What its passes have cost, which error they left, and how fast it falls."""
         return self._client.convergence(self.id)
+
+    def log(self) -> JobLog:
+        """What became of it: states, passes, repeated tiles, workers lost, failures."""
+        return self._client.log(self.id)
 
     def _finished(self, kind: PictureKind, timeout: float | None) -> Picture:
         if not self._has_image:

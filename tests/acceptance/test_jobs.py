@@ -194,3 +194,17 @@ def test_a_picture_of_target_quality_is_the_same_here_and_there(
     assert (here.code, sent.code) == (0, 0)
     assert sent.document["error"] == here.document["error"]
     assert (tmp_path / "sent.npy").read_bytes() == (tmp_path / "here.npy").read_bytes()
+
+
+def test_what_became_of_a_job_is_told_line_by_line(penumbra: Penumbra, scene_file: Path) -> None:
+    job_id = penumbra("submit", scene_file, "--wait").out.strip()
+    lines = [line.split("\t") for line in penumbra("logs", job_id).out.splitlines()]
+    assert {len(line) for line in lines} == {3}
+    assert [line[1] for line in lines][:2] == ["submitted", "started"]
+    assert lines[-1][1] == "succeeded"
+    told = penumbra("logs", job_id, "--json").document
+    assert (told["job"], [entry["event"] for entry in told["entries"]]) == (
+        job_id,
+        [line[1] for line in lines],
+    )
+    assert penumbra("logs", "none").code == 4

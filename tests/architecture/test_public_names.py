@@ -15,7 +15,7 @@ from service.settings import Settings
 from tests.architecture.sources import ROOT
 
 LOCAL = {"compare", "render", "explain", "validate", "trace", "study", "serve", "demo", "doctor"}
-REMOTE = {"submit", "wait", "watch", "get", "cancel", "ls"}
+REMOTE = {"submit", "wait", "watch", "get", "cancel", "ls", "logs"}
 
 CALLS = {
     ("post", "/v1/jobs"),
@@ -30,6 +30,7 @@ CALLS = {
     ("get", "/v1/jobs/{}/image.exr"),
     ("get", "/v1/jobs/{}/layers/{}"),
     ("get", "/v1/jobs/{}/plan"),
+    ("get", "/v1/jobs/{}/log"),
     ("post", "/v1/plans"),
     ("post", "/v1/traces"),
     ("post", "/v1/comparisons"),

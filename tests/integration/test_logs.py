@@ -1,0 +1,80 @@
+"""What is told of a job afterwards: from its rows alone."""
+
+from __future__ import annotations
+
+import os
+import signal
+from datetime import datetime
+from typing import Any
+
+import httpx2
+import pytest
+
+from service.client import Client
+from service.server import RunningServer
+from tests.integration.conftest import Start
+from tests.integration.support import long_scene, scene, until, wait, workers_of
+from tests.integration.test_assets import put
+from tests.integration.test_meshes import FILES, with_mesh
+
+
+def log_of(client: httpx2.Client, job: str) -> list[dict[str, Any]]:
+    answer = client.get(f"/v1/jobs/{job}/log")
+    assert answer.status_code == 200, answer.text
+    return answer.json()["entries"]
+
+
+def test_a_job_tells_when_it_came_began_finished_each_pass_and_ended(
+    client: httpx2.Client, server: RunningServer
+) -> None:
+    document = scene(40, 24) | {"name": "told afterwards"}
+    with Client(server.url) as ours:
+        job = ours.submit(document, quality={"mode": "target", "error": 0.02}).wait()
+        passes = job.convergence().passes
+        assert [entry.event for entry in job.log().entries if entry.event == "pass_finished"]
+    entries = log_of(client, job.id)
+    events = [entry["event"] for entry in entries]
+    assert events[:2] == ["submitted", "started"]
+    assert events[2:] == ["pass_finished"] * len(passes) + ["succeeded"]
+    assert [entry["pass_index"] for entry in entries[2:-1]] == list(range(len(passes)))
+    times = [datetime.fromisoformat(entry["at"]) for entry in entries]
+    assert times == sorted(times)
+    assert [times[0], times[1], times[-1]] == [job.created_at, job.started_at, job.finished_at]
+    assert "40 x 24" in entries[0]["message"]
+
+
+def test_a_failure_is_told_with_its_reason(client: httpx2.Client) -> None:
+    content = FILES["ply binary"]()[:2900]
+    put(client, content)
+    job = client.post("/v1/jobs", json={"scene": with_mesh(content)}).json()["id"]
+    failure = wait(client, job, lambda found: found["state"] == "failed")["failure"]
+    last = log_of(client, job)[-1]
+    assert last["event"] == "failed"
+    assert failure["message"] in last["message"]
+
+
+def test_a_cancelled_job_tells_so(client: httpx2.Client) -> None:
+    job = client.post("/v1/jobs", json={"scene": long_scene()}).json()["id"]
+    client.post(f"/v1/jobs/{job}/cancel")
+    assert log_of(client, job)[-1]["event"] == "cancelled"
+    assert client.get("/v1/jobs/none/log").status_code == 404
+
+
+@pytest.mark.slow
+def test_a_worker_that_died_is_told_with_the_tile_that_it_had(start: Start) -> None:
+    server = start(workers=1, tile_size=64)
+    with httpx2.Client(base_url=server.url, timeout=60) as client:
+        job = client.post("/v1/jobs", json={"scene": long_scene()}).json()["id"]
+        wait(client, job, lambda found: found["progress"]["done"] >= 2)
+        (worker,) = workers_of(server.process.pid)
+        os.kill(worker, signal.SIGKILL)
+
+        def lost() -> list[dict[str, Any]]:
+            return [entry for entry in log_of(client, job) if entry.get("workers_lost")]
+
+        until(lambda: bool(lost()))
+        (entry,) = lost()
+        assert entry["event"] == "step_repeated"
+        assert entry["workers_lost"] == 1
+        assert f"Tile {entry['tile']} of pass {entry['pass_index']}" in entry["message"]
+        client.delete(f"/v1/jobs/{job}")
