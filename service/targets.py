@@ -15,7 +15,7 @@ from sqlalchemy.orm import Session
 
 from renderer import RenderPlan, tiling
 from renderer.adaptive import Estimate
-from renderer.adaptive.rendering import side
+from renderer.adaptive.course import side
 from schemas.jobs import JobState
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile

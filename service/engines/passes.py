@@ -11,11 +11,11 @@ import numpy as np
 
 from renderer import RenderPlan, film, image_files
 from renderer.adaptive import Estimate, Samples, render_samples
+from renderer.adaptive.course import side
 from renderer.adaptive.coverage import Surroundings, surroundings
 from renderer.adaptive.decisions import advance
 from renderer.adaptive.levels import COVERED, Levels
 from renderer.adaptive.previews import preview
-from renderer.adaptive.rendering import side
 from renderer.execute import WORK, render_layers
 from service import layers, targets
 from service.engines.tasks import AdvanceDone, AdvanceTask, Interrupted, SampleTask, TileDone
