@@ -9,16 +9,35 @@ import resource
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
 
 
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """The last message of a process.
+
+    Attributes
+    ----------
+    error : Exception or None
+        What was raised.
+    cpu_seconds : float
+    """
+
+    error: Exception | None
+    cpu_seconds: float
+
+
 def do(answer: Connection, call: Callable[[], Any], memory: int | None) -> None:
-    """Call something and send back its result, or what it raised, and the CPU seconds of this process.
+    """Call something and send back what it gives, or what it raised, and the CPU seconds of this process.
 
     Parameters
     ----------
+    call
+        What it gives may be an iterator: each result is sent as it comes, and takes the place of the one
+        before.
     memory
         Bytes that this process may take; None for any.
     """
@@ -29,12 +48,14 @@ def do(answer: Connection, call: Callable[[], Any], memory: int | None) -> None:
         resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
     # Stdout belongs to the one document of the command.
     sys.stdout = sys.stderr
-    result, error = None, None
+    error = None
     try:
-        result = call()
+        given = call()
+        for result in given if isinstance(given, Iterator) else (given,):
+            answer.send((result, time.process_time()))
     except Exception as raised:  # noqa: BLE001 - whatever it is, it costs this test alone
         error = _picklable(raised)
-    answer.send((result, error, time.process_time()))
+    answer.send(Ended(error, time.process_time()))
 
 
 def _picklable(error: Exception) -> Exception:

@@ -28,7 +28,8 @@ class Errand:
     ----------
     name : str
     call : callable
-        Without arguments; it, its result and what it raises must be picklable.
+        Without arguments; it, what it gives and what it raises must be picklable. If it gives an iterator,
+        each result takes the place of the one before.
     deadline : float
         Seconds.
     memory : int or None
@@ -48,9 +49,9 @@ class Finished:
     Attributes
     ----------
     result : object
-        What it gave; None where it gave nothing.
+        What it gave last in time; None where it gave nothing.
     error : Exception or None
-        What it raised.
+        What it raised before it gave anything.
     trouble : str or None
         Why there is neither, a sentence.
     seconds, cpu_seconds : float
@@ -69,10 +70,18 @@ class _Running:
     errand: Errand
     process: BaseProcess
     begun: float
+    result: Any = None
+    cpu_seconds: float = 0.0
 
     @property
     def ends(self) -> float:
         return self.begun + self.errand.deadline
+
+    def finished(self, *, error: Exception | None = None, trouble: str | None = None) -> Finished:
+        """What became of it; a result that was there in time stays, whatever came after."""
+        if self.result is not None:
+            error = trouble = None
+        return Finished(self.result, error, trouble, time.monotonic() - self.begun, self.cpu_seconds)
 
 
 def run_all(errands: Sequence[Errand], jobs: int) -> Iterator[tuple[str, Finished]]:
@@ -96,9 +105,11 @@ def run_all(errands: Sequence[Errand], jobs: int) -> Iterator[tuple[str, Finishe
             ready = wait([*running], max(0.0, soonest - time.monotonic()))
             now = time.monotonic()
             for here, one in list(running.items()):
-                if here in ready or now >= one.ends:
+                finished = _heard(here, one) if here in ready else _late(one, now)
+                if finished is not None:
                     del running[here]
-                    yield one.errand.name, _finished(here, one, answered=here in ready)
+                    _end(here, one)
+                    yield one.errand.name, finished
     finally:
         for here, one in running.items():
             _end(here, one)
@@ -113,17 +124,23 @@ def _start(context: Any, errand: Errand) -> tuple[Connection, _Running]:
     return here, _Running(errand, process, time.monotonic())
 
 
-def _finished(here: Connection, one: _Running, *, answered: bool) -> Finished:
-    seconds = time.monotonic() - one.begun
+def _heard(here: Connection, one: _Running) -> Finished | None:
+    """What became of an errand whose process has said something; None if it goes on."""
     try:
-        if not answered:
-            return Finished(trouble=f"It was given up after {one.errand.deadline:g} s.", seconds=seconds)
-        result, error, cpu_seconds = here.recv()
-        return Finished(result, error, seconds=seconds, cpu_seconds=cpu_seconds)
+        told = here.recv()
     except (EOFError, OSError):
-        return Finished(trouble=_died(one), seconds=seconds)
-    finally:
-        _end(here, one)
+        return one.finished(trouble=_died(one))
+    if isinstance(told, child.Ended):
+        one.cpu_seconds = told.cpu_seconds
+        return one.finished(error=told.error)
+    one.result, one.cpu_seconds = told
+    return None
+
+
+def _late(one: _Running, now: float) -> Finished | None:
+    if now < one.ends:
+        return None
+    return one.finished(trouble=f"It was given up after {one.errand.deadline:g} s.")
 
 
 def _died(one: _Running) -> str:

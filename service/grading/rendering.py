@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 RANDOM = frozenset({"random", "stratified", "sobol"})
 """Patterns whose layer `error` tells noise; of a fixed grid it tells something else."""
 
-PATIENCE = 0.9
+PATIENCE = 0.8
 """Share of a deadline after which a service is told that nobody waits any more."""
 
 SHOWN = 3
@@ -86,12 +87,13 @@ def rendered(order: Ordered) -> Rendered:
     service.client.ClientError
         The service does not answer, or has not rendered it.
     """
+    begun = time.monotonic()
     text, assets = order.folder.read(order.file), order.folder.assets(order.file)
     try:
         scene = load_scene(text, assets=assets)
         layers = _layers(order.quality, scene.document)
         if order.server is not None:
-            return _by_service(order, text, layers)
+            return _by_service(order, text, layers, begun + PATIENCE * order.timeout)
         result = render(compile_scene(scene, order.quality, layers=layers))
     except SceneError as error:
         raise order.folder.fault(f"{order.file} is no usable scene. {_told(error)}") from error
@@ -107,7 +109,7 @@ def _layers(quality: Quality | None, scene: Scene) -> tuple[str, ...]:
     return ("shape", "error", "samples") if noisy else ("shape",)
 
 
-def _by_service(order: Ordered, text: bytes, layers: tuple[str, ...]) -> Rendered:
+def _by_service(order: Ordered, text: bytes, layers: tuple[str, ...], until: float) -> Rendered:
     # Only who has a service needs the client.
     from service.client import Client, JobFailedError, RequestInvalidError  # noqa: PLC0415
 
@@ -116,18 +118,18 @@ def _by_service(order: Ordered, text: bytes, layers: tuple[str, ...]) -> Rendere
         try:
             assets = order.folder.assets(order.file)
             job = client.submit(text, quality=quality, layers=layers, assets=assets)
-            _wait(client, job.id, order.timeout)
+            _wait(client, job.id, until)
         except (RequestInvalidError, JobFailedError) as error:
             raise order.folder.fault(f"{order.file} was not rendered by the service. {error}") from error
         shown = {name: client.layer(job.id, name) for name in layers}
         return Rendered(client.pixels(job.id), shown, client.get(job.id).cost.cpu_seconds)
 
 
-def _wait(client: Client, job_id: str, timeout: float) -> None:
+def _wait(client: Client, job_id: str, until: float) -> None:
     from service.client import TimedOutError  # noqa: PLC0415
 
     try:
-        client.wait(job_id, timeout=PATIENCE * timeout)
+        client.wait(job_id, timeout=max(0.0, until - time.monotonic()))
     except TimedOutError:
         # Nobody asks for it any more.
         client.cancel(job_id)

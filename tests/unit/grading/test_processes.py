@@ -47,6 +47,18 @@ def test_a_process_that_dies_is_told_and_costs_the_others_nothing() -> None:
     assert found["good"].result == 2.0
 
 
+@pytest.mark.parametrize(
+    "after",
+    ["__import__('time').sleep(600)", "__import__('os')._exit(7)", "1 / 0"],
+    ids=["late", "died", "raised"],
+)
+def test_a_result_that_was_there_in_time_stays_whatever_comes_after(after: str) -> None:
+    # Each result takes the place of the one before; what follows the last one takes nothing away.
+    steps = partial(map, eval, ["1", "2", after])
+    found = done(Errand("one", steps, 5.0))["one"]
+    assert (found.result, found.error, found.trouble) == (2, None, None)
+
+
 def test_what_is_raised_comes_back() -> None:
     error = done(Errand("wrong", partial(math.sqrt, -1), PATIENCE))["wrong"].error
     assert isinstance(error, ValueError)
