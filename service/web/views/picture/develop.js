@@ -22,7 +22,7 @@ export class Developer {
   take(tiles) {
     return measured("penumbra:paint", { tiles: tiles.length }, () => {
       const places = tiles.map((tile) => this.film.take(tile));
-      if (!this.layer) for (const place of places) this.#put(place);
+      if (!this.layer) this.#putAll(places);
       this.screen.redraw();
       return places;
     });
@@ -73,7 +73,25 @@ export class Developer {
     this.#put({ x0: 0, y0: 0, x1: this.film.width, y1: this.film.height });
   }
 
+  /** Many tiles side by side are developed as one: calls cost more than pixels. */
+  #putAll(places) {
+    const box = around(places);
+    const covered = places.reduce((sum, place) => sum + area(place), 0);
+    if (places.length > 1 && area(box) <= 2 * covered) this.#put(box);
+    else for (const place of places) this.#put(place);
+  }
+
   #put(place) {
     if (place.x1 > place.x0 && place.y1 > place.y0) this.screen.context.putImageData(this.film.develop(place), place.x0, place.y0);
   }
+}
+
+const area = ({ x0, y0, x1, y1 }) => (x1 - x0) * (y1 - y0);
+
+function around(places) {
+  const box = { x0: Infinity, y0: Infinity, x1: 0, y1: 0 };
+  for (const { x0, y0, x1, y1 } of places) {
+    Object.assign(box, { x0: Math.min(box.x0, x0), y0: Math.min(box.y0, y0), x1: Math.max(box.x1, x1), y1: Math.max(box.y1, y1) });
+  }
+  return box;
 }

@@ -24,6 +24,8 @@ export class Screen extends EventTarget {
     super();
     Object.assign(this, { width, height, overlay });
     this.canvas = h("canvas", { className: "pixels", width, height });
+    // Kept where pixels are cheap to write and to read again, as is done all the time.
+    this.context = this.canvas.getContext("2d", { willReadFrequently: true });
     this.over = h("canvas", { className: "over" });
     this.cursor = null;
     this.element = h("div", { className: "screen", tabIndex: 0, role: "application", "aria-label": label }, this.canvas, this.over);
@@ -44,10 +46,6 @@ export class Screen extends EventTarget {
     this.life.abort();
     this.#resize.disconnect();
     cancelAnimationFrame(this.#frame);
-  }
-
-  get context() {
-    return this.canvas.getContext("2d", { willReadFrequently: true });
   }
 
   get smallest() {

@@ -1,0 +1,73 @@
+"""What tests about pictures on the page have in common: finished jobs, and what canvases hold."""
+
+from __future__ import annotations
+
+import base64
+import io
+from typing import Any
+
+import httpx2
+import numpy as np
+from PIL import Image
+from playwright.sync_api import Page
+
+from tests.browser.conftest import Open
+from tests.integration.support import finish, scene, submit
+
+CODES = """() => {
+    const canvas = document.querySelector("canvas.pixels");
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    let text = "";
+    for (const code of data) text += String.fromCharCode(code);
+    return [canvas.width, canvas.height, btoa(text)];
+}"""
+COVERED = """() => {
+    const canvas = document.querySelector("canvas.pixels");
+    if (!canvas) return false;
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    return data.every((code, i) => i % 4 < 3 || code === 255);
+}"""
+
+
+def codes_of(page: Page) -> np.ndarray:
+    """The codes on the canvas, (H, W, 3), all of which must be opaque."""
+    width, height, encoded = page.evaluate(CODES)
+    codes = np.frombuffer(base64.b64decode(encoded), np.uint8).reshape(height, width, 4)
+    assert (codes[..., 3] == 255).all()
+    return codes[..., :3]
+
+
+def served(client: httpx2.Client, job: str) -> np.ndarray:
+    """The codes of the picture file, (H, W, 3)."""
+    return np.asarray(Image.open(io.BytesIO(client.get(f"/v1/jobs/{job}/image.png").content)))
+
+
+def finished(client: httpx2.Client, document: dict[str, Any] | None = None, **request: Any) -> str:
+    """Have a scene rendered."""
+    job = submit(client, document or scene(), **request)
+    finish(client, job)
+    return job
+
+
+def opened(open_page: Open, job: str, **options: Any) -> Page:
+    """Open the page of a job and wait until its whole picture is there."""
+    page = open_page(f"/jobs/{job}", **options)
+    page.wait_for_function(COVERED)
+    return page
+
+
+def point_at(page: Page, x: int, y: int, size: tuple[int, int] = (80, 48)) -> None:
+    """Move the mouse to the middle of a pixel, while the whole picture is shown."""
+    page.mouse.move(*_middle(page, x, y, size))
+
+
+def click_at(page: Page, x: int, y: int, size: tuple[int, int] = (80, 48)) -> None:
+    """Click on the middle of a pixel, while the whole picture is shown."""
+    page.mouse.click(*_middle(page, x, y, size))
+
+
+def _middle(page: Page, x: int, y: int, size: tuple[int, int]) -> tuple[float, float]:
+    page.locator(".screen").scroll_into_view_if_needed()
+    box = page.locator("canvas.pixels").bounding_box()
+    assert box is not None
+    return box["x"] + (x + 0.5) * box["width"] / size[0], box["y"] + (y + 0.5) * box["height"] / size[1]

@@ -1,0 +1,91 @@
+"""Two pictures compared in the browser."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import httpx2
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+from service.server import RunningServer
+from tests.browser.conftest import Open, Shoot
+from tests.browser.pictures import codes_of, finished, opened, served
+from tests.integration.support import scene
+
+
+@pytest.fixture(scope="module")
+def pair(server: RunningServer) -> Iterator[tuple[str, str]]:
+    """A floor alone, and a floor with a ball."""
+    with httpx2.Client(base_url=server.url, timeout=60) as client:
+        yield finished(client, scene() | {"shapes": scene()["shapes"][:1]}), finished(client)
+
+
+def test_the_verdict_is_told_and_the_worst_region_is_one_click_away(
+    open_page: Open, pair: tuple[str, str], shoot: Shoot
+) -> None:
+    page = open_page("/compare/{}/{}".format(*pair))
+    expect(page.locator(".verdict")).to_contain_text("Not the same")
+    shoot(page, "compare-split")
+    before = page.locator("canvas.pixels").bounding_box()
+    page.get_by_role("button", name=re.compile("Region 1: ellipsoid")).click()
+    after = page.locator("canvas.pixels").bounding_box()
+    assert before is not None
+    assert after is not None
+    assert after["width"] > 1.5 * before["width"]
+    page.get_by_label("Difference").check()
+    expect(page.locator(".legend-ends")).to_contain_text("0.25")
+    shoot(page, "compare-region")
+
+
+def test_left_of_the_line_is_one_picture_and_right_of_it_the_other(
+    open_page: Open, client: httpx2.Client, pair: tuple[str, str]
+) -> None:
+    page = open_page("/compare/{}/{}".format(*pair))
+    line = page.get_by_label("Line between A and B")
+    line.fill("25")
+    one, other = (served(client, job) for job in pair)
+    codes = codes_of(page)
+    np.testing.assert_array_equal(codes[:, :20], one[:, :20])
+    np.testing.assert_array_equal(codes[:, 20:], other[:, 20:])
+
+
+def test_the_f_key_shows_both_in_turn(open_page: Open, client: httpx2.Client, pair: tuple[str, str]) -> None:
+    page = open_page("/compare/{}/{}".format(*pair))
+    expect(page.locator(".verdict")).to_be_visible()
+    for job in (*pair, pair[0]):
+        page.keyboard.press("f")
+        np.testing.assert_array_equal(codes_of(page), served(client, job))
+
+
+@pytest.mark.parametrize("kind", ["png", "npy"])
+def test_a_file_can_be_the_reference(
+    open_page: Open, client: httpx2.Client, pair: tuple[str, str], kind: str
+) -> None:
+    page = open_page(f"/compare/{pair[0]}/file")
+    content = client.get(f"/v1/jobs/{pair[1]}/image.{kind}").content
+    page.get_by_label("Reference: a PNG, NPY or EXR file").set_input_files(
+        {"name": f"reference.{kind}", "mimeType": "application/octet-stream", "buffer": content}
+    )
+    page.get_by_role("button", name="Compare").click()
+    expect(page.locator(".verdict")).to_contain_text("Not the same")
+    page.get_by_label("B alone").check()
+    np.testing.assert_array_equal(codes_of(page), served(client, pair[1]))
+
+
+def test_from_the_page_of_a_job_another_is_chosen(open_page: Open, pair: tuple[str, str]) -> None:
+    page = opened(open_page, pair[0])
+    page.get_by_label("Compare with").select_option(pair[1])
+    page.get_by_role("button", name="Compare").click()
+    expect(page.locator(".verdict")).to_contain_text("Not the same")
+    assert page.url.endswith(f"/compare/{pair[0]}/{pair[1]}")
+
+
+def test_pictures_of_two_sizes_are_refused_with_the_reason(
+    open_page: Open, client: httpx2.Client, pair: tuple[str, str]
+) -> None:
+    small = finished(client, scene(16, 16, samples=1, light_samples=1))
+    page = open_page(f"/compare/{pair[0]}/{small}")
+    expect(page.get_by_role("alert")).to_contain_text("80")

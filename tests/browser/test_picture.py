@@ -1,0 +1,281 @@
+"""The picture of a job in the browser: it fills in, is that of the service, and its numbers can be read."""
+
+from __future__ import annotations
+
+import base64
+import io
+import os
+import re
+import signal
+import sys
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import httpx2
+import numpy as np
+import pytest
+from matplotlib import colormaps
+from playwright.sync_api import Browser, Page, expect
+
+from renderer import image_files
+from schemas.display import Display
+from service.server import running
+from service.settings import Settings
+from tests.browser.conftest import Open, Shoot
+from tests.browser.pictures import COVERED, codes_of, finished, opened, point_at, served
+from tests.integration.support import finish, image, long_scene, scene, submit
+
+ENCODE = """async ([text, exposure, transfer]) => {
+    const { Encoder } = await import("/web/views/picture/transfer.js");
+    const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+    const bits = new Uint32Array(bytes.buffer);
+    const rgba = new Uint8ClampedArray((bits.length / 3) * 4);
+    new Encoder(exposure, transfer).write(bits, 0, rgba, 0, bits.length / 3);
+    return Array.from(rgba).filter((_, i) => i % 4 < 3);
+}"""
+PAINT = """async (tiles) => {
+    const { Film } = await import("/web/views/picture/film.js");
+    const { Developer } = await import("/web/views/picture/develop.js");
+    const context = new OffscreenCanvas(512, 512).getContext("2d", { willReadFrequently: true });
+    const developer = new Developer({ context, redraw() {} }, new Film(512, 512));
+    const side = 32;
+    const made = Array.from({ length: tiles }, (_, i) => {
+        const [x0, y0] = [side * (i % 16), side * Math.floor(i / 16)];
+        const pixels = Float32Array.from({ length: 3 * side * side }, (_, k) => (k % 3) / 2);
+        return { x0, y0, x1: x0 + side, y1: y0 + side, stride: 1, columns: side, rows: side, pixels };
+    });
+    const times = [];
+    for (let i = 0; i < 5; i++) {
+        developer.take(made);
+        times.push(performance.getEntriesByName("penumbra:paint").at(-1).duration);
+    }
+    return { times, codes: Array.from(context.getImageData(511, 511, 1, 1).data) };
+}"""
+LAYERS = ["depth", "normal", "shape", "samples"]
+VIRIDIS_FIT = 4
+"""Codes by which the polynomials of the false colours are off at most, rounding included."""
+
+
+def awkward_numbers() -> np.ndarray:
+    """Floats of every size and sign, neighbours of all codes' limits, and those that are no numbers."""
+    random = np.random.default_rng(5)
+    drawn = random.integers(0, 2**32, 60_000, dtype=np.uint32).view(np.float32)
+    limits = ((np.arange(1, 256) - 0.5) / 255).astype(np.float64)
+    linear = np.where(limits <= 0.04045, limits / 12.92, ((limits + 0.055) / 1.055) ** 2.4)
+    edges = np.concatenate([limits, linear]).astype(np.float32)
+    near = [np.nextafter(edges, np.float32(side)) for side in (0, 1)]
+    odd = np.array([0, -0.0, 1, np.nan, np.inf, -np.inf, 1e-45, -1e-45, 3.4e38], np.float32)
+    even = np.linspace(0, 1, 60_000, dtype=np.float32)
+    values = np.concatenate([drawn[~np.isnan(drawn)], even, edges, *near, odd])
+    return values[: values.size // 3 * 3]
+
+
+@pytest.mark.parametrize(
+    ("transfer", "exposure"),
+    [("srgb", 0.0), ("linear", 0.0), ("srgb", 0.7), ("srgb", -9.5), ("linear", 20.0)],
+)
+def test_every_number_gets_the_code_that_the_service_gives_it(
+    page: Page, transfer: Any, exposure: float
+) -> None:
+    values = awkward_numbers()
+    got = page.evaluate(ENCODE, [base64.b64encode(values.tobytes()).decode(), exposure, transfer])
+    display = Display(transfer=transfer, exposure=exposure)
+    np.testing.assert_array_equal(got, image_files.displayed(values, display))
+
+
+@pytest.mark.parametrize("display", [{}, {"transfer": "linear", "exposure": 0.6}])
+def test_the_canvas_holds_the_very_picture_that_the_service_serves(
+    open_page: Open, client: httpx2.Client, display: dict[str, Any]
+) -> None:
+    # 100 x 70 pixels are several tiles, none of which has the size of another.
+    job = submit(client, scene(100, 70) | {"display": display})
+    page = open_page(f"/jobs/{job}")
+    expect(page.locator(".state")).to_contain_text("finished", timeout=20_000)
+    page.wait_for_function(COVERED)
+    np.testing.assert_array_equal(codes_of(page), served(client, job))
+
+
+def test_a_running_picture_is_there_coarse_at_once_and_the_same_at_the_end(
+    open_page: Open, client: httpx2.Client
+) -> None:
+    job = submit(client, long_scene())
+    page = open_page(f"/jobs/{job}")
+    page.wait_for_function(COVERED)
+    expect(page.locator(".state")).not_to_contain_text("finished")
+    page.reload()
+    page.wait_for_function(COVERED)
+    finish(client, job)
+    expect(page.locator(".state")).to_contain_text("finished", timeout=20_000)
+    np.testing.assert_array_equal(codes_of(page), served(client, job))
+
+
+def test_a_cancelled_picture_stays_as_far_as_it_came(open_page: Open, client: httpx2.Client) -> None:
+    job = submit(client, long_scene())
+    page = open_page(f"/jobs/{job}")
+    page.wait_for_function(COVERED)
+    page.get_by_role("button", name="Cancel").click()
+    expect(page.locator(".state")).to_contain_text("cancelled")
+    assert codes_of(page).any()
+    assert client.get(f"/v1/jobs/{job}").json()["state"] == "cancelled"
+
+
+def test_the_read_out_tells_the_numbers_of_the_npy_file(open_page: Open, client: httpx2.Client) -> None:
+    job = finished(client)
+    page = opened(open_page, job)
+    pixels = image(client, job)
+    for x, y in ((30, 30), (45, 12), (0, 47)):
+        point_at(page, x, y)
+        readout = page.locator(".readout")
+        expect(readout).to_have_text(re.compile(rf"^{x}, {y} "))
+        linear, shown = readout.inner_text().split("linear")[1].split("shown")
+        # Four digits are told.
+        assert [float(word) for word in linear.split()] == [float(f"{value:.4g}") for value in pixels[y, x]]
+        assert [int(word) for word in shown.split()] == served(client, job)[y, x].tolist()
+
+
+def test_from_some_zoom_on_numbers_stand_in_the_pixels(
+    open_page: Open, client: httpx2.Client, shoot: Shoot
+) -> None:
+    page = opened(open_page, finished(client))
+    drawn = """(least) => {
+        const over = document.querySelector("canvas.over");
+        const copy = new OffscreenCanvas(over.width, over.height);
+        const context = copy.getContext("2d", { willReadFrequently: true });
+        context.drawImage(over, 0, 0);
+        const { data } = context.getImageData(0, 0, over.width, over.height);
+        return data.filter((alpha, i) => i % 4 === 3 && alpha > 0).length >= least;
+    }"""
+    assert not page.evaluate(drawn, 1)
+    for _ in range(3):
+        page.get_by_role("button", name="Zoom in").click()
+    # Hundreds of digits, each of some dots.
+    page.wait_for_function(drawn, arg=1000)
+    shoot(page, "picture-numbers")
+
+
+def test_the_wheel_zooms_where_the_mouse_is_and_dragging_pans(open_page: Open, client: httpx2.Client) -> None:
+    page = opened(open_page, finished(client))
+    point_at(page, 20, 30)
+    for _ in range(8):
+        page.mouse.wheel(0, -240)
+    box = page.locator("canvas.pixels").bounding_box()
+    assert box is not None
+    assert box["width"] > 2000
+    readout = page.locator(".readout")
+    page.mouse.move(*page.evaluate("[0, 0]"))
+    point = page.locator(".screen").bounding_box()
+    assert point is not None
+    middle = (point["x"] + 200, point["y"] + 200)
+    page.mouse.move(*middle)
+    before = readout.inner_text()
+    page.mouse.down()
+    page.mouse.move(middle[0] + 130, middle[1] + 40, steps=4)
+    page.mouse.up()
+    expect(page.get_by_role("heading", name="Why is it so?")).to_be_visible()  # dragging is no click
+    assert readout.inner_text() == before  # what was under the mouse has come along
+    page.mouse.move(*middle)
+    expect(readout).not_to_have_text(before)
+
+
+def test_a_stop_more_exposure_shows_the_double(open_page: Open, client: httpx2.Client) -> None:
+    job = finished(client)
+    page = opened(open_page, job)
+    page.get_by_label("Exposure").fill("1")
+    np.testing.assert_array_equal(
+        codes_of(page), image_files.displayed(image(client, job), Display(exposure=1))
+    )
+    page.get_by_role("button", name="Reset").click()
+    np.testing.assert_array_equal(codes_of(page), served(client, job))
+
+
+def test_a_layer_is_shown_in_false_colours_with_a_scale(
+    open_page: Open, client: httpx2.Client, shoot: Shoot
+) -> None:
+    job = finished(client, layers=LAYERS)
+    page = opened(open_page, job)
+    depth = layer(client, job, "depth")
+    page.get_by_label("Shown").select_option("depth")
+    expect(page.locator(".legend")).to_contain_text("scene units")
+    near, far = depth.min(), depth[np.isfinite(depth)].max()
+    ends = page.locator(".legend-ends span").all_inner_texts()
+    assert [float(ends[0]), float(ends[2])] == [float(f"{value:.4g}") for value in (near, far)]
+    codes = codes_of(page).astype(int)
+    assert (codes[~np.isfinite(depth)] == 128).all()
+    met = np.isfinite(depth)
+    expected = colormaps["viridis"]((depth[met] - near) / (far - near))[:, :3] * 255
+    # The place in the table is rounded, too: half a step of it is at most two codes.
+    assert np.abs(codes[met] - expected).max() <= VIRIDIS_FIT + 2
+    page.get_by_label("Shown").select_option("normal")
+    expect(page.locator(".legend")).to_contain_text("Red, green and blue are x, y and z")
+    # The floor looks up: (0, 1, 0) is shown as the middle, the greatest and the middle.
+    assert codes_of(page)[47, 0].tolist() == [128, 255, 128]
+    shoot(page, "picture-normals")
+
+
+def layer(client: httpx2.Client, job: str, name: str) -> np.ndarray:
+    return np.asarray(np.load(io.BytesIO(client.get(f"/v1/jobs/{job}/layers/{name}.npy").content)))
+
+
+def test_by_the_keyboard_alone_a_pixel_is_reached_zoomed_to_and_explained(
+    open_page: Open, client: httpx2.Client
+) -> None:
+    job = finished(client)
+    page = opened(open_page, job)
+    for _ in range(40):
+        page.keyboard.press("Tab")
+        if page.evaluate("document.activeElement.className").startswith("screen"):
+            break
+    page.keyboard.press("ArrowLeft")
+    page.keyboard.press("Shift+ArrowLeft")
+    page.keyboard.press("ArrowDown")
+    expect(page.locator(".readout")).to_have_text(re.compile("^29, 25 "))
+    page.keyboard.press("+")
+    page.keyboard.press("+")
+    expect(page.locator(".readout")).to_have_text(re.compile("^29, 25 "))
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("heading", name="Pixel 29, 25")).to_be_visible()
+    expect(page.locator("#announcer")).to_contain_text("Nothing lights it")
+
+
+@pytest.mark.slow
+def test_a_page_goes_on_when_the_service_is_killed_and_comes_back(chromium: Browser, tmp_path: Path) -> None:
+    settings = Settings(data=tmp_path, port=0, workers=2, log_level="error", max_wait_seconds=5)
+    with running(settings) as first:
+        port = int(first.url.rpartition(":")[2])
+        with httpx2.Client(base_url=first.url, timeout=60) as client:
+            job = submit(client, long_scene())
+        page = chromium.new_page()
+        page.goto(f"{first.url}/jobs/{job}")
+        page.wait_for_function(COVERED)
+        os.kill(first.process.pid, signal.SIGKILL)
+        first.process.wait()
+        expect(page.get_by_text("does not answer")).to_be_visible()
+    with (
+        running(settings.model_copy(update={"port": port})) as again,
+        httpx2.Client(base_url=again.url, timeout=60) as client,
+    ):
+        finish(client, job)
+        expect(page.locator(".state")).to_contain_text("finished", timeout=20_000)
+        expect(page.get_by_text("does not answer")).to_be_hidden()
+        np.testing.assert_array_equal(codes_of(page), served(client, job))
+    page.close()
+
+
+@pytest.mark.slow
+def test_painting_and_exposing_are_measured_in_the_browser(
+    open_page: Open, client: httpx2.Client, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The figures are printed for people; no time is asserted."""
+    page = opened(open_page, finished(client, scene(512, 512, samples=1, light_samples=1)))
+    painted = page.evaluate(PAINT, 256)
+    np.testing.assert_array_equal(painted["codes"], [0, 188, 255, 255])
+    exposed = []
+    for stops in range(5):
+        page.get_by_label("Exposure").fill(str(stops))
+        exposed.append(page.evaluate("performance.getEntriesByName('penumbra:expose').at(-1).duration"))
+    with capsys.disabled():
+        sys.stderr.write(
+            f"\n256 tiles are painted in {median(painted['times']):.1f} ms, "
+            f"512 x 512 pixels exposed in {median(exposed):.1f} ms (medians of five)\n"
+        )
