@@ -23,6 +23,7 @@ from service.grading.outcomes import Outcome
 from service.grading.rendering import rendered
 from service.grading.selection import Selection, select
 from service.grading.settings import Run
+from service.grading.signals import signals
 from service.grading.wanted import Wanted, read_picture, wanted
 
 LABEL = "picture, reference, difference"
@@ -36,7 +37,7 @@ def image(test: ImageTest, run: Run) -> Outcome:
     file = test.submitted
     content, picture = read_picture(run.submission, file.file, file.encoding)
     # What a submission says of its own noise would decide its own verdict.
-    return _graded(test, run, noiseless(picture), len(content))
+    return _graded(test, run, noiseless(picture), content)
 
 
 def scene(test: SceneTest, run: Run) -> Outcome:
@@ -76,7 +77,8 @@ class _Found:
         return self.part if sizes[0] == sizes[1] else self.whole
 
 
-def _graded(test: ImageTest | SceneTest, run: Run, picture: Picture, size: int | None) -> Outcome:
+def _graded(test: ImageTest | SceneTest, run: Run, picture: Picture, content: bytes | None) -> Outcome:
+    """What a picture has found; `content` is its file, None where it was rendered here."""
     begun = time.monotonic()
     reference = wanted(test.reference, run)
     mask = None if test.mask is None else read_picture(run.references, test.mask, "linear")[1]
@@ -99,9 +101,10 @@ def _graded(test: ImageTest | SceneTest, run: Run, picture: Picture, size: int |
         worst_regions=regions,
         pictures=_drawn(found.whole) if run.pictures else {},
         inputs=(
-            of_picture(test.id, "submission", picture, size),
+            of_picture(test.id, "submission", picture, None if content is None else len(content)),
             of_picture(test.id, "reference", reference.picture, held_to),
         ),
+        signals=() if content is None else signals(content, reference.file, found.whole, test=test.id),
     )
 
 

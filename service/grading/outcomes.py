@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from schemas.comparisons import ComparisonCause, ComparisonRegion
-from schemas.grades import GradeInput, GradeVerdict
+from schemas.grades import GradeInput, GradeVerdict, Signal
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +21,8 @@ class Outcome:
         What decided, for students.
     pictures : mapping of str to bytes
         PNG files by what they show.
+    signals : tuple of Signal
+        For staff alone.
 
     The others are those of `schemas.grades.TestGrade`.
     """
@@ -38,3 +40,4 @@ class Outcome:
     worst_regions: tuple[ComparisonRegion, ...] = ()
     pictures: Mapping[str, bytes] = field(default_factory=dict)
     inputs: tuple[GradeInput, ...] = ()
+    signals: tuple[Signal, ...] = ()

@@ -16,6 +16,7 @@ from schemas.grades import (
     GradeTimings,
     GradeTool,
     GradeVerdict,
+    Signal,
     Status,
     TestGrade,
 )
@@ -43,12 +44,14 @@ class Tested:
     ----------
     grade : TestGrade
     inputs : tuple of GradeInput
+    signals : tuple of Signal
     pictures : dict of str to bytes
         By the names that the grade has for them.
     """
 
     grade: TestGrade
     inputs: tuple[GradeInput, ...]
+    signals: tuple[Signal, ...]
     pictures: dict[str, bytes]
 
 
@@ -83,7 +86,8 @@ def tested(test: Criterion, finished: Finished) -> Tested:
         cpu_seconds=finished.cpu_seconds,
         seconds=finished.seconds,
     )
-    return Tested(whole, outcome.inputs, {names[label]: png for label, png in outcome.pictures.items()})
+    pictures = {names[label]: png for label, png in outcome.pictures.items()}
+    return Tested(whole, outcome.inputs, outcome.signals, pictures)
 
 
 def graded(
@@ -108,6 +112,7 @@ def graded(
         score=math.fsum(grade.points for grade in grades),
         max_score=math.fsum(grade.max_points for grade in grades if not grade.bonus),
         tests=tuple(grades),
+        signals=tuple(signal for test in tests for signal in test.signals),
         inputs=tuple(read for test in tests for read in test.inputs),
         policy={test.id: test.accept.model_dump(mode="json") for test in manifest.tests},
         tool=GradeTool(version=version("penumbra-render")),

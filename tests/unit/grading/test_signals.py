@@ -5,7 +5,8 @@ import pytest
 
 from renderer.comparison import Comparison, compare
 from service.grading.signals import signals
-from tests.unit.renderer.comparison.test_closeness import NOISE, noisy, picture
+from tests.unit.grading.assignments import Assignment, image_test
+from tests.unit.renderer.comparison.test_closeness import NOISE, SAMPLES, noisy, picture
 
 
 def compared(image: np.ndarray, reference: np.ndarray) -> Comparison:
@@ -36,3 +37,41 @@ def test_scenes_are_held_to_their_bytes_alone() -> None:
 def test_a_reference_that_does_not_tell_its_noise_flags_nothing() -> None:
     image = picture(noisy(1))
     assert signals(b"a", b"b", compare(image, image), test="soft") == ()
+
+
+@pytest.fixture
+def noisy_assignment(assignment: Assignment) -> Assignment:
+    """One with a noisy reference that tells its noise."""
+    values = np.repeat(noisy(1)[:, :, None], 3, axis=2).astype(np.float32)
+    folder = assignment.references
+    np.save(folder / "reference.npy", values)
+    np.save(folder / "reference.npy.error.npy", np.full_like(values, NOISE))
+    np.save(folder / "reference.npy.samples.npy", np.full(values.shape[:2], SAMPLES))
+    return assignment
+
+
+TEST = image_test(reference={"type": "picture", "file": "reference.npy", "encoding": "linear"})
+
+
+def test_the_result_flags_the_reference_itself_and_gives_it_all_points(noisy_assignment: Assignment) -> None:
+    noisy_assignment.hand_in("picture.npy", (noisy_assignment.references / "reference.npy").read_bytes())
+    found = noisy_assignment.grade(TEST)
+    assert [signal.code for signal in found.signals] == ["identical_bytes"]
+    assert (found.score, found.tests[0].status) == (10, "passed")
+
+
+def test_the_result_flags_a_changed_copy_and_gives_it_all_points(noisy_assignment: Assignment) -> None:
+    values = np.load(noisy_assignment.references / "reference.npy")
+    board = np.indices(values.shape).sum(axis=0) % 2 - 0.5
+    noisy_assignment.hand_in("picture.npy", values + board * NOISE / 4)
+    found = noisy_assignment.grade(TEST)
+    assert [(signal.test, signal.code) for signal in found.signals] == [("picture", "closer_than_noise")]
+    assert found.score == 10
+    assert "noise" not in found.tests[0].message
+
+
+def test_the_result_flags_no_picture_of_its_own(noisy_assignment: Assignment) -> None:
+    noisy_assignment.hand_in("picture.npy", np.repeat(noisy(2)[:, :, None], 3, axis=2))
+    found = noisy_assignment.grade(TEST)
+    assert found.signals == ()
+    assert found.score == 10
