@@ -1,0 +1,99 @@
+"""Every view for everybody: names and contrasts by axe, in light and dark, on wide and on narrow screens."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import httpx2
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.browser.conftest import Open, Shoot
+from tests.browser.scenes import PATIENCE, editor, opened, small
+from tests.integration.support import finish, submit
+
+AXE = (Path(__file__).parent / "vendor" / "axe-core" / "axe.min.js").read_text()
+RUN = "async () => (await axe.run(document, { resultTypes: ['violations'] })).violations"
+GRAVE = {"serious", "critical"}
+SCHEMES = ("light", "dark")
+# Width and height of a window on a desk and of a telephone, pixels.
+SIZES = {"wide": (1200, 900), "narrow": (360, 740)}
+
+
+@pytest.fixture(scope="module")
+def jobs(server: Any) -> list[str]:
+    """Two jobs, of which the errors are known."""
+    random = {"pattern": "random", "samples": 16}
+    quality = {"mode": "fixed", "antialiasing": random, "light": random}
+    with httpx2.Client(base_url=server.url, timeout=60) as client:
+        made = [submit(client, json.loads(small("basic", name=name)), quality=quality) for name in ("a", "b")]
+        for job in made:
+            finish(client, job)
+    return made
+
+
+def start(page: Page, _jobs: list[str]) -> None:
+    opened(page)
+
+
+def start_with_mistakes(page: Page, _jobs: list[str]) -> None:
+    opened(page)
+    editor(page).fill(
+        small("basic").replace('"cobalt"', '"cobald"', 1).replace('"version": 1', '"version": 2')
+    )
+    expect(page.locator(".line.wrong").first).to_be_visible(timeout=PATIENCE)
+
+
+def listed(page: Page, jobs: list[str]) -> None:
+    expect(page.locator(".job-row")).to_have_count(len(jobs), timeout=PATIENCE)
+
+
+def one_job(page: Page, _jobs: list[str]) -> None:
+    expect(page.locator(".stages li").first).to_be_visible(timeout=PATIENCE)
+    expect(page.locator(".plot canvas")).to_be_visible(timeout=PATIENCE)
+
+
+def compared(page: Page, _jobs: list[str]) -> None:
+    expect(page.get_by_role("heading", level=1)).to_be_visible(timeout=PATIENCE)
+    page.wait_for_load_state("networkidle")
+
+
+def nothing(page: Page, _jobs: list[str]) -> None:
+    expect(page.get_by_role("heading", level=1)).to_be_visible()
+
+
+VIEWS = {
+    "start": ("/", start),
+    "mistakes": ("/", start_with_mistakes),
+    "jobs": ("/jobs", listed),
+    "job": ("/jobs/{0}", one_job),
+    "compare": ("/compare/{0}/{1}", compared),
+    "missing": ("/compare", nothing),
+}
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("view", VIEWS)
+def test_axe_finds_nothing_grave_and_nothing_is_beside_the_screen(
+    open_page: Open, shoot: Shoot, jobs: list[str], view: str, scheme: str
+) -> None:
+    path, ready = VIEWS[view]
+    page = open_page(path.format(*jobs), color_scheme=scheme)
+    ready(page, jobs)
+    page.evaluate(AXE)
+    for size, (width, height) in SIZES.items():
+        page.set_viewport_size({"width": width, "height": height})
+        shoot(page, f"{view}-{scheme}-{size}")
+        assert grave(page) == []
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def grave(page: Page) -> list[str]:
+    """What axe finds that keeps people out: the rule, the elements, and what to do."""
+    return [
+        f"{found['id']}: {[node['html'] for node in found['nodes']]} {found['nodes'][0]['failureSummary']}"
+        for found in page.evaluate(RUN)
+        if found["impact"] in GRAVE
+    ]

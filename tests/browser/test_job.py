@@ -1,0 +1,129 @@
+"""The page of a job beside its picture: state and figures, the plan and its lines, and what is left of it."""
+
+from __future__ import annotations
+
+import json
+
+import httpx2
+import pytest
+from playwright.sync_api import CDPSession, Page, expect
+
+from tests.browser.conftest import Open
+from tests.browser.scenes import PATIENCE, editor, small
+from tests.integration.support import finish, submit
+
+
+@pytest.fixture
+def text() -> str:
+    return small("basic")
+
+
+@pytest.fixture
+def job(client: httpx2.Client, text: str) -> str:
+    body = f'{{"scene":{text}}}'
+    sent = client.post("/v1/jobs", content=body, headers={"Content-Type": "application/json"})
+    finish(client, sent.json()["id"])
+    return sent.json()["id"]
+
+
+def test_a_click_on_who_asked_shows_the_line_of_the_scene(open_page: Open, job: str, text: str) -> None:
+    page = open_page(f"/jobs/{job}")
+    stage = page.get_by_role("listitem").filter(has_text="hits of ellipsoids")
+    stage.get_by_role("button", name="cobalt pebble").click(timeout=PATIENCE)
+    pointed = page.locator(".line.pointed")
+    first = text[: text.index('"cobalt pebble"')].rindex("{")
+    expect(pointed.first).to_have_attribute("data-number", str(text[:first].count("\n") + 1))
+    expect(pointed.filter(has_text='"cobalt pebble"')).to_be_in_viewport()
+
+
+def test_what_does_not_run_is_told_with_its_reason(open_page: Open, client: httpx2.Client, job: str) -> None:
+    page = open_page(f"/jobs/{job}")
+    for effect in client.get(f"/v1/jobs/{job}/plan").json()["left_out"]:
+        expect(page.locator(".left-out")).to_contain_text(effect["reason"], timeout=PATIENCE)
+
+
+def test_the_stages_are_those_of_the_plan_in_their_order(
+    open_page: Open, client: httpx2.Client, job: str
+) -> None:
+    page = open_page(f"/jobs/{job}")
+    names = [stage["name"] for stage in client.get(f"/v1/jobs/{job}/plan").json()["stages"]]
+    expect(page.locator(".stages .stage-name > strong")).to_have_text(names, timeout=PATIENCE)
+
+
+def test_rays_are_those_that_were_cast(open_page: Open, client: httpx2.Client, job: str) -> None:
+    page = open_page(f"/jobs/{job}")
+    cast = client.get(f"/v1/jobs/{job}").json()["cost"]["rays"]
+    rays = page.locator(".job-progress").get_by_role("definition").filter(has_text="camera")
+    expect(rays).to_contain_text(f"{cast['camera']:,} camera")
+    expect(rays).to_contain_text(f"{sum(cast.values()):,}")
+
+
+def test_the_error_against_time_is_there_as_numbers_too(open_page: Open, client: httpx2.Client) -> None:
+    quality = {
+        "mode": "fixed",
+        "antialiasing": {"pattern": "random", "samples": 64},
+        "light": {"pattern": "random"},
+    }
+    job = submit(client, json.loads(small("basic")), quality=quality)
+    finish(client, job)
+    passes = client.get(f"/v1/jobs/{job}/convergence").json()["passes"]
+    page = open_page(f"/jobs/{job}")
+    page.get_by_text("The same as numbers").click(timeout=PATIENCE)
+    expect(page.locator(".numbers tbody tr")).to_have_count(
+        sum(entry["error"] is not None for entry in passes)
+    )
+    expect(page.get_by_role("img", name="Error in steps").locator("canvas")).to_be_visible()
+
+
+def test_a_job_is_changed_and_rendered_again(open_page: Open, job: str, text: str) -> None:
+    page = open_page(f"/jobs/{job}")
+    page.get_by_role("link", name="Change and render again").click()
+    expect(editor(page)).to_have_value(text, timeout=PATIENCE)
+
+
+def test_a_running_job_is_cancelled(open_page: Open, client: httpx2.Client) -> None:
+    large = json.loads(small("basic", name="too long"))
+    large["camera"] |= {"width": 512, "height": 512}
+    antialiasing = {"pattern": "sobol", "samples": 4096}
+    job = submit(client, large, quality={"mode": "fixed", "antialiasing": antialiasing})
+    page = open_page(f"/jobs/{job}")
+    page.get_by_role("button", name="Cancel").click()
+    expect(page.locator(".job-progress .state")).to_have_text("■ cancelled", timeout=PATIENCE)
+    expect(page.get_by_role("button", name="Cancel")).to_have_count(0)
+
+
+def test_an_unknown_job_is_told_so(open_page: Open) -> None:
+    page = open_page("/jobs/0123456789abcdef")
+    expect(page.get_by_role("heading", level=1)).to_have_text("This job cannot be shown")
+
+
+def counts(session: CDPSession) -> dict[str, float]:
+    """What the page holds, after everything that can be forgotten was."""
+    session.send("HeapProfiler.collectGarbage")
+    metrics = session.send("Performance.getMetrics")["metrics"]
+    return {
+        found["name"]: found["value"] for found in metrics if found["name"] in {"JSEventListeners", "Nodes"}
+    }
+
+
+def visit_all(page: Page, job: str, times: int) -> None:
+    for _ in range(times):
+        page.get_by_role("link", name="Jobs").click()
+        page.locator(f'a.name[href="/jobs/{job}"]').click()
+        expect(page.locator(".stages li").first).to_be_visible(timeout=PATIENCE)
+        page.get_by_role("link", name="Start").click()
+        expect(page.get_by_role("button", name="Render", exact=True)).to_be_enabled(timeout=PATIENCE)
+
+
+@pytest.mark.slow
+def test_views_that_are_left_leave_nothing_behind(open_page: Open, job: str) -> None:
+    page = open_page("/")
+    session = page.context.new_cdp_session(page)
+    session.send("Performance.enable")
+    visit_all(page, job, 3)
+    before = counts(session)
+    visit_all(page, job, 6)
+    after = counts(session)
+    # What one view holds: six of them left behind would be far more.
+    assert after["JSEventListeners"] <= before["JSEventListeners"] * 1.5
+    assert after["Nodes"] <= before["Nodes"] * 1.5

@@ -1,0 +1,111 @@
+"""The list of jobs: filtered, followed, cancelled, deleted, paged."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import httpx2
+import pytest
+from playwright.sync_api import Locator, Page, expect
+
+from tests.browser.conftest import Open
+from tests.browser.scenes import PATIENCE, small
+from tests.integration.support import finish, submit
+
+NEVER_ENDS = {
+    "mode": "fixed",
+    "antialiasing": {"pattern": "sobol", "samples": 4096},
+    "light": {"pattern": "sobol", "samples": 256},
+}
+
+
+def document(name: str) -> dict[str, Any]:
+    return json.loads(small("basic", name=name))
+
+
+def done(client: httpx2.Client, name: str) -> str:
+    job = submit(client, document(name))
+    finish(client, job)
+    return job
+
+
+def endless(client: httpx2.Client, name: str) -> str:
+    large = document(name)
+    large["camera"] |= {"width": 512, "height": 512}
+    return submit(client, large, quality=NEVER_ENDS)
+
+
+def row(page: Page, name: str) -> Locator:
+    return page.get_by_role("listitem").filter(has=page.get_by_role("link", name=name, exact=True))
+
+
+def test_jobs_are_shown_by_their_state_and_an_address_keeps_the_choice(
+    open_page: Open, client: httpx2.Client
+) -> None:
+    done(client, "ready")
+    running = endless(client, "on its way")
+    page = open_page("/jobs")
+    expect(row(page, "ready")).to_contain_text("✓ finished")
+    expect(row(page, "on its way")).to_be_visible()
+    page.get_by_label("State").select_option("succeeded")
+    expect(row(page, "on its way")).to_have_count(0)
+    expect(row(page, "ready")).to_have_count(1)
+    assert page.url.endswith("/jobs?state=succeeded")
+    page.reload()
+    expect(page.get_by_label("State")).to_have_value("succeeded")
+    expect(row(page, "ready")).to_have_count(1)
+    expect(row(page, "on its way")).to_have_count(0)
+    client.post(f"/v1/jobs/{running}/cancel")
+
+
+def test_a_job_is_cancelled_from_the_list(open_page: Open, client: httpx2.Client) -> None:
+    job = endless(client, "too long")
+    page = open_page("/jobs")
+    page.get_by_role("button", name="Cancel too long").click()
+    expect(row(page, "too long")).to_contain_text("cancelled", timeout=PATIENCE)
+    assert client.get(f"/v1/jobs/{job}").json()["state"] == "cancelled"
+
+
+def test_a_job_is_deleted_only_when_that_is_confirmed(open_page: Open, client: httpx2.Client) -> None:
+    job = done(client, "not needed")
+    page = open_page("/jobs")
+    page.get_by_role("button", name="Delete not needed").click()
+    page.get_by_role("dialog").get_by_role("button", name="Keep it").click()
+    expect(row(page, "not needed")).to_have_count(1)
+    assert client.get(f"/v1/jobs/{job}").status_code == 200
+    page.get_by_role("button", name="Delete not needed").click()
+    page.get_by_role("dialog").get_by_role("button", name="Delete").click()
+    expect(row(page, "not needed")).to_have_count(0)
+    assert client.get(f"/v1/jobs/{job}").status_code == 404
+
+
+def test_a_job_that_ends_is_shown_so_without_a_click(open_page: Open, client: httpx2.Client) -> None:
+    job = endless(client, "ends soon")
+    page = open_page("/jobs")
+    expect(row(page, "ends soon").locator(".state")).to_have_text("▶ running", timeout=PATIENCE)
+    client.post(f"/v1/jobs/{job}/cancel")
+    expect(row(page, "ends soon").locator(".state")).to_have_text("■ cancelled", timeout=PATIENCE)
+
+
+def test_two_chosen_jobs_are_compared_the_older_one_first(open_page: Open, client: httpx2.Client) -> None:
+    older, newer = done(client, "left"), done(client, "right")
+    page = open_page("/jobs")
+    compare = page.get_by_role("button", name="Compare")
+    expect(compare).to_be_disabled()
+    page.get_by_role("checkbox", name="Choose left").check()
+    page.get_by_role("checkbox", name="Choose right").check()
+    compare.click()
+    page.wait_for_url(f"**/compare/{older}/{newer}")
+
+
+@pytest.mark.slow
+def test_older_jobs_follow_page_by_page(open_page: Open, client: httpx2.Client) -> None:
+    names = [f"number {number}" for number in range(22)]
+    for name in names:
+        done(client, name)
+    page = open_page("/jobs?label=")
+    expect(row(page, names[-1])).to_have_count(1)
+    expect(row(page, names[0])).to_have_count(0)
+    page.get_by_role("button", name="Older jobs").click()
+    expect(row(page, names[0])).to_have_count(1)
