@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import signal
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,7 +15,7 @@ import renderer
 from renderer.image_files import decode_exr
 from schemas.jobs import Job, TileBatch
 from service.client import Client, NotFoundError, TimedOutError
-from tests.acceptance.conftest import Server
+from tests.acceptance.conftest import ENVIRONMENT, Server
 
 pytestmark = pytest.mark.slow
 
@@ -98,3 +101,27 @@ def test_the_convergence_of_a_job_is_told(client: Client, job: Job) -> None:
     assert client.convergence_file(job.id, "png").startswith(b"\x89PNG")
     with pytest.raises(NotFoundError):
         client.convergence("none")
+
+
+def test_ctrl_c_ends_the_waiting_and_tells_which_job_goes_on(
+    client: Client, server: Server, endless_file: Path
+) -> None:
+    script = (
+        "import sys; from service.client import Client; job = Client(sys.argv[1]).submit(sys.argv[2]); "
+        "job.wait(on_progress=lambda batch: print(job.id, flush=True))"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", script, server.url, str(endless_file)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=ENVIRONMENT,
+    ) as waiting:
+        assert waiting.stdout is not None
+        job_id = waiting.stdout.readline().strip()
+        waiting.send_signal(signal.SIGINT)
+        _, told = waiting.communicate(timeout=60)
+    assert waiting.returncode == -signal.SIGINT
+    assert f"Job {job_id} goes on: only the waiting has ended." in told
+    assert f"client.wait('{job_id}')" in told
+    assert client.get(job_id).cancel().state == "cancelled"
