@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from datetime import datetime
 from enum import StrEnum
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -25,6 +25,10 @@ class Message(BaseModel):
     model_config = ConfigDict(frozen=True, extra="ignore")
 
 
+LabelName = Annotated[str, Field(strict=True, pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,62}$")]
+LabelValue = Annotated[str, Field(strict=True, max_length=200)]
+
+
 class JobRequest(Closed):
     """The body of ``POST /v1/jobs`` and ``POST /v1/plans``."""
 
@@ -32,6 +36,19 @@ class JobRequest(Closed):
     quality: Quality | None = Field(default=None, description="Overrides the scene's `sampling`.")
     layers: LayerNames = Field(
         default=(), description="What to tell about each pixel beside its colour; each layer is an image."
+    )
+    priority: Annotated[int, Field(strict=True, ge=-10, le=10)] = Field(
+        default=0, description="Your jobs of a higher priority go first; those of others are not concerned."
+    )
+    labels: Annotated[dict[LabelName, LabelValue], Field(max_length=16)] = Field(
+        default_factory=dict,
+        description="Words of your own to find the job by: at most 16 names of letters, digits, `_`, `.` "
+        "and `-`, each with a text.",
+    )
+    time_limit: Annotated[float, Field(strict=True, gt=0, le=86400)] | None = Field(
+        default=None,
+        description="Seconds after its beginning when a job that is not finished ends: with target quality "
+        "with the error that it has reached, else it fails.",
     )
 
 
@@ -56,7 +73,7 @@ class Failure(Message):
 
     code: str = Field(
         description="A word for programs: `render_failed`, `scene_not_usable`, `worker_died`, "
-        "`storage_failed`."
+        "`storage_failed`, `time_limit`."
     )
     message: str = Field(description="A sentence for people.")
     retryable: bool = Field(description="Whether the same request may succeed when it is sent again.")
@@ -136,6 +153,9 @@ class Job(Message):
 
     id: str
     name: str | None = Field(default=None, description="The scene's name.")
+    user: str | None = Field(default=None, description="Who has submitted it.")
+    labels: dict[str, str] = Field(default={}, description="Those of the request.")
+    priority: int = Field(default=0, description="That of the request.")
     state: JobState
     width: int = Field(description="Pixels; 0 for a mesh.")
     height: int = Field(description="Pixels; 0 for a mesh.")
@@ -147,6 +167,10 @@ class Job(Message):
     created_at: datetime
     started_at: datetime | None = None
     finished_at: datetime | None = None
+    expires_at: datetime | None = Field(
+        default=None,
+        description="When its picture is removed; null while it is not finished, or if that is never.",
+    )
     failure: Failure | None = None
     cost: JobCost
     numerics: Numerics | None = Field(default=None, description="Null until the picture is finished.")

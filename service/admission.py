@@ -48,11 +48,21 @@ def admit(service: Service, body: bytes) -> Admitted:
         With every problem; pointers lead into the body.
     """
     request, warnings = read_request(service, body, JobRequest)
+    request = _limited(request)
     plan = compile_admitted(service, request)
     target = target_of(request)
     description = priced(plan, service.prices.get(request), service.settings.workers)
     check_cost(description, target, service.settings)
     return Admitted(request, warnings, plan, description, target)
+
+
+def _limited(request: JobRequest) -> JobRequest:
+    """Let a job of target quality end when its time is spent, whichever field says so."""
+    quality, limit = request.quality, request.time_limit
+    if not isinstance(quality, TargetQuality) or limit is None:
+        return request
+    limit = min(limit, quality.time_limit or limit)
+    return request.model_copy(update={"quality": quality.model_copy(update={"time_limit": limit})})
 
 
 def read_request(service: Service, body: bytes, model: type[Model]) -> tuple[Model, tuple[Problem, ...]]:

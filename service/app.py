@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any, Literal
 
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
 from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
@@ -19,6 +19,8 @@ from schemas.problems import ProblemDocument
 from schemas.quotes import QuoteRequest
 from schemas.traces import TraceRequest
 from service import problems
+from service.access.asking import asker
+from service.access.known import Known
 from service.context import Service
 from service.database.connection import Database
 from service.database.migrations import upgrade
@@ -40,9 +42,11 @@ from service.routes import (
     quotes,
     requests,
     scenes,
+    session,
     tiles,
 )
 from service.routes.parameters import COMPONENTS, problem
+from service.routes.session import REFUSED
 from service.seats import Seats
 from service.settings import Settings
 from service.store.assets import AssetStore
@@ -50,7 +54,10 @@ from service.store.passes import PassStore
 from service.store.tiles import FileTileStore
 
 DESCRIPTION = "Send a scene as JSON, watch its tiles arrive, fetch the picture by the job's id."
+PUBLIC = (operations, page)
+"""What anybody may ask."""
 ROUTERS = (
+    session,
     jobs,
     requests,
     logs,
@@ -96,7 +103,9 @@ def create_app(settings: Settings) -> FastAPI:
     )
     problems.install(app)
     for module in ROUTERS:
-        app.include_router(module.router, responses=problem(422, "A parameter cannot be used."))
+        asked = [] if module in PUBLIC else [Depends(asker)]
+        answers = problem(422, "A parameter cannot be used.") | (REFUSED if asked else {})
+        app.include_router(module.router, dependencies=asked, responses=answers)
     _document_bodies(app)
     return app
 
@@ -127,6 +136,7 @@ def _assemble(settings: Settings, feed: Feed) -> Service:
         quote_seats=Seats(settings.max_quotes, "quotes"),
         comparison_seats=Seats(settings.max_comparisons, "comparisons"),
         prices=QuotedPrices(),
+        known=Known(database),
     )
 
 

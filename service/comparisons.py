@@ -16,6 +16,7 @@ from schemas.jobs import JobState
 from schemas.problems import Problem
 from schemas.reading import read_document
 from service import jobs
+from service.access.askers import Asker
 from service.context import Service
 from service.engines.tasks import (
     CompareDone,
@@ -28,7 +29,7 @@ from service.engines.tasks import (
 from service.errors import ComparisonFailedError, UnavailableError, UnknownJobError, WorkerLostError
 
 
-async def compare(service: Service, body: bytes) -> ComparisonAnswer:
+async def compare(service: Service, asker: Asker, body: bytes) -> ComparisonAnswer:
     """Compare the two pictures of a request.
 
     Raises
@@ -43,7 +44,7 @@ async def compare(service: Service, body: bytes) -> ComparisonAnswer:
         If it took too long, or its worker died.
     """
     with service.comparison_seats.taken():
-        task = await run_in_threadpool(_task, service, body)
+        task = await run_in_threadpool(_task, service, asker, body)
         answer = asyncio.wrap_future(service.dispatcher.call(task))
         try:
             outcome = await asyncio.wait_for(answer, service.settings.max_wait_seconds)
@@ -52,13 +53,13 @@ async def compare(service: Service, body: bytes) -> ComparisonAnswer:
     return _answer(outcome)
 
 
-def _task(service: Service, body: bytes) -> CompareTask:
+def _task(service: Service, asker: Asker, body: bytes) -> CompareTask:
     request, _ = read_document(body, ComparisonRequest, limits=service.settings.limits)
     sent = {"image": request.image, "reference": request.reference}
     problems = [problem for role, picture in sent.items() for problem in _problems(role, picture)]
     if problems:
         raise renderer.SceneError(problems)
-    image, reference = (_compared(service, role, picture) for role, picture in sent.items())
+    image, reference = (_compared(service, asker, role, picture) for role, picture in sent.items())
     # What is decoded need not travel twice.
     bare = request.model_copy(update={"image": SentPicture(), "reference": SentPicture()})
     return CompareTask(bare, image, reference)
@@ -70,11 +71,12 @@ def _problems(role: str, picture: SentPicture) -> Iterator[Problem]:
         yield Problem(pointer=f"/{role}", detail=detail, code="one_of")
 
 
-def _compared(service: Service, role: str, picture: SentPicture) -> ComparedPicture:
+def _compared(service: Service, asker: Asker, role: str, picture: SentPicture) -> ComparedPicture:
     if picture.job is None:
         content = _decoded(role, picture.content or "")
-        return ComparedPicture(None, content, picture.encoding, ())
-    return ComparedPicture(picture.job, b"", picture.encoding, _layers(service, role, picture.job))
+        return ComparedPicture(None, "", content, picture.encoding, ())
+    render, layers = _rendered(service, asker, role, picture.job)
+    return ComparedPicture(picture.job, render, b"", picture.encoding, layers)
 
 
 def _decoded(role: str, content: str) -> bytes:
@@ -87,15 +89,17 @@ def _decoded(role: str, content: str) -> bytes:
         ) from None
 
 
-def _layers(service: Service, role: str, job_id: str) -> tuple[str, ...]:
-    """Which layers of a job tell more about a difference; a problem if it has no picture."""
+def _rendered(service: Service, asker: Asker, role: str, job_id: str) -> tuple[str, tuple[str, ...]]:
+    """Where the picture of a job lies, and which of its layers tell more; a problem if it has no picture."""
     try:
-        job = jobs.show(service, job_id)
+        with service.database.reading() as session:
+            jobs.owner_of(session, job_id, None if asker.sees_all else asker.name)
+            row = jobs.find(session, job_id)
     except UnknownJobError as error:
         raise renderer.SceneError([_of_job(role, str(error))]) from None
-    if job.state is not JobState.SUCCEEDED:
-        raise renderer.SceneError([_of_job(role, f"This job has no complete picture; it is {job.state}.")])
-    return tuple(name for name in SIDECARS if name in job.links.layers)
+    if row.render is None or row.state is not JobState.SUCCEEDED:
+        raise renderer.SceneError([_of_job(role, f"This job has no complete picture; it is {row.state}.")])
+    return row.render.id, tuple(name for name in SIDECARS if name in row.render.layers)
 
 
 def _of_job(role: str, detail: str) -> Problem:

@@ -7,6 +7,7 @@ from typing import Annotated
 
 from fastapi import Depends, Request
 
+from service.access.known import Known
 from service.database.connection import Database
 from service.dispatcher import Dispatcher
 from service.feed import Feed
@@ -32,6 +33,7 @@ class Service:
     quote_seats: Seats
     comparison_seats: Seats
     prices: QuotedPrices
+    known: Known
 
 
 def _service(request: Request) -> Service:

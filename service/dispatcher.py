@@ -17,9 +17,10 @@ from datetime import UTC, datetime
 import structlog
 from sqlalchemy import select
 from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.orm import Session
 
 from schemas.jobs import JobState
-from service import ledger
+from service import expiry, ledger
 from service.database.connection import Database
 from service.database.models import RenderRow
 from service.engines.protocol import Engine
@@ -35,6 +36,8 @@ from service.engines.tasks import (
 )
 from service.errors import UnavailableError
 from service.feed import Feed
+from service.metrics import Metrics
+from service.pace import Pace
 from service.rounds import Round
 from service.settings import Settings
 from service.store.tiles import TileStore
@@ -45,6 +48,9 @@ RETRY_SECONDS = 1.0
 LEAVING_SECONDS = 0.05
 # Traces, quotes and the like that wait for a worker; more are sent away.
 MAX_CALLS = 64
+
+# How often to look for pictures that were kept long enough, seconds.
+SWEEP_SECONDS = 60.0
 
 log = structlog.get_logger()
 
@@ -71,6 +77,7 @@ class Dispatcher:
         self._inbox: queue.SimpleQueue[tuple[Task, Outcome] | None] = queue.SimpleQueue()
         self._calls: deque[tuple[CallTask, Future[Outcome]]] = deque()
         self._cancelled: deque[str] = deque()
+        self.metrics = Metrics()
         # The dispatcher's own.
         self._reports: list[tuple[JobTask, Outcome]] = []
         self._flying: set[JobTask] = set()
@@ -78,6 +85,8 @@ class Dispatcher:
         self._leaving: dict[str, float] = {}
         self._pause_until = 0.0
         self._deadline: datetime | None = None
+        self._next_sweep = 0.0
+        self.pace = Pace(settings.workers)
 
     def start(self) -> None:
         """Take back what an earlier service left unfinished, and begin."""
@@ -119,7 +128,11 @@ class Dispatcher:
 
     def alive(self) -> bool:
         """Whether jobs are being worked on."""
-        return self._thread.is_alive() and self._engine.alive()
+        return self.lives() and self._engine.alive()
+
+    def lives(self) -> bool:
+        """Whether the thread goes on that hands out work; where it has ended, a new process is needed."""
+        return self._thread.is_alive()
 
     def stop(self) -> None:
         """Stop at once. What was running will be rendered again after the next start."""
@@ -159,13 +172,18 @@ class Dispatcher:
             return LEAVING_SECONDS
         if self._pause_until:
             return max(0.0, self._pause_until - time.monotonic())
+        waits = []
+        if self._settings.keep_seconds is not None:
+            waits.append(self._next_sweep - time.monotonic())
         if self._deadline:
-            return max(0.0, (self._deadline - datetime.now(UTC)).total_seconds())
-        return None
+            waits.append((self._deadline - datetime.now(UTC)).total_seconds())
+        return max(0.0, min(waits)) if waits else None
 
     def _take_note(self, task: Task, outcome: Outcome) -> None:
         if not isinstance(task, CallTask):
             self._flying.discard(task)
+            self.metrics.note(task, outcome)
+            self.pace.note(getattr(outcome, "cpu_seconds", 0.0))
             self._reports.append((task, outcome))
             _log(task, outcome)
             return
@@ -194,6 +212,7 @@ class Dispatcher:
         try:
             with self._database.writing() as session:
                 result.decide(session)
+                unused = self._sweep(session)
         except SQLAlchemyError as error:
             log.warning("database not usable, trying again", error=type(error).__name__)
             self._pause()
@@ -201,6 +220,16 @@ class Dispatcher:
             self._reports = []
             self._deadline = result.next_deadline
             self._act(result)
+            for render in unused:
+                self._store.drop_job(render)
+
+    def _sweep(self, session: Session) -> list[str]:
+        """Let go what was kept long enough, now and then."""
+        keep = self._settings.keep_seconds
+        if keep is None or time.monotonic() < self._next_sweep:
+            return []
+        self._next_sweep = time.monotonic() + min(SWEEP_SECONDS, keep)
+        return list(expiry.sweep(session, keep))
 
     def _interrupt(self) -> None:
         """Stop the tasks of renders that have ended, and calls that nobody waits for."""

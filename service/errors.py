@@ -6,7 +6,11 @@ ServiceError
 │   ├── BodyIncompleteError
 │   ├── MediaTypeError
 │   └── RangeError
+├── UnauthenticatedError        a key is needed
+├── ForbiddenError              this user may not do that
+│   └── CrossSiteError          a page of another site has sent a browser
 ├── UnknownJobError
+├── ReusedKeyError              an Idempotency-Key came with another request before
 ├── PictureNotReadyError
 ├── PictureGoneError
 ├── UnknownLayerError           the job was not asked for it
@@ -14,6 +18,7 @@ ServiceError
 ├── UploadError                 a texture is not kept
 │   ├── UploadMismatchError
 │   └── UploadUnusableError
+├── OpenDoorsError              strangers would be let in
 ├── StoreError
 │   ├── StoreFullError          the disk is full
 │   ├── StoreDamagedError       a stored file is not what was written
@@ -24,10 +29,13 @@ ServiceError
 ├── InspectionFailedError
 └── UnavailableError            try again later
     ├── BusyError               too many do the same
+    ├── QueueFullError          a job does not fit into the queue
     └── WorkerLostError
 """
 
 from __future__ import annotations
+
+from pathlib import Path
 
 
 class ServiceError(Exception):
@@ -64,11 +72,53 @@ class RangeError(RequestError):
         self.size = size
 
 
+class UnauthenticatedError(ServiceError):
+    """A key is needed.
+
+    Parameters
+    ----------
+    wrong : bool
+        Whether there was one, which is not good.
+    """
+
+    def __init__(self, *, wrong: bool) -> None:
+        found = "This key is not good: it may have been revoked." if wrong else "This service asks for a key."
+        super().__init__(f"{found} Send yours as 'Authorization: Bearer pnm_...'; staff make keys.")
+
+
+class ForbiddenError(ServiceError):
+    """A user may not do this."""
+
+
+class CrossSiteError(ForbiddenError):
+    """A page of another site has sent a browser to change something."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "A page of another site has sent this. Send it from this service's own page, or with a key."
+        )
+
+
 class UnknownJobError(ServiceError):
     """No job has this id."""
 
     def __init__(self) -> None:
         super().__init__("There is no job with this id. It may have been deleted.")
+
+
+class ReusedKeyError(ServiceError):
+    """An ``Idempotency-Key`` came with another request before.
+
+    Parameters
+    ----------
+    key : str
+        The key.
+    """
+
+    def __init__(self, key: str) -> None:
+        super().__init__(
+            f"The Idempotency-Key {key!r} came with another request before. Give each one a key of its own."
+        )
 
 
 class PictureNotReadyError(ServiceError):
@@ -100,6 +150,24 @@ class UploadMismatchError(UploadError):
 
 class UploadUnusableError(UploadError):
     """The bytes sent are not a picture that the renderer can use."""
+
+
+class OpenDoorsError(ServiceError):
+    """A service was to listen to strangers, and nobody would be asked who he is.
+
+    Parameters
+    ----------
+    host : str
+        Where it was to listen.
+    data : Path
+        Its folder.
+    """
+
+    def __init__(self, host: str, data: Path) -> None:
+        super().__init__(
+            f"Whoever reaches {host} could use this service, for there are no keys. Make one with "
+            f"'penumbra keys add NAME --data {data}', or give --behind-proxy if a proxy asks who comes."
+        )
 
 
 class StoreError(ServiceError):
@@ -140,6 +208,20 @@ class UnavailableError(ServiceError):
 
 class BusyError(UnavailableError):
     """Too many ask for the same at once."""
+
+
+class QueueFullError(UnavailableError):
+    """A job does not fit into the queue now.
+
+    Parameters
+    ----------
+    headers : dict
+        ``Retry-After``, and how full the queue is.
+    """
+
+    def __init__(self, message: str, headers: dict[str, str]) -> None:
+        super().__init__(message)
+        self.headers = headers
 
 
 class WorkerLostError(UnavailableError):

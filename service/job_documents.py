@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import datetime, timedelta
 from typing import Any
 
 from sqlalchemy import func, select
@@ -13,12 +14,15 @@ from service import rows
 from service.database.models import JobRow, RenderRow
 
 
-def document(session: Session, row: JobRow) -> Job:
-    """Describe a job as it is now."""
+def document(session: Session, row: JobRow, keep_seconds: float | None = None) -> Job:
+    """Describe a job as it is now; a picture is removed after ``keep_seconds``."""
     work = work_of(row)
     return Job(
         id=row.id,
         name=row.name,
+        user=row.owner,
+        labels=row.labels,
+        priority=row.priority,
         state=row.state,
         width=work["width"],
         height=work["height"],
@@ -28,6 +32,7 @@ def document(session: Session, row: JobRow) -> Job:
         created_at=row.created_at,
         started_at=row.started_at,
         finished_at=row.finished_at,
+        expires_at=_expires_at(row, keep_seconds),
         failure=failure_of(row),
         cost=JobCost.model_validate(work["cost"] | {"predicted_cpu_seconds": row.predicted_cpu_seconds}),
         numerics=work["numerics"],
@@ -35,6 +40,12 @@ def document(session: Session, row: JobRow) -> Job:
         warnings=tuple(Problem.model_validate(warning) for warning in row.warnings),
         links=_links(row.id, work["layers"]),
     )
+
+
+def _expires_at(row: JobRow, keep_seconds: float | None) -> datetime | None:
+    if keep_seconds is None or row.finished_at is None or row.state is not JobState.SUCCEEDED:
+        return None
+    return row.finished_at + timedelta(seconds=keep_seconds)
 
 
 def work_of(row: JobRow) -> dict[str, Any]:

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from fastapi.concurrency import run_in_threadpool
-from sqlalchemy import bindparam, exists, func, select
+from sqlalchemy import Select, bindparam, exists, select
 from sqlalchemy.orm import Session
 
 from schemas.jobs import Job, JobList, JobState
 from schemas.plans import PlanDocument
-from service import rows
+from service import rows, sharing
 from service.context import Service
-from service.database.models import JobRow, RenderRow
+from service.database.models import JobRow, LabelRow, RenderRow
 from service.errors import PictureGoneError, UnavailableError, UnknownJobError
-from service.job_documents import document, leave
+from service.job_documents import document
 
 # How long a request that must stop a job first waits for its workers, beyond the grace they have.
 STOP_SECONDS = 5.0
@@ -44,6 +45,14 @@ def find(session: Session, job_id: str) -> JobRow:
     return row
 
 
+def owner_of(session: Session, job_id: str, asked_by: str | None) -> str:
+    """Tell whose job this is; UnknownJobError if this user sees none, None being one who sees all."""
+    owner = session.scalar(select(JobRow.owner).where(JobRow.id == job_id))
+    if owner is None or asked_by not in (None, owner):
+        raise UnknownJobError
+    return owner
+
+
 def find_render(session: Session, job_id: str) -> RenderRow:
     """Find what is rendered for a job.
 
@@ -63,18 +72,41 @@ def find_render(session: Session, job_id: str) -> RenderRow:
 def show(service: Service, job_id: str) -> Job:
     """Describe a job as it is now."""
     with service.database.reading() as session:
-        return document(session, find(session, job_id))
+        return document(session, find(session, job_id), service.settings.keep_seconds)
 
 
-def page(service: Service, limit: int, cursor: int | None) -> JobList:
+@dataclass(frozen=True)
+class Wish:
+    """Which jobs a list shall have: those of a user, in a state, with these labels; None takes all."""
+
+    owner: str | None = None
+    state: JobState | None = None
+    labels: Mapping[str, str] = field(default_factory=dict)
+
+
+def page(service: Service, limit: int, cursor: int | None, wish: Wish) -> JobList:
     """Describe the newest jobs, or those older than the last one of the page before."""
-    query = select(JobRow).order_by(JobRow.number.desc()).limit(limit + 1)
+    query = _wished(wish).order_by(JobRow.number.desc()).limit(limit + 1)
     if cursor is not None:
         query = query.where(JobRow.number < cursor)
+    keep = service.settings.keep_seconds
     with service.database.reading() as session:
         found = session.scalars(query).all()
         following = str(found[limit - 1].number) if len(found) > limit else None
-        return JobList(jobs=tuple(document(session, row) for row in found[:limit]), next=following)
+        jobs = tuple(document(session, row, keep) for row in found[:limit])
+    return JobList(jobs=jobs, next=following)
+
+
+def _wished(wish: Wish) -> Select[JobRow]:
+    query = select(JobRow)
+    if wish.owner is not None:
+        query = query.where(JobRow.owner == wish.owner)
+    if wish.state is not None:
+        query = query.where(JobRow.state == wish.state)
+    for name, value in wish.labels.items():
+        labelled = LabelRow.job == JobRow.number, LabelRow.name == name, LabelRow.value == value
+        query = query.where(exists().where(*labelled))
+    return query
 
 
 def plan_of(service: Service, job_id: str) -> PlanDocument:
@@ -97,22 +129,14 @@ def _end(session: Session, row: JobRow) -> str | None:
     """End an open job; return the id of its render if that must be stopped first."""
     render = row.render
     assert render is not None
-    if _shared(session, row):
-        leave(row)
-        rows.end_alone(row, JobState.CANCELLED)
+    if sharing.shared(session, row):
+        sharing.leave_ended(row, JobState.CANCELLED)
     elif render.state is JobState.QUEUED:
         rows.end(session, render, JobState.CANCELLED)
     else:
         render.cancel_requested = True
         return render.id
     return None
-
-
-def _shared(session: Session, row: JobRow) -> bool:
-    """Whether another job waits for the same render."""
-    others = JobRow.render_number == row.render_number, JobRow.number != row.number
-    waiting = JobRow.state.in_(rows.OPEN)
-    return bool(session.scalar(select(exists().where(*others, waiting))))
 
 
 async def stop(service: Service, job_id: str) -> Job:
@@ -139,22 +163,10 @@ async def remove(service: Service, job_id: str) -> None:
 
 def _forget(service: Service, job_id: str) -> None:
     with service.database.writing() as session:
-        row = find(session, job_id)
-        render = row.render
-        session.delete(row)
-        session.flush()
-        unused = render if render and not _wanted(session, render) else None
-        if unused:
-            session.delete(unused)
+        unused = sharing.forget(session, find(session, job_id))
     if unused:
-        service.store.drop_job(unused.id)
+        service.store.drop_job(unused)
     service.feed.publish((job_id,))
-
-
-def _wanted(session: Session, render: RenderRow) -> bool:
-    """Whether any job refers to a render."""
-    query = select(func.count()).select_from(JobRow).where(JobRow.render_number == render.number)
-    return bool(session.scalar(query))
 
 
 async def until(service: Service, job_id: str, seconds: float, done: Callable[[Standing], bool]) -> None:

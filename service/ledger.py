@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 
-from sqlalchemy import bindparam, exists, literal_column, or_, select, update
+from sqlalchemy import bindparam, exists, literal_column, select, update
 from sqlalchemy.orm import Session
 
 from schemas.jobs import JobState
-from service import pass_costs, rows, targets
-from service.database.models import DONE, RUNNING, WAITING, RenderRow, TileRow
+from service import fairness, pass_costs, rows, targets
+from service.database.models import DONE, RUNNING, WAITING, JobRow, RenderRow, ShareRow, TileRow
 from service.engines.tasks import ComposeDone, ComposeTask, JobTask, SampleTask, TileDone, TileTask
 from service.store.tiles import StoredTile
 
@@ -22,11 +22,13 @@ from service.store.tiles import StoredTile
 _IS_WAITING = TileRow.state == literal_column("'waiting'")
 _STARTED = RenderRow.state == JobState.RUNNING
 _RENDER = select(RenderRow).where(RenderRow.id == bindparam("id")).with_for_update()
-_ACTIVE = (
+_CLAIMABLE = (
     select(RenderRow)
-    .where(or_(_STARTED, RenderRow.state == JobState.QUEUED), ~RenderRow.cancel_requested)
+    .join(JobRow, JobRow.render_number == RenderRow.number)
+    .where(JobRow.owner == bindparam("owner"), JobRow.finished_at.is_(None), ~RenderRow.cancel_requested)
+    .where(RenderRow.number.not_in(bindparam("begun", expanding=True)))
     .where(exists().where(TileRow.render == RenderRow.number, _IS_WAITING))
-    .order_by(_STARTED, RenderRow.number)
+    .order_by(_STARTED, JobRow.priority.desc(), JobRow.number)
     .limit(bindparam("room"))
 )
 _WAITING = (
@@ -36,6 +38,7 @@ _WAITING = (
     .order_by(TileRow.pass_index, TileRow.tile)
     .limit(bindparam("room"))
 )
+_OWNERS = select(JobRow.owner).where(JobRow.finished_at.is_(None)).distinct()
 _RENDERED = (
     select(RenderRow)
     .where(_STARTED, ~RenderRow.cancel_requested, RenderRow.done_steps == RenderRow.total_steps)
@@ -45,7 +48,10 @@ _RENDERED = (
 
 def recover(session: Session) -> None:
     """Take back what a service that is gone had handed out: finished steps stay finished."""
-    session.execute(update(TileRow).where(TileRow.state == RUNNING).values(state=WAITING))
+    session.execute(
+        update(TileRow).where(TileRow.state == RUNNING).values(state=WAITING, payer=None, charge=0.0)
+    )
+    fairness.activate(session, session.scalars(_OWNERS).all())
     for render in session.scalars(select(RenderRow).where(RenderRow.state == JobState.RUNNING)):
         render.compose_attempt = 0
         if render.cancel_requested:
@@ -58,19 +64,44 @@ def render_of(session: Session, render_id: str) -> RenderRow | None:
 
 
 def tile_claims(session: Session, room: int) -> Iterator[TileTask]:
-    """Hand out the next steps, at most ``room``.
+    """Hand out the next steps, at most ``room``, to the users whose turn it is."""
+    begun, resting = set[int](), set[str]()
+    while room > 0:
+        share, until = fairness.next_share(session, resting)
+        if share is None:
+            return
+        claimed = list(_turn(session, share, until, room, begun))
+        if not claimed:
+            resting.add(share.owner)
+            share.active = bool(begun) and _waits(session, share.owner)
+        yield from claimed
+        room -= len(claimed)
 
-    A queued render shows its coarse picture before any other goes on; then the oldest one runs, all tiles
-    in one pass before any tile in the next.
+
+def _turn(session: Session, share: ShareRow, until: float, room: int, begun: set[int]) -> Iterator[TileTask]:
+    """Hand out steps of a user's jobs, as long as his clock is not past ``until``.
+
+    Each of his jobs shows its coarse picture before any of them goes on, and what has ``begun`` in this round
+    shows it alone; then they follow by priority and age, all tiles in one pass before any tile in the next.
     """
-    for render in session.scalars(_ACTIVE, {"room": room}).all() if room else ():
-        last_pass = 0 if render.state == JobState.QUEUED else len(render.passes)
+    wanted = {"owner": share.owner, "room": room, "begun": list(begun)}
+    for render in session.scalars(_CLAIMABLE, wanted).unique().all():
+        last_pass = len(render.passes)
+        if render.state == JobState.QUEUED:
+            last_pass = 0
+            begun.add(render.number)
         steps = session.scalars(_WAITING, {"render": render.number, "last_pass": last_pass, "room": room})
         for step in steps.all():
-            room -= 1
+            fairness.charge(share, step, rows.expected_cpu_seconds(render, step))
             yield _hand_out(session, render, step)
-        if not room:
-            return
+            room -= 1
+            if not room or share.served > until:
+                return
+
+
+def _waits(session: Session, owner: str) -> bool:
+    """Whether anything of a user waits."""
+    return session.scalar(_CLAIMABLE, {"owner": owner, "room": 1, "begun": []}) is not None
 
 
 def _hand_out(session: Session, render: RenderRow, step: TileRow) -> TileTask:
@@ -96,6 +127,7 @@ def land(session: Session, render: RenderRow, task: TileTask, done: TileDone) ->
     step = _handed_out(session, render, task)
     if step is None:
         return False
+    fairness.settle(session, step, done.cpu_seconds)
     render.last_seq += 1
     render.done_steps += 1
     render.done_work += (
@@ -122,6 +154,8 @@ def take_back(session: Session, render: RenderRow, task: TileTask, *, death: boo
         return 0
     step.state = WAITING
     step.deaths += death
+    fairness.settle(session, step, 0.0)
+    fairness.activate_all_of(session, render)
     return step.deaths
 
 

@@ -53,7 +53,11 @@ KINDS: dict[type[Exception], Kind] = {
     errors.BodyIncompleteError: Kind(400, "body_incomplete"),
     errors.MediaTypeError: Kind(415, "media_type"),
     errors.RangeError: Kind(416, "range"),
+    errors.UnauthenticatedError: Kind(401, "unauthenticated"),
+    errors.ForbiddenError: Kind(403, "forbidden"),
+    errors.CrossSiteError: Kind(403, "cross_site"),
     errors.UnknownJobError: Kind(404, "unknown_job"),
+    errors.ReusedKeyError: Kind(422, "idempotency_key_reused"),
     errors.PictureNotReadyError: Kind(404, "picture_not_ready", retry=True),
     errors.PictureGoneError: Kind(410, "picture_gone"),
     errors.UnknownLayerError: Kind(404, "unknown_layer"),
@@ -61,6 +65,7 @@ KINDS: dict[type[Exception], Kind] = {
     errors.UploadError: Kind(422, "upload"),
     errors.UploadMismatchError: Kind(422, "upload_mismatch"),
     errors.UploadUnusableError: Kind(422, "upload_unusable"),
+    errors.OpenDoorsError: Kind(500, "open_doors", told=False),
     errors.StoreError: Kind(500, "store", told=False),
     errors.StoreFullError: Kind(507, "store_full", retry=True),
     errors.StoreDamagedError: Kind(500, "store_damaged", told=False),
@@ -71,6 +76,7 @@ KINDS: dict[type[Exception], Kind] = {
     errors.InspectionFailedError: Kind(422, "inspection_failed"),
     errors.UnavailableError: Kind(503, "unavailable", retry=True),
     errors.BusyError: Kind(429, "busy", retry=True),
+    errors.QueueFullError: Kind(429, "queue_full", retry=True),
     errors.WorkerLostError: Kind(503, "worker_lost", retry=True),
     DBAPIError: Kind(503, "database", told=False, retry=True),
 }
@@ -118,6 +124,10 @@ def _known(request: Request, error: Exception) -> Response:
     headers = {"Retry-After": str(RETRY_AFTER_SECONDS)} if kind.retry else {}
     if not kind.told:
         log.error("request failed", path=request.url.path, error=type(error).__name__, status=kind.status)
+    if isinstance(error, errors.UnauthenticatedError):
+        headers["WWW-Authenticate"] = "Bearer"
+    if isinstance(error, errors.QueueFullError):
+        headers |= error.headers
     if isinstance(error, errors.RangeError):
         headers["Content-Range"] = f"bytes */{error.size}"
     if isinstance(error, renderer.SceneError):

@@ -10,7 +10,7 @@ from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
 
 from schemas.jobs import Failure, JobState
-from service import ledger, rows, targets
+from service import expiry, ledger, rows, targets
 from service.database.models import JobRow, RenderRow
 from service.engines.tasks import (
     AdvanceDone,
@@ -57,7 +57,7 @@ class Round:
     touched: set[str] = field(default_factory=set)
     """Renders that have news."""
     news: set[str] = field(default_factory=set)
-    """The jobs that share in one of them."""
+    """The jobs that have news, those that share in one of these among them."""
     ended: dict[str, JobState] = field(default_factory=dict)
     """Renders that have reached a final state, and which."""
     tasks: list[JobTask] = field(default_factory=list)
@@ -74,18 +74,26 @@ class Round:
             if render is not None:
                 self._land(session, render, task, outcome)
         self._settle(session)
-        self.next_deadline = targets.expire(session)
+        self._end_late(session)
         session.flush()
         if not self.storage_full:
             self._claim(session)
         self.touched |= {task.job for task in self.tasks}
         session.flush()
-        self.news = set(session.scalars(_SHARING, {"renders": list(self.touched)}))
+        self.news |= set(session.scalars(_SHARING, {"renders": list(self.touched)}))
 
     def _claim(self, session: Session) -> None:
         composing = {task.job for task in self.flying if isinstance(task, ComposeTask | AdvanceTask)}
         self.tasks += ledger.compose_claims(session, composing)
         self.tasks += ledger.tile_claims(session, max(0, self.room - len(self.tasks)))
+
+    def _end_late(self, session: Session) -> None:
+        ended, left, upcoming = expiry.end_late(session)
+        for render in ended:
+            self.touched.add(render.id)
+            self.ended[render.id] = render.state
+        self.news |= set(left)
+        self.next_deadline = min(filter(None, (upcoming, targets.expire(session))), default=None)
 
     def _land(self, session: Session, render: RenderRow, task: JobTask, outcome: Outcome) -> None:
         self.touched.add(render.id)
@@ -114,7 +122,7 @@ class Round:
         self, session: Session, render: RenderRow, task: ComposeTask | AdvanceTask, outcome: Outcome
     ) -> None:
         match outcome:
-            case ComposeDone() if not render.cancel_requested:
+            case ComposeDone() if not render.cancel_requested and not render.state.final:
                 ledger.complete(session, render, outcome)
             case AdvanceDone() if isinstance(task, AdvanceTask):
                 targets.merge(session, render, task, outcome)

@@ -30,9 +30,10 @@ def end(session: Session, render: RenderRow, state: JobState, failure: Failure |
     _tell_jobs(session, render, state=state, failure=told, finished_at=datetime.now(UTC))
 
 
-def end_alone(job: JobRow, state: JobState) -> None:
+def end_alone(job: JobRow, state: JobState, failure: Failure | None = None) -> None:
     """Give a final state to a job that has left its render."""
     job.state, job.finished_at = state, datetime.now(UTC)
+    job.failure = failure.model_dump() if failure else None
 
 
 def _tell_jobs(session: Session, render: RenderRow, **changes: Any) -> None:
@@ -45,6 +46,12 @@ def work(pass_: Pass, tile: Tile) -> int:
     if pass_.stride > 1:
         return -(-tile.width // pass_.stride) * -(-tile.height // pass_.stride)
     return (pass_.last - pass_.first) * tile.width * tile.height
+
+
+def expected_cpu_seconds(render: RenderRow, step: TileRow) -> float:
+    """Say what a step may cost, by its part of the price."""
+    part = work(passes_of(render)[step.pass_index], tile_of(step)) / render.total_work
+    return render.predicted_cpu_seconds * min(1.0, part)
 
 
 def share(render: RenderRow) -> float:

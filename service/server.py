@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ipaddress
 import os
 import socket
 import subprocess
@@ -20,9 +21,13 @@ from fastapi import FastAPI
 from uvicorn.config import STARTUP_FAILURE
 
 from service import logs
+from service.access.keys import any_made
 from service.app import create_app
 from service.context import Service
-from service.errors import StoreTakenError, UnavailableError
+from service.database.connection import Database
+from service.database.migrations import upgrade
+from service.errors import OpenDoorsError, StoreTakenError, UnavailableError
+from service.request_ids import RequestIds
 from service.settings import Settings
 from service.store.lock import alone
 
@@ -66,16 +71,39 @@ def run(settings: Settings) -> None:
     with ExitStack() as stack:
         try:
             stack.enter_context(alone(settings.data))
-        except (StoreTakenError, OSError) as error:
+            _check_doors(settings)
+        except (StoreTakenError, OpenDoorsError, OSError) as error:
             log.error("not started", reason=str(error))  # noqa: TRY400  (the reason is enough)
             raise SystemExit(STARTUP_FAILURE) from None
         _serve(settings)
 
 
+def _check_doors(settings: Settings) -> None:
+    """Refuse to listen to others than this machine's own programs if nobody is asked who he is."""
+    if settings.behind_proxy or _is_loopback(settings.host):
+        return
+    database = Database(settings.database_url)
+    try:
+        upgrade(database)
+        with database.reading() as session:
+            if any_made(session):
+                return
+    finally:
+        database.close()
+    raise OpenDoorsError(settings.host, settings.data)
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return host == "localhost" or ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
 def _serve(settings: Settings) -> None:
     app = create_app(settings)
     config = uvicorn.Config(
-        app,
+        RequestIds(app),
         host=settings.host,
         port=settings.port,
         log_config=None,

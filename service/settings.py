@@ -31,6 +31,10 @@ class Settings(BaseSettings):
         default=Path("penumbra-data"), description="Folder for everything kept: database, pictures, textures."
     )
     host: str = Field(default="127.0.0.1", description="Address to listen on.")
+    behind_proxy: bool = Field(
+        default=False,
+        description="Ask nobody for a key: a proxy in front of the service lets in only who may use it.",
+    )
     port: int = Field(default=8000, ge=0, le=65535, description="Port to listen on; 0 takes a free one.")
     workers: int = Field(default_factory=_processors, ge=1, le=1024, description="Processes that render.")
     database: str | None = Field(
@@ -49,6 +53,18 @@ class Settings(BaseSettings):
 
     limits: Limits = Field(default_factory=Limits, description="What a scene may ask for at most.")
     max_cpu_seconds: float = Field(default=3600.0, gt=0, description="Largest predicted cost of a job.")
+    max_queued_jobs: int = Field(default=10_000, ge=1, description="Jobs of all users that wait or run.")
+    max_queued_cpu_seconds: float = Field(
+        default=1_000_000.0, gt=0, description="Predicted cost of all jobs that wait or run."
+    )
+    max_user_jobs: int = Field(
+        default=2_000, ge=1, description="Jobs of one user that wait or run, unless the key says otherwise."
+    )
+    max_user_cpu_seconds: float = Field(
+        default=100_000.0,
+        gt=0,
+        description="Predicted cost of one user's jobs that wait or run, unless the key says otherwise.",
+    )
     max_asset_bytes: int = Field(default=64 * MIB, ge=1, description="Largest texture file.")
     max_asset_pixels: int = Field(default=64 * MIB, ge=1, description="Largest texture, in pixels.")
     max_trace_rays: int = Field(default=100_000, ge=1, description="Most rays in one trace request.")
@@ -66,6 +82,13 @@ class Settings(BaseSettings):
     max_events: int = Field(default=1000, ge=1, description="Most tile events in one answer.")
     heartbeat_seconds: float = Field(
         default=10.0, gt=0, description="Silence before a comment is sent to watchers."
+    )
+
+    keep_seconds: float | None = Field(
+        default=30 * 86400.0,
+        gt=0,
+        description="How long a picture is kept after its job has succeeded, 30 days by default; a job is "
+        "forgotten after as long again.",
     )
 
     worker_memory_bytes: int = Field(

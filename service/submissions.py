@@ -1,53 +1,182 @@
-"""Taking a job: its render with all its steps, entered in one transaction."""
+"""Taking a job: it gets a render with all its steps, or shares one that there is, in one transaction."""
 
 from __future__ import annotations
 
 import hashlib
 import secrets
-from dataclasses import asdict
+import zlib
+from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from typing import Any
 
 import structlog
-from sqlalchemy import insert
+from sqlalchemy import insert, select
+from sqlalchemy.exc import IntegrityError
+from sqlalchemy.orm import Session
 
 from renderer import progressive, tiling
-from service import pass_costs, rows, targets
-from service.admission import Admitted
+from schemas.jobs import JobState
+from service import canonical, fairness, pass_costs, queue_limits, rows, targets
+from service.access.askers import Asker
+from service.admission import Admitted, admit
+from service.canonical import Spec
 from service.context import Service
-from service.database.models import JobRow, RenderRow, TileRow
+from service.database.models import IdempotencyRow, JobRow, LabelRow, RenderRow, RequestRow, TileRow
+from service.errors import ReusedKeyError
+from service.expiry import KEY_LIFE
+from service.queue_limits import Queue
+
+# One more try than others can spoil: the key, or the render, that somebody enters at the same moment.
+TRIES = 3
 
 log = structlog.get_logger()
 
 
-def create(service: Service, admitted: Admitted, body: bytes) -> str:
-    """Keep a job with all its steps, and return its id."""
-    job_id = secrets.token_hex(8)
-    steps, course = _course(admitted, service.settings.tile_size)
-    render = _render(job_id, admitted, body, steps, course)
-    job = _job(job_id, admitted)
-    service.store.put_spec(render.id, body)
+@dataclass(frozen=True)
+class Submission:
+    """A request for a job, as it was sent.
+
+    Attributes
+    ----------
+    key : str or None
+        Its ``Idempotency-Key``.
+    anew : bool
+        Whether it is to be rendered whatever there is already.
+    """
+
+    asker: Asker
+    body: bytes
+    key: str | None = None
+    anew: bool = False
+
+    @property
+    def body_sha256(self) -> str:
+        """Digest by which the same request is known again."""
+        return hashlib.sha256(self.body).hexdigest()
+
+
+@dataclass(frozen=True)
+class Taken:
+    """A job that was taken, now or when the same request came before; how full the queue is with it."""
+
+    job: str
+    replayed: bool
+    queue: Queue | None = None
+
+
+def submit(service: Service, sent: Submission) -> Taken:
+    """Keep a job.
+
+    Raises
+    ------
+    renderer.SceneError
+        If the request cannot be used.
+    ReusedKeyError
+        If its key came with another request before.
+    QueueFullError
+        If it does not fit into the queue now.
+    """
+    with service.database.reading() as session:
+        known = _replayed(session, sent)
+    if known:
+        return Taken(known, replayed=True)
+    admitted = admit(service, sent.body)
+    for _ in range(TRIES - 1):
+        try:
+            return _enter(service, sent, admitted)
+        except IntegrityError:
+            log.debug("entered by another request at the same moment")
+    return _enter(service, sent, admitted)
+
+
+def _replayed(session: Session, sent: Submission) -> str | None:
+    """Give the job that came of the same request before, if its key says so."""
+    if sent.key is None:
+        return None
+    row = session.get(IdempotencyRow, (sent.asker.name, sent.key))
+    if row is None or row.created_at < datetime.now(UTC) - KEY_LIFE:
+        return None
+    if row.body_sha256 != sent.body_sha256:
+        raise ReusedKeyError(sent.key)
+    return session.scalars(select(JobRow.id).where(JobRow.number == row.job)).one()
+
+
+def _enter(service: Service, sent: Submission, admitted: Admitted) -> Taken:
+    job = _job(sent.asker, admitted)
+    spec = None if sent.anew else canonical.spec_of(admitted.request)
+    with service.database.reading() as session:
+        shared = spec is not None and _render_of(session, spec) is not None
+    if not shared:
+        service.store.put_spec(job.id, spec.content if spec else sent.body)
     try:
         with service.database.writing() as session:
-            session.add(render)
-            session.flush()
-            job.render_number = render.number
-            session.add(job)
-            session.execute(
-                insert(TileRow), [rows.new_step(render.number, pass_, tile) for pass_, tile in steps]
-            )
+            taken = _entered(service, session, sent, admitted, job, spec)
+            kept = job.render is not None and job.render.id == job.id
+            if kept and shared:
+                # The render that was found is gone again.
+                service.store.put_spec(job.id, spec.content if spec else sent.body)
     except BaseException:
-        service.store.drop_job(render.id)
+        service.store.drop_job(job.id)
         raise
+    if not kept and not shared:
+        service.store.drop_job(job.id)
     service.dispatcher.wake()
-    log.info("job queued", job=job_id, width=render.width, height=render.height, steps=len(steps))
-    return job_id
+    log.info("job taken", job=taken.job, user=sent.asker.name, shared=not kept, replayed=taken.replayed)
+    return taken
 
 
-def _job(job_id: str, admitted: Admitted) -> JobRow:
+def _entered(
+    service: Service, session: Session, sent: Submission, admitted: Admitted, job: JobRow, spec: Spec | None
+) -> Taken:
+    known = _replayed(session, sent)
+    if known:
+        return Taken(known, replayed=True)
+    found = _render_of(session, spec) if spec else None
+    if found is not None:
+        _share(job, found)
+    else:
+        job.load = job.predicted_cpu_seconds
+    queue = queue_limits.check(session, service, sent.asker, job)
+    if found is None:
+        job.render = _begin(session, admitted, job.id, spec, service.settings.tile_size)
+    session.add(job)
+    session.flush()
+    _enter_parts(session, sent, job)
+    if not job.state.final:
+        fairness.activate(session, [job.owner])
+    return Taken(job.id, replayed=False, queue=queue)
+
+
+def _enter_parts(session: Session, sent: Submission, job: JobRow) -> None:
+    session.execute(insert(RequestRow), {"job": job.number, "body": zlib.compress(sent.body, 1)})
+    if job.labels:
+        labels = [{"job": job.number, "name": name, "value": value} for name, value in job.labels.items()]
+        session.execute(insert(LabelRow), labels)
+    if sent.key is not None:
+        row = IdempotencyRow(
+            owner=job.owner,
+            key=sent.key,
+            body_sha256=sent.body_sha256,
+            job=job.number,
+            created_at=job.created_at,
+        )
+        # One that is too old to count may still be there.
+        session.merge(row)
+        session.flush()
+
+
+def _job(asker: Asker, admitted: Admitted) -> JobRow:
+    request = admitted.request
     return JobRow(
-        id=job_id,
-        name=admitted.request.scene.name,
+        id=secrets.token_hex(8),
+        owner=asker.name,
+        name=request.scene.name,
+        labels=request.labels,
+        priority=request.priority,
+        # With target quality the limit is part of what is rendered.
+        time_limit=request.time_limit if admitted.target is None else None,
+        state=JobState.QUEUED,
+        load=0.0,
         plan=admitted.description.model_dump(mode="json"),
         warnings=[warning.model_dump() for warning in admitted.warnings],
         predicted_cpu_seconds=admitted.description.cost.cpu_seconds,
@@ -55,15 +184,34 @@ def _job(job_id: str, admitted: Admitted) -> JobRow:
     )
 
 
-def _render(
-    render_id: str, admitted: Admitted, spec: bytes, steps: list[targets.Step], course: dict[str, Any]
+def _render_of(session: Session, spec: Spec) -> RenderRow | None:
+    """Find the render that shows the same, be it finished or under way."""
+    alive = RenderRow.state.in_(canonical.SHARED), ~RenderRow.cancel_requested
+    same = RenderRow.spec_sha256 == spec.sha256, RenderRow.version == spec.version
+    return session.scalar(select(RenderRow).where(*same, *alive))
+
+
+def _share(job: JobRow, render: RenderRow) -> None:
+    """Let a job join a render. Its times are its own: they tell nothing of who came before."""
+    job.render, job.state = render, render.state
+    if render.state is not JobState.QUEUED:
+        job.started_at = job.created_at
+    if render.state.final:
+        job.finished_at = job.created_at
+
+
+def _begin(
+    session: Session, admitted: Admitted, render_id: str, spec: Spec | None, tile_size: int | None
 ) -> RenderRow:
+    """Enter a render with its steps."""
     plan = admitted.plan
-    return RenderRow(
+    steps, course = _course(admitted, tile_size)
+    render = RenderRow(
         id=render_id,
         width=plan.width,
         height=plan.height,
-        spec_sha256=hashlib.sha256(spec).hexdigest(),
+        spec_sha256=spec.sha256 if spec else secrets.token_hex(32),
+        version=spec.version if spec else None,
         passes=[asdict(pass_) for pass_ in dict.fromkeys(pass_ for pass_, _ in steps)],
         display=admitted.request.scene.display.model_dump(),
         layers=list(admitted.request.layers),
@@ -72,6 +220,10 @@ def _render(
         numerics=plan.numerics,
         **course,
     )
+    session.add(render)
+    session.flush()
+    session.execute(insert(TileRow), [rows.new_step(render.number, pass_, tile) for pass_, tile in steps])
+    return render
 
 
 def _course(admitted: Admitted, tile_size: int | None) -> tuple[list[targets.Step], dict[str, Any]]:

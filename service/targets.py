@@ -19,7 +19,7 @@ from renderer.adaptive.course import side
 from schemas.jobs import JobState
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
-from service import rows
+from service import fairness, rows
 from service.database.models import DONE, WAITING, RenderRow, TileRow
 from service.engines.tasks import AdvanceDone, AdvanceTask
 from service.store.tiles import StoredTile
@@ -175,6 +175,7 @@ def _begin_pass(session: Session, render: RenderRow, index: int, done: AdvanceDo
     render.total_steps += len(steps)
     if steps:
         session.execute(insert(TileRow), [rows.new_step(render.number, pass_, tile) for tile in steps])
+        fairness.activate_all_of(session, render)
 
 
 def _record(render: RenderRow, task: AdvanceTask, done: AdvanceDone) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from service.cli import (
     explain,
     grade,
     jobs,
+    keys,
     logs,
     quote,
     render,
@@ -66,6 +67,7 @@ def application() -> typer.Typer:
     app.callback(invoke_without_command=True)(_before_any_command)
     for name, panel, function in COMMANDS:
         app.command(name, rich_help_panel=panel)(function)
+    app.add_typer(keys.app, name="keys", rich_help_panel="Service")
     return app
 
 

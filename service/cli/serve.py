@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ipaddress
 from pathlib import Path
 from typing import Annotated
 
@@ -24,6 +23,10 @@ WorkersOption = Annotated[
 DatabaseOption = Annotated[
     str | None, typer.Option(help="SQLAlchemy URL; by default an SQLite file in the data folder.")
 ]
+ProxyOption = Annotated[
+    bool,
+    typer.Option("--behind-proxy", help="Ask for no keys: a proxy in front lets in only who may use this."),
+]
 
 
 def serve(
@@ -32,17 +35,14 @@ def serve(
     data: DataOption = None,
     workers: WorkersOption = None,
     database: DatabaseOption = None,
+    behind_proxy: ProxyOption = False,
 ) -> None:
     """Run the service. What is not given comes from PENUMBRA_HOST, PENUMBRA_PORT and so on."""
     from service.server import run
 
     options = {"host": host, "port": port, "data": data, "workers": workers, "database": database}
+    options["behind_proxy"] = behind_proxy or None
     settings = read_settings({name: value for name, value in options.items() if value is not None})
-    if not _is_loopback(settings.host):
-        output.say(
-            f"{output.emphasis('warning', 'yellow')}: whoever reaches {settings.host} can use this service: "
-            "it does not ask who they are. Put a proxy that does in front of it."
-        )
     try:
         run(settings)
     except KeyboardInterrupt:
@@ -51,10 +51,3 @@ def serve(
         # The server reports what kept it from starting, and leaves by itself.
         if exit_.code != ExitCode.TERMINATED:
             raise ServiceStartError("The service could not start. The lines above say why.") from exit_
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return host == "localhost" or ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False

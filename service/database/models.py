@@ -16,6 +16,7 @@ from sqlalchemy import (
     ForeignKey,
     Index,
     Integer,
+    LargeBinary,
     MetaData,
     String,
     Text,
@@ -60,20 +61,33 @@ def _one_of(column: str, values: list[str]) -> str:
     return f"{column} IN ({', '.join(repr(value) for value in values)})"
 
 
+_JOINED = "state IN ('queued', 'running', 'succeeded') AND NOT cancel_requested"
+
+
 class RenderRow(Base):
     """What is rendered: one piece of work, which jobs share that ask for the same.
 
-    ``number`` orders them by arrival; ``id`` is its name in the store, that of the job it was made for. One
-    with a ``target_error`` gets its passes one after another: ``merges`` has an entry for each pass whose
-    tiles are merged into the picture, the work before it being ``counted_work`` and ``counted_share`` of all.
-    Any other has an entry for each of its passes in ``pass_costs``, and where these cannot tell the error of
-    the picture, the reason in ``error_unknown``.
+    Those of the same ``spec_sha256`` and ``version`` of the renderer show the same; without a version one is
+    never shared. ``number`` orders them by arrival; ``id`` is its name in the store, that of the job it was
+    made for. One with a ``target_error`` gets its passes one after another: ``merges`` has an entry for each
+    pass whose tiles are merged into the picture, the work before it being ``counted_work`` and
+    ``counted_share`` of all. Any other has an entry for each of its passes in ``pass_costs``, and where these
+    cannot tell the error of the picture, the reason in ``error_unknown``.
     """
 
     __tablename__ = "renders"
     __table_args__ = (
         CheckConstraint(_one_of("state", [state.value for state in JobState]), name="state"),
         Index("ix_renders_state_number", "state", "number"),
+        # Of renders that show the same, one alone may be joined.
+        Index(
+            "uq_renders_spec_sha256",
+            "spec_sha256",
+            "version",
+            unique=True,
+            sqlite_where=text(_JOINED),
+            postgresql_where=text(_JOINED),
+        ),
         {"sqlite_autoincrement": True},  # the number of one that is gone is never given again
     )
 
@@ -85,6 +99,7 @@ class RenderRow(Base):
     width: Mapped[int] = mapped_column(Integer)
     height: Mapped[int] = mapped_column(Integer)
     spec_sha256: Mapped[str] = mapped_column(String(64))
+    version: Mapped[str | None] = mapped_column(String(32))
     passes: Mapped[list[dict[str, int]]] = mapped_column(JSON)
     display: Mapped[dict[str, Any]] = mapped_column(JSON)
     layers: Mapped[list[str]] = mapped_column(JSON, default=list)
@@ -117,10 +132,12 @@ class RenderRow(Base):
 
 
 class JobRow(Base):
-    """What somebody asked for. ``number`` orders jobs by arrival; ``id`` is the name that the outside knows.
+    """What somebody asked for.
 
-    While it shares in a render its state is that of the render. One that has left before the others, or whose
-    picture is gone, has none, and keeps in ``parting`` what is still told of it.
+    ``number`` orders jobs by arrival; ``id`` is the name that the outside knows. While it shares in a render
+    its state is that of the render. One that has left before the others, or whose picture is gone, has none,
+    and keeps in ``parting`` what is still told of it. ``load`` is what it has brought into the queue, in CPU
+    seconds; nothing if it shares what was there.
     """
 
     __tablename__ = "jobs"
@@ -128,12 +145,25 @@ class JobRow(Base):
         CheckConstraint(_one_of("state", [state.value for state in JobState]), name="state"),
         Index("ix_jobs_state_number", "state", "number"),
         Index("ix_jobs_render_number", "render_number"),
+        Index("ix_jobs_owner_number", "owner", "number"),
+        Index("ix_jobs_finished_at", "finished_at"),
+        Index(
+            "ix_jobs_open",
+            "owner",
+            "load",
+            sqlite_where=text("finished_at IS NULL"),
+            postgresql_where=text("finished_at IS NULL"),
+        ),
         {"sqlite_autoincrement": True},  # the number of a deleted job is never given again
     )
 
     number: Mapped[int] = mapped_column(Integer, primary_key=True, autoincrement=True)
     id: Mapped[str] = mapped_column(String(32), unique=True)
+    owner: Mapped[str] = mapped_column(String(64))
     name: Mapped[str | None] = mapped_column(Text)
+    labels: Mapped[dict[str, str]] = mapped_column(JSON, default=dict)
+    priority: Mapped[int] = mapped_column(Integer, default=0)
+    time_limit: Mapped[float | None] = mapped_column(Float)
     state: Mapped[JobState] = mapped_column(STATE, default=JobState.QUEUED)
     render_number: Mapped[int | None] = mapped_column(ForeignKey("renders.number"))
     parting: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
@@ -141,6 +171,7 @@ class JobRow(Base):
     plan: Mapped[dict[str, Any]] = mapped_column(JSON, deferred=True)
     warnings: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
     predicted_cpu_seconds: Mapped[float] = mapped_column(Float)
+    load: Mapped[float] = mapped_column(Float, default=0.0)
 
     failure: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     created_at: Mapped[datetime] = mapped_column(UtcDateTime)
@@ -148,6 +179,57 @@ class JobRow(Base):
     finished_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
 
     render: Mapped[RenderRow | None] = relationship(lazy="joined")
+
+
+class LabelRow(Base):
+    """A label of a job, once more, to find the job by."""
+
+    __tablename__ = "labels"
+    __table_args__ = (Index("ix_labels_name", "name", "value", "job"),)
+
+    job: Mapped[int] = mapped_column(ForeignKey("jobs.number", ondelete="CASCADE"), primary_key=True)
+    name: Mapped[str] = mapped_column(String(63), primary_key=True)
+    value: Mapped[str] = mapped_column(String(200))
+
+
+class RequestRow(Base):
+    """The body of the request that a job came with, compressed."""
+
+    __tablename__ = "requests"
+
+    job: Mapped[int] = mapped_column(ForeignKey("jobs.number", ondelete="CASCADE"), primary_key=True)
+    body: Mapped[bytes] = mapped_column(LargeBinary)
+
+
+class ShareRow(Base):
+    """What was rendered for a user, in CPU seconds as ``fairness.py`` counts them.
+
+    ``turn`` is what it was when he was served last; ``active`` says that something of him may wait.
+    """
+
+    __tablename__ = "shares"
+    __table_args__ = (
+        Index("ix_shares_active", "active", "served", "owner"),
+        Index("ix_shares_turn", "turn"),
+    )
+
+    owner: Mapped[str] = mapped_column(String(64), primary_key=True)
+    served: Mapped[float] = mapped_column(Float)
+    turn: Mapped[float] = mapped_column(Float)
+    active: Mapped[bool] = mapped_column()
+
+
+class IdempotencyRow(Base):
+    """An ``Idempotency-Key`` of a user, the request that it came with, and the job that came of it."""
+
+    __tablename__ = "idempotency_keys"
+    __table_args__ = (Index("ix_idempotency_keys_job", "job"),)
+
+    owner: Mapped[str] = mapped_column(String(64), primary_key=True)
+    key: Mapped[str] = mapped_column(String(255), primary_key=True)
+    body_sha256: Mapped[str] = mapped_column(String(64))
+    job: Mapped[int] = mapped_column(ForeignKey("jobs.number", ondelete="CASCADE"))
+    created_at: Mapped[datetime] = mapped_column(UtcDateTime)
 
 
 class TileRow(Base):
@@ -185,6 +267,33 @@ class TileRow(Base):
     seq: Mapped[int | None] = mapped_column(Integer)
     crc32: Mapped[int | None] = mapped_column(BigInteger)
     cpu_seconds: Mapped[float | None] = mapped_column(Float)
+    payer: Mapped[str | None] = mapped_column(String(64))
+    charge: Mapped[float] = mapped_column(Float, default=0.0)
+
+
+class KeyRow(Base):
+    """An API key: a name that may be shown, and the digest of a secret that nobody else has."""
+
+    __tablename__ = "api_keys"
+
+    id: Mapped[str] = mapped_column(String(12), primary_key=True)
+    secret_sha256: Mapped[str] = mapped_column(String(64))
+    user: Mapped[str] = mapped_column(String(64))
+    role: Mapped[str] = mapped_column(String(8))
+    max_jobs: Mapped[int | None] = mapped_column(Integer)
+    max_cpu_seconds: Mapped[float | None] = mapped_column(Float)
+    created_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    revoked_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+
+
+class SessionRow(Base):
+    """A browser that has shown a key, by the digest of its cookie."""
+
+    __tablename__ = "sessions"
+
+    token_sha256: Mapped[str] = mapped_column(String(64), primary_key=True)
+    key: Mapped[str] = mapped_column(ForeignKey("api_keys.id", ondelete="CASCADE"))
+    expires_at: Mapped[datetime] = mapped_column(UtcDateTime)
 
 
 class AssetRow(Base):

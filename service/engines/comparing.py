@@ -40,8 +40,8 @@ def compared(
 def _picture(asked: ComparedPicture, role: str, store: TileStore) -> Picture:
     if asked.job is None:
         return picture_of(asked.content, role, asked.encoding)
-    content = store.file(asked.job, "image.npy").read_bytes()
-    sheets = {name: np.load(store.file(asked.job, layers.file_name(name))) for name in asked.layers}
+    content = store.file(asked.render, "image.npy").read_bytes()
+    sheets = {name: np.load(store.file(asked.render, layers.file_name(name))) for name in asked.layers}
     return picture_of(content, f"job:{asked.job}", asked.encoding, sheets)
 
 
@@ -52,7 +52,7 @@ def _compared(
     policy = Policy(tolerance=asked.tolerance, most_bias=asked.max_bias, limit=asked.limit)
     if task.reference.job is None or image.linear.shape != reference.linear.shape:
         return compare(image, reference, policy=policy, with_flip=asked.flip)
-    spec = JobRequest.model_validate(json.loads(store.get_spec(task.reference.job)))
+    spec = JobRequest.model_validate(json.loads(store.get_spec(task.reference.render)))
     scene = renderer.load_scene(spec.scene, assets=assets)
     return compare(
         image,

@@ -96,9 +96,13 @@ class QuoteTask:
 
 @dataclass(frozen=True)
 class ComparedPicture:
-    """A picture of a job, with these of its layers, or the content of a file where there is no job."""
+    """A picture of a job, with these of its layers, or the content of a file where there is no job.
+
+    It lies in the store under the name of its ``render``.
+    """
 
     job: str | None
+    render: str
     content: bytes = field(repr=False)
     encoding: Encoding | None
     layers: tuple[str, ...]

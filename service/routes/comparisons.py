@@ -8,6 +8,7 @@ from fastapi import APIRouter, Request
 
 from schemas.comparisons import ComparisonAnswer, ComparisonRequest
 from service import comparisons
+from service.access.asking import Asking
 from service.bodies import json_body
 from service.context import Here
 from service.routes.jobs import BODY
@@ -28,7 +29,7 @@ EXAMPLE: dict[str, Any] = {"image": {"content": WHITE}, "reference": {"content":
     | problem(503, "No worker was free in time."),
     openapi_extra=json_request(ComparisonRequest, EXAMPLE),
 )
-async def compare(here: Here, request: Request) -> ComparisonAnswer:
+async def compare(here: Here, request: Request, asking: Asking) -> ComparisonAnswer:
     """Compare two pictures, sent or of jobs: metrics, a verdict that knows noise, the mistake behind it."""
     body = await json_body(request, here.settings.limits.max_body_bytes)
-    return await comparisons.compare(here, body)
+    return await comparisons.compare(here, asking, body)

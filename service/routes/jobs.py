@@ -7,17 +7,26 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
 
-from schemas.jobs import Job, JobList, JobRequest
+from schemas.jobs import Job, JobList, JobRequest, JobState
 from schemas.plans import PlanDocument
 from service import jobs, submissions
-from service.admission import admit
+from service.access.asking import Asking, ChangedJob
 from service.bodies import json_body
-from service.context import Here, Service
-from service.routes.parameters import JobId, Prefer, json_request, preferred_wait, problem
+from service.context import Here
+from service.routes.parameters import (
+    IdempotencyKey,
+    JobId,
+    LabelFilter,
+    Prefer,
+    json_request,
+    preferred_wait,
+    problem,
+)
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 
 UNKNOWN = problem(404, "There is no such job.")
+NOT_YOURS = problem(403, "The job is somebody else's.")
 GONE = problem(410, "The job ended without a picture, and what it was asked for is gone.")
 BODY = problem(413, "The body is too large.") | problem(415, "The body is not JSON.")
 
@@ -25,37 +34,64 @@ BODY = problem(413, "The body is too large.") | problem(415, "The body is not JS
 @router.post(
     "",
     status_code=202,
-    responses=BODY | problem(422, "The request cannot be used; every reason is listed."),
+    responses=BODY
+    | problem(
+        422, "The request cannot be used; every reason is listed. Or its Idempotency-Key came with another."
+    )
+    | problem(429, "The job does not fit into the queue now; `Retry-After` says when to try again."),
     openapi_extra=json_request(JobRequest),
 )
-async def submit(here: Here, request: Request, response: Response, prefer: Prefer = None) -> Job:
-    """Submit a scene. The answer is the job; with `Prefer: wait=N` once it ends or N seconds have passed."""
+async def submit(
+    here: Here,
+    request: Request,
+    response: Response,
+    asking: Asking,
+    prefer: Prefer = None,
+    idempotency_key: IdempotencyKey = None,
+) -> Job:
+    """Submit a scene. The answer is the job; with `Prefer: wait=N` once it ends or N seconds have passed.
+
+    What was rendered before is answered from the store at once, unless `Cache-Control: no-cache` is sent.
+    """
     body = await json_body(request, here.settings.limits.max_body_bytes)
-    job_id = await run_in_threadpool(_create, here, body)
+    anew = "no-cache" in request.headers.get("cache-control", "").lower()
+    sent = submissions.Submission(asking, body, idempotency_key, anew)
+    taken = await run_in_threadpool(submissions.submit, here, sent)
     wait = preferred_wait(prefer, here.settings.max_wait_seconds)
-    await jobs.until(here, job_id, wait, lambda standing: standing.state.final)
-    job = await run_in_threadpool(jobs.show, here, job_id)
-    response.headers["Location"] = job.links.self
     if wait:
+        await jobs.until(here, taken.job, wait, lambda standing: standing.state.final)
         response.headers["Preference-Applied"] = f"wait={wait:g}"
+    job = await run_in_threadpool(jobs.show, here, taken.job)
+    response.headers["Location"] = job.links.self
+    if taken.replayed:
+        response.headers["Idempotency-Replayed"] = "true"
+    if taken.queue:
+        response.headers.update(taken.queue.headers())
     return job
-
-
-def _create(service: Service, body: bytes) -> str:
-    return submissions.create(service, admit(service, body), body)
 
 
 @router.get("", responses=problem(422, "A parameter cannot be used."))
 def list_jobs(
     here: Here,
+    asking: Asking,
     limit: Annotated[int, Query(ge=1, le=100, description="Jobs on a page.")] = 20,
     cursor: Annotated[
         int | None,
         Query(ge=1, le=2**31 - 1, description="`next` of the page before; the newest jobs without it."),
     ] = None,
+    state: Annotated[JobState | None, Query(description="Only jobs in this state.")] = None,
+    label: Annotated[
+        list[LabelFilter] | None,
+        Query(
+            max_length=16,
+            description="`name:value`: only jobs with this label; with all, if there are several.",
+        ),
+    ] = None,
 ) -> JobList:
-    """List jobs, newest first."""
-    return jobs.page(here, limit, cursor)
+    """List jobs, newest first: one's own, or those of all for staff."""
+    labels = dict(text.split(":", 1) for text in label or ())
+    owner = None if asking.sees_all else asking.name
+    return jobs.page(here, limit, cursor, jobs.Wish(owner, state, labels))
 
 
 @router.get("/{job_id}", responses=UNKNOWN)
@@ -64,8 +100,8 @@ def get_job(here: Here, job_id: JobId) -> Job:
     return jobs.show(here, job_id)
 
 
-@router.post("/{job_id}/cancel", responses=UNKNOWN)
-async def cancel_job(here: Here, job_id: JobId) -> Job:
+@router.post("/{job_id}/cancel", responses=UNKNOWN | NOT_YOURS)
+async def cancel_job(here: Here, job_id: ChangedJob) -> Job:
     """Stop a job. The answer comes when nothing of it runs any more; a job that has ended stays as it is."""
     return await jobs.stop(here, job_id)
 
@@ -73,9 +109,9 @@ async def cancel_job(here: Here, job_id: JobId) -> Job:
 @router.delete(
     "/{job_id}",
     status_code=204,
-    responses=UNKNOWN | problem(503, "The job is still being stopped."),
+    responses=UNKNOWN | NOT_YOURS | problem(503, "The job is still being stopped."),
 )
-async def delete_job(here: Here, job_id: JobId) -> None:
+async def delete_job(here: Here, job_id: ChangedJob) -> None:
     """Stop a job if it runs, and remove it with everything it made."""
     await jobs.remove(here, job_id)
 

@@ -5,19 +5,31 @@ from __future__ import annotations
 import re
 from typing import Annotated, Any
 
-from fastapi import Header, Path, Query, Request
+from fastapi import Header, Query, Request
 from fastapi.responses import Response
-from pydantic import BaseModel
+from pydantic import BaseModel, StringConstraints
 
 from schemas.problems import ProblemDocument
+from service.access.asking import SeenJob
 from service.problems import MEDIA_TYPE
 
-JobId = Annotated[str, Path(description="The job's id.", max_length=64)]
+JobId = SeenJob
 After = Annotated[int, Query(ge=0, le=2**31 - 1, description="Number of the last event already known.")]
 Wait = Annotated[
     float, Query(ge=0, le=3600, description="Seconds to wait for news; the service may wait less.")
 ]
 Prefer = Annotated[str | None, Header(description="`wait=N` waits up to N seconds for the job to end.")]
+
+IdempotencyKey = Annotated[
+    str | None,
+    Header(
+        min_length=1,
+        max_length=255,
+        pattern=r"^[\x21-\x7e]+$",
+        description="Words of your own: for 24 hours the same request with them makes no second job.",
+    ),
+]
+LabelFilter = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,62}:", max_length=264)]
 
 WAIT = re.compile(r"(?:^|[,;])\s*wait\s*=\s*(\d{1,6}(?:\.\d{1,6})?)\s*(?:$|[,;])", re.IGNORECASE)
 COMPONENTS = "#/components/schemas/{model}"

@@ -11,7 +11,9 @@ from typing import Any
 
 import httpx2
 import numpy as np
+from sqlalchemy.orm import Session
 
+from service import fairness
 from service.database.models import JobRow, RenderRow
 
 PATIENCE = 60.0
@@ -79,15 +81,26 @@ def scene(
     }
 
 
-def job_with(job_id: str, render: RenderRow) -> JobRow:
-    """A job that has just been submitted."""
+def enter(session: Session, job_id: str, render: RenderRow, **fields: Any) -> JobRow:
+    """Enter a job that has just been submitted."""
+    job = job_with(job_id, render, **fields)
+    session.add(job)
+    session.flush()
+    fairness.activate(session, [job.owner])
+    return job
+
+
+def job_with(job_id: str, render: RenderRow, *, owner: str = "local", **fields: Any) -> JobRow:
+    """A job of a render, not entered yet."""
     return JobRow(
         id=job_id,
+        owner=owner,
         render=render,
         plan={},
         warnings=[],
         predicted_cpu_seconds=render.predicted_cpu_seconds,
         created_at=datetime.now(UTC),
+        **fields,
     )
 
 
@@ -97,7 +110,9 @@ def long_scene() -> dict[str, Any]:
 
 
 def submit(client: httpx2.Client, document: dict[str, Any], **request: Any) -> str:
-    answer = client.post("/v1/jobs", json={"scene": document, **request})
+    # What these tests look at is rendered, and not found in the store.
+    headers = {"Cache-Control": "no-cache"}
+    answer = client.post("/v1/jobs", json={"scene": document, **request}, headers=headers)
     assert answer.status_code == 202, answer.text
     return answer.json()["id"]
 

@@ -27,7 +27,7 @@ from service.engines.tasks import (
     WorkerDied,
 )
 from service.rounds import Round
-from tests.integration.support import job_with
+from tests.integration.support import enter
 
 DONE = TileDone(
     crc32=2**32 - 1, counts={"camera": 3, "mirror": 0}, cpu_seconds=0.5, work={"shading_points": 2}
@@ -65,8 +65,7 @@ class Table:
             pass_costs=pass_costs.begin([pass_.index for pass_, _ in steps]) if noted else [],
         )
         with self.database.writing() as session:
-            session.add(job_with(job_id, render))
-            session.flush()
+            enter(session, job_id, render)
             session.add_all(TileRow(**rows.new_step(render.number, pass_, tile)) for pass_, tile in steps)
 
     def round(self, *reports: tuple[JobTask, Outcome], room: int = 0, leaving: Sequence[str] = ()) -> Round:

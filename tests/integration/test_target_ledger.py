@@ -28,7 +28,7 @@ from service.engines.tasks import (
     WorkerDied,
 )
 from service.rounds import Round
-from tests.integration.support import job_with, scene
+from tests.integration.support import enter, scene
 
 DONE = TileDone(crc32=1, counts={"camera": 10}, cpu_seconds=0.5)
 ERROR = {"estimate": 0.02, "low": 0.01, "high": 0.03}
@@ -72,8 +72,7 @@ class Table:
             predicted_cpu_seconds=1.0,
         )
         with self.database.writing() as session:
-            session.add(job_with("a", render))
-            session.flush()
+            enter(session, "a", render)
             tiles = targets.tiles(render, 32)
             session.add_all(
                 TileRow(**rows.new_step(render.number, targets.pass_of(0), tile)) for tile in tiles

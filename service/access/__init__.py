@@ -1,0 +1,1 @@
+"""Who asks: API keys, sessions of browsers, and what each user may do."""

@@ -1,0 +1,89 @@
+"""Finding out who asks, before any route does anything."""
+
+from __future__ import annotations
+
+from typing import Annotated
+from urllib.parse import urlsplit
+
+from fastapi import Depends, Path, Request
+from fastapi.concurrency import run_in_threadpool
+
+from service import jobs
+from service.access.askers import LOCAL, Asker
+from service.context import Here, Service
+from service.errors import CrossSiteError, ForbiddenError, UnauthenticatedError
+
+COOKIE = "penumbra_session"
+SAFE = ("GET", "HEAD", "OPTIONS")
+
+
+async def asker(request: Request, here: Here) -> Asker:
+    """Tell who asks.
+
+    Raises
+    ------
+    UnauthenticatedError
+        If a key is needed, and there is none that is good.
+    CrossSiteError
+        If the page of another site has sent a browser here to change something.
+    """
+    key = bearer(request)
+    if key is None:
+        _check_origin(request)
+    if here.settings.behind_proxy or not await run_in_threadpool(here.known.keys_made):
+        return LOCAL
+    found = await run_in_threadpool(_look_up, here, key, request.cookies.get(COOKIE))
+    if found is None:
+        raise UnauthenticatedError(wrong=key is not None)
+    return found
+
+
+def bearer(request: Request) -> str | None:
+    """Give what stands in ``Authorization: Bearer``."""
+    scheme, _, key = request.headers.get("authorization", "").partition(" ")
+    return key.strip() if scheme.lower() == "bearer" else None
+
+
+def _look_up(service: Service, key: str | None, token: str | None) -> Asker | None:
+    if key is not None:
+        return service.known.of_key(key)
+    return service.known.of_session(token) if token else None
+
+
+def _check_origin(request: Request) -> None:
+    # A browser adds cookies, and reaches loopback, for any page; and it says from where a page comes.
+    if request.method in SAFE:
+        return
+    origin = request.headers.get("origin")
+    foreign = origin is not None and urlsplit(origin).netloc != request.headers.get("host")
+    if foreign or request.headers.get("sec-fetch-site", "same-origin") not in ("same-origin", "none"):
+        raise CrossSiteError
+
+
+Asking = Annotated[Asker, Depends(asker)]
+
+
+async def _seen(here: Here, asking: Asking, job_id: Annotated[str, Path(max_length=64)]) -> str:
+    if not asking.sees_all:
+        await run_in_threadpool(_owner, here, job_id, asking.name)
+    return job_id
+
+
+async def _changed(here: Here, asking: Asking, job_id: Annotated[str, Path(max_length=64)]) -> str:
+    if not asking.changes_all:
+        owner = await run_in_threadpool(_owner, here, job_id, None if asking.sees_all else asking.name)
+        if owner != asking.name:
+            raise ForbiddenError("Only its owner or an admin stops and removes a job.")
+    return job_id
+
+
+def _owner(service: Service, job_id: str, asked_by: str | None) -> str:
+    with service.database.reading() as session:
+        return jobs.owner_of(session, job_id, asked_by)
+
+
+SeenJob = Annotated[str, Depends(_seen)]
+"""The id of a job that the asker may see; 404 for all others."""
+
+ChangedJob = Annotated[str, Depends(_changed)]
+"""The id of a job that the asker may stop and remove."""

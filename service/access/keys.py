@@ -1,0 +1,96 @@
+"""API keys and sessions in the database."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime, timedelta
+
+from sqlalchemy import delete, exists, select
+from sqlalchemy.orm import Session
+
+from schemas.access import Role
+from service.access import secrets
+from service.access.askers import Asker
+from service.access.secrets import Key
+from service.database.models import KeyRow, SessionRow
+
+SESSION_LIFE = timedelta(hours=12)
+
+
+def add(
+    session: Session,
+    user: str,
+    role: Role,
+    *,
+    max_jobs: int | None = None,
+    max_cpu_seconds: float | None = None,
+) -> Key:
+    """Enter a key for a user, and return it: nobody will ever see it again."""
+    key = secrets.new_key()
+    row = KeyRow(
+        id=key.id,
+        secret_sha256=secrets.digest(key.secret),
+        user=user,
+        role=role.value,
+        max_jobs=max_jobs,
+        max_cpu_seconds=max_cpu_seconds,
+        created_at=datetime.now(UTC),
+    )
+    session.add(row)
+    return key
+
+
+def listing(session: Session) -> list[KeyRow]:
+    """Give all keys, the revoked ones too, in the order of their users."""
+    return list(session.scalars(select(KeyRow).order_by(KeyRow.user, KeyRow.created_at)))
+
+
+def revoke(session: Session, key_id: str) -> bool:
+    """End a key and the sessions begun with it; False if there is none of this name."""
+    row = session.get(KeyRow, key_id)
+    if row is None:
+        return False
+    row.revoked_at = row.revoked_at or datetime.now(UTC)
+    session.execute(delete(SessionRow).where(SessionRow.key == key_id))
+    return True
+
+
+def any_made(session: Session) -> bool:
+    """Whether a key was ever made: who revokes the last one does not open the doors."""
+    return bool(session.scalar(select(exists().where(KeyRow.id.is_not(None)))))
+
+
+def asker_of_key(session: Session, text: str) -> Asker | None:
+    """Tell whose key this is; None if it is nobody's, or revoked."""
+    key = secrets.read_key(text)
+    row = session.get(KeyRow, key.id) if key else None
+    if key is None or row is None or not secrets.same(row.secret_sha256, key.secret):
+        return None
+    return _asker(row)
+
+
+def begin_session(session: Session, key: Key) -> str:
+    """Enter a session, and return its token."""
+    now, token = datetime.now(UTC), secrets.new_token()
+    session.execute(delete(SessionRow).where(SessionRow.expires_at < now))
+    session.add(SessionRow(token_sha256=secrets.digest(token), key=key.id, expires_at=now + SESSION_LIFE))
+    return token
+
+
+def asker_of_session(session: Session, token: str) -> Asker | None:
+    """Tell whose session this is; None if there is none, or not any more."""
+    row = session.get(SessionRow, secrets.digest(token))
+    if row is None or row.expires_at < datetime.now(UTC):
+        return None
+    key = session.get(KeyRow, row.key)
+    return _asker(key) if key else None
+
+
+def end_session(session: Session, token: str) -> None:
+    """Forget a session."""
+    session.execute(delete(SessionRow).where(SessionRow.token_sha256 == secrets.digest(token)))
+
+
+def _asker(row: KeyRow) -> Asker | None:
+    if row.revoked_at is not None:
+        return None
+    return Asker(row.user, Role(row.role), row.max_jobs, row.max_cpu_seconds)

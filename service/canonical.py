@@ -1,0 +1,65 @@
+"""What is rendered, apart from how it was written: requests for the same picture have the same form.
+
+Not everything that shows the same is found to be the same. Names of shapes, materials and textures count, for
+they are told to those who ask: what one user has named is never told to another.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import version as installed
+
+from schemas.jobs import JobRequest, JobState
+from schemas.quality import FixedQuality
+from schemas.scene import Scene
+
+SHARED = (JobState.QUEUED, JobState.RUNNING, JobState.SUCCEEDED)
+"""States in which a render may be joined: one that has failed is tried again."""
+
+
+@dataclass(frozen=True)
+class Spec:
+    """What is rendered: as workers read it, its digest, and the version of the renderer."""
+
+    content: bytes
+    sha256: str
+    version: str
+
+
+def spec_of(request: JobRequest) -> Spec:
+    """Give what a request renders: nothing in it tells who has sent it, or how he writes.
+
+    The order of members, defaults that are written out, the name of the scene, labels, priority and limits of
+    time of fixed quality do not count; assets stand for their content.
+    """
+    bare = JobRequest(scene=request.scene, quality=request.quality, layers=request.layers)
+    if isinstance(bare.quality, FixedQuality):
+        bare = _sampled(bare, bare.quality)
+    scene = bare.scene.model_copy(
+        update={
+            "name": None,
+            "materials": dict(sorted(bare.scene.materials.items())),
+            "textures": dict(sorted(bare.scene.textures.items())),
+        }
+    )
+    content = bare.model_copy(update={"scene": scene}).model_dump_json(exclude_defaults=True).encode()
+    return Spec(content, hashlib.sha256(content).hexdigest(), _version())
+
+
+def _sampled(request: JobRequest, quality: FixedQuality) -> JobRequest:
+    """Let the samples of a request be those of its scene."""
+    sampling = request.scene.sampling
+    asked = {"antialiasing": quality.antialiasing, "light": quality.light}
+    sampling = sampling.model_copy(update={name: part for name, part in asked.items() if part is not None})
+    scene: Scene = request.scene.model_copy(update={"sampling": sampling})
+    rest = quality.model_copy(update={"antialiasing": None, "light": None})
+    return request.model_copy(
+        update={"scene": scene, "quality": rest if rest.precision != "single" else None}
+    )
+
+
+@cache
+def _version() -> str:
+    return installed("penumbra-render")

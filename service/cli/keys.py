@@ -1,0 +1,124 @@
+"""``penumbra keys``: who may use a service, kept in its database."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from service.cli import output
+from service.cli.configuration import read_settings
+from service.cli.errors import CommandError
+from service.cli.serve import DatabaseOption, DataOption
+
+if TYPE_CHECKING:
+    from sqlalchemy.orm import Session
+
+    from service.database.models import KeyRow
+
+# Written down twice so that help need not load the schemas; the database takes no other.
+RoleName = Literal["submit", "staff", "admin"]
+UserArgument = Annotated[str, typer.Argument(metavar="USER", help="Name of the user.", show_default=False)]
+KeyArgument = Annotated[
+    str,
+    typer.Argument(metavar="ID", help="The key's id, as `penumbra keys ls` shows it.", show_default=False),
+]
+RoleOption = Annotated[
+    RoleName,
+    typer.Option(help="`submit`: own jobs; `staff`: sees all; `admin`: may stop and remove them too."),
+]
+JobsOption = Annotated[int | None, typer.Option(min=1, help="Jobs of the user that may wait or run.")]
+CpuOption = Annotated[
+    float | None, typer.Option(min=0.001, help="CPU seconds of the user's jobs that may wait or run.")
+]
+# As long as a column of the database; a name must fit into a line of a log.
+LONGEST_NAME = 64
+
+app = typer.Typer(
+    help="Who may use a service: API keys.",
+    no_args_is_help=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+@app.command()
+def add(
+    user: UserArgument,
+    role: RoleOption = "submit",
+    max_jobs: JobsOption = None,
+    max_cpu_seconds: CpuOption = None,
+    data: DataOption = None,
+    database: DatabaseOption = None,
+    as_json: output.JsonOption = False,
+) -> None:
+    """Make a key for a user and print it: it is shown this once."""
+    from schemas.access import Role
+    from service.access import keys
+
+    if not 0 < len(user) <= LONGEST_NAME or not user.isprintable():
+        raise CommandError(f"The name of a user has 1 to {LONGEST_NAME} printable characters.")
+    with _writing(data, database) as session:
+        key = keys.add(session, user, Role(role), max_jobs=max_jobs, max_cpu_seconds=max_cpu_seconds)
+    if as_json:
+        output.document({"id": key.id, "user": user, "role": role, "key": str(key)})
+        return
+    output.result(str(key))
+    output.say(f"Key {key.id} of {user}. It is not kept anywhere and cannot be shown again.")
+
+
+@app.command()
+def ls(data: DataOption = None, database: DatabaseOption = None, as_json: output.JsonOption = False) -> None:
+    """List the keys; never the secrets, which are not known here."""
+    from service.access import keys
+
+    with _writing(data, database) as session:
+        found = keys.listing(session)
+        if as_json:
+            output.document({"keys": [_document(row) for row in found]})
+            return
+        for row in found:
+            output.result("\t".join(str(cell or "") for cell in _document(row).values()))
+
+
+@app.command()
+def revoke(key_id: KeyArgument, data: DataOption = None, database: DatabaseOption = None) -> None:
+    """End a key, at once. The user's jobs stay."""
+    from service.access import keys
+
+    with _writing(data, database) as session:
+        if not keys.revoke(session, key_id):
+            raise CommandError(f"There is no key {output.harmless(key_id)!r}. `penumbra keys ls` lists them.")
+    output.say(f"Key {key_id} is revoked.")
+
+
+@contextmanager
+def _writing(data: Path | None, database: str | None) -> Iterator[Session]:
+    """Open the database of a service, which may be running."""
+    from service.database.connection import Database
+    from service.database.migrations import upgrade
+
+    given = {"data": data, "database": database}
+    settings = read_settings({name: value for name, value in given.items() if value is not None})
+    settings.data.mkdir(parents=True, exist_ok=True)
+    opened = Database(settings.database_url)
+    try:
+        upgrade(opened)
+        with opened.writing() as session:
+            yield session
+    finally:
+        opened.close()
+
+
+def _document(row: KeyRow) -> dict[str, object]:
+    return {
+        "id": row.id,
+        "user": row.user,
+        "role": row.role,
+        "max_jobs": row.max_jobs,
+        "max_cpu_seconds": row.max_cpu_seconds,
+        "created_at": row.created_at.isoformat(timespec="seconds"),
+        "revoked_at": row.revoked_at.isoformat(timespec="seconds") if row.revoked_at else None,
+    }
