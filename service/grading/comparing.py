@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from renderer.comparison import Comparison, NotComparableError, Picture, picture_of
@@ -32,19 +32,21 @@ PATIENCE = 0.5
 """Share of a test's deadline after which no other mistake is tried."""
 
 
-def image(test: ImageTest, run: Run) -> Outcome:
-    """A submitted picture against its reference."""
+def image(test: ImageTest, run: Run) -> Iterator[Outcome]:
+    """A submitted picture against its reference: what it earns, then that with the mistake behind it."""
+    until = time.monotonic() + PATIENCE * run.deadline(test)
     file = test.submitted
     content, picture = read_picture(run.submission, file.file, file.encoding)
     # What a submission says of its own noise would decide its own verdict.
-    return _graded(test, run, noiseless(picture), content)
+    yield from _graded(test, run, noiseless(picture), content, until)
 
 
-def scene(test: SceneTest, run: Run) -> Outcome:
-    """A submitted scene, rendered, against its reference."""
+def scene(test: SceneTest, run: Run) -> Iterator[Outcome]:
+    """A submitted scene, rendered, against its reference, in the same two steps."""
+    until = time.monotonic() + PATIENCE * run.deadline(test)
     made = rendered(run.submitted(test.submitted, test))
     picture = picture_of(made.content(), test.submitted.file, "linear", made.layers)
-    return _graded(test, run, picture, None)
+    yield from _graded(test, run, picture, None, until)
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,28 +79,20 @@ class _Found:
         return self.part if sizes[0] == sizes[1] else self.whole
 
 
-def _graded(test: ImageTest | SceneTest, run: Run, picture: Picture, content: bytes | None) -> Outcome:
-    """What a picture has found; `content` is its file, None where it was rendered here."""
-    begun = time.monotonic()
+def _graded(
+    test: ImageTest | SceneTest, run: Run, picture: Picture, content: bytes | None, until: float
+) -> Iterator[Outcome]:
+    """What a picture earns; `content` is its file, None where it was rendered here."""
     reference = wanted(test.reference, run)
     mask = None if test.mask is None else read_picture(run.references, test.mask, "linear")[1]
     selection = select(reference.picture, test.region, mask)
     found = _compared(test, picture, reference, selection)
-    outcome = accepted(test.accept, found.part, selection)
-    regions = _regions(found.part.regions, selection, [*reference.names, *found.part.names])
-    causes = found.causes
-    if outcome.share < 1.0 and reference.scene is not None:
-        causes = explain(reference.scene, found.judged, until=begun + PATIENCE * run.deadline(test))
-    diagnosis = tuple(ComparisonCause.model_validate(cause, from_attributes=True) for cause in causes)
-    explanation = "" if outcome.share == 1.0 else sentences.explained(diagnosis, regions)
     held_to = None if reference.file is None else len(reference.file)
-    return replace(
-        outcome,
-        message=sentences.joined(outcome.message, found.pardon, explanation),
+    outcome = replace(
+        accepted(test.accept, found.part, selection),
         verdict=found.part.judgement.verdict,
         samples_to_settle=found.part.judgement.samples_factor,
-        diagnosis=diagnosis,
-        worst_regions=regions,
+        worst_regions=_regions(found.part.regions, selection, [*reference.names, *found.part.names]),
         pictures=_drawn(found.whole) if run.pictures else {},
         inputs=(
             of_picture(test.id, "submission", picture, None if content is None else len(content)),
@@ -106,6 +100,17 @@ def _graded(test: ImageTest | SceneTest, run: Run, picture: Picture, content: by
         ),
         signals=() if content is None else signals(content, reference.file, found.whole, test=test.id),
     )
+    yield _explained(outcome, found, found.causes)
+    if outcome.share < 1.0 and reference.scene is not None:
+        yield _explained(outcome, found, explain(reference.scene, found.judged, until=until))
+
+
+def _explained(outcome: Outcome, found: _Found, causes: Sequence[Cause]) -> Outcome:
+    """The same with what is behind it."""
+    diagnosis = tuple(ComparisonCause.model_validate(cause, from_attributes=True) for cause in causes)
+    reason = "" if outcome.share == 1.0 else sentences.explained(diagnosis, outcome.worst_regions)
+    message = sentences.joined(outcome.message, found.pardon, reason)
+    return replace(outcome, message=message, diagnosis=diagnosis)
 
 
 def _compared(

@@ -15,7 +15,7 @@ from schemas.grades import Grade, TestGrade
 from schemas.manifests import Manifest
 from service.grading import results
 from service.grading.folders import Folder
-from service.grading.kinds import find_out
+from service.grading.kinds import findings
 from service.grading.processes import MEBIBYTE, Errand, Finished, run_all
 from service.grading.references import Prepared, prepare, wanted
 from service.grading.settings import Run
@@ -131,7 +131,7 @@ def _tests(run: Run) -> list[Errand]:
     return [
         Errand(
             test.id,
-            partial(find_out, test, run),
+            partial(findings, test, run),
             run.deadline(test),
             _bytes(test.memory or run.manifest.memory),
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from schemas.manifests import Criterion, ImageTest, RaysTest, SceneTest, TimeTest
@@ -12,17 +12,17 @@ from service.grading.rays import rays
 from service.grading.settings import Run
 from service.grading.times import time
 
-KINDS: dict[type[Criterion], Callable[[Any, Run], Outcome]] = {
+KINDS: dict[type[Criterion], Callable[[Any, Run], Iterator[Outcome]]] = {
     ImageTest: image,
     SceneTest: scene,
     RaysTest: rays,
     TimeTest: time,
 }
-"""What finds out about each kind of test."""
+"""What finds out about each kind of test. Of several outcomes each takes the place of the one before."""
 
 
-def find_out(test: Criterion, run: Run) -> Outcome:
-    """Run one test in this process.
+def findings(test: Criterion, run: Run) -> Iterator[Outcome]:
+    """Run one test in this process, and give what it has found as soon as that is known.
 
     Raises
     ------
@@ -30,3 +30,9 @@ def find_out(test: Criterion, run: Run) -> Outcome:
         There is no answer; the message says why.
     """
     return KINDS[type(test)](test, run)
+
+
+def find_out(test: Criterion, run: Run) -> Outcome:
+    """The last of these findings."""
+    *_, last = findings(test, run)
+    return last

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 
 import numpy as np
@@ -24,7 +24,7 @@ from service.grading.scales import margin_of, share_of
 from service.grading.settings import Run
 
 
-def rays(test: RaysTest, run: Run) -> Outcome:
+def rays(test: RaysTest, run: Run) -> Iterator[Outcome]:
     """What rays hit, by the submission and by the reference scene."""
     plan = _plan(run.references, test.reference)
     cast = rays_of(test.rays, plan.document.camera, run.references)
@@ -42,7 +42,7 @@ def rays(test: RaysTest, run: Run) -> Outcome:
     share = share_of(value, test.accept)
     numbers = _numbers(agrees, sure)
     reasons = [] if share == 1.0 else reasons_of(submitted, right, agrees, cast, plan.document)
-    return Outcome(
+    yield Outcome(
         share=share,
         message=sentences.joined(_counted(good, sure), *reasons),
         metric="agreeing_rays",

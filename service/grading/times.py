@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 from schemas.documents import read_text
 from schemas.errors import SceneError
@@ -17,14 +18,14 @@ from service.grading.scales import margin_of, share_of
 from service.grading.settings import Run
 
 
-def time(test: TimeTest, run: Run) -> Outcome:
+def time(test: TimeTest, run: Run) -> Iterator[Outcome]:
     """CPU seconds of a render, or of what the submission reports."""
     if isinstance(test.submitted, ReportFile):
         seconds = _reported(test.submitted, run)
     else:
         seconds = rendered(run.submitted(test.submitted, test)).cpu_seconds
     content = run.submission.read(test.submitted.file)
-    return Outcome(
+    yield Outcome(
         share=share_of(seconds, test.accept),
         message=sentences.held("cpu_seconds", seconds, test.accept),
         metric="cpu_seconds",

@@ -177,6 +177,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_killing_the_process_of_a_test_from_outside_costs_that_test_alone(
     assignment: Assignment, tmp_path: Path
 ) -> None:
