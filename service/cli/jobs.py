@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from service.cli import convergence, output
+from service.cli import convergence, labels, output
 from service.cli import layers as layer_files
 from service.cli.connection import DEFAULT_SERVER, JobArgument, ServerOption, connect
 from service.cli.errors import CommandError
 from service.cli.targets import PICTURES, check_target, write_whole
 
 if TYPE_CHECKING:
-    from schemas.jobs import Job
+    from schemas.jobs import Job, JobList
     from service.client import Client
     from service.client.pictures import PictureKind
 
@@ -23,7 +23,13 @@ OutOption = Annotated[
     Path | None,
     typer.Option("-o", "--out", help="Save the image: .png, .npy for linear float32, or .exr."),
 ]
-LimitOption = Annotated[int, typer.Option(min=1, max=100, help="How many jobs, the newest first.")]
+LimitOption = Annotated[int, typer.Option(min=1, help="How many jobs, the newest first.")]
+CursorOption = Annotated[
+    str | None, typer.Option("--after", metavar="CURSOR", help="Go on where a list before this one ended.")
+]
+# Written down twice so that `penumbra --help` need not load the schemas; a test compares the two.
+State = Literal["queued", "running", "succeeded", "failed", "cancelled", "expired"]
+StateOption = Annotated[State | None, typer.Option("--state", help="Only jobs in this state.")]
 KINDS: dict[str, PictureKind] = {".png": "png", ".npy": "npy", ".exr": "exr"}
 HEADINGS = ("id", "state", "done", "pixels", "submitted", "scene")
 
@@ -73,19 +79,38 @@ def cancel(
 
 def ls(
     limit: LimitOption = 20,
+    after: CursorOption = None,
+    state: StateOption = None,
+    label: labels.LabelOption = None,
     server: ServerOption = DEFAULT_SERVER,
     as_json: output.JsonOption = False,
 ) -> None:
     """List the jobs of a service, the newest first."""
+    wanted = labels.parsed(label)
     with connect(server) as client:
-        page = client.list(limit=limit)
+        page = _listed(client, limit, after, {"state": state, "labels": wanted})
     if as_json:
         output.document(page.model_dump(mode="json"))
-    elif output.on_terminal():
+        return
+    if output.on_terminal():
         _show_table(page.jobs)
     else:
         for job in page.jobs:
             output.result("\t".join(_cells(job)))
+    if page.next is not None:
+        output.say(f"There are more: --after {page.next}")
+
+
+def _listed(client: Client, limit: int, cursor: str | None, wish: dict[str, Any]) -> JobList:
+    """So many jobs, from as many pages as they take."""
+    from service.client.calls import LONGEST_PAGE
+
+    page = client.list(limit=min(limit, LONGEST_PAGE), cursor=cursor, **wish)
+    while page.next is not None and len(page.jobs) < limit:
+        left = min(limit - len(page.jobs), LONGEST_PAGE)
+        others = client.list(limit=left, cursor=page.next, **wish)
+        page = others.model_copy(update={"jobs": (*page.jobs, *others.jobs)})
+    return page
 
 
 def save_picture(client: Client, job_id: str, out: Path, layers: Iterable[str] = ()) -> None:

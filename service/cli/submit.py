@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from service.cli import labels as job_labels
 from service.cli import layers as layer_files
 from service.cli import output, qualities, scene_files
 from service.cli.connection import (
@@ -49,6 +50,7 @@ def submit(  # noqa: PLR0913 - one argument for each option
     confidence: qualities.ConfidenceOption = None,
     time_limit: qualities.TimeLimitOption = None,
     layers: layer_files.LayersOption = None,
+    label: job_labels.LabelOption = None,
     server: ServerOption = DEFAULT_SERVER,
     as_json: output.JsonOption = False,
 ) -> None:
@@ -57,6 +59,7 @@ def submit(  # noqa: PLR0913 - one argument for each option
     if out is not None:
         check_target(out, PICTURES)
         layer_files.check_targets(out, names)
+    words = job_labels.parsed(label)
     stays = wait or out is not None
     if timeout is not None and not stays:
         raise CommandError("--timeout says how long to stay. Give --wait or -o too.")
@@ -71,7 +74,7 @@ def submit(  # noqa: PLR0913 - one argument for each option
         "time_limit": time_limit,
     }
     with connect(server, patience=LONG_PATIENCE if stays else SHORT_PATIENCE) as client:
-        job = send(client, scene, options, names)
+        job = send(client, scene, options, names, words)
         if not as_json:
             output.result(job.id)
         if stays:
@@ -85,7 +88,13 @@ def submit(  # noqa: PLR0913 - one argument for each option
             show_end(job, as_json=False)
 
 
-def send(client: Client, name: str, options: dict[str, Any], layers: Sequence[str]) -> Job:
+def send(
+    client: Client,
+    name: str,
+    options: dict[str, Any],
+    layers: Sequence[str],
+    labels: Mapping[str, str] | None = None,
+) -> Job:
     """Submit a scene file; what the service finds wrong is told with the lines of that file.
 
     Raises
@@ -104,6 +113,7 @@ def send(client: Client, name: str, options: dict[str, Any], layers: Sequence[st
             text,
             quality=None if quality is None else quality.model_dump(mode="json", exclude_none=True),
             layers=layers,
+            labels=labels,
             assets=FolderAssets(scene_files.folder_of(name)),
         )
     except SceneError as error:

@@ -2,10 +2,13 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from typing import get_args
 
 import pytest
 
+from schemas.jobs import JobState
 from service.cli.connection import DEFAULT_SERVER
+from service.cli.jobs import State
 from service.cli.main import COMMANDS
 from service.client import DEFAULT_SERVER as CLIENT_DEFAULT
 
@@ -39,6 +42,10 @@ def test_help_comes_without_loading_any_large_library(words: list[str]) -> None:
     )
     assert done.stderr.strip() == ""
     assert done.stdout.strip() != ""
+
+
+def test_jobs_are_listed_by_every_state_that_there_is() -> None:
+    assert get_args(State) == tuple(JobState)
 
 
 def test_command_line_and_client_look_for_the_server_in_the_same_place() -> None:
