@@ -31,7 +31,7 @@ export function makeInspector(id, pictured, signal) {
 
   function fill(found) {
     heading.textContent = `Pixel ${found.x}, ${found.y}`;
-    const reasons = found.reasons.map(({ text, pointers }) => h("li", {}, h("p", {}, text), links(pointers)));
+    const reasons = found.reasons.map(({ text, pointers }) => h("li", {}, h("p", {}, quoted(text)), links(pointers)));
     body.replaceChildren(
       h(
         "div",
@@ -58,6 +58,9 @@ export function makeInspector(id, pictured, signal) {
 
   return self;
 }
+
+/** Names stand between backticks. */
+const quoted = (text) => text.split("`").map((part, i) => (i % 2 ? h("code", {}, part) : part));
 
 function colours(found, mean) {
   const rows = [["One ray through its middle", found.color], ["The picture, the mean of its samples", mean]];
