@@ -262,3 +262,42 @@ def test_pictures_of_the_difference_are_made_where_they_are_wanted(assignment: A
     with Image.open(io.BytesIO(made.pictures[shown.file])) as image:
         assert image.size == (3 * 48 + 8, 32)
     assert assignment.run(image_test()).pictures == {}
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"region": [0, 0, 48, 33]}, "reaches beyond"),
+        ({"mask": "small.png"}, "has 8 x 8"),
+        ({"mask": "black.png"}, "is black wherever"),
+        ({"mask": "none.png"}, "none.png is not beside the manifest"),
+        (
+            {"region": [0, 0, 8, 8], "accept": {"by": "metric", "metric": "ssim", "full": 0.9}},
+            "11 x 11",
+        ),
+        (
+            {
+                "reference": {
+                    "type": "picture",
+                    "file": "small.png",
+                    "encoding": "srgb",
+                    "scene": "scene.json",
+                }
+            },
+            "48 x 32",
+        ),
+        ({"reference": {"type": "scene", "file": "broken.json"}}, "/shapes/0"),
+    ],
+    ids=["region", "mask", "black", "missing", "ssim", "scene", "broken"],
+)
+def test_a_manifest_that_asks_for_the_impossible_is_told_and_costs_no_points(
+    assignment: Assignment, changes: dict[str, object], said: str
+) -> None:
+    Image.fromarray(np.full((8, 8), 255, np.uint8)).save(assignment.references / "small.png")
+    Image.fromarray(np.zeros((32, 48), np.uint8)).save(assignment.references / "black.png")
+    broken = scene(shapes=[{"type": "ellipsoid"}])
+    (assignment.references / "broken.json").write_text(json.dumps(broken))
+    assignment.hand_in("picture.npy", RIGHT)
+    told = assignment.test(image_test(**changes))
+    assert told.status == "error"
+    assert said in told.message
