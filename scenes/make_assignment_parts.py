@@ -1,0 +1,86 @@
+"""What scenes of the ready assignment are made of."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from scenes.make_hard_scenes import DIGITS
+
+Json = dict[str, Any]
+
+FOLDER = Path(__file__).parent / "assignment"
+WIDTH, HEIGHT = 128, 96
+"""Pixels: many enough for blocks of 8 x 8, few enough to be drawn by a slow program in a minute."""
+
+SAMPLES = 16
+"""Camera samples that the assignment asks for."""
+
+COLORS = {
+    "red": [0.75, 0.15, 0.1],
+    "green": [0.15, 0.6, 0.2],
+    "blue": [0.15, 0.25, 0.8],
+    "yellow": [0.8, 0.7, 0.15],
+    "white": [0.8, 0.8, 0.8],
+    "violet": [0.5, 0.2, 0.6],
+}
+
+
+FULL_MOON = {"type": "directional", "direction": [0, 0, -1], "color": [1, 1, 1]}
+"""The light of scenes whose materials ask for ambient light alone."""
+
+
+def camera(position: list[float], look_at: list[float], fov: float) -> Json:
+    """A camera of the assignment's size."""
+    place = {"position": position, "look_at": look_at, "vertical_fov": fov}
+    return {**place, "width": WIDTH, "height": HEIGHT}
+
+
+def scene(
+    name: str, view: Json, shapes: list[Json], lights: list[Json] | None = None, *, materials: Json
+) -> Json:
+    """A scene with the samples that the assignment asks for."""
+    used = {shape["material"] for shape in shapes}
+    random = {"pattern": "random", "samples": SAMPLES}
+    return {
+        "version": 1,
+        "name": name,
+        "camera": view,
+        "background": [0.05, 0.06, 0.1],
+        "ambient": [1, 1, 1],
+        "materials": {key: materials[key] for key in materials if key in used},
+        "shapes": shapes,
+        "lights": lights or [FULL_MOON],
+        "sampling": {"antialiasing": random, "light": {"pattern": "random", "samples": 1}, "seed": 0},
+    }
+
+
+def phong(color: list[float], **changes: Any) -> Json:
+    """A matt material with a little ambient light."""
+    return {"type": "phong", "color": color, "ambient": 0.1, "diffuse": 0.9, "specular": 0, **changes}
+
+
+def flat() -> Json:
+    """Materials that show their colour alone, whatever the light."""
+    return {name: phong(color, ambient=1, diffuse=0) for name, color in COLORS.items()}
+
+
+def matte() -> Json:
+    """Materials without highlights."""
+    return {name: phong(color) for name, color in COLORS.items()}
+
+
+def ball(center: list[float], radius: float, material: str) -> Json:
+    """A sphere."""
+    return {"type": "ellipsoid", "center": center, "radius": round(radius, 4), "material": material}
+
+
+def ellipsoid(center: list[float], axes: list[list[float]], material: str) -> Json:
+    """An ellipsoid by its three semi-axes."""
+    return {"type": "ellipsoid", "center": center, "axes": axes, "material": material}
+
+
+def triangle(a: list[float], b: list[float], c: list[float], material: str) -> Json:
+    """A flat triangle."""
+    vertices = [[round(x, DIGITS) for x in corner] for corner in (a, b, c)]
+    return {"type": "triangle", "vertices": vertices, "material": material}

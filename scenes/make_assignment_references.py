@@ -1,0 +1,112 @@
+"""Render the references of the ready assignment, and tell how far they are from the truth.
+
+Run it with ``python -m scenes.make_assignment_references`` after the two that make scenes and rays; names of
+scenes after it render those alone.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import renderer
+from renderer import image_files
+from scenes.make_assignment import PICTURES
+from scenes.make_assignment_parts import FOLDER
+from scenes.make_assignment_rays import SHOWN_NORMALS
+
+Array = NDArray[np.float64]
+
+SAMPLES, LIGHT_POINTS = 1024, 4
+"""Of each half of a reference. Both halves together show each light 8,192 times a pixel."""
+
+SEEDS = (1, 2)
+"""Of the halves: how far they are apart tells how far their mean is from the truth."""
+
+GRID = 8
+"""Rays along a side of a pixel of the pictures of normals."""
+
+
+def main() -> None:
+    """Write those that are asked for, and their errors."""
+    place = FOLDER / "references"
+    place.mkdir(exist_ok=True)
+    asked = sys.argv[1:] or [*PICTURES, *SHOWN_NORMALS]
+    kept = place / "errors.json"
+    errors = json.loads(kept.read_text(encoding="utf-8")) if kept.exists() else {}
+    for name in filter(PICTURES.__contains__, asked):
+        halves = [half(name, seed) for seed in SEEDS]
+        image = np.mean(halves, axis=0)
+        errors[name] = round(rms(halves[0] - halves[1]) / 2, 6)
+        save(place, name, image)
+        print(f"{name}: error {errors[name]:.6f}")
+    for name in filter(SHOWN_NORMALS.__contains__, asked):
+        save(place, f"{name}_normals", normals(name))
+    kept.write_text(json.dumps(errors, indent=2) + "\n", encoding="utf-8")
+
+
+def half(name: str, seed: int) -> Array:
+    """One of two independent pictures of a scene, clipped to what a display shows, (H, W, 3) linear."""
+    document = json.loads(FOLDER.joinpath(f"{name}.json").read_text())
+    document["sampling"] = {
+        "antialiasing": {"pattern": "sobol", "samples": SAMPLES},
+        "light": {"pattern": "sobol", "samples": LIGHT_POINTS},
+        "seed": seed,
+    }
+    return rendered(document)
+
+
+def rendered(document: dict[str, Any]) -> Array:
+    """The picture of a scene of the assignment, linear, clipped to 0..1."""
+    scene = renderer.load_scene(document, assets=renderer.load_scene(FOLDER / "texture.json").assets)
+    return np.clip(renderer.render(renderer.compile_scene(scene)).image.astype(np.float64), 0, 1)
+
+
+def rms(difference: Array) -> float:
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(difference * difference)))
+
+
+def normals(name: str) -> Array:
+    """Means over pixels of normals n towards the viewer, drawn as (n + 1) / 2, black where nothing is hit."""
+    plan = renderer.compile_scene(renderer.load_scene(FOLDER / f"{name}.json"))
+    camera = plan.camera
+    rows, columns = camera.height, camera.width
+    places = (np.arange(GRID) + 0.5) / GRID
+    total = np.zeros((rows * columns, 3))
+    for a in places:
+        for b in places:
+            y, x = np.mgrid[:rows, :columns].reshape(2, -1) + np.array([[b], [a]])
+            hits = renderer.trace(plan, *through(plan.document.camera, x, y))
+            total += np.where((hits.shape >= 0)[:, None], (hits.normal + 1) / 2, 0)
+    return (total / GRID**2).reshape(rows, columns, 3)
+
+
+def through(camera: Any, x: Array, y: Array) -> tuple[Array, Array]:
+    """Camera rays, (N, 3) each, through places of the picture, (N,) each, in pixels from its upper left."""
+    position = np.array(camera.position)
+    forward = np.array(camera.look_at) - position
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, camera.up)
+    right /= np.linalg.norm(right)
+    half_height = np.tan(np.radians(camera.vertical_fov) / 2)
+    across = half_height * camera.width / camera.height * (2 * x / camera.width - 1)
+    up = half_height * (1 - 2 * y / camera.height)
+    directions = forward + np.outer(across, right) + np.outer(up, np.cross(right, forward))
+    return np.broadcast_to(position, directions.shape), directions
+
+
+def save(place: Any, name: str, image: Array) -> None:
+    """A file of numbers for programs, and one for people."""
+    np.save(place / f"{name}.npy", image.astype(np.float16))
+    image_files.write_image(
+        place / f"{name}.png", image, renderer.load_scene(FOLDER / "texture.json").document.display
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,119 @@
+"""The ready assignment: right submissions have full marks, wrong ones lose points and are told why."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from scenes.make_assignment_parts import FOLDER
+from schemas.manifest_reading import read_manifest
+from schemas.manifests import Manifest, RaysTest
+from service.grading.folders import Folder
+from service.grading.grading import grade
+from service.grading.kinds import find_out
+from service.grading.settings import Run
+from tests.assignment import submissions
+from tests.assignment.mistakes import MISTAKES, RAYS, Mistake
+
+RUBRIC = {
+    "camera": 10,
+    "rays": 30,
+    "phong": 15,
+    "shadow": 25,
+    "antialiasing": 10,
+    "texture": 10,
+    "normal": 15,
+}
+"""Points by the first word of the tests' ids; anti-aliasing has as many once more on top."""
+
+QUICK = {"blinn", "far_single", "hard_shadow", "no_shadows", "texture_upside_down", "triangle_too_large"}
+"""Mistakes that are tried in every run of the tests, in one file each."""
+
+
+def manifest(name: str = "manifest.yaml") -> Manifest:
+    return read_manifest((FOLDER / name).read_bytes(), yaml=True)
+
+
+TESTS = {test.id.replace("-", "_"): test for test in manifest().tests}
+
+
+def test_points_are_those_of_the_rubric() -> None:
+    for name in ("manifest.yaml", "manifest-pictures.yaml"):
+        given: dict[str, float] = {}
+        for test in manifest(name).tests:
+            word = "rays" if test.id.startswith("normals") else re.split("-", test.id)[0]
+            given[word] = given.get(word, 0) + test.points
+        assert given == RUBRIC | {"antialiasing": 20}
+
+
+def test_both_manifests_differ_in_how_intersections_are_graded_alone() -> None:
+    rays, pictures = manifest(), manifest("manifest-pictures.yaml")
+    assert [test for test in rays.tests if not isinstance(test, RaysTest)] == [
+        test for test in pictures.tests if not test.id.startswith("normals")
+    ]
+
+
+def test_optional_criteria_come_on_top_of_90_points() -> None:
+    assert sum(test.points for test in manifest().tests if not test.bonus) == 90
+    assert {test.id for test in manifest().tests if test.bonus} == {
+        "texture",
+        "normal-map",
+        "antialiasing-advanced",
+    }
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["manifest.yaml", "manifest-pictures.yaml"])
+def test_the_right_submission_has_full_marks_with_16_random_samples(name: str) -> None:
+    found = grade(manifest(name), references=FOLDER, submission=submissions.right()).grade
+    assert {test.id: test.message for test in found.tests if test.status != "passed"} == {}
+    assert (found.score, found.max_score) == (125, 90)
+    assert found.signals == ()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("samples", [4, 64])
+@pytest.mark.parametrize("name", ["phong_matte", "shadow_soft", "antialiasing"])
+def test_more_or_fewer_samples_cost_nothing(name: str, samples: int, tmp_path: Path) -> None:
+    submissions.save(tmp_path, name, samples=samples, seed=samples)
+    assert graded(name, tmp_path) == (1.0, "")
+
+
+@pytest.mark.parametrize(
+    "mistake", [m for m in MISTAKES if m.name in QUICK], ids=lambda mistake: mistake.name
+)
+def test_a_mistake_loses_points_and_is_told(mistake: Mistake, tmp_path: Path) -> None:
+    name = next(iter(mistake.fails))
+    submissions.save(tmp_path, name, frozenset([mistake.name]))
+    share, told = graded(name, tmp_path)
+    assert share < 1
+    assert mistake.fails[name] in told
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "mistake", [m for m in MISTAKES if m.name not in QUICK], ids=lambda mistake: mistake.name
+)
+def test_every_mistake_loses_its_points_and_no_others_and_is_told_rightly(
+    mistake: Mistake, tmp_path: Path
+) -> None:
+    for name in mistake.tried:
+        submissions.save(tmp_path, name, frozenset([mistake.name]))
+        share, told = graded(name, tmp_path)
+        if name in mistake.fails:
+            assert (name, share < 1) == (name, True)
+            assert mistake.fails[name] in told
+        else:
+            assert (name, share) == (name, 1.0)
+
+
+def graded(name: str, submission: Path) -> tuple[float, str]:
+    """Share of the points, and the first cause; of rays the whole message where points are lost."""
+    # However busy the machine is, all mistakes are tried.
+    patient = manifest().model_copy(update={"deadline": 3600.0})
+    run = Run(patient, Folder(FOLDER.resolve(), "reference"), Folder(submission.resolve(), "submission"))
+    outcome = find_out(TESTS[name], run)
+    if outcome.share == 1:
+        return outcome.share, ""
+    causes = [cause.cause for cause in outcome.diagnosis]
+    return outcome.share, outcome.message if name in RAYS else causes[0] if causes else ""

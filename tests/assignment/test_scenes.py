@@ -1,0 +1,88 @@
+"""The scenes, rays and references of the ready assignment are what the scripts make of them."""
+
+import json
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from renderer.comparison import compare, read_picture
+from scenes import make_assignment, make_assignment_rays, make_assignment_references
+from scenes.make_assignment_parts import FOLDER, HEIGHT, WIDTH
+from tests.assignment.submissions import document
+
+SCENES = {**make_assignment.PICTURES, **make_assignment_rays.RAYS}
+
+MEBIBYTE = 1 << 20
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_scene_is_what_the_script_makes(name: str) -> None:
+    assert document(name) == json.loads(json.dumps(SCENES[name]()))
+
+
+@pytest.mark.parametrize(("name", "seed"), [(name, i) for i, name in enumerate(make_assignment_rays.RAYS)])
+def test_rays_are_what_the_script_makes(name: str, seed: int) -> None:
+    """But for an ulp of exp and of norms on other machines."""
+    with np.load(FOLDER / f"{name}.npz") as kept:
+        for made, array in zip(
+            make_assignment_rays.rays(document(name), seed), ("origins", "directions"), strict=True
+        ):
+            np.testing.assert_allclose(kept[array], made, rtol=1e-12, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("file", "draw"), [("arrow", make_assignment.arrow), ("studs_normal", make_assignment.studs)]
+)
+def test_a_texture_is_what_the_script_draws(file: str, draw: object) -> None:
+    assert callable(draw)
+    kept = np.asarray(Image.open(FOLDER / "textures" / f"{file}.png")).astype(int)
+    # sqrt may differ by an ulp between machines, so a value on the border of two codes may too.
+    assert abs(kept - draw().astype(int)).max() <= 1
+
+
+def test_the_texture_looks_alike_from_no_two_sides() -> None:
+    texels = make_assignment.arrow().astype(int)
+    turned = [np.rot90(t, k) for t in (texels, texels.transpose(1, 0, 2)) for k in range(4)]
+    assert all(abs(texels - other).mean() > 10 for other in turned[1:])
+
+
+@pytest.mark.parametrize("name", make_assignment.PICTURES)
+def test_a_reference_agrees_with_its_scene_rendered_again_with_fewer_samples(name: str) -> None:
+    scene = document(name)
+    grid = {"pattern": "uniform", "samples": 16}
+    scene["sampling"] = {"antialiasing": grid, "light": grid}
+    rendered = make_assignment_references.rendered(scene)
+    kept = read_picture(FOLDER / "references" / f"{name}.npy", "linear")
+    assert kept.linear.shape == (HEIGHT, WIDTH, 3)
+    worst = np.abs(rendered - kept.linear).mean()
+    # Means of 16 places differ from the truth where edges are, and there by a fraction of the contrast.
+    assert worst < 0.01
+
+
+@pytest.mark.parametrize("name", make_assignment.PICTURES)
+def test_the_picture_for_people_shows_the_reference_for_programs(name: str) -> None:
+    folder = FOLDER / "references"
+    pictures = (read_picture(folder / f"{name}.png", "srgb"), read_picture(folder / f"{name}.npy", "linear"))
+    # Rounding to 8 bits and to float16.
+    assert abs(pictures[0].linear - pictures[1].linear).max() <= 0.01
+    assert compare(*pictures).passed
+
+
+def test_each_reference_has_its_error_and_all_are_far_below_the_noise_of_16_samples() -> None:
+    errors = json.loads((FOLDER / "references" / "errors.json").read_text())
+    assert set(errors) == set(make_assignment.PICTURES)
+    # The quietest scene has 0.0019 at 16 random samples.
+    assert max(errors.values()) < 0.001
+
+
+def test_the_whole_assignment_is_small_enough_for_the_package() -> None:
+    assert sum(file.stat().st_size for file in FOLDER.rglob("*") if file.is_file()) < 2 * MEBIBYTE
+
+
+def test_sheets_of_normals_are_of_unit_length_where_a_pixel_lies_inside_a_flat_shape() -> None:
+    codes = np.load(FOLDER / "references" / "rays_flat_normals.npy").astype(float)
+    lengths = np.linalg.norm(2 * codes - 1, axis=2)
+    seen = codes.any(axis=2)
+    # Half of the pixels that show anything are not at an edge; float16 rounds to 2**-11.
+    assert (abs(lengths[seen] - 1) < 2**-9).mean() > 0.5
