@@ -117,6 +117,14 @@ def test_what_is_first_in_the_way_is_counted_for_each_point_of_the_light() -> No
     assert sentences(found)[0].startswith("Light 0 is seen in part: 8 of 16 points; shape 2 `half` hides 8;")
 
 
+def test_a_round_shape_does_not_stand_before_itself() -> None:
+    # The top of the ball, (0, 1, 0), and a light at (3, 5, 0) have the point (1.5, 3, 0) between them.
+    over = rectangle([1, 3, 0.5], [1, 0, 0], [0, 0, -1], name="over")
+    found = middle(down(sphere([0, 0, 0], 1), over, lights=[bulb([3, 5, 0])], materials=MATT))
+    assert found.ray.surface is not None
+    assert [one.name for one in found.ray.surface.lights[0].blockers] == ["over"]
+
+
 def test_a_sun_is_blocked_by_what_lies_at_any_distance() -> None:
     far = rectangle([-2, 1e6, 2], [4, 0, 0], [0, 0, -4], name="far")
     found = middle(down(FLOOR, far, lights=[sun([0, -1, 0])], materials=MATT))
