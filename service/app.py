@@ -36,6 +36,7 @@ from service.routes import (
     inspections,
     jobs,
     logs,
+    metrics,
     operations,
     page,
     pictures,
@@ -69,6 +70,7 @@ ROUTERS = (
     quotes,
     comparisons,
     assets,
+    metrics,
     operations,
     page,
 )

@@ -93,7 +93,7 @@ class Dispatcher:
         with self._database.writing() as session:
             ledger.recover(session)
         with self._database.reading() as session:
-            states = dict(session.execute(select(RenderRow.id, RenderRow.state)).tuples().all())
+            states = dict(session.execute(select(RenderRow.id, RenderRow.state)).all())
         self._store.sweep(set(states))
         for render, state in states.items():
             if state.final:

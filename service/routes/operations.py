@@ -23,9 +23,11 @@ class Condition(BaseModel):
     status: str = "ok"
 
 
-@router.get("/livez")
-def livez() -> Condition:
-    """Say that the process answers."""
+@router.get("/livez", responses=problem(503, "It needs to be started again."))
+def livez(here: Here) -> Condition:
+    """Say whether the process can still do what it is for; if not, only starting it again helps."""
+    if not here.dispatcher.lives():
+        raise UnavailableError("No work is handed out any more. Start the service again.")
     return Condition()
 
 

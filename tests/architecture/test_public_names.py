@@ -41,6 +41,7 @@ CALLS = {
     ("get", "/livez"),
     ("get", "/readyz"),
     ("get", "/version"),
+    ("get", "/metrics"),
 }
 
 

@@ -66,4 +66,5 @@ def test_every_route_of_the_contract_is_documented(client: httpx2.Client) -> Non
         "GET /livez",
         "GET /readyz",
         "GET /version",
+        "GET /metrics",
     }

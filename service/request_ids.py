@@ -1,0 +1,56 @@
+"""A name for each request: in all that it logs, and in its answer."""
+
+from __future__ import annotations
+
+import re
+import secrets
+import time
+
+import structlog
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+HEADER = "X-Request-ID"
+_GOOD = re.compile(r"[A-Za-z0-9._-]{1,64}")
+"""What may be taken over into a log and a header as it is."""
+
+log = structlog.get_logger()
+
+
+class RequestIds:
+    """Takes the name that the asker gives, or makes one, and logs how each request ended."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        name = _name(Headers(scope=scope).get(HEADER, ""))
+        started = time.monotonic()
+        status = 0
+
+        async def named(message: Message) -> None:
+            nonlocal status
+            if message["type"] == "http.response.start":
+                status = message["status"]
+                MutableHeaders(scope=message)[HEADER] = name
+            await send(message)
+
+        with structlog.contextvars.bound_contextvars(request=name):
+            try:
+                await self.app(scope, receive, named)
+            finally:
+                _log(scope, status, time.monotonic() - started)
+
+
+def _name(given: str) -> str:
+    return given if _GOOD.fullmatch(given) else secrets.token_hex(8)
+
+
+def _log(scope: Scope, status: int, seconds: float) -> None:
+    # Watchers ask all the time: what went well is told to those alone who want to know everything.
+    say = log.warning if status >= 500 else log.debug
+    say("request", method=scope["method"], path=scope["path"], status=status, seconds=round(seconds, 4))

@@ -1,0 +1,80 @@
+"""What operators watch, read as Prometheus reads it."""
+
+from __future__ import annotations
+
+import os
+import signal
+
+import httpx2
+import pytest
+from prometheus_client.parser import text_string_to_metric_families
+
+from tests.integration.conftest import Start
+from tests.integration.support import PATIENCE, ended, finish, scene, submit, wait, workers_of
+
+Samples = dict[tuple[str, ...], float]
+
+
+def watched(client: httpx2.Client) -> Samples:
+    """Values of all samples by name and label values."""
+    answer = client.get("/metrics")
+    assert answer.status_code == 200
+    assert answer.headers["Content-Type"].startswith("text/plain")
+    return {
+        (sample.name, *sample.labels.values()): sample.value
+        for family in text_string_to_metric_families(answer.text)
+        for sample in family.samples
+    }
+
+
+def test_tiles_and_cpu_seconds_of_a_job_are_counted(client: httpx2.Client) -> None:
+    before = watched(client)
+    job = finish(client, submit(client, scene()))
+    after = watched(client)
+    tiles = after["penumbra_tiles_total",] - before["penumbra_tiles_total",]
+    # Each finished tile is an event of the job, in each of its passes.
+    assert tiles == job["last_seq"]
+    user = ("penumbra_user_cpu_seconds_total", job["user"])
+    # The picture's own CPU seconds are those of its tiles; putting it together comes on top.
+    assert after[user] - before.get(user, 0) >= job["cost"]["cpu_seconds"]
+
+
+def test_the_queue_is_as_deep_as_the_jobs_that_wait(start: Start) -> None:
+    with httpx2.Client(base_url=start(workers=1).url, timeout=PATIENCE) as client:
+        assert watched(client)["penumbra_jobs", "queued"] == 0
+        jobs = [submit(client, scene(256, 256, samples=256, light_samples=64)) for _ in range(3)]
+        samples = watched(client)
+        assert samples["penumbra_jobs", "queued"] + samples["penumbra_jobs", "running"] == len(jobs)
+        for job in jobs:
+            client.post(f"/v1/jobs/{job}/cancel")
+            wait(client, job, ended)
+        samples = watched(client)
+        assert samples["penumbra_jobs", "queued"] + samples["penumbra_jobs", "running"] == 0
+
+
+def test_a_worker_that_dies_is_counted_and_the_job_that_fails_of_it_by_its_code(start: Start) -> None:
+    server = start(workers=1, max_attempts=1, tile_size=64)
+    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+        # One tile, seconds of work in each pass.
+        job = submit(client, scene(64, 64, samples=1024, light_samples=256))
+        wait(client, job, lambda found: found["progress"]["done"] >= 1)
+        os.kill(workers_of(server.process.pid)[0], signal.SIGKILL)
+        failure = wait(client, job, ended)["failure"]
+        samples = watched(client)
+    assert samples["penumbra_worker_deaths_total",] == 1
+    assert samples["penumbra_failed_jobs", failure["code"]] == 1
+
+
+def test_reached_errors_are_told_as_shares_of_those_asked_for(start: Start) -> None:
+    with httpx2.Client(base_url=start().url, timeout=PATIENCE) as client:
+        assert ("penumbra_error_over_target", "0.5") not in watched(client)
+        quality = {"mode": "target", "error": 0.05}
+        job = finish(client, submit(client, scene(), quality=quality))
+        reached = job["error"]["estimate"] / 0.05
+        assert watched(client)["penumbra_error_over_target", "0.5"] == pytest.approx(reached, rel=1e-12)
+
+
+def test_the_process_itself_is_told_of(client: httpx2.Client) -> None:
+    samples = watched(client)
+    assert samples["process_resident_memory_bytes",] > 0
+    assert samples["process_open_fds",] > 0
