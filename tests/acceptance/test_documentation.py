@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.acceptance.conftest import ENVIRONMENT, ROOT, Server
@@ -37,6 +38,33 @@ def test_every_request_of_the_http_page_works(server: Server, checkout: Path) ->
     assert "unknown_field" in done.stdout
 
 
+def test_every_example_of_the_python_page_works(server: Server, checkout: Path) -> None:
+    page = (ROOT / "docs" / "python.md").read_text()
+    blocks = re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
+    tests = [block for block in blocks if "def test_" in block]
+    assert len(tests) == 1
+    script = "\n".join(block for block in blocks if block not in tests)
+    picture = np.full((16, 16, 3), 0.5)
+    np.save(checkout / "mine.npy", picture)
+    np.save(checkout / "reference.npy", picture)
+    (checkout / "test_page.py").write_text("import numpy as np\n" + tests[0])
+    pytest_words = ["-m", "pytest", "-q", "-p", "renderer.pytest_plugin", "test_page.py"]
+    environment = ENVIRONMENT | {"PENUMBRA_SERVER": server.url, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
+    for words in (["-c", script.replace("http://127.0.0.1:8000", server.url)], pytest_words):
+        done = subprocess.run(
+            [sys.executable, *words],
+            capture_output=True,
+            text=True,
+            cwd=checkout,
+            env=environment,
+            timeout=180,
+            check=False,
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+    assert (checkout / "texturing.png").read_bytes().startswith(b"\x89PNG")
+    assert "1 passed" in done.stdout
+
+
 def test_every_command_of_the_command_line_page_works(server: Server, checkout: Path) -> None:
     page = (ROOT / "docs" / "command-line.md").read_text()
     blocks = re.findall(r"^```sh\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
@@ -48,7 +76,7 @@ def test_every_command_of_the_command_line_page_works(server: Server, checkout: 
         text=True,
         cwd=checkout,
         env=ENVIRONMENT | {"PATH": here, "PENUMBRA_SERVER": server.url},
-        timeout=120,
+        timeout=300,
         check=False,
     )
     assert done.returncode == 0, done.stderr

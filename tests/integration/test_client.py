@@ -332,3 +332,14 @@ def test_a_card_of_what_has_no_picture_is_made_at_once_and_without_one(
         assert "<img" not in job._repr_html_()
         assert len(network.requests) == 3
         assert "content" not in repr(client.picture(done))
+
+
+def test_a_submission_whose_answer_was_lost_is_one_job_however_often_it_was_sent(
+    network: Flaky, server: RunningServer
+) -> None:
+    network.faults = deque([Cut(0), Cut(20), Cut(200)])
+    with Client(network.url, patience=PATIENCE) as client:
+        job = client.submit(scene(16, 8) | {"name": "sent four times"})
+        named = [found.id for found in client.jobs() if found.name == "sent four times"]
+    assert not network.faults
+    assert named == [job.id]
