@@ -1,11 +1,14 @@
 // Requests to the service that this page came from, and its errors as exceptions.
 
 import { pause } from "./dom.js";
+import { admitted } from "./session.js";
 
 /** What the service answered in place of what was asked for (RFC 9457). */
 export class Problem extends Error {
   constructor(status, document = {}, retryAfter = null) {
-    super(document.detail || document.errors?.[0]?.detail || document.title || `The service answered ${status}.`);
+    super(
+      document.detail || document.errors?.[0]?.detail || document.title || `The service answered ${status}.`,
+    );
     this.name = "Problem";
     this.status = status;
     this.code = document.code;
@@ -31,20 +34,25 @@ export class Unreachable extends Error {
  * @returns {Promise<Response>} The answer, with a status below 400.
  * @throws {Problem | Unreachable | DOMException} AbortError when the signal is aborted.
  */
-export async function request(path, { method = "GET", body, type, accept, signal } = {}) {
+export async function request(path, options = {}) {
+  let response = await sent(path, options);
+  if (response.status === 401 && (await admitted()) && !options.signal?.aborted)
+    response = await sent(path, options);
+  if (response.ok || response.status === 304) return response;
+  const document = await response.json().catch(() => ({}));
+  throw new Problem(response.status, document, Number(response.headers.get("Retry-After")) || null);
+}
+
+async function sent(path, { method = "GET", body, type, accept, signal }) {
   const headers = {};
   if (type) headers["Content-Type"] = type;
   if (accept) headers.Accept = accept;
-  let response;
   try {
-    response = await fetch(path, { method, body, headers, signal, credentials: "same-origin" });
+    return await fetch(path, { method, body, headers, signal, credentials: "same-origin" });
   } catch (error) {
     if (error.name === "AbortError") throw error;
     throw new Unreachable(error);
   }
-  if (response.ok || response.status === 304) return response;
-  const document = await response.json().catch(() => ({}));
-  throw new Problem(response.status, document, Number(response.headers.get("Retry-After")) || null);
 }
 
 export async function get(path, { signal } = {}) {
@@ -84,9 +92,13 @@ export function decodeBatch(buffer) {
   const tiles = [];
   let offset = HEAD;
   for (let i = 0; i < word(8); i++) {
-    const [seq, pass, x0, y0, x1, y1, stride, length] = Array.from({ length: 8 }, (_, k) => word(offset + 4 * k));
+    const [seq, pass, x0, y0, x1, y1, stride, length] = Array.from({ length: 8 }, (_, k) =>
+      word(offset + 4 * k),
+    );
     offset += TILE_HEAD;
-    const pixels = linear ? new Float32Array(buffer, offset, length / 4) : new Uint8Array(buffer, offset, length);
+    const pixels = linear
+      ? new Float32Array(buffer, offset, length / 4)
+      : new Uint8Array(buffer, offset, length);
     const columns = Math.ceil((x1 - x0) / stride);
     const rows = Math.ceil((y1 - y0) / stride);
     tiles.push({ seq, pass, x0, y0, x1, y1, stride, columns, rows, pixels });
@@ -105,7 +117,10 @@ export function decodeBatch(buffer) {
  * @yields {object} Batches as `decodeBatch` reads them, empty ones too.
  * @throws {Problem} If the job does not exist (any more).
  */
-export async function* followTiles(id, { after = 0, encoding = "float32", wait = 25, signal, onConnection = () => {} }) {
+export async function* followTiles(
+  id,
+  { after = 0, encoding = "float32", wait = 25, signal, onConnection = () => {} },
+) {
   let failures = 0;
   while (!signal.aborted) {
     let batch;

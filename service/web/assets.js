@@ -14,12 +14,14 @@ const UPLOADED = /^sha256:[0-9a-f]{64}$/;
 export function assetNames(scene) {
   const names = new Map();
   const note = (pointer, asset) => {
-    if (typeof asset === "string" && !UPLOADED.test(asset)) names.set(asset, [...(names.get(asset) ?? []), pointer]);
+    if (typeof asset === "string" && !UPLOADED.test(asset))
+      names.set(asset, [...(names.get(asset) ?? []), pointer]);
   };
   for (const [name, texture] of Object.entries(scene?.textures ?? {})) {
     note(`/textures/${name.replaceAll("~", "~0").replaceAll("/", "~1")}/asset`, texture?.asset);
   }
-  if (Array.isArray(scene?.shapes)) scene.shapes.forEach((shape, i) => note(`/shapes/${i}/asset`, shape?.asset));
+  if (Array.isArray(scene?.shapes))
+    scene.shapes.forEach((shape, i) => note(`/shapes/${i}/asset`, shape?.asset));
   return names;
 }
 
@@ -75,7 +77,11 @@ export async function withUploads(text, files) {
     const file = fileFor(name, files);
     try {
       if (file) text = named(text, name, await upload(file));
-      else lacking.set(name, `The file ${name} is not here yet. Drop it on the page, or choose it under the scene.`);
+      else
+        lacking.set(
+          name,
+          `The file ${name} is not here yet. Drop it on the page, or choose it under the scene.`,
+        );
     } catch (error) {
       if (!(error instanceof Problem)) throw error;
       lacking.set(name, `The file ${name} cannot be used. ${error.message}`);

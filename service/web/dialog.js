@@ -15,7 +15,12 @@ export function confirmed(question, verb) {
       "dialog",
       { "aria-label": question, onclose: () => (dialog.remove(), resolve(dialog.returnValue === "yes")) },
       h("p", {}, question),
-      h("form", { method: "dialog", className: "row" }, h("button", { value: "yes", className: "danger" }, verb), h("button", { value: "", autofocus: true }, "Keep it")),
+      h(
+        "form",
+        { method: "dialog", className: "row" },
+        h("button", { value: "yes", className: "danger" }, verb),
+        h("button", { value: "", autofocus: true }, "Keep it"),
+      ),
     );
     document.body.append(dialog);
     dialog.showModal();

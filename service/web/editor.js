@@ -10,7 +10,10 @@ const COLOURED = 2000;
 const NONE = [];
 
 function drawn(text, problems, number) {
-  const line = h("div", { className: problems.length ? "line wrong" : "line", "data-number": String(number) });
+  const line = h("div", {
+    className: problems.length ? "line wrong" : "line",
+    "data-number": String(number),
+  });
   const culprits = problems.map((problem) => problem.column - 1);
   const parts = text.length > COLOURED ? [{ text, kind: "other", start: 0 }] : tokens(text);
   for (const { text: part, kind, start } of parts) {
@@ -56,9 +59,12 @@ export function makeEditor({ label, describedBy, readOnly = false, onInput = () 
     let head = 0;
     while (head < least && same(shown[head], wanted[head])) head++;
     let tail = 0;
-    while (tail < least - head && same(shown[shown.length - 1 - tail], wanted[wanted.length - 1 - tail])) tail++;
+    while (tail < least - head && same(shown[shown.length - 1 - tail], wanted[wanted.length - 1 - tail]))
+      tail++;
     const old = Array.from(lines.children).slice(head, shown.length - tail);
-    const fresh = wanted.slice(head, wanted.length - tail).map((line, i) => drawn(line.text, line.problems, head + i + 1));
+    const fresh = wanted
+      .slice(head, wanted.length - tail)
+      .map((line, i) => drawn(line.text, line.problems, head + i + 1));
     const after = lines.children[shown.length - tail] ?? null;
     for (const line of fresh) lines.insertBefore(line, after);
     for (const line of old) line.remove();

@@ -4,7 +4,8 @@
 export function seconds(value) {
   if (value < 10) return `${digits(value)} s`;
   if (value < 99.5) return `${Math.round(value)} s`;
-  if (value < 5970) return `${Math.floor(value / 60)} min ${Math.round(value % 60)} s`.replace(/ 60 s$/, " 59 s");
+  if (value < 5970)
+    return `${Math.floor(value / 60)} min ${Math.round(value % 60)} s`.replace(/ 60 s$/, " 59 s");
   return `${Math.floor(value / 3600)} h ${Math.floor((value % 3600) / 60)} min`;
 }
 
@@ -41,7 +42,11 @@ export function bytes(value) {
 export function ago(moment, now = Date.now()) {
   const passed = Math.max(0, (now - Date.parse(moment)) / 1000);
   if (passed < 45) return "just now";
-  const units = [[60, "minute"], [3600, "hour"], [86400, "day"]];
+  const units = [
+    [60, "minute"],
+    [3600, "hour"],
+    [86400, "day"],
+  ];
   const [size, name] = units.findLast(([size]) => passed >= size * 0.9) ?? units[0];
   const number = Math.max(1, Math.round(passed / size));
   return `${number} ${name}${number > 1 ? "s" : ""} ago`;

@@ -1,6 +1,7 @@
 // JSON as text: its tokens for colours, where its pointers stand, and a form in which people like to read it.
 
-const TOKEN = /("(?:[^"\\]|\\.)*"?)(\s*:)?|(-?\d[\d.eE+-]*)|(true|false|null)|([{}[\],:])|\s+|[^\s"{}[\],:]+/y;
+const TOKEN =
+  /("(?:[^"\\]|\\.)*"?)(\s*:)?|(-?\d[\d.eE+-]*)|(true|false|null)|([{}[\],:])|\s+|[^\s"{}[\],:]+/y;
 
 /**
  * The tokens of one line; no token of JSON crosses lines.
@@ -10,13 +11,14 @@ const TOKEN = /("(?:[^"\\]|\\.)*"?)(\s*:)?|(-?\d[\d.eE+-]*)|(true|false|null)|([
 export function tokens(line) {
   const found = [];
   TOKEN.lastIndex = 0;
-  for (let match; TOKEN.lastIndex < line.length && (match = TOKEN.exec(line)); ) {
+  for (let match; TOKEN.lastIndex < line.length && (match = TOKEN.exec(line));) {
     const [text, string, colon, number, word, mark] = match;
     if (string !== undefined) {
       found.push({ text: string, kind: colon === undefined ? "string" : "key", start: match.index });
       if (colon !== undefined) found.push({ text: colon, kind: "mark", start: match.index + string.length });
     } else {
-      const kind = number !== undefined ? "number" : word !== undefined ? "word" : mark !== undefined ? "mark" : "other";
+      const kind =
+        number !== undefined ? "number" : word !== undefined ? "word" : mark !== undefined ? "mark" : "other";
       found.push({ text, kind, start: match.index });
     }
   }
@@ -87,7 +89,14 @@ function walk(text, wanted, spans) {
     const frame = top();
     if (token === "{" || token === "[") {
       const keyed = token === "{";
-      frames.push({ pointer: pointer(), keyed, name: keyed ? null : 0, at: null, start: frame?.at ?? index, value: index });
+      frames.push({
+        pointer: pointer(),
+        keyed,
+        name: keyed ? null : 0,
+        at: null,
+        start: frame?.at ?? index,
+        value: index,
+      });
     } else if (token === "}" || token === "]") {
       const closed = frames.pop();
       ended(closed.pointer, closed.start, closed.value, index + 1);
@@ -107,8 +116,11 @@ const WIDTH = 110;
 
 /** A value as text, as the scenes of the gallery are written: what fits on a line stands on one. */
 export function written(value, indent = "") {
-  const flat = JSON.stringify(value, null, 1)?.replace(/\n\s*/g, " ").replace(/([[{]) | ([\]}])/g, "$1$2");
-  if (value === null || typeof value !== "object" || (indent && indent.length + flat.length <= WIDTH)) return flat;
+  const flat = JSON.stringify(value, null, 1)
+    ?.replace(/\n\s*/g, " ")
+    .replace(/([[{]) | ([\]}])/g, "$1$2");
+  if (value === null || typeof value !== "object" || (indent && indent.length + flat.length <= WIDTH))
+    return flat;
   const inner = `${indent}  `;
   const array = Array.isArray(value);
   const parts = Object.entries(value).map(

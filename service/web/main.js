@@ -2,6 +2,7 @@
 
 import { announce } from "./dom.js";
 import { MOVED, navigate } from "./navigation.js";
+import { showSession } from "./session.js";
 
 const ROUTES = [
   [/^\/$/, [], () => import("./views/start.js")],
@@ -19,7 +20,10 @@ function found(path) {
   for (const [form, names, load] of ROUTES) {
     const match = form.exec(path);
     if (match) {
-      return { load, params: Object.fromEntries(names.map((name, i) => [name, decodeURIComponent(match[i + 1])])) };
+      return {
+        load,
+        params: Object.fromEntries(names.map((name, i) => [name, decodeURIComponent(match[i + 1])])),
+      };
     }
   }
   return { load: () => import("./views/missing.js"), params: {} };
@@ -35,7 +39,9 @@ async function show({ focus }) {
   document.title = `${view.title ?? "Penumbra"} · Penumbra`;
   unmount = view.mount(main, { ...params, query: new URLSearchParams(location.search) });
   for (const link of document.querySelectorAll("nav a")) {
-    const here = link.pathname === location.pathname || (link.pathname !== "/" && location.pathname.startsWith(link.pathname));
+    const here =
+      link.pathname === location.pathname ||
+      (link.pathname !== "/" && location.pathname.startsWith(link.pathname));
     if (here) link.setAttribute("aria-current", "page");
     else link.removeAttribute("aria-current");
   }
@@ -59,3 +65,5 @@ addEventListener("popstate", () => show({ focus: true }));
 addEventListener(MOVED, () => show({ focus: true }));
 
 show({ focus: false });
+// Who one is matters less than the view, and may come later or never.
+showSession(document.getElementById("session")).catch(() => {});

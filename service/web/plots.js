@@ -8,7 +8,10 @@ const HEIGHT = 240;
 
 /** Whole decades around values, so that the axes have ticks however near the values are to each other. */
 function decades(low, high) {
-  return [10 ** Math.floor(Math.log10(low)), 10 ** Math.max(Math.ceil(Math.log10(high)), Math.floor(Math.log10(low)) + 1)];
+  return [
+    10 ** Math.floor(Math.log10(low)),
+    10 ** Math.max(Math.ceil(Math.log10(high)), Math.floor(Math.log10(low)) + 1),
+  ];
 }
 
 function colours() {
@@ -66,7 +69,10 @@ function options({ xLabel, yLabel }, width, content) {
   });
   const accent = colour("accent");
   const range = (pick) => () => decades(Math.min(...pick()), Math.max(...pick()));
-  const heights = () => content.points.flatMap(({ y, low, high }) => [y, high, Math.max(low, y / 10)]).concat(content.limit ?? []);
+  const heights = () =>
+    content.points
+      .flatMap(({ y, low, high }) => [y, high, Math.max(low, y / 10)])
+      .concat(content.limit ?? []);
   return {
     width,
     height: HEIGHT,
@@ -83,7 +89,8 @@ function options({ xLabel, yLabel }, width, content) {
 }
 
 const isDecade = (value) => Math.abs(Math.log10(value) - Math.round(Math.log10(value))) < 1e-9;
-const short = (value) => (value >= 0.01 && value < 1e5 ? String(Number(value.toPrecision(1))) : value.toExponential(0));
+const short = (value) =>
+  value >= 0.01 && value < 1e5 ? String(Number(value.toPrecision(1))) : value.toExponential(0);
 
 /**
  * A plot with a line, an interval around it, and a limit.
@@ -115,7 +122,8 @@ export function makePlot(words) {
   }
 
   const sizes = new ResizeObserver(() => {
-    if (plot && plot.width !== element.clientWidth) plot.setSize({ width: element.clientWidth, height: HEIGHT });
+    if (plot && plot.width !== element.clientWidth)
+      plot.setSize({ width: element.clientWidth, height: HEIGHT });
     else if (!plot) draw(content.points, content.limit);
   });
   sizes.observe(element);

@@ -16,7 +16,8 @@ export function requestText(scene, rest = {}) {
  * another field has no line, and keeps its pointer without the slash: `quality/error`.
  */
 export function problemInScene(problem) {
-  const inScene = problem.pointer === "" || problem.pointer === "/scene" || problem.pointer.startsWith("/scene/");
+  const inScene =
+    problem.pointer === "" || problem.pointer === "/scene" || problem.pointer.startsWith("/scene/");
   if (!inScene) return { ...problem, pointer: problem.pointer.slice(1), line: undefined, column: undefined };
   const column = problem.line === 1 ? Math.max(1, problem.column - HEAD.length) : problem.column;
   return { ...problem, pointer: problem.pointer.replace(/^\/scene/, ""), column };

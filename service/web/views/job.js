@@ -25,7 +25,11 @@ export function mount(root, { id }) {
   const life = new AbortController();
   const unmounts = [];
   open(root, id, life.signal, unmounts).catch((error) => {
-    if (!life.signal.aborted) root.replaceChildren(h("h1", {}, "This job cannot be shown"), h("p", { className: "lead" }, error.message));
+    if (!life.signal.aborted)
+      root.replaceChildren(
+        h("h1", {}, "This job cannot be shown"),
+        h("p", { className: "lead" }, error.message),
+      );
   });
   return () => {
     life.abort();
@@ -54,7 +58,11 @@ const nameOf = (job) => job.name ?? "A scene without a name";
 function heading(watch) {
   const { job } = watch;
   const told = h("p", { className: "problem", role: "status", hidden: true });
-  const cancel = h("button", { type: "button", onclick: () => attempt(() => post(job.links.cancel, {})) }, "Cancel");
+  const cancel = h(
+    "button",
+    { type: "button", onclick: () => attempt(() => post(job.links.cancel, {})) },
+    "Cancel",
+  );
   const remove = h("button", { type: "button", onclick: () => attempt(removed) }, "Delete");
   const again = h("a", { className: "button", href: `/?job=${watch.id}` }, "Change and render again");
 
@@ -82,14 +90,37 @@ function heading(watch) {
   return h(
     "header",
     { className: "job-head" },
-    h("div", {}, h("h1", {}, nameOf(job)), h("p", { className: "soft small" }, `Submitted ${ago(job.created_at)} as `, h("code", {}, job.id))),
+    h(
+      "div",
+      {},
+      h("h1", {}, nameOf(job)),
+      h("p", { className: "soft small" }, `Submitted ${ago(job.created_at)} as `, h("code", {}, job.id)),
+    ),
     h("div", { className: "row" }, cancel, again, downloads(job), remove),
     told,
   );
 }
 
 function downloads({ links }) {
-  const files = [["PNG", links.image_png, "as displayed"], ["NPY", links.image_npy, "linear, for NumPy"], ["EXR", links.image_exr, "linear, with layers"]];
-  const list = files.filter(([, path]) => path).map(([name, path, what]) => h("li", {}, h("a", { href: path, download: "" }, name), h("span", { className: "soft small" }, ` ${what}`)));
-  return h("details", { className: "menu" }, h("summary", { className: "button" }, "Download"), h("ul", {}, list));
+  const files = [
+    ["PNG", links.image_png, "as displayed"],
+    ["NPY", links.image_npy, "linear, for NumPy"],
+    ["EXR", links.image_exr, "linear, with layers"],
+  ];
+  const list = files
+    .filter(([, path]) => path)
+    .map(([name, path, what]) =>
+      h(
+        "li",
+        {},
+        h("a", { href: path, download: "" }, name),
+        h("span", { className: "soft small" }, ` ${what}`),
+      ),
+    );
+  return h(
+    "details",
+    { className: "menu" },
+    h("summary", { className: "button" }, "Download"),
+    h("ul", {}, list),
+  );
 }

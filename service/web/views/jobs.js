@@ -15,6 +15,8 @@ const PAGE = 20;
 const BUSY_MS = 1500;
 const CALM_MS = 10000;
 const TYPING_MS = 300;
+// A label with its value, which the service looks for; less of one is looked for in what it has answered.
+const WHOLE_LABEL = /^[A-Za-z0-9][A-Za-z0-9_.-]{0,62}:/;
 
 export function mount(root, { query }) {
   const life = new AbortController();
@@ -27,12 +29,24 @@ export function mount(root, { query }) {
   const list = h("ul", { className: "jobs" });
   const told = h("p", { className: "lead", role: "status" });
   const trouble = h("p", { className: "problem", role: "alert", hidden: true });
-  const more = h("button", { type: "button", onclick: () => (pages++, reload()), hidden: true }, "Older jobs");
+  const more = h(
+    "button",
+    { type: "button", onclick: () => (pages++, reload()), hidden: true },
+    "Older jobs",
+  );
   const compare = h("button", { type: "button", disabled: true, onclick: openComparison }, "Compare two");
-  const state = h("select", { onchange: () => change("state", state.value) }, h("option", { value: "" }, "every state"), NAMES.map((name) => h("option", { value: name }, stateName(name))));
+  const state = h(
+    "select",
+    { onchange: () => change("state", state.value) },
+    h("option", { value: "" }, "every state"),
+    NAMES.map((name) => h("option", { value: name }, stateName(name))),
+  );
   const label = h("input", { type: "search", value: filter.label, autocomplete: "off" });
   state.value = filter.state;
-  label.addEventListener("input", debounced(TYPING_MS, () => change("label", label.value.trim()), signal));
+  label.addEventListener(
+    "input",
+    debounced(TYPING_MS, () => change("label", label.value.trim()), signal),
+  );
 
   const acts = {
     onCancel: (job) => attempt(() => post(job.links.cancel, {})),
@@ -64,13 +78,16 @@ export function mount(root, { query }) {
     const jobs = [];
     let cursor = null;
     for (let page = 0; page < pages && (page === 0 || cursor); page++) {
-      const asked = new URLSearchParams({ limit: PAGE, ...Object.fromEntries(Object.entries({ ...filter, cursor }).filter(([, value]) => value)) });
+      const asked = new URLSearchParams({ limit: PAGE });
+      if (filter.state) asked.set("state", filter.state);
+      if (WHOLE_LABEL.test(filter.label)) asked.set("label", filter.label);
+      if (cursor) asked.set("cursor", cursor);
       const answer = await get(`/v1/jobs?${asked}`, { signal });
       jobs.push(...answer.jobs);
       cursor = answer.next;
     }
     next = cursor;
-    return jobs.filter((job) => (!filter.state || job.state === filter.state) && (!filter.label || labelsOf(job).includes(filter.label)));
+    return jobs.filter((job) => fits(job, filter));
   }
 
   function show(jobs) {
@@ -94,7 +111,9 @@ export function mount(root, { query }) {
   }
 
   function openComparison() {
-    const [b, a] = [...list.children].map((element) => [...rows.values()].find((row) => row.element === element)).filter((row) => row.picked);
+    const [b, a] = [...list.children]
+      .map((element) => [...rows.values()].find((row) => row.element === element))
+      .filter((row) => row.picked);
     navigate(`/compare/${a.id}/${b.id}`);
   }
 
@@ -131,7 +150,7 @@ export function mount(root, { query }) {
       "div",
       { className: "row filters" },
       h("label", { className: "field" }, h("span", { className: "label" }, "State"), state),
-      h("label", { className: "field" }, h("span", { className: "label" }, "Label"), label),
+      h("label", { className: "field" }, h("span", { className: "label" }, "Label, as name:value"), label),
       compare,
     ),
     trouble,
@@ -140,6 +159,11 @@ export function mount(root, { query }) {
   );
   follow();
   return () => life.abort();
+}
+
+/** The part of the filter that the service does not know: some letters of a label. */
+function fits(job, { state, label }) {
+  return (!state || job.state === state) && (!label || labelsOf(job).some((own) => own.includes(label)));
 }
 
 function summary(jobs, filter) {

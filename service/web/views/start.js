@@ -36,6 +36,12 @@ export function mount(root, { query }) {
   const heading = h("h2", { id: "scene-title" }, "Scene");
   const notice = h("p", { className: "soft notice" });
   const layers = h("input", { type: "checkbox", checked: true });
+  const labels = h("input", {
+    type: "text",
+    placeholder: "course:graphics, week:3",
+    autocomplete: "off",
+    spellcheck: false,
+  });
   const refusal = h("div", { className: "problem", role: "alert", hidden: true });
   const button = h("button", { type: "submit", className: "primary render", disabled: true }, "Render");
 
@@ -95,7 +101,11 @@ export function mount(root, { query }) {
     event.preventDefault();
     if (ready === null || button.disabled) return;
     button.disabled = true;
-    const wanted = { quality: quote.chosen ?? quality.value, layers: layers.checked ? LAYERS : null };
+    const wanted = {
+      quality: quote.chosen ?? quality.value,
+      layers: layers.checked ? LAYERS : null,
+      labels: labelled(labels.value),
+    };
     try {
       const job = await post("/v1/jobs", requestText(ready, wanted), { signal });
       navigate(`/jobs/${job.id}`);
@@ -107,24 +117,57 @@ export function mount(root, { query }) {
     }
   }
 
-  const form = h("form", { className: "order", onsubmit: submit }, quality.element, layersChoice(layers), quote.element, refusal, button, h("p", { className: "soft small keys" }, "Ctrl + Enter renders, too."));
-  const picker = h("input", { type: "file", multiple: true, className: "unseen", onchange: () => (addFiles(chosen(picker.files)), (picker.value = "")) });
+  const form = h(
+    "form",
+    { className: "order", onsubmit: submit },
+    quality.element,
+    layersChoice(layers),
+    labelsField(labels),
+    quote.element,
+    refusal,
+    button,
+    h("p", { className: "soft small keys" }, "Ctrl + Enter renders, too."),
+  );
+  const picker = h("input", {
+    type: "file",
+    multiple: true,
+    className: "unseen",
+    onchange: () => (addFiles(chosen(picker.files)), (picker.value = "")),
+  });
   const writing = h(
     "section",
     { className: "writing", "aria-labelledby": "scene-title" },
-    h("div", { className: "row spread" }, heading, h("label", { className: "button" }, picker, "Open files …")),
+    h(
+      "div",
+      { className: "row spread" },
+      heading,
+      h("label", { className: "button" }, picker, "Open files …"),
+    ),
     notice,
     editor.element,
     problems.element,
     fileList.element,
   );
-  const lead = h("p", { className: "lead" }, "Choose one, drop your own with its textures anywhere on this page, or write it here.");
+  const lead = h(
+    "p",
+    { className: "lead" },
+    "Choose one, drop your own with its textures anywhere on this page, or write it here.",
+  );
   root.append(
-    h("div", { className: "workbench" }, h("div", {}, h("h1", {}, "Render a scene"), lead, gallery.element, writing), form),
+    h(
+      "div",
+      { className: "workbench" },
+      h("div", {}, h("h1", {}, "Render a scene"), lead, gallery.element, writing),
+      form,
+    ),
     h("div", { className: "drop-hint", "aria-hidden": "true" }, "Drop the scene and its files"),
   );
   acceptDrops(addFiles, signal);
-  root.addEventListener("keydown", (event) => event.key === "Enter" && (event.ctrlKey || event.metaKey) && form.requestSubmit(), { signal });
+  root.addEventListener(
+    "keydown",
+    (event) => event.key === "Enter" && (event.ctrlKey || event.metaKey) && form.requestSubmit(),
+    { signal },
+  );
 
   begin().catch((error) => {
     if (!signal.aborted) problems.show({ problems: [], more: 0, failure: error });
@@ -152,7 +195,38 @@ async function sceneOf(id, signal) {
 }
 
 function layersChoice(layers) {
-  return h("label", { className: "layers-choice" }, layers, h("span", {}, "Keep layers for inspecting ", h("span", { className: "soft small" }, "depth, normals, shapes, samples, errors")));
+  return h(
+    "label",
+    { className: "layers-choice" },
+    layers,
+    h(
+      "span",
+      {},
+      "Keep layers for inspecting ",
+      h("span", { className: "soft small" }, "depth, normals, shapes, samples, errors"),
+    ),
+  );
+}
+
+function labelsField(input) {
+  return h(
+    "label",
+    { className: "field" },
+    h("span", { className: "label" }, "Labels, to find the job again"),
+    input,
+  );
+}
+
+/** Labels as the service takes them; null where there are none. */
+function labelled(text) {
+  const pairs = text
+    .split(",")
+    .map((part) => part.trim())
+    .filter(Boolean)
+    .map((part) => part.split(/:(.*)/s, 2));
+  return pairs.length
+    ? Object.fromEntries(pairs.map(([name, value = ""]) => [name.trim(), value.trim()]))
+    : null;
 }
 
 function pointAt(editor, { line, column }) {

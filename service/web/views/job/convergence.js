@@ -6,7 +6,11 @@ import { STEP, digits, seconds, steps } from "../../format.js";
 import { makePlot } from "../../plots.js";
 
 export function mount(root, watch) {
-  const plot = makePlot({ label: "Error in steps of 8 bits against seconds", xLabel: "seconds", yLabel: "error, steps of 8 bits" });
+  const plot = makePlot({
+    label: "Error in steps of 8 bits against seconds",
+    xLabel: "seconds",
+    yLabel: "error, steps of 8 bits",
+  });
   const words = h("p", { className: "small" });
   const rows = h("tbody");
   const numbers = h("details", { hidden: true }, h("summary", {}, "The same as numbers"), table(rows));
@@ -44,12 +48,24 @@ function point({ seconds: x, error }) {
 }
 
 function table(rows) {
-  const head = h("tr", {}, h("th", { scope: "col" }, "Seconds"), h("th", { scope: "col" }, "Error, steps"), h("th", { scope: "col" }, "95 of 100 between"));
+  const head = h(
+    "tr",
+    {},
+    h("th", { scope: "col" }, "Seconds"),
+    h("th", { scope: "col" }, "Error, steps"),
+    h("th", { scope: "col" }, "95 of 100 between"),
+  );
   return h("table", { className: "numbers" }, h("thead", {}, head), rows);
 }
 
 function row({ x, y, low, high }) {
-  return h("tr", {}, h("td", {}, digits(x, 3)), h("td", {}, digits(y, 3)), h("td", {}, `${digits(low)} and ${digits(high)}`));
+  return h(
+    "tr",
+    {},
+    h("td", {}, digits(x, 3)),
+    h("td", {}, digits(y, 3)),
+    h("td", {}, `${digits(low)} and ${digits(high)}`),
+  );
 }
 
 function told({ next_halving: half, target_error: target, reason, passes }) {
@@ -58,7 +74,11 @@ function told({ next_halving: half, target_error: target, reason, passes }) {
   if (half) {
     const { estimate, low, high } = half.seconds;
     const range = high === null ? `${seconds(low)} at least` : `${seconds(low)} to ${seconds(high)}`;
-    sentences.push("Half this error would cost ", h("strong", {}, `about ${seconds(estimate)} more`), ` (${range}). `);
+    sentences.push(
+      "Half this error would cost ",
+      h("strong", {}, `about ${seconds(estimate)} more`),
+      ` (${range}). `,
+    );
   }
   if (!half && reason) sentences.push(reason);
   if (!half && !reason && !passes.length) sentences.push("Nothing is known yet.");

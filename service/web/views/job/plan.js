@@ -16,7 +16,12 @@ export function mount(root, watch) {
   const others = h("div");
   root.append(
     h("h2", {}, "What runs, and who asked for it"),
-    h("div", { className: "plan" }, h("div", {}, stages, others), h("div", { className: "plan-scene" }, editor.element)),
+    h(
+      "div",
+      { className: "plan" },
+      h("div", {}, stages, others),
+      h("div", { className: "plan-scene" }, editor.element),
+    ),
   );
   fill().catch((error) => {
     if (!watch.signal.aborted) stages.replaceChildren(h("li", { className: "problem" }, error.message));
@@ -24,7 +29,10 @@ export function mount(root, watch) {
 
   async function fill() {
     const { signal } = watch;
-    const [plan, body] = await Promise.all([get(`${jobPath(watch.id)}/plan`, { signal }), text(`${jobPath(watch.id)}/request`, { signal })]);
+    const [plan, body] = await Promise.all([
+      get(`${jobPath(watch.id)}/plan`, { signal }),
+      text(`${jobPath(watch.id)}/request`, { signal }),
+    ]);
     const { scene } = takenApart(body);
     editor.text = scene;
     const lines = makeLines(scene, plan, editor);
@@ -37,24 +45,68 @@ export function mount(root, watch) {
 
 function rest({ first_looks: looks, left_out: out }, lines) {
   return [
-    looks.length ? h("details", {}, h("summary", {}, `The first looks of target quality: ${looks.length} stages`), h("ol", { className: "stages" }, looks.map((stage) => entry(stage, lines)))) : null,
-    out.length ? h("details", { open: true }, h("summary", {}, `Left out: ${out.length} effects`), h("ul", { className: "left-out" }, out.map((effect) => omission(effect, lines)))) : null,
+    looks.length
+      ? h(
+          "details",
+          {},
+          h("summary", {}, `The first looks of target quality: ${looks.length} stages`),
+          h(
+            "ol",
+            { className: "stages" },
+            looks.map((stage) => entry(stage, lines)),
+          ),
+        )
+      : null,
+    out.length
+      ? h(
+          "details",
+          { open: true },
+          h("summary", {}, `Left out: ${out.length} effects`),
+          h(
+            "ul",
+            { className: "left-out" },
+            out.map((effect) => omission(effect, lines)),
+          ),
+        )
+      : null,
   ].filter(Boolean);
 }
 
 function entry({ name, detail, share, pointers }, lines) {
-  return h("li", {}, h("div", { className: "stage-name" }, h("strong", {}, name), share === null || share === undefined ? null : meter(share)), h("p", { className: "soft small" }, detail), pointers.length ? lines(pointers) : null);
+  return h(
+    "li",
+    {},
+    h(
+      "div",
+      { className: "stage-name" },
+      h("strong", {}, name),
+      share === null || share === undefined ? null : meter(share),
+    ),
+    h("p", { className: "soft small" }, detail),
+    pointers.length ? lines(pointers) : null,
+  );
 }
 
 function meter(share) {
   const told = share > 0 && share < 0.005 ? "under 1 %" : percent(share);
   const bar = h("span", { className: "meter", "aria-hidden": "true" }, h("span", {}));
   bar.firstChild.style.width = `${100 * share}%`;
-  return h("span", { className: "stage-share" }, bar, h("span", { className: "small soft" }, told, h("span", { className: "unseen" }, " of the time")));
+  return h(
+    "span",
+    { className: "stage-share" },
+    bar,
+    h("span", { className: "small soft" }, told, h("span", { className: "unseen" }, " of the time")),
+  );
 }
 
 function omission({ effect, reason, pointers }, lines) {
-  return h("li", {}, h("strong", {}, effect.replaceAll(/[._]/g, " ")), h("span", { className: "soft" }, ` ${reason}`), pointers.length ? lines(pointers) : null);
+  return h(
+    "li",
+    {},
+    h("strong", {}, effect.replaceAll(/[._]/g, " ")),
+    h("span", { className: "soft" }, ` ${reason}`),
+    pointers.length ? lines(pointers) : null,
+  );
 }
 
 /** Make what turns pointers into buttons that show their lines. */
@@ -66,7 +118,16 @@ function makeLines(scene, plan, editor) {
   function link(pointer) {
     const place = where.get(pointer);
     if (!place) return h("li", { className: "small soft" }, pointer);
-    const button = h("button", { type: "button", className: "line-link", onclick: () => editor.point(place.start, place.end, { focus: false }) }, h("span", { className: "soft" }, `line ${place.line}`), ` ${named(document, pointer)}`);
+    const button = h(
+      "button",
+      {
+        type: "button",
+        className: "line-link",
+        onclick: () => editor.point(place.start, place.end, { focus: false }),
+      },
+      h("span", { className: "soft" }, `line ${place.line}`),
+      ` ${named(document, pointer)}`,
+    );
     return h("li", {}, button);
   }
 
@@ -75,7 +136,15 @@ function makeLines(scene, plan, editor) {
     const hidden = pointers.slice(shown.length);
     const list = h("ul", { className: "line-links" }, shown.map(link));
     if (hidden.length) {
-      const more = h("li", {}, h("button", { type: "button", className: "line-link", onclick: () => more.replaceWith(...hidden.map(link)) }, `${hidden.length} more`));
+      const more = h(
+        "li",
+        {},
+        h(
+          "button",
+          { type: "button", className: "line-link", onclick: () => more.replaceWith(...hidden.map(link)) },
+          `${hidden.length} more`,
+        ),
+      );
       list.append(more);
     }
     return list;
@@ -84,10 +153,17 @@ function makeLines(scene, plan, editor) {
 
 /** What a pointer leads to, by the name that it has in the scene. */
 function named(document, pointer) {
-  const parts = pointer.slice(1).split("/").map((part) => part.replaceAll("~1", "/").replaceAll("~0", "~"));
+  const parts = pointer
+    .slice(1)
+    .split("/")
+    .map((part) => part.replaceAll("~1", "/").replaceAll("~0", "~"));
   const value = parts.reduce((inside, part) => inside?.[part], document);
   if (typeof value?.name === "string") return value.name;
   const [group, number, ...rest] = parts;
-  const item = /^\d+$/.test(number ?? "") ? `${group.replace(/s$/, "")} ${number}` : [group, number].filter(Boolean).join(" ");
-  return [group === "materials" || group === "textures" ? number : item, ...rest].join(" ").replaceAll("_", " ");
+  const item = /^\d+$/.test(number ?? "")
+    ? `${group.replace(/s$/, "")} ${number}`
+    : [group, number].filter(Boolean).join(" ");
+  return [group === "materials" || group === "textures" ? number : item, ...rest]
+    .join(" ")
+    .replaceAll("_", " ");
 }

@@ -12,7 +12,13 @@ export function mount(root, watch) {
   const line = h("div", { className: "progress-line" });
   const list = h("dl", { className: "figures" });
   const trouble = h("div", { className: "problem", role: "alert", hidden: true });
-  root.append(h("h2", { className: "unseen" }, "Progress"), line, h("div", { className: "bar" }, bar, share), list, trouble);
+  root.append(
+    h("h2", { className: "unseen" }, "Progress"),
+    line,
+    h("div", { className: "bar" }, bar, share),
+    list,
+    trouble,
+  );
   let state = null;
 
   function show(job) {
@@ -35,7 +41,8 @@ export function mount(root, watch) {
 
 function remark(job) {
   if (job.state === "queued") return job.queue_position ? `${job.queue_position} before it` : "next";
-  if (job.state === "running" && job.progress.total > 1) return `${count(job.progress.done)} of ${count(job.progress.total)} steps`;
+  if (job.state === "running" && job.progress.total > 1)
+    return `${count(job.progress.done)} of ${count(job.progress.total)} steps`;
   return "";
 }
 
@@ -44,18 +51,40 @@ function figures(job) {
   const all = rays.reduce((sum, [, number]) => sum + number, 0);
   const took = elapsed(job);
   return [
-    took === null ? null : figure("Time", seconds(took), `${seconds(job.cost.cpu_seconds)} of processors, ${seconds(job.cost.predicted_cpu_seconds)} predicted`),
-    all ? figure("Rays", count(all), rays.map(([kind, number]) => `${count(number)} ${kind}`).join(", ")) : null,
-    job.error ? figure("Error", `${steps(job.error.estimate)} steps`, `${steps(job.error.low)} to ${steps(job.error.high)} steps of 8 bits, in 95 of 100 pictures`) : null,
+    took === null
+      ? null
+      : figure(
+          "Time",
+          seconds(took),
+          `${seconds(job.cost.cpu_seconds)} of processors, ${seconds(job.cost.predicted_cpu_seconds)} predicted`,
+        ),
+    all
+      ? figure("Rays", count(all), rays.map(([kind, number]) => `${count(number)} ${kind}`).join(", "))
+      : null,
+    job.error
+      ? figure(
+          "Error",
+          `${steps(job.error.estimate)} steps`,
+          `${steps(job.error.low)} to ${steps(job.error.high)} steps of 8 bits, in 95 of 100 pictures`,
+        )
+      : null,
     figure("Picture", `${job.width} × ${job.height}`, ""),
   ].filter(Boolean);
 }
 
 function elapsed(job) {
   if (!job.started_at) return null;
-  return Math.max(0, (Date.parse(job.finished_at ?? new Date().toISOString()) - Date.parse(job.started_at)) / 1000);
+  return Math.max(
+    0,
+    (Date.parse(job.finished_at ?? new Date().toISOString()) - Date.parse(job.started_at)) / 1000,
+  );
 }
 
 function figure(name, value, rest) {
-  return h("div", {}, h("dt", {}, name), h("dd", {}, h("strong", {}, value), rest ? h("span", { className: "soft small" }, rest) : null));
+  return h(
+    "div",
+    {},
+    h("dt", {}, name),
+    h("dd", {}, h("strong", {}, value), rest ? h("span", { className: "soft small" }, rest) : null),
+  );
 }

@@ -12,13 +12,29 @@ export function makeRow(first, acts) {
   let job = first;
   const name = first.name ?? "A scene without a name";
   const picture = h("img", { alt: "", loading: "lazy", width: 96, height: 96 });
-  const thumbnail = h("a", { className: "thumbnail", href: `/jobs/${first.id}`, tabIndex: -1, "aria-hidden": "true" }, picture);
+  const thumbnail = h(
+    "a",
+    { className: "thumbnail", href: `/jobs/${first.id}`, tabIndex: -1, "aria-hidden": "true" },
+    picture,
+  );
   const state = h("span");
   const facts = h("p", { className: "soft small" });
   const labels = h("span", { className: "labels" });
-  const pick = h("input", { type: "checkbox", onchange: acts.onPick, "aria-label": `Choose ${name} for a comparison` });
-  const cancel = h("button", { type: "button", "aria-label": `Cancel ${name}`, onclick: () => acts.onCancel(job) }, "Cancel");
-  const remove = h("button", { type: "button", "aria-label": `Delete ${name}`, onclick: () => acts.onDelete(job) }, "Delete");
+  const pick = h("input", {
+    type: "checkbox",
+    onchange: acts.onPick,
+    "aria-label": `Choose ${name} for a comparison`,
+  });
+  const cancel = h(
+    "button",
+    { type: "button", "aria-label": `Cancel ${name}`, onclick: () => acts.onCancel(job) },
+    "Cancel",
+  );
+  const remove = h(
+    "button",
+    { type: "button", "aria-label": `Delete ${name}`, onclick: () => acts.onDelete(job) },
+    "Delete",
+  );
   const link = h("a", { className: "name", href: `/jobs/${first.id}` }, name);
   const element = h(
     "li",
@@ -37,7 +53,10 @@ export function makeRow(first, acts) {
     labels.replaceChildren(...labelsOf(job).map((label) => labelButton(label, acts.onLabel)));
     cancel.hidden = FINAL.has(job.state);
     pick.disabled = job.state !== "succeeded";
-    const version = job.last_seq > 0 && !["failed", "cancelled", "expired"].includes(job.state) ? `${job.links.image_png}?after=${job.last_seq}` : null;
+    const version =
+      job.last_seq > 0 && !["failed", "cancelled", "expired"].includes(job.state)
+        ? `${job.links.image_png}?after=${job.last_seq}`
+        : null;
     if (version !== shown) {
       shown = version;
       if (version) picture.src = version;
@@ -58,21 +77,31 @@ export function makeRow(first, acts) {
 }
 
 function labelButton(label, onLabel) {
-  return h("button", { type: "button", className: "label", "aria-label": `Only jobs with the label ${label}`, onclick: () => onLabel(label) }, label);
+  return h(
+    "button",
+    {
+      type: "button",
+      className: "label",
+      "aria-label": `Only jobs with the label ${label}`,
+      onclick: () => onLabel(label),
+    },
+    label,
+  );
 }
 
-/** The labels of a job as words, whether it has a list of them or names with values. */
-export function labelsOf({ labels }) {
-  if (!labels) return [];
-  return Array.isArray(labels) ? labels : Object.entries(labels).map(([name, value]) => `${name}=${value}`);
+/** The labels of a job, as the service takes them in a filter. */
+export function labelsOf({ labels = {} }) {
+  return Object.entries(labels).map(([name, value]) => `${name}:${value}`);
 }
 
 function factsOf(job) {
   const facts = [`${job.width} × ${job.height}`];
   if (job.state === "running") facts.push(percent(job.progress.share));
-  if (job.state === "queued" && job.queue_position !== null) facts.push(job.queue_position ? `${job.queue_position} before it` : "next");
+  if (job.state === "queued" && job.queue_position !== null)
+    facts.push(job.queue_position ? `${job.queue_position} before it` : "next");
   if (job.error) facts.push(`${steps(job.error.estimate)} steps off`);
-  if (job.finished_at && job.started_at) facts.push(`took ${seconds((Date.parse(job.finished_at) - Date.parse(job.started_at)) / 1000)}`);
+  if (job.finished_at && job.started_at)
+    facts.push(`took ${seconds((Date.parse(job.finished_at) - Date.parse(job.started_at)) / 1000)}`);
   if (job.failure) facts.push(job.failure.message);
   facts.push(ago(job.created_at));
   return facts.join("  ·  ");

@@ -40,7 +40,10 @@ async function gather(entry, files) {
   }
   const reader = entry.createReader();
   // A reader gives some entries at a time, and none at the end.
-  for (let some; (some = await new Promise((resolve, reject) => reader.readEntries(resolve, reject))).length; ) {
+  for (
+    let some;
+    (some = await new Promise((resolve, reject) => reader.readEntries(resolve, reject))).length;
+  ) {
     for (const inner of some) await gather(inner, files);
   }
 }

@@ -27,7 +27,15 @@ export function makeGallery(onChoice, signal) {
 
   async function fill() {
     const entries = await get("/web/gallery.json", { signal });
-    list.replaceChildren(...entries.map((entry) => h("li", {}, card(entry, () => choose(entry)))));
+    list.replaceChildren(
+      ...entries.map((entry) =>
+        h(
+          "li",
+          {},
+          card(entry, () => choose(entry)),
+        ),
+      ),
+    );
     return entries;
   }
 
@@ -49,7 +57,12 @@ export function makeGallery(onChoice, signal) {
 
 function card({ name, title, width, height }, onclick) {
   const picture = h("img", { src: `/web/thumbnails/${name}.webp`, alt: "", width, height, loading: "lazy" });
-  return h("button", { type: "button", className: "card", "data-name": name, "aria-pressed": "false", onclick }, picture, h("span", {}, title));
+  return h(
+    "button",
+    { type: "button", className: "card", "data-name": name, "aria-pressed": "false", onclick },
+    picture,
+    h("span", {}, title),
+  );
 }
 
 async function fetched({ name, title, notice }, signal) {

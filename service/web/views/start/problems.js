@@ -15,9 +15,15 @@ export function makeProblems(id, onPoint) {
   }
 
   function entry(problem) {
-    const place = problem.line ? `Line ${problem.line}` : problem.pointer.startsWith("quality") ? "Quality" : "Scene";
+    const place = problem.line
+      ? `Line ${problem.line}`
+      : problem.pointer.startsWith("quality")
+        ? "Quality"
+        : "Scene";
     const text = [h("span", { className: "place" }, place), h("span", {}, problem.detail, hint(problem))];
-    return problem.line ? h("button", { type: "button", className: "plain", onclick: () => onPoint(problem) }, text) : h("div", { className: "plain" }, text);
+    return problem.line
+      ? h("button", { type: "button", className: "plain", onclick: () => onPoint(problem) }, text)
+      : h("div", { className: "plain" }, text);
   }
 
   return {

@@ -18,13 +18,33 @@ const HOPED = STEP / 4;
 
 /** @param {(focus?: boolean) => void} onChange */
 export function makeQuality(onChange) {
-  const state = { mode: "scene", pattern: "sobol", samples: 16, lightPattern: "sobol", lightSamples: 16, steps: 1, seconds: 5 };
+  const state = {
+    mode: "scene",
+    pattern: "sobol",
+    samples: 16,
+    lightPattern: "sobol",
+    lightSamples: 16,
+    steps: 1,
+    seconds: 5,
+  };
   const fields = h("div", { className: "quality-fields" });
   const choices = MODES.map(([mode, name]) => choice(mode, name));
-  const element = h("fieldset", { className: "quality" }, h("legend", {}, "Quality"), h("div", { className: "segments" }, choices), fields);
+  const element = h(
+    "fieldset",
+    { className: "quality" },
+    h("legend", {}, "Quality"),
+    h("div", { className: "segments" }, choices),
+    fields,
+  );
 
   function choice(mode, name) {
-    const radio = h("input", { type: "radio", name: "quality", value: mode, checked: mode === state.mode, onchange: () => select(mode) });
+    const radio = h("input", {
+      type: "radio",
+      name: "quality",
+      value: mode,
+      checked: mode === state.mode,
+      onchange: () => select(mode),
+    });
     return h("label", {}, radio, h("span", {}, name));
   }
 
@@ -40,18 +60,38 @@ export function makeQuality(onChange) {
   }
 
   function number(key, label, { min, max, step }) {
-    const input = h("input", { type: "number", min, max, step, value: state[key], inputMode: "decimal", required: true });
+    const input = h("input", {
+      type: "number",
+      min,
+      max,
+      step,
+      value: state[key],
+      inputMode: "decimal",
+      required: true,
+    });
     input.addEventListener("input", () => input.value !== "" && set(key, input.valueAsNumber));
     return h("label", { className: "field" }, h("span", { className: "label" }, label), input);
   }
 
   function list(key, label, names) {
-    const select = h("select", { onchange: () => set(key, select.value) }, names.map((name) => h("option", { value: name, selected: name === state[key] }, name)));
+    const select = h(
+      "select",
+      { onchange: () => set(key, select.value) },
+      names.map((name) => h("option", { value: name, selected: name === state[key] }, name)),
+    );
     return h("label", { className: "field" }, h("span", { className: "label" }, label), select);
   }
 
   const FIELDS = {
-    scene: () => [h("p", { className: "soft small" }, "The patterns and samples under ", h("code", {}, "sampling"), " in the scene.")],
+    scene: () => [
+      h(
+        "p",
+        { className: "soft small" },
+        "The patterns and samples under ",
+        h("code", {}, "sampling"),
+        " in the scene.",
+      ),
+    ],
     samples: () => [
       number("samples", "Samples a pixel", { min: 1, max: 4096, step: 1 }),
       list("pattern", "Pattern in the pixel", PATTERNS),
@@ -60,11 +100,19 @@ export function makeQuality(onChange) {
     ],
     error: () => [
       number("steps", "Error, in steps of 8 bits", { min: 0.01, max: 255, step: "any" }),
-      h("p", { className: "soft small" }, "Samples go where the picture needs them, until its error is this small. One step is 1/255 of white: hardly anybody sees less."),
+      h(
+        "p",
+        { className: "soft small" },
+        "Samples go where the picture needs them, until its error is this small. One step is 1/255 of white: hardly anybody sees less.",
+      ),
     ],
     time: () => [
       number("seconds", "Seconds", { min: 0.1, max: 86400, step: "any" }),
-      h("p", { className: "soft small" }, "Samples go where they help most until the time is over; the job tells the error that was reached."),
+      h(
+        "p",
+        { className: "soft small" },
+        "Samples go where they help most until the time is over; the job tells the error that was reached.",
+      ),
     ],
   };
 
@@ -105,9 +153,17 @@ const VALUES = {
 function stateOf(quality) {
   if (quality === null) return { mode: "scene" };
   if (quality.mode === "target") {
-    return quality.time_limit ? { mode: "time", seconds: quality.time_limit } : { mode: "error", steps: Number(digits(quality.error / STEP, 3)) };
+    return quality.time_limit
+      ? { mode: "time", seconds: quality.time_limit }
+      : { mode: "error", steps: Number(digits(quality.error / STEP, 3)) };
   }
   const { antialiasing, light } = quality;
   if (!antialiasing || !light) return { mode: "scene" };
-  return { mode: "samples", pattern: antialiasing.pattern, samples: antialiasing.samples, lightPattern: light.pattern, lightSamples: light.samples };
+  return {
+    mode: "samples",
+    pattern: antialiasing.pattern,
+    samples: antialiasing.samples,
+    lightPattern: light.pattern,
+    lightSamples: light.samples,
+  };
 }

@@ -25,12 +25,15 @@ export function makeQuote(onUse, signal) {
     element.setAttribute("aria-busy", "true");
     body.replaceChildren(h("p", { className: "soft" }, "Trying parts of the picture …"));
     try {
-      const quote = await post("/v1/quotes", requestText(scene, { quality, seconds: limit }), { signal: current });
+      const quote = await post("/v1/quotes", requestText(scene, { quality, seconds: limit }), {
+        signal: current,
+      });
       if (current.aborted || signal.aborted) return;
       forTime = limit === null ? null : quote.for_seconds;
       body.replaceChildren(...told(quote, forTime, onUse));
     } catch (error) {
-      if (!current.aborted && !signal.aborted) body.replaceChildren(h("p", { className: "soft" }, reason(error)));
+      if (!current.aborted && !signal.aborted)
+        body.replaceChildren(h("p", { className: "soft" }, reason(error)));
     }
     if (!current.aborted) element.removeAttribute("aria-busy");
   }
@@ -60,34 +63,66 @@ export function makeQuote(onUse, signal) {
 }
 
 function reason(error) {
-  if (error instanceof Problem && (error.status === 429 || error.status === 503)) return "No quote: the service is busy. You can render without one.";
+  if (error instanceof Problem && (error.status === 429 || error.status === 503))
+    return "No quote: the service is busy. You can render without one.";
   return `No quote: ${error.message}`;
 }
 
 function told(quote, forTime, onUse) {
   const offer = forTime ?? quote.asked;
-  if (!offer) return [h("p", { className: "soft" }, "There was no time to price this quality. The plan alone predicts ", seconds(quote.price.cpu_seconds / quote.workers), ".")];
+  if (!offer)
+    return [
+      h(
+        "p",
+        { className: "soft" },
+        "There was no time to price this quality. The plan alone predicts ",
+        seconds(quote.price.cpu_seconds / quote.workers),
+        ".",
+      ),
+    ];
   const figures = h(
     "dl",
     { className: "figures" },
-    figure("Time", `about ${seconds(offer.seconds.estimate)}`, `${seconds(offer.seconds.low)} to ${seconds(offer.seconds.high)}, with ${workers(quote.workers)}`),
+    figure(
+      "Time",
+      `about ${seconds(offer.seconds.estimate)}`,
+      `${seconds(offer.seconds.low)} to ${seconds(offer.seconds.high)}, with ${workers(quote.workers)}`,
+    ),
     offer.error
-      ? figure("Error", `about ${steps(offer.error.estimate)} steps`, `${steps(offer.error.low)} to ${steps(offer.error.high)} steps of 8 bits`)
+      ? figure(
+          "Error",
+          `about ${steps(offer.error.estimate)} steps`,
+          `${steps(offer.error.low)} to ${steps(offer.error.high)} steps of 8 bits`,
+        )
       : figure("Error", "not known", errorUnknown(offer)),
   );
   const others = alternatives(quote, offer);
   if (!others.length) return [figures];
-  return [figures, h("ul", { className: "offers" }, others.map(([text, other]) => alternative(text, other, onUse)))];
+  return [
+    figures,
+    h(
+      "ul",
+      { className: "offers" },
+      others.map(([text, other]) => alternative(text, other, onUse)),
+    ),
+  ];
 }
 
 const workers = (number) => (number === 1 ? "one worker" : `${number} workers`);
 
 function errorUnknown(offer) {
-  return offer.quality.mode === "fixed" ? "samples of a fixed grid do not tell it" : "there was no time to find out";
+  return offer.quality.mode === "fixed"
+    ? "samples of a fixed grid do not tell it"
+    : "there was no time to find out";
 }
 
 function figure(name, value, range) {
-  return h("div", {}, h("dt", {}, name), h("dd", {}, h("strong", {}, value), h("span", { className: "soft small" }, range)));
+  return h(
+    "div",
+    {},
+    h("dt", {}, name),
+    h("dd", {}, h("strong", {}, value), h("span", { className: "soft small" }, range)),
+  );
 }
 
 function alternative(text, { quality, seconds: time, error }, onUse) {
@@ -96,16 +131,26 @@ function alternative(text, { quality, seconds: time, error }, onUse) {
     "li",
     {},
     h("span", {}, h("strong", {}, text), `: ${told}`, h("span", { className: "soft small" }, named(quality))),
-    h("button", { type: "button", "aria-label": `Use: ${text}, ${told}`, onclick: () => onUse(quality) }, "Use"),
+    h(
+      "button",
+      { type: "button", "aria-label": `Use: ${text}, ${told}`, onclick: () => onUse(quality) },
+      "Use",
+    ),
   );
 }
 
 /** Offers that are better in one thing and no worse in the other: as good but sooner, and half as far off. */
 function alternatives(quote, offer) {
   const known = quote.offers.filter((other) => other.error && other !== offer);
-  const soonest = (list) => list.reduce((best, other) => (!best || other.seconds.estimate < best.seconds.estimate ? other : best), null);
+  const soonest = (list) =>
+    list.reduce(
+      (best, other) => (!best || other.seconds.estimate < best.seconds.estimate ? other : best),
+      null,
+    );
   if (!offer.error) {
-    const targets = known.filter((other) => other.quality.mode === "target" && other.seconds.estimate <= offer.seconds.estimate);
+    const targets = known.filter(
+      (other) => other.quality.mode === "target" && other.seconds.estimate <= offer.seconds.estimate,
+    );
     return targets.slice(-1).map((other) => ["With a known error", other]);
   }
   const same = soonest(known.filter((other) => other.error.estimate <= offer.error.estimate));

@@ -34,7 +34,15 @@ export function makeValidation(onResult, signal) {
 }
 
 async function tried(text, files, quality, signal) {
-  const found = { text, problems: [], more: 0, names: new Map(), lacking: new Map(), plan: null, failure: null };
+  const found = {
+    text,
+    problems: [],
+    more: 0,
+    names: new Map(),
+    lacking: new Map(),
+    plan: null,
+    failure: null,
+  };
   try {
     Object.assign(found, await withUploads(text, files));
     found.plan = await post("/v1/plans", requestText(found.text, { quality }), { signal });
@@ -52,8 +60,13 @@ async function tried(text, files, quality, signal) {
 /** Problems with lines: those that the service cannot name, since it read another text, are looked up. */
 function placed(text, problems, { names, lacking }) {
   const lost = problems.filter((problem) => !problem.line && problem.pointer.startsWith("/"));
-  const where = places(text, lost.map((problem) => problem.pointer));
-  const files = new Map([...lacking].flatMap(([name, why]) => names.get(name).map((pointer) => [pointer, why])));
+  const where = places(
+    text,
+    lost.map((problem) => problem.pointer),
+  );
+  const files = new Map(
+    [...lacking].flatMap(([name, why]) => names.get(name).map((pointer) => [pointer, why])),
+  );
   return problems.map((problem) => {
     const { line, column } = problem.line ? problem : (where.get(problem.pointer) ?? {});
     return { ...problem, line, column, detail: files.get(problem.pointer) ?? problem.detail };
