@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from service.grading.export_errors import ExportError
 from service.grading.exports import (
     classroom50,
     gradebook,
@@ -11,7 +12,6 @@ from service.grading.exports import (
     page,
     prairielearn,
 )
-from service.grading.export_errors import ExportError
 
 EXPORTS: dict[str, Callable[..., bytes]] = {
     "gradescope": gradescope.export,

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from schemas.grades import Grade
-from service.grading.exports.documents import encoded
 from service.grading.export_errors import ExportError
+from service.grading.exports.documents import encoded
 from service.grading.exports.rows import Row, for_students
 
 REQUIRED = {

@@ -15,7 +15,8 @@ MOST = 1_000_000
 LENGTHS = (1000, 250)
 """Characters of a message that are tried."""
 
-PUNCTUATION = re.compile(r"([!-/:-@\[-`{-~])")
+MEANINGFUL = re.compile(r"([\\`*_{}\[\]()<>#+\-.!|&~@$:^])")
+"""What may begin something else than text, addresses and mentions among it."""
 
 
 def export(grade: Grade, pictures: Path | None = None) -> bytes:
@@ -50,4 +51,4 @@ def _plain(text: str) -> str:
     >>> print(_plain("a|b <i> [x](y)"))
     a\|b \<i\> \[x\]\(y\)
     """
-    return PUNCTUATION.sub(r"\\\1", line(text))
+    return MEANINGFUL.sub(r"\\\1", line(text))

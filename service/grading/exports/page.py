@@ -26,7 +26,7 @@ th, td { text-align: left; padding: .3rem .6rem; border-bottom: 1px solid #8886;
 .points { text-align: right; white-space: nowrap; }
 section { margin-top: 2rem; border-top: 1px solid #8886; }
 .words { white-space: pre-line; overflow-wrap: anywhere; }
-svg { max-width: 100%; height: auto; image-rendering: pixelated; }
+svg { width: 100%; height: auto; image-rendering: pixelated; }
 rect { fill: none; stroke: #0af; stroke-width: 2; vector-effect: non-scaling-stroke; }
 .staff { border: 2px solid #c60; padding: 0 1rem; }
 """

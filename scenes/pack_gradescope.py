@@ -1,0 +1,72 @@
+"""Pack an assignment for Gradescope: ``python -m scenes.pack_gradescope WHEEL``."""
+
+import argparse
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+
+ASSIGNMENT = Path(__file__).parent / "assignment"
+SCRIPTS = ASSIGNMENT / "gradescope"
+MANIFEST = "manifest.yaml"
+LEFT_OUT = frozenset({"gradescope", "submissions"})
+"""Folders that no submission is held to."""
+
+
+def pack(wheel: Path, target: Path, assignment: Path = ASSIGNMENT, manifest: str = MANIFEST) -> list[str]:
+    """Write the archive that a Gradescope assignment is configured with.
+
+    Parameters
+    ----------
+    wheel
+        The package, as ``pip wheel --no-deps`` makes it.
+    target
+        The archive.
+    assignment
+        The folder of the manifest: everything in it is packed, but for hidden files and `LEFT_OUT`.
+    manifest
+        Its name in that folder, YAML.
+
+    Returns
+    -------
+    list of str
+        The names in the archive; the scripts and the manifest are at its root, as Gradescope wants them.
+    """
+    files = dict(_files(assignment))
+    files[MANIFEST] = assignment / manifest
+    files |= {script.name: script for script in SCRIPTS.iterdir() if script.is_file()}
+    files[wheel.name] = wheel
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, path in sorted(files.items()):
+            archive.write(path, name)
+    return sorted(files)
+
+
+def _files(folder: Path) -> Iterator[tuple[str, Path]]:
+    for path in sorted(folder.rglob("*")):
+        parts = path.relative_to(folder).parts
+        if path.is_file() and parts[0] not in LEFT_OUT and not any(part[0] in "._" for part in parts):
+            yield "/".join(parts), path
+
+
+def main() -> None:
+    """Pack what the command line names, and tell what is in it."""
+    parser = argparse.ArgumentParser(prog="python -m scenes.pack_gradescope", description=__doc__)
+    parser.add_argument("wheel", type=Path, help="the package, penumbra_render-*.whl")
+    parser.add_argument(
+        "--assignment",
+        type=Path,
+        default=ASSIGNMENT,
+        help="the folder of the manifest; by default the ready one",
+    )
+    parser.add_argument("--manifest", default=MANIFEST, help="its name in that folder, YAML")
+    parser.add_argument("-o", "--out", type=Path, default=Path("autograder.zip"), help="the archive")
+    told = parser.parse_args()
+    for path in (told.wheel, told.assignment / told.manifest):
+        if not path.is_file():
+            parser.error(f"{path} is not there.")
+    names = pack(told.wheel, told.out, told.assignment, told.manifest)
+    print(f"{told.out}: {len(names)} files, {told.out.stat().st_size / 1e6:.1f} MB")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,138 @@
+"""The archive for Gradescope, run as Gradescope runs it: scripts in /autograder, without arguments."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import stat
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+from PIL import Image
+
+from scenes.pack_gradescope import ASSIGNMENT, pack
+from tests.acceptance.conftest import COMMAND, ENVIRONMENT
+from tests.unit.grading.exports.test_json_forms import GRADESCOPE
+
+pytestmark = pytest.mark.slow
+
+
+class Autograder:
+    """The folder of Gradescope's container, with a package that is installed already."""
+
+    def __init__(self, folder: Path, assignment: Path = ASSIGNMENT) -> None:
+        self.folder = folder
+        self.submission = folder / "submission"
+        self.submission.mkdir()
+        wheel = folder / "penumbra_render-1-py3-none-any.whl"
+        wheel.touch()
+        pack(wheel, folder / "autograder.zip", assignment)
+        with zipfile.ZipFile(folder / "autograder.zip") as archive:
+            archive.extractall(folder / "source")
+        command = folder / "source" / "venv" / "bin" / "penumbra"
+        command.parent.mkdir(parents=True)
+        command.write_text(f'#!/bin/sh\nexec {" ".join(COMMAND)} "$@"\n')
+        command.chmod(stat.S_IRWXU)
+
+    def run(self) -> subprocess.CompletedProcess[str]:
+        shutil.copy(self.folder / "source" / "run_autograder", self.folder)
+        return subprocess.run(
+            ["bash", "run_autograder"],
+            cwd=self.folder,
+            env=ENVIRONMENT,
+            capture_output=True,
+            text=True,
+            timeout=300,
+            check=False,
+        )
+
+    @property
+    def results(self) -> Any:
+        document = json.loads((self.folder / "results" / "results.json").read_text())
+        jsonschema.validate(document, GRADESCOPE)
+        return document
+
+
+@pytest.fixture
+def autograder(tmp_path: Path) -> Autograder:
+    """One with a single test, of a grey picture."""
+    assignment = tmp_path / "assignment"
+    assignment.mkdir()
+    Image.new("RGB", (16, 16), "grey").save(assignment / "grey.png")
+    picture = {"file": "grey.png", "encoding": "srgb"}
+    test: dict[str, Any] = {"id": "grey", "name": "Grey", "kind": "image", "points": 10}
+    test |= {"submitted": picture, "reference": picture | {"type": "picture"}}
+    manifest = {"schema": "penumbra/manifest/v1", "title": "Grey", "tests": [test]}
+    # JSON is YAML too.
+    (assignment / "manifest.yaml").write_text(json.dumps(manifest))
+    return Autograder(tmp_path, assignment)
+
+
+def test_the_references_handed_in_as_pictures_and_hits_earn_all_points(tmp_path: Path) -> None:
+    autograder = Autograder(tmp_path)
+    for picture in (ASSIGNMENT / "references").glob("*.png"):
+        shutil.copy(picture, autograder.submission)
+    for rays in ASSIGNMENT.glob("rays_*.npz"):
+        target = autograder.submission / rays.name
+        subprocess.run(
+            [*COMMAND, "trace", str(rays.with_suffix(".json")), str(rays), "-o", str(target)],
+            env=ENVIRONMENT,
+            check=True,
+            capture_output=True,
+        )
+    done = autograder.run()
+    assert done.returncode == 0, done.stderr
+    assert autograder.results["score"] == 125
+    assert {test["status"] for test in autograder.results["tests"]} == {"passed"}
+
+
+def test_an_empty_submission_has_results_that_say_what_is_missing(autograder: Autograder) -> None:
+    done = autograder.run()
+    assert done.returncode == 0, done.stderr
+    assert autograder.results["score"] == 0
+    assert all("was not submitted" in test["output"] for test in autograder.results["tests"])
+
+
+def test_where_nothing_can_be_graded_the_results_say_so(autograder: Autograder) -> None:
+    (autograder.submission / "grey.png").write_bytes(b"not what it says")
+    done = autograder.run()
+    assert done.returncode == 0, done.stderr
+    assert autograder.results["output"].startswith("Nothing could be graded")
+    assert all("score" not in test for test in autograder.results["tests"])
+
+
+def test_a_broken_manifest_fails_and_leaves_no_results_of_an_earlier_run(autograder: Autograder) -> None:
+    (autograder.folder / "results").mkdir()
+    (autograder.folder / "results" / "results.json").write_text("{}")
+    (autograder.folder / "source" / "manifest.yaml").write_text("tests: []")
+    done = autograder.run()
+    assert done.returncode == 3
+    assert "manifest.yaml" in done.stderr
+    assert not (autograder.folder / "results" / "results.json").exists()
+
+
+def test_what_is_packed_is_what_setup_and_the_manifest_name(tmp_path: Path) -> None:
+    source = Autograder(tmp_path).folder / "source"
+    for script in ("setup.sh", "run_autograder"):
+        subprocess.run(["bash", "-n", str(source / script)], check=True)
+    assert len(list(source.glob("*.whl"))) == 1
+    assert (source / "references" / "shadow_soft.npy").is_file()
+    assert not (source / "gradescope").exists()
+
+
+def test_the_command_tells_what_it_packed(tmp_path: Path) -> None:
+    (tmp_path / "a.whl").touch()
+    words = [sys.executable, "-m", "scenes.pack_gradescope", "a.whl", "-o", "made.zip"]
+    done = subprocess.run(words, cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("made.zip: ")
+    missing = subprocess.run(
+        [*words[:3], "no.whl"], cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, check=False
+    )
+    assert missing.returncode == 2
+    assert "no.whl is not there" in missing.stderr
