@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Literal
 
 from pydantic import Field
-from pydantic_settings import BaseSettings, SettingsConfigDict
+from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict
 
 from schemas.limits import Limits
+from service.settings_file import FileSource
 
 MIB = 1024 * 1024
 
@@ -20,12 +21,25 @@ def _processors() -> int:
 
 
 class Settings(BaseSettings):
-    """Settings of one service. Each is read from ``PENUMBRA_<NAME>`` unless it is given.
+    """Settings of one service. What is not given is read from ``PENUMBRA_<NAME>``, else from a file.
 
-    Nested names take two underscores: ``PENUMBRA_LIMITS__MAX_PIXELS=1000000``.
+    Nested names take two underscores: ``PENUMBRA_LIMITS__MAX_PIXELS=1000000``. The file is TOML, and
+    ``PENUMBRA_CONFIG`` names it.
     """
 
     model_config = SettingsConfigDict(env_prefix="PENUMBRA_", env_nested_delimiter="__", frozen=True)
+
+    @classmethod
+    def settings_customise_sources(
+        cls,
+        settings_cls: type[BaseSettings],
+        init_settings: PydanticBaseSettingsSource,
+        env_settings: PydanticBaseSettingsSource,
+        dotenv_settings: PydanticBaseSettingsSource,  # noqa: ARG003  (an interface)
+        file_secret_settings: PydanticBaseSettingsSource,  # noqa: ARG003  (an interface)
+    ) -> tuple[PydanticBaseSettingsSource, ...]:
+        """Arguments before variables, variables before the file."""
+        return init_settings, env_settings, FileSource(settings_cls)
 
     data: Path = Field(
         default=Path("penumbra-data"), description="Folder for everything kept: database, pictures, textures."

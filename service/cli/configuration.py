@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from service.cli.errors import CommandError
 
@@ -11,8 +15,21 @@ if TYPE_CHECKING:
     from service.settings import Settings
 
 
-def read_settings(given: Mapping[str, Any]) -> Settings:
-    """The settings with these options; what is not given comes from the environment.
+ConfigOption = Annotated[
+    Path | None,
+    typer.Option(
+        help="A TOML file of settings; by default that named by PENUMBRA_CONFIG.", show_default=False
+    ),
+]
+
+
+def read_settings(given: Mapping[str, Any], *, config: Path | None = None) -> Settings:
+    """The settings with these options; what is not given comes from the environment, else from a file.
+
+    Parameters
+    ----------
+    config
+        The file, in place of that which ``PENUMBRA_CONFIG`` names.
 
     Raises
     ------
@@ -23,15 +40,25 @@ def read_settings(given: Mapping[str, Any]) -> Settings:
     from pydantic_settings import SettingsError
 
     from service.settings import Settings
+    from service.settings_file import SettingsFileError
 
+    if config is not None:
+        os.environ["PENUMBRA_CONFIG"] = str(config)
     try:
         return Settings.model_validate(given)
     except ValidationError as error:
         found = error.errors(include_url=False, include_input=False)
-        raise CommandError(" ".join(f"{_variable(item['loc'])}: {item['msg']}." for item in found)) from error
-    except SettingsError as error:
+        raise CommandError(" ".join(map(_told, found))) from error
+    except (SettingsError, SettingsFileError) as error:
         raise CommandError(f"{error}.") from error
 
 
-def _variable(location: tuple[int | str, ...]) -> str:
-    return "PENUMBRA_" + ("__".join(str(part) for part in location).upper() or "...")
+def _told(item: Mapping[str, Any]) -> str:
+    from service.settings_file import DEFAULT, source_of
+
+    path = tuple(str(part) for part in item["loc"])
+    source = source_of(path)
+    variable = "PENUMBRA_" + ("__".join(path).upper() or "...")
+    name = variable if source in {DEFAULT, variable} else f"{'.'.join(path)} in {source}"
+    sentence = "There is no such setting" if item["type"] == "extra_forbidden" else item["msg"]
+    return f"{name}: {sentence}."

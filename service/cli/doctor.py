@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, is_dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from service.cli import output
-from service.cli.configuration import read_settings
+from service.cli.configuration import ConfigOption, read_settings
 from service.cli.errors import CommandError
 from service.cli.exits import ExitCode
 
@@ -44,29 +44,35 @@ class Check:
     advice: str = ""
 
 
-def doctor(numerics: NumericsOption = False, as_json: output.JsonOption = False) -> None:
+def doctor(
+    numerics: NumericsOption = False, config: ConfigOption = None, as_json: output.JsonOption = False
+) -> None:
     """Show what is installed, found and configured here, and from where."""
     if numerics:
         from service.cli.numerics import check_numerics
 
         check_numerics(as_json=as_json)
         return
-    checks = list(_all_checks())
+    checks = list(_all_checks(config))
+    settings = list(_settings(config))
     if as_json:
-        output.document({"checks": [asdict(check) for check in checks]})
+        told = [setting | {"value": str(setting["value"])} for setting in settings]
+        output.document({"checks": [asdict(check) for check in checks], "settings": told})
     else:
         for check in checks:
             _show(check)
+        for setting in settings:
+            output.result(f"      {setting['name']:<24} {setting['value']!s:<24} {setting['source']}")
     if any(check.level == "fail" for check in checks):
         raise typer.Exit(ExitCode.SERVER)
 
 
-def _all_checks() -> Iterator[Check]:
+def _all_checks(config: Path | None) -> Iterator[Check]:
     yield from _software()
     yield _simd()
     yield _processors()
     yield _memory()
-    yield from _service()
+    yield from _service(config)
     yield from _extras()
 
 
@@ -120,11 +126,11 @@ def _available_memory() -> int | None:
     return int(fields["MemAvailable"].split()[0]) * 1024
 
 
-def _service() -> Iterator[Check]:
+def _service(config: Path | None = None) -> Iterator[Check]:
     try:
-        settings = read_settings({})
+        settings = read_settings({}, config=config)
     except CommandError as error:
-        yield Check("settings", "fail", str(error), "Correct the variables PENUMBRA_...")
+        yield Check("settings", "fail", str(error), "Correct the variables PENUMBRA_..., or the file.")
         return
     yield _data_folder(settings)
     yield _database(settings)
@@ -168,9 +174,39 @@ def _database(settings: Settings) -> Check:
     return Check("database", "ok", f"{shown}, reachable")
 
 
+def _settings(config: Path | None) -> Iterator[dict[str, Any]]:
+    """Every setting with its value and where it comes from; none where they make no sense."""
+    from service.settings_file import source_of
+
+    try:
+        settings = read_settings({}, config=config)
+    except CommandError:
+        return
+    for name in type(settings).model_fields:
+        value = getattr(settings, name)
+        if is_dataclass(value) and not isinstance(value, type):
+            for inner, number in asdict(value).items():
+                yield {"name": f"{name}.{inner}", "value": number, "source": source_of((name, inner))}
+        else:
+            shown = _without_password(value) if name == "database" else value
+            yield {"name": name, "value": shown, "source": source_of((name,))}
+
+
+def _without_password(url: str | None) -> str | None:
+    from sqlalchemy.engine import make_url
+    from sqlalchemy.exc import SQLAlchemyError
+
+    try:
+        return None if url is None else make_url(url).render_as_string(hide_password=True)
+    except SQLAlchemyError:
+        return "no database URL"
+
+
 def _source(setting: str) -> str:
-    variable = f"PENUMBRA_{setting.upper()}"
-    return variable if variable in os.environ else "the default"
+    from service.settings_file import DEFAULT, source_of
+
+    source = source_of((setting,))
+    return "the default" if source == DEFAULT else source
 
 
 def _extras() -> Iterator[Check]:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from service.cli import output
-from service.cli.configuration import read_settings
+from service.cli.configuration import ConfigOption, read_settings
 from service.cli.errors import ServiceStartError
 from service.cli.exits import ExitCode
 
@@ -36,13 +36,15 @@ def serve(
     workers: WorkersOption = None,
     database: DatabaseOption = None,
     behind_proxy: ProxyOption = False,
+    config: ConfigOption = None,
 ) -> None:
-    """Run the service. What is not given comes from PENUMBRA_HOST, PENUMBRA_PORT and so on."""
+    """Run the service. What is not given comes from PENUMBRA_HOST, PENUMBRA_PORT and so on, or a file."""
     from service.server import run
 
     options = {"host": host, "port": port, "data": data, "workers": workers, "database": database}
     options["behind_proxy"] = behind_proxy or None
-    settings = read_settings({name: value for name, value in options.items() if value is not None})
+    given = {name: value for name, value in options.items() if value is not None}
+    settings = read_settings(given, config=config)
     try:
         run(settings)
     except KeyboardInterrupt:
