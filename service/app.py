@@ -17,6 +17,7 @@ from schemas.inspections import InspectionRequest
 from schemas.jobs import JobRequest
 from schemas.problems import ProblemDocument
 from schemas.quotes import QuoteRequest
+from schemas.regions import Region
 from schemas.traces import TraceRequest
 from service import problems
 from service.access.asking import asker
@@ -33,6 +34,7 @@ from service.routes import (
     assets,
     comparisons,
     convergence,
+    focus,
     inspections,
     jobs,
     logs,
@@ -65,6 +67,7 @@ ROUTERS = (
     tiles,
     pictures,
     convergence,
+    focus,
     inspections,
     scenes,
     quotes,
@@ -153,6 +156,7 @@ def _document_bodies(app: FastAPI) -> None:
             TraceRequest,
             ComparisonRequest,
             InspectionRequest,
+            Region,
             ProblemDocument,
         )
     ]

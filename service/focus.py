@@ -1,0 +1,30 @@
+"""Having a part of a picture first. It changes when tiles are rendered, and nothing in them."""
+
+from __future__ import annotations
+
+from schemas.reading import read_document
+from schemas.regions import Region
+from service import jobs
+from service.context import Service
+
+
+def focus(service: Service, job_id: str, body: bytes) -> None:
+    """Have the tiles of a region rendered before the others of their pass; what has ended stays as it is.
+
+    Jobs that share what is rendered share its order, too: the last wish counts. A wish is no part of the
+    job, and does not outlast the service.
+
+    Raises
+    ------
+    UnknownJobError
+        If there is no such job.
+    PictureGoneError
+        If the job has ended without a picture.
+    renderer.SceneError
+        If the region has no pixels.
+    """
+    with service.database.reading() as session:
+        render = jobs.find_render(session, job_id)
+    region, _ = read_document(body, Region, limits=service.settings.limits)
+    if not render.state.final:
+        service.dispatcher.prefer(render.id, region)

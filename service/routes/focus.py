@@ -1,0 +1,32 @@
+"""Which part of a picture is rendered first."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fastapi import APIRouter, Request
+from fastapi.concurrency import run_in_threadpool
+
+from schemas.regions import Region
+from service.access.asking import ChangedJob
+from service.bodies import json_body
+from service.context import Here
+from service.focus import focus
+from service.routes.jobs import BODY, GONE, NOT_YOURS, UNKNOWN
+from service.routes.parameters import json_request, problem
+
+router = APIRouter(prefix="/v1/jobs/{job_id}", tags=["jobs"])
+
+EXAMPLE: dict[str, Any] = {"x0": 0, "y0": 0, "x1": 64, "y1": 64}
+
+
+@router.post(
+    "/focus",
+    status_code=204,
+    responses=BODY | UNKNOWN | NOT_YOURS | GONE | problem(422, "The rectangle cannot be used."),
+    openapi_extra=json_request(Region, EXAMPLE),
+)
+async def set_focus(here: Here, request: Request, job_id: ChangedJob) -> None:
+    """Have a rectangle of the picture rendered before the rest of each pass."""
+    body = await json_body(request, here.settings.limits.max_body_bytes)
+    await run_in_threadpool(focus, here, job_id, body)
