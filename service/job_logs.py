@@ -50,12 +50,12 @@ def _entries(row: JobRow, repeated: list[TileRow]) -> Iterator[LogEntry]:
         yield LogEntry(
             at=row.created_at,
             event="shared",
-            message="An earlier job asks for the same: one render is for both.",
+            message="The same was asked for before: it is rendered once.",
         )
     if row.started_at is not None:
         yield LogEntry(at=row.started_at, event="started", message="The first tile went to a worker.")
     if render is not None:
-        yield from _passes(render, repeated)
+        yield from _passes(row, render, repeated)
         yield from _composing(render)
     if row.state.final:
         yield LogEntry(at=row.finished_at, event=row.state.value, message=_end(row))
@@ -65,13 +65,13 @@ def _size(render: RenderRow | None) -> str:
     return "Submitted." if render is None else f"Submitted: {render.width} x {render.height} pixels."
 
 
-def _passes(render: RenderRow, repeated: list[TileRow]) -> Iterator[LogEntry]:
+def _passes(row: JobRow, render: RenderRow, repeated: list[TileRow]) -> Iterator[LogEntry]:
     """Tell the passes in their order, what was repeated in each before its end."""
     finished = {cost["pass_index"]: cost for cost in pass_costs.told(render)}
     for index in sorted({*finished, *(step.pass_index for step in repeated)}):
         yield from (_step(step) for step in repeated if step.pass_index == index)
         if index in finished:
-            yield _pass(render, finished[index])
+            yield _pass(row, render, finished[index])
 
 
 def _step(step: TileRow) -> LogEntry:
@@ -86,12 +86,13 @@ def _step(step: TileRow) -> LogEntry:
     )
 
 
-def _pass(render: RenderRow, cost: dict[str, Any]) -> LogEntry:
+def _pass(row: JobRow, render: RenderRow, cost: dict[str, Any]) -> LogEntry:
     error = cost["error"]
     reached = f", error {error['estimate']:.2g}" if error else ""
-    begun = render.started_at
+    at = render.started_at and render.started_at + timedelta(seconds=cost["seconds"])
     return LogEntry(
-        at=begun and begun + timedelta(seconds=cost["seconds"]),
+        # When others came who asked for the same is nobody's business.
+        at=at if at is not None and at >= row.created_at else None,
         event="pass_finished",
         message=f"Pass {cost['pass_index']} is finished: {cost['seconds']:.2f} s and "
         f"{cost['cpu_seconds']:.2f} CPU s so far, {sum(cost['rays'].values())} rays{reached}.",

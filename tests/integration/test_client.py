@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import sys
 import types
 from collections import deque
@@ -16,21 +17,37 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from schemas.access import Role
 from schemas.jobs import TileBatch
+from service.access import keys
 from service.client import (
     AsyncClient,
     Client,
     JobCancelledError,
+    JobFailedError,
+    NotAllowedError,
     RequestInvalidError,
     TimedOutError,
     UnexpectedAnswerError,
     UnreachableError,
 )
+from service.database.connection import Database
+from service.database.migrations import upgrade
 from service.server import RunningServer
+from service.settings import Settings
+from tests.integration.conftest import Start
 from tests.integration.flaky import Cut, Fault, Flaky, busy
 from tests.integration.support import PATIENCE, long_scene, scene, until
 
 FAULTS: list[Fault] = [Cut(0), Cut(20), Cut(300), busy(503, "0"), busy(429, "0.2")]
+
+
+NUMBERS = itertools.count(1)
+
+
+def endless() -> dict[str, Any]:
+    """A scene that takes some seconds and that nobody else has asked for: the same is rendered once."""
+    return long_scene() | {"background": [next(NUMBERS) / 1000, 0, 0]}
 
 
 @pytest.fixture
@@ -54,12 +71,12 @@ def rendered(url: str, *, awaited: bool) -> tuple[str, np.ndarray]:
     """Submit a scene and stay until its image is there; the job's id and the image."""
     if not awaited:
         with Client(url, patience=PATIENCE) as client:
-            job = client.submit(scene(32, 24)).wait()
+            job = client.submit(scene(32, 24), anew=True).wait()
             return job.id, job.image()
 
     async def run() -> tuple[str, np.ndarray]:
         async with AsyncClient(url, patience=PATIENCE) as client:
-            job = await client.submit(scene(32, 24))
+            job = await client.submit(scene(32, 24), anew=True)
             await job.wait()
             return job.id, await job.image()
 
@@ -117,7 +134,7 @@ def test_patience_begins_with_the_first_failure_and_not_with_the_request(
     network: Flaky, server: RunningServer
 ) -> None:
     with Client(server.url) as direct, Client(network.url, patience=0.5) as client:
-        job = direct.submit(long_scene())
+        job = direct.submit(endless())
         after = next(iter(direct.follow(job.id))).next
         # The server holds its answer back for longer than the client has patience, and then it is lost.
         network.faults = deque([Cut(0)])
@@ -129,7 +146,7 @@ def test_patience_begins_with_the_first_failure_and_not_with_the_request(
 def test_tiles_arrive_one_by_one_until_the_image_is_there(network: Flaky, server: RunningServer) -> None:
     network.faults = deque([None, Cut(2000), Cut(40)])
     with Client(network.url) as client:
-        job = client.submit(scene(96, 64, samples=16))
+        job = client.submit(scene(96, 64, samples=16), anew=True)
         canvas = np.zeros((job.height, job.width, 3), np.float32)
         for tile in job.tiles():
             tile.paint(canvas)
@@ -138,7 +155,7 @@ def test_tiles_arrive_one_by_one_until_the_image_is_there(network: Flaky, server
 
     async def painted() -> np.ndarray:
         async with AsyncClient(network.url) as client:
-            job = await client.submit(scene(96, 64, samples=16))
+            job = await client.submit(scene(96, 64, samples=16), anew=True)
             canvas = np.zeros((job.height, job.width, 3), np.float32)
             async for tile in job.tiles():
                 tile.paint(canvas)
@@ -152,7 +169,7 @@ def test_a_cancelled_task_closes_its_connection_and_the_job_goes_on(
 ) -> None:
     async def run() -> tuple[str, str]:
         async with AsyncClient(network.url) as client:
-            job = await client.submit(long_scene())
+            job = await client.submit(endless())
             waiting = asyncio.create_task(job.wait())
             await asyncio.to_thread(until, lambda: any(b"/tiles" in piece for piece in network.requests))
             waiting.cancel()
@@ -218,7 +235,7 @@ def test_a_job_gives_its_image_as_array_pillow_and_files(
 
 def test_where_a_finished_image_is_asked_for_it_is_waited_for(server: RunningServer) -> None:
     with Client(server.url) as client:
-        job = client.submit(scene(64, 48, samples=16))
+        job = client.submit(scene(64, 48, samples=16), anew=True)
         assert job.image().shape == (48, 64, 3)
         assert (job.state, job.progress.share, job.done) == ("succeeded", 1, True)
         assert "succeeded, 100% of 64 x 48" in repr(job)
@@ -226,7 +243,7 @@ def test_where_a_finished_image_is_asked_for_it_is_waited_for(server: RunningSer
 
 def test_a_time_out_tells_which_job_goes_on_and_how_to_go_on_with_it(server: RunningServer) -> None:
     with Client(server.url) as client:
-        job = client.submit(long_scene())
+        job = client.submit(endless())
         with pytest.raises(TimedOutError, match=rf"client.wait\('{job.id}'\)") as caught:
             job.image(timeout=0.1)
         assert caught.value.job_id == job.id
@@ -325,7 +342,7 @@ def test_a_card_of_what_has_no_picture_is_made_at_once_and_without_one(
     network: Flaky, server: RunningServer, done: str
 ) -> None:
     with Client(network.url) as client:
-        job = client.submit(long_scene()).cancel()
+        job = client.submit(endless()).cancel()
         network.requests.clear()
         assert job._repr_png_() is None
         assert f"{job.id}: cancelled" in job._repr_html_()
@@ -343,3 +360,37 @@ def test_a_submission_whose_answer_was_lost_is_one_job_however_often_it_was_sent
         named = [found.id for found in client.jobs() if found.name == "sent four times"]
     assert not network.faults
     assert named == [job.id]
+
+
+def test_what_is_wished_of_a_job_reaches_the_service(server: RunningServer) -> None:
+    document = scene(16, 8) | {"background": [0.2, 0.1, 0.3]}
+    with Client(server.url) as client:
+        first = client.submit(document, labels={"who": "ada"}, priority=3, wait=5)
+        assert (first.state, first.labels, first.priority) == ("succeeded", {"who": "ada"}, 3)
+        assert "shared" in {entry.event for entry in client.submit(document).log().entries}
+        anew = client.submit(document, anew=True)
+        assert "shared" not in {entry.event for entry in anew.log().entries}
+        late = client.submit(endless(), time_limit=0.01)
+        with pytest.raises(JobFailedError) as caught:
+            late.wait()
+        assert (caught.value.failure.code, late.state, late.done) == ("time_limit", "failed", True)
+
+
+def test_a_service_with_keys_lets_in_whoever_has_one(start: Start, tmp_path: Path) -> None:
+    database = Database(Settings(data=tmp_path).database_url)
+    upgrade(database)
+    with database.writing() as session:
+        key = str(keys.add(session, "ada", Role.SUBMIT))
+    database.close()
+    server = start(workers=1)
+    with Client(server.url) as stranger, pytest.raises(NotAllowedError) as caught:
+        stranger.submit(scene(16, 8))
+    assert caught.value.status == 401
+    with Client(server.url, key=key) as client:
+        assert client.submit(scene(16, 8)).wait().user == "ada"
+
+    async def user() -> str | None:
+        async with AsyncClient(server.url, key=key) as client:
+            return (await client.submit(scene(16, 8))).user
+
+    assert asyncio.run(user()) == "ada"

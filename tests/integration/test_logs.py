@@ -43,6 +43,21 @@ def test_a_job_tells_when_it_came_began_finished_each_pass_and_ended(
     assert "40 x 24" in entries[0]["message"]
 
 
+def test_what_was_rendered_before_is_told_without_the_time_when_others_asked_for_it(
+    server: RunningServer,
+) -> None:
+    document = scene(24, 16) | {"background": [0.3, 0.2, 0.1]}
+    with Client(server.url) as client:
+        first, second = (client.submit(document).wait().log() for _ in range(2))
+    assert [entry.event for entry in second.entries][:2] == ["submitted", "shared"]
+    before, after = (
+        [entry for entry in log.entries if entry.event == "pass_finished"] for log in (first, second)
+    )
+    assert [entry.message for entry in after] == [entry.message for entry in before]
+    assert all(entry.at is not None for entry in before)
+    assert {entry.at for entry in after} == {None}
+
+
 def test_a_failure_is_told_with_its_reason(client: httpx2.Client) -> None:
     content = FILES["ply binary"]()[:2900]
     put(client, content)
