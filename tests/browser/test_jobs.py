@@ -59,6 +59,17 @@ def test_jobs_are_shown_by_their_state_and_an_address_keeps_the_choice(
     client.post(f"/v1/jobs/{running}/cancel")
 
 
+def test_a_label_finds_its_jobs(open_page: Open, client: httpx2.Client) -> None:
+    for name, week in (("early", "1"), ("late", "12")):
+        finish(client, submit(client, document(name), labels={"week": week}))
+    page = open_page("/jobs")
+    row(page, "early").get_by_role("button", name="week:1").click()
+    expect(page.get_by_role("searchbox", name="Label")).to_have_value("week:1")
+    expect(row(page, "late")).to_have_count(0)
+    expect(row(page, "early")).to_have_count(1)
+    assert page.url.endswith("/jobs?label=week%3A1")
+
+
 def test_a_job_is_cancelled_from_the_list(open_page: Open, client: httpx2.Client) -> None:
     job = endless(client, "too long")
     page = open_page("/jobs")

@@ -38,6 +38,17 @@ def test_a_scene_of_the_gallery_is_rendered_with_the_quality_asked_for(
     assert asked["light"] == {"pattern": "sobol", "samples": 4}
 
 
+def test_a_job_gets_the_labels_that_were_written(page: Page, client: httpx2.Client) -> None:
+    opened(page)
+    editor(page).fill(small("basic"))
+    page.get_by_label("Labels").fill("course: graphics, time:12:30")
+    opened(page)
+    render_button(page).click()
+    finished(page)
+    job = client.get(f"/v1/jobs/{page.url.rsplit('/', 1)[1]}").json()
+    assert job["labels"] == {"course": "graphics", "time": "12:30"}
+
+
 def test_a_mistake_is_told_at_its_line_while_it_is_typed(page: Page) -> None:
     opened(page)
     good = small("basic")

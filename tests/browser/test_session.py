@@ -1,0 +1,70 @@
+"""A service with keys: the page asks for one once, and its cookie does the rest."""
+
+from __future__ import annotations
+
+import httpx2
+import pytest
+from playwright.sync_api import Page, expect
+
+from schemas.access import Role
+from service.access import keys
+from service.database.connection import Database
+from service.server import RunningServer
+from service.settings import Settings
+from tests.browser.conftest import Open
+from tests.browser.scenes import PATIENCE, editor, opened, render_button, small
+from tests.integration.support import until
+
+
+@pytest.fixture(scope="module")
+def key(server: RunningServer) -> str:
+    """A key, after which the service asks everybody for theirs."""
+    database = Database(Settings(data=server.data).database_url)
+    with database.writing() as session:
+        made = str(keys.add(session, "ada", Role.SUBMIT))
+    database.close()
+    # A service looks again after a while whether there are keys now.
+    until(lambda: httpx2.get(f"{server.url}/v1/jobs").status_code == 401)
+    return made
+
+
+def give(page: Page, key: str) -> None:
+    page.get_by_role("dialog").get_by_label("Key").fill(key)
+    page.get_by_role("dialog").get_by_role("button", name="Begin").click()
+
+
+def test_a_key_is_asked_for_once_and_a_reload_needs_none(open_page: Open, key: str) -> None:
+    page = open_page("/")
+    give(page, key)
+    opened(page)
+    expect(page.locator("#session")).to_contain_text("ada", timeout=PATIENCE)
+    page.reload()
+    opened(page)
+    expect(page.get_by_role("dialog")).to_have_count(0)
+
+
+def test_a_wrong_key_is_told_and_can_be_given_again(open_page: Open, key: str) -> None:
+    page = open_page("/jobs")
+    give(page, "not-a-key")
+    expect(page.get_by_role("dialog").get_by_role("alert")).not_to_be_empty()
+    give(page, key)
+    expect(page.get_by_role("dialog")).to_have_count(0)
+    expect(page.get_by_text("Nothing")).to_be_visible(timeout=PATIENCE)
+
+
+def test_a_job_is_rendered_and_followed_with_the_cookie(open_page: Open, key: str) -> None:
+    page = open_page("/")
+    give(page, key)
+    opened(page)
+    editor(page).fill(small("basic"))
+    opened(page)
+    render_button(page).click()
+    expect(page.locator(".job-progress .state")).to_have_text("✓ finished", timeout=PATIENCE)
+
+
+def test_after_leaving_the_key_is_asked_for_again(open_page: Open, key: str) -> None:
+    page = open_page("/jobs")
+    give(page, key)
+    page.get_by_role("button", name="Leave").click()
+    expect(page.get_by_role("dialog")).to_be_visible(timeout=PATIENCE)
+    assert page.context.cookies() == []
