@@ -1,0 +1,104 @@
+"""The page about grading, followed step by step."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import jsonschema
+import pytest
+import yaml
+from PIL import Image
+
+from tests.acceptance.conftest import ENVIRONMENT, ROOT
+from tests.unit.grading.exports.test_json_forms import CLASSROOM50, GRADESCOPE, RUNNER
+
+pytestmark = pytest.mark.slow
+
+PAGE = (ROOT / "docs" / "grading.md").read_text()
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
+
+
+def test_an_assistant_who_follows_the_page_has_an_autograder_and_a_gradebook(tmp_path: Path) -> None:
+    shutil.copytree(ROOT / "scenes", tmp_path / "scenes")
+    (tmp_path / "dist").mkdir()
+    (tmp_path / "dist" / "penumbra_render-1-py3-none-any.whl").touch()
+    here = f"{Path(sys.executable).parent}:{ENVIRONMENT.get('PATH', '')}"
+    done = subprocess.run(
+        ["bash", "-c", "\n".join(["set -eu -o pipefail", *blocks("sh")])],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        env=ENVIRONMENT | {"PATH": here},
+        timeout=550,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    results = json.loads((tmp_path / "autograder/results/results.json").read_text())
+    jsonschema.validate(results, GRADESCOPE)
+    assert results["score"] == json.loads((tmp_path / "grade.json").read_text())["score"] == 125
+    assert {test["status"] for test in results["tests"]} == {"passed"}
+    with (tmp_path / "gradebook.csv").open(newline="") as file:
+        yan, zoe = csv.DictReader(file)
+    assert (zoe["student"], zoe["score"]) == ("zoe", "125.0")
+    # A hard shadow in place of the soft one, and nothing else.
+    assert (yan["student"], yan["score"]) == ("yan", "0.0")
+    assert "hard_shadows" in (tmp_path / "marks/yan.html").read_text()
+    assert (tmp_path / "graded/page.html").exists()
+
+
+def test_the_script_for_classroom50_writes_the_result_that_is_asked_for(tmp_path: Path) -> None:
+    bundle, student = tmp_path / "bundle", tmp_path / "student"
+    bundle.mkdir()
+    student.mkdir()
+    Image.new("RGB", (16, 16), "grey").save(bundle / "grey.png")
+    shutil.copy(bundle / "grey.png", student)
+    # Nothing that is handed in may be taken for the package.
+    (student / "service.py").write_text("raise SystemExit('imported')")
+    picture = {"file": "grey.png", "encoding": "srgb"}
+    test = {"id": "grey", "name": "Grey", "kind": "image", "points": 10, "submitted": picture}
+    manifest = {
+        "schema": "penumbra/manifest/v1",
+        "title": "Grey",
+        "tests": [test | {"reference": picture | {"type": "picture"}}],
+    }
+    (bundle / "manifest.yaml").write_text(json.dumps(manifest))
+    (script,) = blocks("python")
+    install = next(line for line in script.splitlines() if "pip" in line)
+    (bundle / "autograder.py").write_text(script.replace(install, ""))
+    done = subprocess.run(
+        [sys.executable, str(bundle / "autograder.py")],
+        cwd=student,
+        env=ENVIRONMENT | RUNNER,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == ""
+    result = json.loads((student / "result.json").read_text())
+    jsonschema.validate(result, CLASSROOM50)
+    assert (result["score"], result["max-score"]) == (10, 10)
+
+
+def test_settings_of_platforms_are_well_formed() -> None:
+    assert len([json.loads(block) for block in blocks("json")]) == 1
+    gitlab, github = (yaml.safe_load(block) for block in blocks("yaml"))
+    assert gitlab["grade"]["artifacts"]["reports"] == {"junit": "grade.xml"}
+    assert "GITHUB_STEP_SUMMARY" in github[0]["run"]
+    for script in blocks("bash"):
+        subprocess.run(["bash", "-n"], input=script, text=True, check=True)
+
+
+def test_every_form_is_on_the_page() -> None:
+    from service.grading.exports import EXPORTS
+
+    assert all(f"`{form}`" in PAGE for form in EXPORTS)
