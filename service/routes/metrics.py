@@ -6,7 +6,9 @@ from fastapi import APIRouter
 from fastapi.responses import Response
 from prometheus_client import CONTENT_TYPE_LATEST
 
+from service.access.asking import Asking
 from service.context import Here
+from service.errors import ForbiddenError
 
 router = APIRouter(tags=["operations"])
 
@@ -16,6 +18,8 @@ router = APIRouter(tags=["operations"])
     response_class=Response,
     responses={200: {"content": {"text/plain": {"schema": {"type": "string"}}}}},
 )
-def metrics(here: Here) -> Response:
-    """Tell what Prometheus asks: queue, tiles, retries, failures, CPU seconds, errors."""
+def metrics(here: Here, asking: Asking) -> Response:
+    """Tell what Prometheus asks: queue, tiles, deaths, failures, CPU seconds, errors."""
+    if not asking.sees_all:
+        raise ForbiddenError("The numbers name all users: staff and admins alone may see them.")
     return Response(here.dispatcher.metrics.text(here.database), media_type=CONTENT_TYPE_LATEST)

@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import os
 import signal
+from pathlib import Path
 
 import httpx2
 import pytest
 from prometheus_client.parser import text_string_to_metric_families
 
+from schemas.access import Role
+from service.access import keys
+from service.database.connection import Database
+from service.database.migrations import upgrade
+from service.settings import Settings
 from tests.integration.conftest import Start
 from tests.integration.support import PATIENCE, ended, finish, scene, submit, wait, workers_of
 
@@ -39,6 +45,7 @@ def test_tiles_and_cpu_seconds_of_a_job_are_counted(client: httpx2.Client) -> No
     assert after[user] - before.get(user, 0) >= job["cost"]["cpu_seconds"]
 
 
+@pytest.mark.slow
 def test_the_queue_is_as_deep_as_the_jobs_that_wait(start: Start) -> None:
     with httpx2.Client(base_url=start(workers=1).url, timeout=PATIENCE) as client:
         assert watched(client)["penumbra_jobs", "queued"] == 0
@@ -52,6 +59,7 @@ def test_the_queue_is_as_deep_as_the_jobs_that_wait(start: Start) -> None:
         assert samples["penumbra_jobs", "queued"] + samples["penumbra_jobs", "running"] == 0
 
 
+@pytest.mark.slow
 def test_a_worker_that_dies_is_counted_and_the_job_that_fails_of_it_by_its_code(start: Start) -> None:
     server = start(workers=1, max_attempts=1, tile_size=64)
     with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
@@ -65,6 +73,7 @@ def test_a_worker_that_dies_is_counted_and_the_job_that_fails_of_it_by_its_code(
     assert samples["penumbra_failed_jobs", failure["code"]] == 1
 
 
+@pytest.mark.slow
 def test_reached_errors_are_told_as_shares_of_those_asked_for(start: Start) -> None:
     with httpx2.Client(base_url=start().url, timeout=PATIENCE) as client:
         assert ("penumbra_error_over_target", "0.5") not in watched(client)
@@ -78,3 +87,19 @@ def test_the_process_itself_is_told_of(client: httpx2.Client) -> None:
     samples = watched(client)
     assert samples["process_resident_memory_bytes",] > 0
     assert samples["process_open_fds",] > 0
+
+
+@pytest.mark.slow
+def test_where_keys_are_asked_for_staff_alone_sees_the_numbers(start: Start, tmp_path: Path) -> None:
+    database = Database(Settings(data=tmp_path).database_url)
+    upgrade(database)
+    with database.writing() as session:
+        made = {role: str(keys.add(session, role.value, role)) for role in Role}
+    database.close()
+    url = start(workers=1).url
+    statuses = {
+        role: httpx2.get(f"{url}/metrics", headers={"Authorization": f"Bearer {key}"}).status_code
+        for role, key in made.items()
+    }
+    assert statuses == {Role.SUBMIT: 403, Role.STAFF: 200, Role.ADMIN: 200}
+    assert httpx2.get(f"{url}/metrics").status_code == 401

@@ -1,0 +1,24 @@
+"""What the page about operations says is so."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+from service.metrics import Metrics
+from service.settings import Settings
+
+PAGE = (Path(__file__).parents[3] / "docs" / "operations.md").read_text()
+
+
+def test_the_page_tells_every_metric_that_is_counted() -> None:
+    counted = {f"{family.name}_total" for family in Metrics().registry.collect() if family.name[:3] == "pen"}
+    told = set(re.findall(r"`(penumbra_\w+_total)(?:\{\w+\})?` \| counter", PAGE))
+    assert told == counted
+
+
+def test_the_file_that_the_page_shows_is_taken() -> None:
+    (example,) = re.findall(r"^```toml\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
+    settings = Settings(**tomllib.loads(example))
+    assert (settings.max_user_jobs, settings.limits.max_samples) == (300, 1024)
