@@ -276,7 +276,9 @@ class Manifest(Closed):
     quality: Quality | None = Field(
         default=None, description="How scenes are rendered; by default each by its own `sampling`."
     )
-    deadline: Seconds = Field(default=60.0, description="Seconds after which a test is given up.")
+    deadline: Seconds = Field(
+        default=60.0, description="Seconds after which a test, or rendering a reference, is given up."
+    )
     memory: Mebibytes | None = Field(default=None, description="MiB that a test may take at most.")
     tests: Annotated[tuple[Test, ...], Field(min_length=1, max_length=MOST_TESTS)] = Field(
         description="In the order in which they are told."

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import sys
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -93,8 +94,10 @@ def run_all(errands: Sequence[Errand], jobs: int) -> Iterator[tuple[str, Finishe
     for name in ONE_THREAD:
         os.environ.setdefault(name, "1")
     context = multiprocessing.get_context("forkserver")
-    # The libraries are loaded once, and each process begins with them.
-    context.set_forkserver_preload([child.__name__, "service.grading.kinds"])
+    # The libraries are loaded once, and each process begins with them; what this one has loaded, too, for
+    # each looks at the program that it was started from.
+    loaded = [name for name in sys.modules if name.startswith("service.")]
+    context.set_forkserver_preload([child.__name__, "service.grading.kinds", *loaded])
     waiting, running = deque(errands), dict[Connection, _Running]()
     try:
         while waiting or running:

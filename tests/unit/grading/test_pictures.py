@@ -11,6 +11,8 @@ import pytest
 from PIL import Image
 
 from renderer.colors import srgb_from_linear
+from renderer.comparison import compare, picture_of
+from renderer.exr_files import encode_exr
 from schemas.acceptance import PICTURE_MISTAKES
 from tests.unit.grading.assignments import SCENE, Assignment, image_test, pixels, scene, scene_test
 
@@ -201,13 +203,15 @@ def test_what_cannot_be_compared_is_not_gradable_and_not_zero(
 
 
 def test_a_submission_cannot_tell_how_noisy_it_is(assignment: Assignment) -> None:
-    assignment.hand_in("picture.npy", pixels(scene(lights=[])))
-    for layer, value in (("error", np.float32(9)), ("samples", np.int32(4))):
-        shape = (32, 48, 3) if layer == "error" else (32, 48)
-        assignment.hand_in(f"picture.npy.{layer}.npy", np.full(shape, value))
+    claim = {"error": np.full((32, 48, 3), 9, np.float32), "samples": np.full((32, 48), 4, np.int32)}
+    wrong = encode_exr(pixels(scene(shapes=SCENE["shapes"][:1])), claim)
+    assignment.hand_in("picture.exr", wrong)
     noisy = scene(sampling={"antialiasing": {"pattern": "random", "samples": 4}})
     (assignment.references / "scene.json").write_text(json.dumps(noisy))
-    assert assignment.test(image_test()).status == "failed"
+    told = assignment.test(image_test(submitted={"file": "picture.exr", "encoding": "linear"}))
+    assert (told.status, told.verdict) == ("failed", "mismatch")
+    # If its claim were believed, nothing would differ by more than noise.
+    assert compare(picture_of(wrong, "wrong"), picture_of(encode_exr(pixels(noisy), claim), "right")).passed
 
 
 def test_the_noise_of_the_reference_is_no_error_of_the_submission(assignment: Assignment) -> None:
