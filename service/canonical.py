@@ -11,12 +11,9 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import version as installed
 
-from schemas.jobs import JobRequest, JobState
+from schemas.jobs import JobRequest
 from schemas.quality import FixedQuality
 from schemas.scene import Scene
-
-SHARED = (JobState.QUEUED, JobState.RUNNING, JobState.SUCCEEDED)
-"""States in which a render may be joined: one that has failed is tried again."""
 
 
 @dataclass(frozen=True)

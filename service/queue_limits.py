@@ -5,14 +5,23 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from sqlalchemy import case, func, select
+from sqlalchemy import bindparam, case, func, select
 from sqlalchemy.orm import Session
 
+import renderer
+from schemas.problems import Problem
 from service.access.askers import Asker
 from service.context import Service
 from service.database.models import JobRow
 from service.errors import QueueFullError
 
+_MINE = JobRow.owner == bindparam("owner")
+_COUNTED = select(
+    func.count(),
+    func.coalesce(func.sum(JobRow.load), 0.0),
+    func.coalesce(func.sum(case((_MINE, 1), else_=0)), 0),
+    func.coalesce(func.sum(case((_MINE, JobRow.load), else_=0.0)), 0.0),
+).where(JobRow.finished_at.is_(None))
 # Nobody is told to come back later than this, seconds: by then somebody may have cancelled.
 LONGEST_WAIT = 3600.0
 
@@ -54,16 +63,11 @@ def check(session: Session, service: Service, asker: Asker, job: JobRow) -> Queu
     ------
     QueueFullError
         Says when to try again.
+    renderer.SceneError
+        If it would not fit into an empty queue either.
     """
     settings = service.settings
-    mine = JobRow.owner == asker.name
-    counted = select(
-        func.count(),
-        func.coalesce(func.sum(JobRow.load), 0.0),
-        func.coalesce(func.sum(case((mine, 1), else_=0)), 0),
-        func.coalesce(func.sum(case((mine, JobRow.load), else_=0.0)), 0.0),
-    ).where(JobRow.finished_at.is_(None))
-    jobs, seconds, my_jobs, my_seconds = session.execute(counted).one()
+    jobs, seconds, my_jobs, my_seconds = session.execute(_COUNTED, {"owner": asker.name}).one()
     my_most = asker.max_jobs or settings.max_user_jobs
     my_most_seconds = asker.max_cpu_seconds or settings.max_user_cpu_seconds
     adds = 0 if job.state.final else 1
@@ -73,10 +77,21 @@ def check(session: Session, service: Service, asker: Asker, job: JobRow) -> Queu
         Share("all jobs", settings.max_queued_jobs, jobs + adds),
         Share("all cpu", settings.max_queued_cpu_seconds, seconds + job.load),
     )
+    if job.load > my_most_seconds:
+        _too_dear(job.load, my_most_seconds)
     queue = Queue(shares[0], shares[1], service.dispatcher.pace.rate())
     if adds:
         _refuse(queue, shares, job.predicted_cpu_seconds)
     return queue
+
+
+def _too_dear(cost: float, limit: float) -> None:
+    """Refuse a job for which there would be no room in an empty queue."""
+    detail = (
+        f"This is predicted to take {cost:.3g} CPU seconds, more than the {limit:.3g} you may have waiting. "
+        "Ask for fewer pixels, samples or light samples."
+    )
+    raise renderer.SceneError([Problem(pointer="/scene", detail=detail, code="cost")])
 
 
 def _refuse(queue: Queue, shares: tuple[Share, ...], cost: float) -> None:

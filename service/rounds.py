@@ -84,7 +84,8 @@ class Round:
             self._claim(session)
         self.touched |= {task.job for task in self.tasks}
         session.flush()
-        self.news |= set(session.scalars(_SHARING, {"renders": list(self.touched)}))
+        if self.touched:
+            self.news |= set(session.scalars(_SHARING, {"renders": list(self.touched)}))
 
     def _claim(self, session: Session) -> None:
         composing = {task.job for task in self.flying if isinstance(task, ComposeTask | AdvanceTask)}

@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 import structlog
-from sqlalchemy import insert, select
+from sqlalchemy import bindparam, insert, select, text
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
@@ -21,13 +21,22 @@ from service.access.askers import Asker
 from service.admission import Admitted, admit
 from service.canonical import Spec
 from service.context import Service
-from service.database.models import IdempotencyRow, JobRow, LabelRow, RenderRow, RequestRow, TileRow
+from service.database.models import JOINED, Base, IdempotencyRow, JobRow, RenderRow
 from service.errors import ReusedKeyError
 from service.expiry import KEY_LIFE
 from service.queue_limits import Queue
 
 # One more try than others can spoil: the key, or the render, that somebody enters at the same moment.
 TRIES = 3
+
+# Built once: making a statement takes longer than executing it.
+# The condition stands here as in the index of renders that may be joined, so that SQLite uses it.
+_SAME = select(RenderRow.number).where(
+    RenderRow.spec_sha256 == bindparam("sha256"), RenderRow.version == bindparam("version"), text(JOINED)
+)
+_TILES, _REQUESTS, _LABELS = (
+    insert(table) for table in map(Base.metadata.tables.__getitem__, ("tiles", "requests", "labels"))
+)
 
 log = structlog.get_logger()
 
@@ -76,10 +85,11 @@ def submit(service: Service, sent: Submission) -> Taken:
     QueueFullError
         If it does not fit into the queue now.
     """
-    with service.database.reading() as session:
-        known = _replayed(session, sent)
-    if known:
-        return Taken(known, replayed=True)
+    if sent.key is not None:
+        with service.database.reading() as session:
+            known = _replayed(session, sent)
+        if known:
+            return Taken(known, replayed=True)
     admitted = admit(service, sent.body)
     for _ in range(TRIES - 1):
         try:
@@ -104,33 +114,23 @@ def _replayed(session: Session, sent: Submission) -> str | None:
 def _enter(service: Service, sent: Submission, admitted: Admitted) -> Taken:
     job = _job(sent.asker, admitted)
     spec = None if sent.anew else canonical.spec_of(admitted.request)
-    with service.database.reading() as session:
-        shared = spec is not None and _render_of(session, spec) is not None
-    if not shared:
-        service.store.put_spec(job.id, spec.content if spec else sent.body)
     try:
         with service.database.writing() as session:
-            taken = _entered(service, session, sent, admitted, job, spec)
-            kept = job.render is not None and job.render.id == job.id
-            if kept and shared:
-                # The render that was found is gone again.
-                service.store.put_spec(job.id, spec.content if spec else sent.body)
+            known = _replayed(session, sent)
+            taken = (
+                Taken(known, replayed=True) if known else _take(service, session, sent, admitted, job, spec)
+            )
     except BaseException:
         service.store.drop_job(job.id)
         raise
-    if not kept and not shared:
-        service.store.drop_job(job.id)
     service.dispatcher.wake()
-    log.info("job taken", job=taken.job, user=sent.asker.name, shared=not kept, replayed=taken.replayed)
+    log.info("job taken", job=taken.job, user=sent.asker.name, replayed=taken.replayed)
     return taken
 
 
-def _entered(
+def _take(
     service: Service, session: Session, sent: Submission, admitted: Admitted, job: JobRow, spec: Spec | None
 ) -> Taken:
-    known = _replayed(session, sent)
-    if known:
-        return Taken(known, replayed=True)
     found = _render_of(session, spec) if spec else None
     if found is not None:
         _share(job, found)
@@ -138,9 +138,14 @@ def _entered(
         job.load = job.predicted_cpu_seconds
     queue = queue_limits.check(session, service, sent.asker, job)
     if found is None:
-        job.render = _begin(session, admitted, job.id, spec, service.settings.tile_size)
+        steps, course = _course(admitted, service.settings.tile_size)
+        job.render = _render(admitted, job.id, spec, steps, course)
+        # Workers look for it as soon as the transaction is over.
+        service.store.put_spec(job.id, spec.content if spec else sent.body)
     session.add(job)
     session.flush()
+    if found is None and job.render_number is not None:
+        session.execute(_TILES, [rows.new_step(job.render_number, pass_, tile) for pass_, tile in steps])
     _enter_parts(session, sent, job)
     if not job.state.final:
         fairness.activate(session, [job.owner])
@@ -148,10 +153,10 @@ def _entered(
 
 
 def _enter_parts(session: Session, sent: Submission, job: JobRow) -> None:
-    session.execute(insert(RequestRow), {"job": job.number, "body": zlib.compress(sent.body, 1)})
+    session.execute(_REQUESTS, {"job": job.number, "body": zlib.compress(sent.body, 1)})
     if job.labels:
         labels = [{"job": job.number, "name": name, "value": value} for name, value in job.labels.items()]
-        session.execute(insert(LabelRow), labels)
+        session.execute(_LABELS, labels)
     if sent.key is not None:
         row = IdempotencyRow(
             owner=job.owner,
@@ -186,9 +191,8 @@ def _job(asker: Asker, admitted: Admitted) -> JobRow:
 
 def _render_of(session: Session, spec: Spec) -> RenderRow | None:
     """Find the render that shows the same, be it finished or under way."""
-    alive = RenderRow.state.in_(canonical.SHARED), ~RenderRow.cancel_requested
-    same = RenderRow.spec_sha256 == spec.sha256, RenderRow.version == spec.version
-    return session.scalar(select(RenderRow).where(*same, *alive))
+    number = session.scalar(_SAME, {"sha256": spec.sha256, "version": spec.version})
+    return None if number is None else session.get(RenderRow, number)
 
 
 def _share(job: JobRow, render: RenderRow) -> None:
@@ -200,13 +204,11 @@ def _share(job: JobRow, render: RenderRow) -> None:
         job.finished_at = job.created_at
 
 
-def _begin(
-    session: Session, admitted: Admitted, render_id: str, spec: Spec | None, tile_size: int | None
+def _render(
+    admitted: Admitted, render_id: str, spec: Spec | None, steps: list[targets.Step], course: dict[str, Any]
 ) -> RenderRow:
-    """Enter a render with its steps."""
     plan = admitted.plan
-    steps, course = _course(admitted, tile_size)
-    render = RenderRow(
+    return RenderRow(
         id=render_id,
         width=plan.width,
         height=plan.height,
@@ -220,10 +222,6 @@ def _begin(
         numerics=plan.numerics,
         **course,
     )
-    session.add(render)
-    session.flush()
-    session.execute(insert(TileRow), [rows.new_step(render.number, pass_, tile) for pass_, tile in steps])
-    return render
 
 
 def _course(admitted: Admitted, tile_size: int | None) -> tuple[list[targets.Step], dict[str, Any]]:

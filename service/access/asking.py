@@ -30,12 +30,17 @@ async def asker(request: Request, here: Here) -> Asker:
     key = bearer(request)
     if key is None:
         _check_origin(request)
-    if here.settings.behind_proxy or not await run_in_threadpool(here.known.keys_made):
+    if here.settings.behind_proxy or not await _keys_made(here):
         return LOCAL
     found = await run_in_threadpool(_look_up, here, key, request.cookies.get(COOKIE))
     if found is None:
         raise UnauthenticatedError(wrong=key is not None)
     return found
+
+
+async def _keys_made(service: Service) -> bool:
+    known = service.known.keys_made_lately()
+    return await run_in_threadpool(service.known.keys_made) if known is None else known
 
 
 def bearer(request: Request) -> str | None:

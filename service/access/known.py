@@ -28,6 +28,11 @@ class Known:
         self._database = database
         self._answers: dict[tuple[str, str], tuple[float, object]] = {}
 
+    def keys_made_lately(self) -> bool | None:
+        """Whether a key was ever made, if that was found out a moment ago; the database is not asked."""
+        at, answer = self._answers.get(("any", ""), (-MEMORY_SECONDS, None))
+        return bool(answer) if time.monotonic() - at < MEMORY_SECONDS else None
+
     def keys_made(self) -> bool:
         """Whether a key was ever made."""
         return self._remembered("any", "", keys.any_made)

@@ -61,7 +61,8 @@ def _one_of(column: str, values: list[str]) -> str:
     return f"{column} IN ({', '.join(repr(value) for value in values)})"
 
 
-_JOINED = "state IN ('queued', 'running', 'succeeded') AND NOT cancel_requested"
+JOINED = "state IN ('queued', 'running', 'succeeded') AND NOT cancel_requested"
+"""Which renders may be joined: one that has failed is tried again."""
 
 
 class RenderRow(Base):
@@ -85,8 +86,8 @@ class RenderRow(Base):
             "spec_sha256",
             "version",
             unique=True,
-            sqlite_where=text(_JOINED),
-            postgresql_where=text(_JOINED),
+            sqlite_where=text(JOINED),
+            postgresql_where=text(JOINED),
         ),
         {"sqlite_autoincrement": True},  # the number of one that is gone is never given again
     )
