@@ -6,13 +6,14 @@ import multiprocessing
 import os
 import pickle
 import resource
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
+
+STDOUT, STDERR = 1, 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +48,7 @@ def do(answer: Connection, call: Callable[[], Any], memory: int | None) -> None:
     if memory is not None:
         resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
     # Stdout belongs to the one document of the command.
-    sys.stdout = sys.stderr
+    os.dup2(STDERR, STDOUT)
     error = None
     try:
         given = call()

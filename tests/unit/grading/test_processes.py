@@ -6,8 +6,11 @@ import math
 import multiprocessing
 import os
 import signal
+import subprocess
+import sys
 import time
 from functools import partial
+from pathlib import Path
 
 import pytest
 
@@ -79,9 +82,31 @@ def test_memory_beyond_what_is_given_is_refused_to_that_errand_alone() -> None:
     assert found["good"].result == 2.0
 
 
-def test_words_of_an_errand_do_not_reach_stdout(capfd: pytest.CaptureFixture[str]) -> None:
-    assert done(Errand("chatty", partial(print, "told"), PATIENCE))["chatty"].error is None
-    assert capfd.readouterr().out == ""
+CHATTY = """
+import os
+from functools import partial
+from service.grading.processes import Errand, run_all
+
+if __name__ == "__main__":
+    words = partial(print, "told", flush=True), partial(os.write, 1, b"written")
+    found = dict(run_all([Errand(str(call), call, 60.0) for call in words], 1))
+    print([one.error for one in found.values()])
+"""
+
+
+def test_words_of_an_errand_do_not_reach_stdout(tmp_path: Path) -> None:
+    (tmp_path / "chatty.py").write_text(CHATTY)
+    done = subprocess.run(
+        [sys.executable, tmp_path / "chatty.py"],
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[3])},
+        check=True,
+    )
+    assert done.stdout == "[None, None]\n"
+    assert "told" in done.stderr
+    assert "written" in done.stderr
 
 
 def test_who_stops_asking_leaves_no_process_behind() -> None:
