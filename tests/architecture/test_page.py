@@ -1,0 +1,46 @@
+"""What the page offers to begin with is the gallery as it is."""
+
+import importlib.util
+import json
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from PIL import Image
+
+from tests.architecture.sources import ROOT
+
+WEB = ROOT / "service" / "web"
+ENTRIES = json.loads((WEB / "gallery.json").read_text())
+
+
+def generator() -> ModuleType:
+    """The script that makes them."""
+    spec = importlib.util.spec_from_file_location("render_gallery", ROOT / "docs" / "render_gallery.py")
+    assert spec
+    assert spec.loader
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_every_scene_of_the_gallery_is_offered_with_what_to_notice() -> None:
+    assert {entry["name"]: entry["notice"] for entry in ENTRIES} == generator().notices()
+    assert {entry["name"] for entry in ENTRIES} == {
+        path.stem for path in (ROOT / "scenes" / "gallery").glob("*.json")
+    }
+
+
+@pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry["name"])
+def test_a_scene_is_offered_with_a_picture_of_the_size_that_is_told(entry: dict[str, object]) -> None:
+    with Image.open(WEB / "thumbnails" / f"{entry['name']}.webp") as image:
+        assert image.size == (entry["width"], entry["height"])
+
+
+SCRIPTS = [path for path in sorted(WEB.rglob("*.js")) if "vendor" not in path.parts]
+
+
+@pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: str(path.relative_to(WEB)))
+def test_a_script_of_the_page_fits_in_one_head(path: Path) -> None:
+
+    assert len(path.read_text().splitlines()) <= 400
