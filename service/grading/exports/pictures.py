@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -89,9 +90,10 @@ def album(rows: Sequence[Row], folder: Path | None, most: int | None = None) -> 
         for image in row.images
         if (folder / image.file).is_file()
     ]
-    scale = _scale([file.stat().st_size for _, _, file in files], most)
+    room = math.inf if most is None else most - NOTE
+    scale = _scale([file.stat().st_size for _, _, file in files], room)
     shown: dict[str, list[Shown]] = {}
-    room, left_out = float("inf") if most is None else most - NOTE, 0
+    left_out = 0
     for row, label, file in files:
         picture = Shown(label, _smaller(file.read_bytes(), scale))
         needed = _encoded(len(picture.png))
@@ -104,11 +106,9 @@ def album(rows: Sequence[Row], folder: Path | None, most: int | None = None) -> 
     return Album(shown, _note(scale, left_out))
 
 
-def _scale(sizes: Sequence[int], most: int | None) -> int:
+def _scale(sizes: Sequence[int], room: float) -> int:
     """How much smaller all pictures become: their bytes go with their pixels."""
-    if most is None:
-        return 1
-    fitting = [scale for scale in SCALES if sum(_encoded(size // scale**2) for size in sizes) <= most]
+    fitting = [scale for scale in SCALES if sum(_encoded(size // scale**2) for size in sizes) <= room]
     return fitting[0] if fitting else SCALES[-1]
 
 
@@ -128,5 +128,6 @@ def _smaller(content: bytes, scale: int) -> bytes:
 
 def _note(scale: int, left_out: int) -> str:
     smaller = f"Pictures are shown at 1/{scale} of their size." if scale > 1 else ""
-    fewer = f"{left_out} pictures are left out for want of room, those of the best tests." if left_out else ""
+    counted = "1 picture is" if left_out == 1 else f"{left_out} pictures are"
+    fewer = f"{counted} left out for want of room, those of the best tests." if left_out else ""
     return " ".join(filter(None, (smaller, fewer)))
