@@ -15,6 +15,7 @@ import numpy as np
 
 from renderer import Hits, RenderPlan, trace
 from renderer.arrays import Floats, Masks
+from renderer.compile import compile_visibility
 from service.grading.ray_sources import RayList
 
 ROUNDINGS = 1024
@@ -27,6 +28,11 @@ UNIT = {"single": 2.0**-24, "double": 2.0**-53}
 BESIDE = 2.0
 """The change that is seen along four directions, over that along the worst one: at most the root of 2, and
 hits between are curved."""
+
+
+ONE_POINT, HALF_A_LIGHT = 1.0, 0.5
+"""Of a light one point more or less may be seen, as it may lie on the border of a shadow; but a light of one
+point is seen or it is not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,14 +116,14 @@ def _missed(submitted: Mapping[str, Floats]) -> Masks:
 
 def _floors(share: float, t: Floats, step: Floats, hits: Hits, plan: RenderPlan) -> dict[str, Floats]:
     """What may differ even where moving a ray across changes nothing."""
-    points = max((emitter.emitter.count for emitter in plan.lightings), default=1)
+    points = np.array([light.emitter.count for light in compile_visibility(plan)], dtype=np.float64)
+    seen = np.minimum(ONE_POINT / np.maximum(points, 1), HALF_A_LIGHT)
     return {
         "t": t,
         "position": np.repeat(step[:, None], 3, axis=1),
         "normal": np.full(hits.normal.shape, share),
         "uv": np.full(hits.uv.shape, share),
-        # One light point more or less: it may lie on the border of a shadow.
-        "visibility": np.full(hits.visibility.shape, 1.0 / points + share),
+        "visibility": np.tile(seen + share, (len(t), 1)),
     }
 
 

@@ -170,6 +170,29 @@ def test_a_ray_that_should_miss_and_hits_is_wrong(assignment: Assignment, given_
 
 
 @pytest.mark.parametrize(
+    ("samples", "off", "share"),
+    [(1, 1.0, 0.0), (4, 1 / 4, 1.0), (4, 1 / 2, 0.0), (16, 1 / 16, 1.0), (16, 1 / 8, 0.0)],
+)
+def test_one_light_point_more_or_less_is_no_mistake_unless_it_is_the_only_one(
+    assignment: Assignment, samples: int, off: float, share: float
+) -> None:
+    light = {"corner": [-1, -1, 9], "edges": [[2, 0, 0], [0, 2, 0]], "color": [1, 1, 1]}
+    if samples == 1:
+        light = {"type": "point", "position": [0, 0, 9], "color": [1, 1, 1]}
+    sampling = {"light": {"pattern": "uniform", "samples": samples}}
+    lit = BALL | {"lights": [{"type": "rectangle"} | light], "sampling": sampling}
+    # Towards the middle of the ball, which sees the whole light.
+    rays = rays_along_z(0.0, 0.01)
+    np.savez(assignment.references / "rays.npz", origins=rays.origins, directions=rays.directions)
+    (assignment.references / "scene.json").write_text(json.dumps(lit))
+    hits = hits_of(rays, lit)
+    assert (hits["visibility"] == 1).all()
+    hits["visibility"] -= off
+    assignment.hand_in("hits.npz", hits)
+    assert assignment.test(from_file(fields=["visibility"])).value == share
+
+
+@pytest.mark.parametrize(
     ("hits", "said"),
     [
         ({"t": np.zeros(7)}, r"(8,)"),
