@@ -16,7 +16,7 @@ from schemas.manifests import Manifest
 from service.grading import results
 from service.grading.folders import Folder
 from service.grading.kinds import findings
-from service.grading.processes import MEBIBYTE, Errand, Finished, run_all
+from service.grading.processes import MEBIBYTE, Errand, run_all
 from service.grading.references import Prepared, prepare, wanted
 from service.grading.settings import Run
 
@@ -118,13 +118,9 @@ def _prepared(run: Run, jobs: int, folder: Path) -> tuple[dict[str, Prepared | s
     prepared: dict[str, Prepared | str] = {}
     cpu_seconds = 0.0
     for word, finished in run_all(errands, jobs):
-        prepared[word] = finished.result if finished.result is not None else _reason(finished)
+        prepared[word] = finished.result or results.trouble(finished)
         cpu_seconds += finished.cpu_seconds
     return prepared, cpu_seconds
-
-
-def _reason(finished: Finished) -> str:
-    return finished.trouble or str(finished.error)
 
 
 def _tests(run: Run) -> list[Errand]:

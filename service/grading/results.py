@@ -22,7 +22,7 @@ from schemas.grades import (
 )
 from schemas.manifests import Criterion, Manifest
 from service.grading import sentences
-from service.grading.errors import BrokenTestError, NotGradableError, NotSubmittedError
+from service.grading.errors import BrokenTestError, GradingError, NotGradableError, NotSubmittedError
 from service.grading.outcomes import Outcome
 from service.grading.processes import Finished
 
@@ -60,7 +60,7 @@ def tested(test: Criterion, finished: Finished) -> Tested:
     if isinstance(finished.result, Outcome):
         outcome, status = finished.result, _status(finished.result.share)
     else:
-        outcome, status = Outcome(share=0.0, message=_trouble(finished)), _failure(finished)
+        outcome, status = Outcome(share=0.0, message=trouble(finished)), _failure(finished)
     names = {label: f"{test.id}-{number}.png" for number, label in enumerate(outcome.pictures, 1)}
     whole = TestGrade(
         id=test.id,
@@ -129,6 +129,15 @@ def timings(begun: tuple[float, float, datetime], cpu_seconds: float) -> GradeTi
     )
 
 
+def trouble(finished: Finished) -> str:
+    """Why there is no result, a sentence."""
+    if finished.error is None:
+        return finished.trouble or ""
+    if isinstance(finished.error, GradingError):
+        return str(finished.error)
+    return f"It broke: {type(finished.error).__name__}: {finished.error}"
+
+
 def _status(share: float) -> Status:
     if share == 1.0:
         return "passed"
@@ -137,14 +146,6 @@ def _status(share: float) -> Status:
 
 def _failure(finished: Finished) -> Status:
     return _STATUS.get(type(finished.error), "error") if finished.error else "error"
-
-
-def _trouble(finished: Finished) -> str:
-    if finished.error is None:
-        return finished.trouble or ""
-    if type(finished.error) in _STATUS:
-        return str(finished.error)
-    return f"The test broke: {type(finished.error).__name__}: {finished.error}"
 
 
 def _verdict(grades: Sequence[TestGrade]) -> GradeVerdict:

@@ -216,3 +216,14 @@ def _children(process: int) -> list[int]:
         return [int(word) for word in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
     except FileNotFoundError:
         return []
+
+
+@pytest.mark.slow
+def test_a_reference_that_is_late_is_told_as_such_and_costs_no_points(assignment: Assignment) -> None:
+    (assignment.references / "endless.json").write_text(json.dumps(ENDLESS))
+    assignment.hand_in("picture.npy", pixels(SCENE))
+    late = image_test(id="late", reference={"type": "scene", "file": "endless.json"})
+    found = assignment.grade(late, image_test(), members={"deadline": 10.0})
+    assert [test.status for test in found.tests] == ["error", "passed"]
+    assert "The reference was not rendered. It was given up after 10 s." in found.tests[0].message
+    assert found.ungraded == ("late",)
