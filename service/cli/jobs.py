@@ -17,7 +17,6 @@ from service.cli.targets import PICTURES, check_target, write_whole
 if TYPE_CHECKING:
     from schemas.jobs import Job, JobList
     from service.client import Client
-    from service.client.pictures import PictureKind
 
 OutOption = Annotated[
     Path | None,
@@ -30,7 +29,6 @@ CursorOption = Annotated[
 # Written down twice so that `penumbra --help` need not load the schemas; a test compares the two.
 State = Literal["queued", "running", "succeeded", "failed", "cancelled", "expired"]
 StateOption = Annotated[State | None, typer.Option("--state", help="Only jobs in this state.")]
-KINDS: dict[str, PictureKind] = {".png": "png", ".npy": "npy", ".exr": "exr"}
 HEADINGS = ("id", "state", "done", "pixels", "submitted", "scene")
 
 
@@ -115,7 +113,9 @@ def _listed(client: Client, limit: int, cursor: str | None, wish: dict[str, Any]
 
 def save_picture(client: Client, job_id: str, out: Path, layers: Iterable[str] = ()) -> None:
     """Write the image of a job and some of its layers, or what there is of them, to files."""
-    picture = client.picture(job_id, KINDS[out.suffix.lower()])
+    from service.client.files import kind_of
+
+    picture = client.picture(job_id, kind_of(out))
     write_whole(out, picture.content)
     output.say(f"{out}: " + ("complete" if picture.complete else f"{picture.share:.0%} rendered so far"))
     for name in layers:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import inspect
+import subprocess
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -40,3 +42,10 @@ def test_whatever_asks_the_service_is_awaited(plain: type, awaited: type) -> Non
         waits = inspect.iscoroutinefunction(method) or inspect.isasyncgenfunction(method)
         assert waits or name in free, name
         assert inspect.isgeneratorfunction(methods(plain)[name]) == inspect.isasyncgenfunction(method), name
+
+
+def test_clients_start_without_what_only_some_uses_of_them_need() -> None:
+    rest = ("renderer", "PIL", "fastapi", "sqlalchemy", "uvicorn", "typer", "rich", "IPython", "matplotlib")
+    probe = f"import sys, service.client; print(*(name for name in {rest} if name in sys.modules))"
+    done = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == ""
