@@ -11,6 +11,7 @@ from rich.console import Console
 
 from benchmarks import (
     accuracy,
+    bursts,
     effects,
     machine,
     meshes,
@@ -23,7 +24,18 @@ from benchmarks import (
     targets,
 )
 
-PARTS = ("rendering", "effects", "meshes", "scaling", "accuracy", "targets", "quotes", "stability", "service")
+PARTS = (
+    "rendering",
+    "effects",
+    "meshes",
+    "scaling",
+    "accuracy",
+    "targets",
+    "quotes",
+    "stability",
+    "service",
+    "bursts",
+)
 
 
 def main() -> None:
@@ -70,9 +82,17 @@ def _measure(parts: list[str], runs: int) -> dict[str, Any]:
         measured["stability"] = stability.measure(runs)
         console.print(tables.of_prices(measured["stability"]["prices"]))
         console.print(tables.of_picture_errors(measured["stability"]["errors"]))
+    return measured | _measure_service(parts, runs, console)
+
+
+def _measure_service(parts: list[str], runs: int, console: Console) -> dict[str, Any]:
+    measured: dict[str, Any] = {}
     if "service" in parts:
         measured["service"] = overhead.measure(runs)
         console.print(tables.of_overhead(measured["service"]))
+    if "bursts" in parts:
+        measured["bursts"] = bursts.measure()
+        console.print(tables.of_bursts(measured["bursts"]))
     return measured
 
 

@@ -12,6 +12,7 @@ from benchmarks.settings import Setting
 
 if TYPE_CHECKING:
     from benchmarks.accuracy import Accuracy
+    from benchmarks.bursts import Bursts
     from benchmarks.effects import EffectCost
     from benchmarks.machine import Machine, Spread
     from benchmarks.meshes import MeshTiming
@@ -180,6 +181,26 @@ def of_picture_errors(errors: list[PictureErrors]) -> Table:
         shares = (f"{each['off'][way]:.3%}" for way in ways)
         table.add_row(each["scene"], f"{each['offset']:g}", *shares, f"{each['dark']['textbook']:.3%}")
     return table
+
+
+def of_bursts(bursts: Bursts) -> Table:
+    """What became of both bursts, a line for each figure."""
+    first = bursts["different"]
+    title = f"{first['jobs']} jobs at once by {first['users']} users, {bursts['workers']} workers"
+    table = Table("", "different scenes", "one scene", title=title)
+    both = bursts["different"], bursts["same"]
+    table.add_row("told to return", *(str(burst["told_to_return"]) for burst in both))
+    table.add_row("lost", *(str(burst["lost"]) for burst in both))
+    table.add_row("accepted a second", *(str(burst["accepts_a_second"]) for burst in both))
+    table.add_row("all finished after, s", *(str(burst["seconds"]) for burst in both))
+    table.add_row("mean wait of a user, s", *(_range(burst["waits"]) for burst in both))
+    table.add_row("Jain's index of speeds", *(str(burst["jain"]) for burst in both))
+    table.add_row("first tile after, s", *(_range(burst["first_tile"]) for burst in both))
+    return table
+
+
+def _range(seconds: Spread) -> str:
+    return f"{seconds['median']:.2f} ({seconds['least']:.2f} .. {seconds['most']:.2f})"
 
 
 def of_overhead(overhead: Overhead) -> Table:

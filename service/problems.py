@@ -11,6 +11,7 @@ from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import Response
 from sqlalchemy.exc import DBAPIError
+from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 from starlette.exceptions import HTTPException
 
 import renderer
@@ -78,6 +79,7 @@ KINDS: dict[type[Exception], Kind] = {
     errors.BusyError: Kind(429, "busy", retry=True),
     errors.QueueFullError: Kind(429, "queue_full", retry=True),
     errors.WorkerLostError: Kind(503, "worker_lost", retry=True),
+    PoolTimeoutError: Kind(503, "database", told=False, retry=True),
     DBAPIError: Kind(503, "database", told=False, retry=True),
 }
 

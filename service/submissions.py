@@ -66,10 +66,14 @@ class Submission:
 
 @dataclass(frozen=True)
 class Taken:
-    """A job that was taken, now or when the same request came before; how full the queue is with it."""
+    """A job that was taken, now or when the same request came before; how full the queue is with it.
+
+    ``shared`` says that its picture is there, or was being made.
+    """
 
     job: str
     replayed: bool
+    shared: bool = False
     queue: Queue | None = None
 
 
@@ -124,7 +128,7 @@ def _enter(service: Service, sent: Submission, admitted: Admitted) -> Taken:
         service.store.drop_job(job.id)
         raise
     service.dispatcher.wake()
-    log.info("job taken", job=taken.job, user=sent.asker.name, replayed=taken.replayed)
+    log.info("job taken", job=taken.job, user=sent.asker.name, shared=taken.shared, replayed=taken.replayed)
     return taken
 
 
@@ -149,7 +153,7 @@ def _take(
     _enter_parts(session, sent, job)
     if not job.state.final:
         fairness.activate(session, [job.owner])
-    return Taken(job.id, replayed=False, queue=queue)
+    return Taken(job.id, replayed=False, shared=found is not None, queue=queue)
 
 
 def _enter_parts(session: Session, sent: Submission, job: JobRow) -> None:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sqlite3
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from sqlalchemy import Connection, create_engine, event, text
 from sqlalchemy.engine.interfaces import DBAPIConnection
+from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 from sqlalchemy.orm import Session
 from sqlalchemy.pool import ConnectionPoolEntry
 
@@ -18,7 +20,9 @@ class Database:
     """Opens read and write transactions.
 
     On SQLite a write transaction takes the write lock when it begins: a transaction that reads first and
-    writes later could otherwise fail in the middle because another one wrote in between.
+    writes later could otherwise fail in the middle because another one wrote in between. The threads of this
+    process take turns before they ask for it: SQLite has those who wait try again and again, and some of many
+    would wait until they give up.
 
     Parameters
     ----------
@@ -31,6 +35,7 @@ class Database:
         if self.engine.dialect.name == "sqlite":
             event.listen(self.engine, "connect", _prepare_sqlite)
             event.listen(self.engine, "begin", _begin_sqlite)
+        self._lock = threading.Lock() if self.engine.dialect.name == "sqlite" else None
         self._writer = self.engine.execution_options(writes=True)
 
     @contextmanager
@@ -42,8 +47,20 @@ class Database:
     @contextmanager
     def writing(self) -> Iterator[Session]:
         """A transaction that is committed at the end, or undone when an exception leaves it."""
-        with Session(self._writer, expire_on_commit=False) as session, session.begin():
+        with self._in_turn(), Session(self._writer, expire_on_commit=False) as session, session.begin():
             yield session
+
+    @contextmanager
+    def _in_turn(self) -> Iterator[None]:
+        if self._lock is None:
+            yield
+            return
+        if not self._lock.acquire(timeout=BUSY_TIMEOUT_MS / 1000):
+            raise PoolTimeoutError("Other threads were writing all the time.")
+        try:
+            yield
+        finally:
+            self._lock.release()
 
     def check(self) -> None:
         """Raise what the database raises when it cannot be written now."""
