@@ -6,6 +6,7 @@ import pty
 import re
 import signal
 import subprocess
+import time
 from pathlib import Path
 from typing import Any
 
@@ -173,9 +174,9 @@ def test_ctrl_c_ends_all_tests_and_leaves_no_result(assignment: Assignment, tmp_
         text=True,
         start_new_session=True,
     )
-    while not _grandchildren(running.pid):
+    while not (started := _grandchildren(running.pid)):
         assert running.poll() is None
-    started = _grandchildren(running.pid)
+        time.sleep(0.05)
     running.send_signal(signal.SIGINT)
     _, told = running.communicate(timeout=60)
     assert running.returncode == 130
