@@ -25,7 +25,7 @@ def test_a_dark_pixel_says_what_stands_before_the_light(
     expect(page.get_by_role("heading", name="Pixel 28, 27")).to_be_visible()
     reasons = page.locator(".reasons li")
     expect(reasons.first).to_contain_text(
-        "Nothing lights it: shape 1 `red ball` lies between it and light 0 from all 4 points."
+        "Nothing lights it: shape 1 red ball lies between it and light 0 from all 4 points."
     )
     expect(reasons.nth(1)).to_contain_text("Only ambient light is left, 0.1 of the colour.")
     expect(page.locator(".shadows")).to_contain_text("4 stopped by red ball, shape 1")

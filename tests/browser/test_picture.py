@@ -23,7 +23,7 @@ from schemas.display import Display
 from service.server import running
 from service.settings import Settings
 from tests.browser.conftest import Open, Shoot
-from tests.browser.pictures import COVERED, codes_of, finished, opened, point_at, served
+from tests.browser.pictures import COVERED, click_at, codes_of, finished, opened, point_at, served
 from tests.integration.support import finish, image, long_scene, scene, submit
 
 ENCODE = """async ([text, exposure, transfer]) => {
@@ -108,6 +108,22 @@ def test_a_running_picture_is_there_coarse_at_once_and_the_same_at_the_end(
     finish(client, job)
     expect(page.locator(".state")).to_contain_text("finished", timeout=20_000)
     np.testing.assert_array_equal(codes_of(page), served(client, job))
+
+
+def test_the_surroundings_of_a_pixel_are_asked_for_first(open_page: Open, client: httpx2.Client) -> None:
+    job = submit(client, long_scene())
+    page = open_page(f"/jobs/{job}")
+    page.wait_for_function(COVERED)
+    button = page.get_by_role("button", name="This part first")
+    expect(button).to_be_disabled()
+    click_at(page, 200, 150, (256, 256))
+    with page.expect_response(lambda response: response.url.endswith("/focus")) as answered:
+        button.click()
+    assert answered.value.status == 204
+    # A quarter of both sides.
+    assert answered.value.request.post_data_json == {"x0": 168, "y0": 118, "x1": 232, "y1": 182}
+    client.post(f"/v1/jobs/{job}/cancel")
+    expect(button).to_be_hidden()
 
 
 def test_a_cancelled_picture_stays_as_far_as_it_came(open_page: Open, client: httpx2.Client) -> None:
@@ -195,7 +211,9 @@ def test_a_layer_is_shown_in_false_colours_with_a_scale(
     job = finished(client, layers=LAYERS)
     page = opened(open_page, job)
     depth = layer(client, job, "depth")
+    point_at(page, 40, 20)
     page.get_by_label("Shown").select_option("depth")
+    expect(page.locator(".readout")).to_contain_text(f"depth {depth[20, 40]:.4g}")
     expect(page.locator(".legend")).to_contain_text("scene units")
     near, far = depth.min(), depth[np.isfinite(depth)].max()
     ends = page.locator(".legend-ends span").all_inner_texts()

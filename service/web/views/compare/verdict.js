@@ -23,7 +23,7 @@ export function makeVerdict(answer, look) {
   return h(
     "div",
     {},
-    h("p", { className: `verdict ${kind}` }, h("span", { "aria-hidden": "true" }, `${mark} `), word),
+    h("h2", { className: `verdict ${kind}` }, h("span", { "aria-hidden": "true" }, `${mark} `), word),
     h("p", {}, answer.reason),
     answer.diagnosis.length ? diagnosis(answer.diagnosis) : "",
     answer.worst_regions.length ? regions(answer.worst_regions, look) : "",

@@ -21,16 +21,18 @@ export class Film {
 
   /** Take a tile of a batch. A preview's values stand for blocks of `stride` pixels along a side. */
   take(tile) {
-    const { x0, y0, x1, y1 } = clipped(tile, this.width, this.height);
-    const row = new Float32Array(3 * (x1 - x0));
+    const place = clipped(tile, this.width, this.height);
+    const { x0, y0, x1, y1 } = place;
+    const { pixels, columns, stride } = tile;
+    const count = x1 - x0;
     for (let y = y0; y < y1; y++) {
-      const source = 3 * tile.columns * Math.floor((y - y0) / tile.stride);
-      if (tile.stride === 1) row.set(tile.pixels.subarray(source, source + row.length));
-      else spread(tile.pixels, source, tile.stride, row);
-      this.values.set(row, 3 * (y * this.width + x0));
-      this.known.fill(1, y * this.width + x0, y * this.width + x1);
+      const pixel = y * this.width + x0;
+      const source = 3 * columns * Math.floor((y - y0) / stride);
+      if (stride === 1) this.values.set(pixels.subarray(source, source + 3 * count), 3 * pixel);
+      else spread(pixels, source, stride, this.values, 3 * pixel, count);
+      this.known.fill(1, pixel, pixel + count);
     }
-    return { x0, y0, x1, y1 };
+    return place;
   }
 
   /** The linear values of a pixel, or null while it is not known. */
@@ -52,11 +54,11 @@ export class Film {
   }
 }
 
-function spread(pixels, source, stride, row) {
-  for (let x = 0; 3 * x < row.length; x++) {
+function spread(pixels, source, stride, values, to, count) {
+  for (let x = 0; x < count; x++, to += 3) {
     const from = source + 3 * Math.floor(x / stride);
-    row[3 * x] = pixels[from];
-    row[3 * x + 1] = pixels[from + 1];
-    row[3 * x + 2] = pixels[from + 2];
+    values[to] = pixels[from];
+    values[to + 1] = pixels[from + 1];
+    values[to + 2] = pixels[from + 2];
   }
 }

@@ -21,10 +21,9 @@ export function drawNumbers(context, screen, lines, shown) {
   context.font = `${size}px ${getComputedStyle(element).getPropertyValue("--mono")}`;
   context.textAlign = "center";
   context.textBaseline = "middle";
-  const first = (start) => Math.max(0, Math.floor(-start / scale));
-  const last = (start, room, count) => Math.min(count, Math.ceil((room - start) / scale));
-  for (let y = first(top); y < last(top, element.clientHeight, screen.height); y++) {
-    for (let x = first(left); x < last(left, element.clientWidth, screen.width); x++) {
+  const { x0, y0, x1, y1 } = screen.visible();
+  for (let y = y0; y < y1; y++) {
+    for (let x = x0; x < x1; x++) {
       const texts = lines(x, y);
       if (!texts) continue;
       const luma = shown(x, y).reduce((sum, code, i) => sum + LUMA[i] * code, 0);

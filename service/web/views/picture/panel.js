@@ -6,6 +6,7 @@ import { makeComparing } from "./comparing.js";
 import { displayOf, makeDisplay, makeLayerChoice, makeZoom } from "./controls.js";
 import { Developer } from "./develop.js";
 import { Film } from "./film.js";
+import { makeFirst } from "./first.js";
 import { makeInspector } from "./inspector.js";
 import { KEYS } from "./keys.js";
 import { fetchLayer } from "./layers.js";
@@ -26,12 +27,13 @@ export function mount(root, watch) {
   const keys = h("p", { className: "soft small", id: "picture-keys" }, KEYS);
   const legend = h("div");
   const refusal = h("p", { className: "problem", role: "alert", hidden: true });
+  const first = makeFirst(watch, screen, () => inspector.pixel);
   let fresh = [];
   let wanted = null;
 
   screen.element.setAttribute("aria-describedby", keys.id);
   const layers = Object.keys(links.layers ?? {});
-  const tools = h("div", { className: "row tools" }, layers.length ? makeLayerChoice(layers, chooseLayer) : null, display.element, makeZoom(screen));
+  const tools = h("div", { className: "row tools" }, layers.length ? makeLayerChoice(layers, chooseLayer) : null, display.element, makeZoom(screen), first.element);
   root.append(
     h("h2", { className: "unseen" }, "Picture"),
     tools,
@@ -47,26 +49,37 @@ export function mount(root, watch) {
   function overlay(context) {
     developer.drawNumbers(context);
     if (!watch.final) for (const place of fresh) screen.outline(context, place, FRESH);
+    if (first.region) screen.outline(context, first.region);
     if (inspector.pixel) screen.outline(context, square(inspector.pixel), FRESH);
   }
 
-  screen.addEventListener("cursor", ({ detail: pixel }) => {
+  function read() {
+    const pixel = screen.cursor;
     readout.textContent = pixel ? `${pixel.x}, ${pixel.y}   ${developer.describe(pixel.x, pixel.y)}` : "";
+  }
+
+  screen.addEventListener("cursor", ({ detail: pixel }) => {
+    read();
     if (pixel && document.activeElement === screen.element) announce(readout.textContent);
   });
   screen.addEventListener("choose", async ({ detail: pixel }) => {
-    await inspector.show(pixel);
+    const shown = inspector.show(pixel);
+    first.show();
+    await shown;
     screen.redraw();
   });
+  screen.addEventListener("view", first.show);
 
   watch.on("tiles", (batch) => {
     if (!batch.tiles.length) return;
     const places = developer.take(batch.tiles);
+    read();
     // Outlines are drawn where the picture has just changed, and not around all of it.
     fresh = places.filter((place) => place.x1 - place.x0 < width || place.y1 - place.y0 < height);
   });
   watch.on("job", () => {
     if (!watch.final) return;
+    first.show();
     fresh = [];
     screen.redraw();
     if (wanted && developer.layer?.stale !== false) chooseLayer(wanted);
@@ -79,14 +92,20 @@ export function mount(root, watch) {
       const layer = chosen && (await fetchLayer(watch.id, chosen, watch.signal));
       if (wanted !== chosen) return;
       if (layer) layer.stale = !watch.final;
-      developer.show(layer);
-      legend.replaceChildren(layer ? makeLegend(layer) : "");
+      show(layer);
     } catch (error) {
       if (watch.signal.aborted) return;
       refusal.textContent = error.message;
       refusal.hidden = false;
-      developer.show(null);
+      show(null);
     }
+  }
+
+  function show(layer) {
+    developer.show(layer);
+    legend.replaceChildren(layer ? makeLegend(layer) : "");
+    display.element.hidden = layer !== null;
+    read();
   }
 
   get(`${jobPath(watch.id)}/request`, { signal: watch.signal }).then(

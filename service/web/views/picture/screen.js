@@ -86,6 +86,15 @@ export class Screen extends EventTarget {
     this.show({ scale, left: clientWidth / 2 - (scale * (x0 + x1)) / 2, top: clientHeight / 2 - (scale * (y0 + y1)) / 2 });
   }
 
+  /** The rectangle of pixels that is shown, some of them in part. */
+  visible() {
+    const { clientWidth, clientHeight } = this.element;
+    const ends = (start, room, count) => [Math.max(0, Math.floor(-start / this.scale)), Math.min(count, Math.ceil((room - start) / this.scale))];
+    const [x0, x1] = ends(this.left, clientWidth, this.width);
+    const [y0, y1] = ends(this.top, clientHeight, this.height);
+    return { x0, y0, x1, y1 };
+  }
+
   /** The pixel at a place of the element, or null beside the picture. */
   pixelAt(x, y) {
     const pixel = { x: Math.floor((x - this.left) / this.scale), y: Math.floor((y - this.top) / this.scale) };

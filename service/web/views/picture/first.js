@@ -1,0 +1,53 @@
+// Having a part of a running picture rendered first.
+
+import { jobPath, request } from "../../api.js";
+import { announce, h } from "../../dom.js";
+
+// Around a pixel so much of the picture's sides, where all of it is shown.
+const SHARE = 1 / 4;
+
+/**
+ * A button for as long as the job runs. It speaks of what is shown where the picture is zoomed, else of the surroundings of
+ * the pixel that was chosen.
+ *
+ * @param {() => {x: number, y: number} | null} chosen
+ */
+export function makeFirst(watch, screen, chosen) {
+  const button = h("button", { type: "button", onclick: ask }, "This part first");
+  const self = { element: button, region: null, show };
+
+  function wanted() {
+    if (!screen.fitted) return screen.visible();
+    const pixel = chosen();
+    return pixel && around(pixel, screen.width, screen.height);
+  }
+
+  async function ask() {
+    const region = wanted();
+    try {
+      const body = JSON.stringify(region);
+      await request(`${jobPath(watch.id)}/focus`, { method: "POST", type: "application/json", body, signal: watch.signal });
+      self.region = region;
+      screen.redraw();
+      announce("That part is rendered first from now on.");
+    } catch (error) {
+      if (!watch.signal.aborted) announce(error.message);
+    }
+  }
+
+  function show() {
+    button.hidden = watch.final;
+    const region = wanted();
+    button.disabled = !region;
+    button.title = region ? "Render what is shown before the rest of each pass" : "Click a pixel of that part, or zoom to it";
+    if (watch.final) self.region = null;
+  }
+
+  show();
+  return self;
+}
+
+function around({ x, y }, width, height) {
+  const [across, along] = [width, height].map((side) => Math.ceil((side * SHARE) / 2));
+  return { x0: Math.max(0, x - across), y0: Math.max(0, y - along), x1: Math.min(width, x + across), y1: Math.min(height, y + along) };
+}
