@@ -143,8 +143,8 @@ def antialiasing_advanced() -> Json:
     bars = []
     for number in range(12):
         along = -3.1 + 0.56 * number
-        slope = 0.03 + 0.012 * number
-        level, upright = [3.4, 3.4 * slope, 0], [2.5 * slope, 5, 0]
+        slope = 0.008 + 0.004 * number
+        level, upright = [3.4, 3.4 * slope, 0], [5 * slope, 5, 0]
         bars.append(rectangle([-3.6, along * 0.8, 0], level, [-0.2 * slope, 0.2, 0], "white"))
         bars.append(rectangle([0.2 + 0.29 * number, -2.5, 0], upright, [0.11, 0, 0], "yellow"))
     return scene("antialiasing_advanced", camera([0, 0, 7], [0, 0, 0], 40), bars, materials=flat())

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 import renderer
 from renderer import image_files
@@ -45,7 +46,10 @@ def main() -> None:
         save(place, name, image)
         print(f"{name}: error {errors[name]:.6f}")
     for name in filter(SHOWN_NORMALS.__contains__, asked):
-        save(place, f"{name}_normals", normals(name))
+        image = normals(name)
+        np.save(place / f"{name}_normals.npy", image.astype(np.float16))
+        # As it is handed in: numbers, not light.
+        Image.fromarray(np.round(255 * image).astype(np.uint8)).save(place / f"{name}_normals.png")
     kept.write_text(json.dumps(errors, indent=2) + "\n", encoding="utf-8")
 
 

@@ -36,20 +36,29 @@ MOST_PIXELS = 20_000
 GLANCE, SAMPLES = 4, 16
 """Camera samples of a first trial, and of a second one of what the first leaves possible."""
 
-LIGHT_POINTS = 16
-"""Of a trial. These and camera samples lie on a grid: noise would hide what is looked for."""
+LIGHT_POINTS = {GLANCE: 9, SAMPLES: 16}
+"""By camera samples. Both lie on a grid: noise would hide what is looked for."""
+
+COSTLIER = 8
+"""At most so many times as long as a first trial a second one takes: 4 times the rays, twice the points."""
+
+FINER = 4
+"""A picture that is stretched is drawn with so many times the pixels of its longer side along both sides."""
 
 HALF = 0.5
 """A mistake is named where making it leaves less than this share of the RMSE,"""
 
-CLEAR = 0.8
-"""or less than this and the pictures then agree but for noise."""
+SURE = 5.0
+"""or where the pixels that it changes are nearer by so many standard errors, and the pictures then agree."""
 
 MOST = 3
 """Causes told."""
 
 SETTLED = 0.3
 """Nothing is made where undoing a mistake leaves no more than this share of the RMSE: that was it."""
+
+EXPOSURE = "exposure"
+"""The cause that many mistakes of shading look like."""
 
 ALIKE = 1.25
 """Other causes are told only if they leave no more than so many times the RMSE of the first."""
@@ -69,6 +78,8 @@ class _Trial:
         In the size of the pictures.
     image, reference, allowed : (H, W, 3) float64
         Linear, 0 to 1; the last is what a block may differ by.
+    until : float
+        When the time is up, by `time.monotonic`.
     """
 
     scene: LoadedScene
@@ -76,18 +87,28 @@ class _Trial:
     reference: Floats
     allowed: Floats
     most_bias: float
+    until: float
 
     def of(self, cause: str, hint: str, draw: Draw) -> Cause | None:
         """The cause that a mistake is, if the picture looks as if it were made."""
-        before = _rms(self.image - self.reference)
+        begun, before = time.monotonic(), _rms(self.image - self.reference)
         if _rms(self.image - np.clip(draw(GLANCE), 0, 1)) >= before:
+            return None
+        looked = time.monotonic()
+        if looked + COSTLIER * (looked - begun) >= self.until:
             return None
         wrong = np.clip(draw(SAMPLES), 0, 1)
         after = _rms(self.image - wrong)
-        if after >= CLEAR * before:
-            return None
-        agree = bias(self.image - wrong, self.allowed).share <= self.most_bias
-        return Cause(cause, hint, before, after) if agree or after < HALF * before else None
+        explains = after < HALF * before or self._gains(wrong)
+        return Cause(cause, hint, before, after) if explains else None
+
+    def _gains(self, wrong: Floats) -> bool:
+        """Whether the mistake helps beyond doubt where it shows, and the pictures then agree."""
+        gain = ((self.image - self.reference) ** 2 - (self.image - wrong) ** 2).mean(axis=2)
+        shown = gain[(np.abs(wrong - self.reference) > self.allowed).any(axis=2)]
+        if not shown.size or shown.mean() <= SURE * shown.std() / math.sqrt(shown.size):
+            return False
+        return bias(self.image - wrong, self.allowed).share <= self.most_bias
 
 
 def explain(scene: LoadedScene, found: Comparison, *, until: float = math.inf) -> tuple[Cause, ...]:
@@ -108,10 +129,11 @@ def explain(scene: LoadedScene, found: Comparison, *, until: float = math.inf) -
         Empty where no single mistake explains the difference, or none was tried in time.
     """
     undone = found.causes
-    if undone and undone[0].rmse_after <= SETTLED * undone[0].rmse_before:
+    settled = undone and undone[0].rmse_after <= SETTLED * undone[0].rmse_before
+    if settled and undone[0].cause != EXPOSURE:
         return undone
-    trial = _trial(scene, found)
-    made = [cause for cause in _made(trial, until) if cause is not None]
+    trial = _trial(scene, found, until)
+    made = [cause for cause in _made(trial) if cause is not None]
     if not (undone or made):
         band = bands(trial.scene, trial.image, trial.reference)
         return () if band is None else (band,)
@@ -120,9 +142,9 @@ def explain(scene: LoadedScene, found: Comparison, *, until: float = math.inf) -
     return tuple({cause.cause: cause for cause in reversed(kept[:MOST])}.values())[::-1]
 
 
-def _made(trial: _Trial, until: float) -> Iterator[Cause | None]:
+def _made(trial: _Trial) -> Iterator[Cause | None]:
     for cause, about, draw in _mistakes(trial):
-        if time.monotonic() >= until:
+        if time.monotonic() >= trial.until:
             return
         yield trial.of(cause, HINTS[cause].format(about), draw)
 
@@ -139,7 +161,7 @@ def _added(reference: Floats, change: Callable[[], Floats], samples: int) -> Flo
     return reference + change()
 
 
-def _trial(scene: LoadedScene, found: Comparison) -> _Trial:
+def _trial(scene: LoadedScene, found: Comparison, until: float) -> _Trial:
     image, reference = found.image, found.reference
     factor = _shrinking(image.width, image.height)
     camera = scene.document.camera.model_copy(
@@ -148,7 +170,7 @@ def _trial(scene: LoadedScene, found: Comparison) -> _Trial:
     small = LoadedScene(scene.document.model_copy(update={"camera": camera}), scene.assets)
     rounding = image.rounding + reference.rounding + found.policy.tolerance
     seen, wanted, allowed = (_shrunk(values, factor) for values in (image.linear, reference.linear, rounding))
-    return _Trial(small, seen, wanted, allowed, found.policy.most_bias)
+    return _Trial(small, seen, wanted, allowed, found.policy.most_bias, until)
 
 
 def _shrinking(width: int, height: int) -> int:
@@ -170,14 +192,19 @@ def _drawn(alteration: Alteration, samples: int) -> Floats:
     if not alteration.squeezed:
         return _rendered(alteration.scene, alteration.shadows, samples)
     camera = alteration.scene.document.camera
-    # A square of so many pixels is cut into as many columns and rows as the picture has.
-    side = math.lcm(camera.width, camera.height)
+    side = FINER * max(camera.width, camera.height)
     square = camera.model_copy(update={"width": side, "height": side})
     document = alteration.scene.document.model_copy(update={"camera": square})
     picture = _rendered(LoadedScene(document, alteration.scene.assets), alteration.shadows, 1)
-    blocks = picture.reshape(camera.height, side // camera.height, camera.width, side // camera.width, 3)
-    squeezed: Floats = blocks.mean(axis=(1, 3))
-    return squeezed
+    return _means(_means(picture, camera.height, 0), camera.width, 1)
+
+
+def _means(picture: Floats, count: int, axis: int) -> Floats:
+    """Means of so many parts of a picture along an axis, as equal as its pixels allow."""
+    starts = np.arange(count + 1) * picture.shape[axis] // count
+    sizes = np.expand_dims(np.diff(starts), [other for other in range(3) if other != axis])
+    means: Floats = np.add.reduceat(picture, starts[:-1], axis=axis) / sizes
+    return means
 
 
 def _rendered(scene: LoadedScene, shadows: bool, samples: int) -> Floats:
@@ -191,7 +218,11 @@ def _quality(scene: LoadedScene, samples: int) -> FixedQuality:
     camera = Antialiasing(pattern="uniform" if samples > 1 else "center", samples=samples)
     light = scene.document.sampling.light
     # One point in the middle is what the scene says if it says so.
-    points = 1 if (light.pattern, light.samples) == ("uniform", 1) else LIGHT_POINTS
+    points = (
+        1
+        if (light.pattern, light.samples) == ("uniform", 1)
+        else LIGHT_POINTS.get(samples, LIGHT_POINTS[GLANCE])
+    )
     return FixedQuality(
         mode="fixed",
         antialiasing=camera,

@@ -224,7 +224,7 @@ class Tracer:
             y = -y
         if "normal_map_swapped" in self.wrong:
             x, y = y, x
-        tangent = unit(shape.first)
+        tangent, outward = unit(shape.first), unit(outward)
         return unit(np.outer(x, tangent) + y[:, None] * np.cross(outward, tangent) + z[:, None] * outward)
 
 
