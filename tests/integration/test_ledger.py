@@ -27,7 +27,7 @@ from service.engines.tasks import (
     WorkerDied,
 )
 from service.rounds import Round
-from tests.integration.support import enter
+from tests.integration.support import enter, job_with
 
 DONE = TileDone(
     crc32=2**32 - 1, counts={"camera": 3, "mirror": 0}, cpu_seconds=0.5, work={"shading_points": 2}
@@ -191,6 +191,28 @@ def test_an_error_of_the_renderer_fails_the_job_with_its_words(table: Table) -> 
     failure = {"code": "render_failed", "message": "Pixel 3 is lost.", "retryable": False}
     assert table.job("a").failure == failure
     assert result.ended == {"a": JobState.FAILED}
+
+
+def test_what_fails_a_render_fails_all_its_jobs(table: Table) -> None:
+    table.add("a")
+    with table.database.writing() as session:
+        session.add(job_with("b", session.scalars(select(RenderRow)).one(), owner="other"))
+    result = table.round((table.next(), TaskFailed("render_failed", "Pixel 3 is lost.")))
+    assert result.news == {"a", "b"}
+    for job in (table.job("a"), table.job("b")):
+        assert (job.state, job.failure and job.failure["message"]) == (JobState.FAILED, "Pixel 3 is lost.")
+
+
+def test_all_jobs_of_a_render_have_its_news(table: Table) -> None:
+    table.add("a")
+    table.add("c")
+    with table.database.writing() as session:
+        render = session.scalars(select(RenderRow).where(RenderRow.id == "a")).one()
+        session.add(job_with("b", render, owner="other"))
+    result = table.round(room=1)
+    assert [task.job for task in result.tasks] == ["a"]
+    assert result.news == {"a", "b"}
+    assert [table.job(name).state.value for name in "abc"] == ["running", "running", "queued"]
 
 
 def test_a_full_disk_makes_jobs_wait_and_not_fail(table: Table) -> None:

@@ -13,6 +13,7 @@ from sqlalchemy import column, select
 from sqlalchemy import table as sql_table
 
 from schemas.jobs import JobState
+from service import ledger
 from service.database import migrations
 from service.database.connection import Database
 from service.database.migrations import upgrade
@@ -78,6 +79,7 @@ def test_jobs_are_told_as_before(database: Database) -> None:
     assert (second.id, second.state) == ("bb", JobState.FAILED)
     assert second.failure is not None
     assert second.failure.code == "worker_died"
+    assert (first.user, first.labels, first.priority) == ("local", {}, 0)
 
 
 def test_every_job_has_a_render_of_its_own_under_its_name(database: Database) -> None:
@@ -91,6 +93,14 @@ def test_every_job_has_a_render_of_its_own_under_its_name(database: Database) ->
         (1, "waiting", None, None),
     ]
     assert {step.render for step in steps} == {render.number for render in jobs.values() if render} - {7}
+
+
+def test_what_was_left_waiting_goes_on(database: Database) -> None:
+    upgrade(database)
+    with database.writing() as session:
+        ledger.recover(session)
+        (task,) = ledger.tile_claims(session, 4)
+    assert (task.job, task.tile.index) == ("aa", 1)
 
 
 def test_numbers_go_on_after_those_that_were_given(database: Database) -> None:
