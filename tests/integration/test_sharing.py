@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import copy
+import hashlib
 import json
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -169,6 +171,28 @@ def test_identical_submissions_under_way_share_one_render(users: Users, shared: 
     stopped = users["bob"].post(f"/v1/jobs/{second['id']}/cancel").json()
     assert stopped["state"] == "cancelled"
     until(lambda: not (folder / first["id"] / "tiles").exists())
+
+
+def test_identical_submissions_at_the_same_moment_make_one_render(users: Users, folder: Path) -> None:
+    before = set(folder.iterdir())
+    with ThreadPoolExecutor(8) as pool:
+        asked = [users[user] for user in ("ann", "bob") * 4]
+        jobs = list(pool.map(lambda client: ask(client, small(9), wait=30), asked))
+    assert len({job["id"] for job in jobs}) == 8
+    assert {job["state"] for job in jobs} == {"succeeded"}
+    (made,) = set(folder.iterdir()) - before
+    assert made.name in {job["id"] for job in jobs}
+
+
+def test_a_render_that_has_failed_is_tried_again(users: Users, folder: Path) -> None:
+    mesh = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n"
+    sha256 = hashlib.sha256(mesh).hexdigest()
+    assert users["ann"].put(f"/v1/assets/{sha256}", content=mesh).status_code == 200
+    document = small(10)
+    document["shapes"].append({"type": "mesh", "asset": f"sha256:{sha256}", "material": "ball"})
+    jobs = [ask(users[user], document, wait=30) for user in ("ann", "bob")]
+    assert [job["failure"]["code"] for job in jobs] == ["scene_not_usable"] * 2
+    assert all((folder / job["id"]).exists() for job in jobs)
 
 
 def test_one_that_runs_out_of_time_leaves_the_render_to_the_other(users: Users) -> None:
