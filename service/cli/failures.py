@@ -102,7 +102,9 @@ def _advice(error: BaseException) -> list[str]:
     if isinstance(error, UnreachableError):
         return ["Start one with 'penumbra serve', or name another with --server or PENUMBRA_SERVER."]
     if isinstance(error, TimedOutError) and error.job_id:
-        return [f"Go on with 'penumbra wait {error.job_id}', or stop it with 'penumbra cancel' and its id."]
+        return [
+            f"Go on with 'penumbra wait {error.job_id}', or stop it with 'penumbra cancel {error.job_id}'."
+        ]
     usage = getattr(getattr(error, "ctx", None), "command_path", None)
     return [f"Try '{usage} --help'."] if usage else []
 

@@ -1,0 +1,30 @@
+from __future__ import annotations
+
+from datetime import datetime
+
+from schemas.logs import LogEntry
+from service.cli.logs import _piped, _seen
+
+ENTRIES = (
+    LogEntry(at=datetime(2026, 5, 1, 23, 59, 58).astimezone(), event="started", message="It began."),
+    LogEntry(event="step_repeated", message="Tile 3\x1b of pass 1 was begun 2 times."),
+    LogEntry(at=datetime(2026, 5, 2, 0, 0, 1).astimezone(), event="succeeded", message="It is done."),
+)
+
+
+def test_on_a_terminal_times_stand_under_their_days() -> None:
+    assert list(_seen(ENTRIES)) == [
+        "2026-05-01",
+        "  23:59:58  It began.",
+        "            Tile 3  of pass 1 was begun 2 times.",
+        "2026-05-02",
+        "  00:00:01  It is done.",
+    ]
+
+
+def test_on_a_pipe_each_line_has_time_word_and_sentence() -> None:
+    assert list(_piped(ENTRIES)) == [
+        "2026-05-01 23:59:58\tstarted\tIt began.",
+        "\tstep_repeated\tTile 3  of pass 1 was begun 2 times.",
+        "2026-05-02 00:00:01\tsucceeded\tIt is done.",
+    ]
