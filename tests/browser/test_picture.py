@@ -136,6 +136,14 @@ def test_a_cancelled_picture_stays_as_far_as_it_came(open_page: Open, client: ht
     assert client.get(f"/v1/jobs/{job}").json()["state"] == "cancelled"
 
 
+def test_where_there_is_no_picture_the_page_says_why(open_page: Open, client: httpx2.Client) -> None:
+    job = submit(client, long_scene() | {"name": "in vain"})
+    client.post(f"/v1/jobs/{job}/cancel")
+    page = open_page(f"/jobs/{job}")
+    expect(page.get_by_text("There is no picture: the job ended as cancelled.")).to_be_visible()
+    expect(page.locator(".screen")).to_be_hidden()
+
+
 def test_the_read_out_tells_the_numbers_of_the_npy_file(open_page: Open, client: httpx2.Client) -> None:
     job = finished(client)
     page = opened(open_page, job)

@@ -34,17 +34,9 @@ export function mount(root, watch) {
   screen.element.setAttribute("aria-describedby", keys.id);
   const layers = Object.keys(links.layers ?? {});
   const tools = h("div", { className: "row tools" }, layers.length ? makeLayerChoice(layers, chooseLayer) : null, display.element, makeZoom(screen), first.element);
-  root.append(
-    h("h2", { className: "unseen" }, "Picture"),
-    tools,
-    refusal,
-    screen.element,
-    readout,
-    legend,
-    keys,
-    inspector.element,
-    makeComparing(watch),
-  );
+  const looking = h("div", {}, tools, refusal, screen.element, readout, legend, keys, inspector.element, makeComparing(watch));
+  const nothing = h("p", { className: "soft" });
+  root.append(h("h2", { className: "unseen" }, "Picture"), looking, nothing);
 
   function overlay(context) {
     developer.drawNumbers(context);
@@ -77,13 +69,19 @@ export function mount(root, watch) {
     // Outlines are drawn where the picture has just changed, and not around all of it.
     fresh = places.filter((place) => place.x1 - place.x0 < width || place.y1 - place.y0 < height);
   });
-  watch.on("job", () => {
+  watch.on("job", ended);
+  ended();
+
+  function ended() {
     if (!watch.final) return;
     first.show();
+    const empty = watch.job.state !== "succeeded" && !film.known.includes(1);
+    looking.hidden = empty;
+    nothing.textContent = empty ? `There is no picture: the job ended as ${watch.job.state}.` : "";
     fresh = [];
     screen.redraw();
     if (wanted && developer.layer?.stale !== false) chooseLayer(wanted);
-  });
+  }
 
   async function chooseLayer(chosen) {
     wanted = chosen;
