@@ -93,6 +93,6 @@ def succeeded(job: Held) -> Held:
         raise JobFailedError(job_id=job.id, failure=job.failure)
     if job.state is JobState.CANCELLED:
         raise JobCancelledError(job_id=job.id)
-    if job.state.final and job.state is not JobState.SUCCEEDED:
+    if job.state is JobState.EXPIRED:
         raise JobExpiredError(job_id=job.id)
     return job

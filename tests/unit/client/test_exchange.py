@@ -16,6 +16,9 @@ from service.client import (
     Client,
     ClientError,
     ConflictError,
+    JobCancelledError,
+    JobExpiredError,
+    NoImageError,
     NotAllowedError,
     NotFoundError,
     RequestInvalidError,
@@ -23,6 +26,7 @@ from service.client import (
     TimedOutError,
     UnexpectedAnswerError,
     UnreachableError,
+    succeeded,
 )
 from service.client.access import access
 
@@ -157,6 +161,19 @@ def test_what_is_busy_is_asked_again_after_the_time_it_names(serve: Serve) -> No
     with Client(server.url) as client:
         assert client.version().version == "9"
     assert server.seen == ["GET", "GET"]
+
+
+@pytest.mark.parametrize(("state", "kind"), [("cancelled", JobCancelledError), ("expired", JobExpiredError)])
+def test_a_job_whose_picture_is_gone_is_told_by_its_own_exception(
+    serve: Serve, state: str, kind: type[NoImageError]
+) -> None:
+    status, headers, content = JOB
+    server = serve([(status, headers, content.replace(b"queued", state.encode()))])
+    with Client(server.url) as client:
+        job = client.get("j")
+    with pytest.raises(kind, match="Job j") as caught:
+        succeeded(job)
+    assert caught.value.job_id == "j"
 
 
 def test_a_date_is_understood_as_the_time_to_come_back(serve: Serve) -> None:
