@@ -65,7 +65,7 @@ class Pilot(Message):
     seconds: float = Field(ge=0, description="Seconds that it took.")
     blocks: int = Field(ge=0, description="Blocks of the picture that were timed.")
     pixels: int = Field(ge=0, description="Pixels that were sampled twice to learn their errors.")
-    small_pictures: int = Field(ge=0, description="Pictures of target quality, most of them of reduced size.")
+    target_errors: int = Field(ge=0, description="Target errors whose pictures were begun.")
 
 
 class Quote(Message):

@@ -3,6 +3,8 @@
 All decisions are made about the whole picture between passes, so that no pixel depends on tiles.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from renderer.adaptive import strata
@@ -113,6 +115,20 @@ def _aim_lower(estimate: Estimate, bound: float) -> None:
         estimate.counters[AIMS] += 1
     if estimate.aim < before:
         raise_chances(estimate, strata.typical_error(estimate.strata).astype(np.float32))
+
+
+def outlook(estimate: Estimate) -> int:
+    """Camera rays that all passes to come will ask for, as far as the samples so far tell.
+
+    It is what the allocation would ask for if no pixel had to rise by steps, and if nothing was in doubt. Few
+    samples do not tell much, so that it is a guess.
+    """
+    found = estimate.so_far()
+    certain = replace(found.survey, uncertain=np.zeros(strata.COUNT))
+    have = estimate.have.ravel()[found.sampled]
+    allotted = allocate(found.variances, have, certain, MARGIN * estimate.budget)
+    again = COUNTS[allotted.pixels] - COUNTS[have]
+    return int(again.sum() + (COUNTS[allotted.strata] * certain.sizes).sum())
 
 
 def _allot(estimate: Estimate, found: Findings, ease: float) -> None:

@@ -238,7 +238,7 @@ class Estimate:
         Before there are samples nothing is known of it but what the coarse picture lets expect.
         """
         if (self.have >= SAMPLED).any():
-            found = self._unfinished()
+            found = self.so_far()
             self.error = self.error_of(found)
         elif self.error is None:
             expected = strata.expected_errors(self.image().transpose(2, 0, 1)).mean(dtype=np.float64)
@@ -253,7 +253,7 @@ class Estimate:
         """What the samples tell when a pass is complete."""
         return self._findings(self.shown, ~self.shown)
 
-    def _unfinished(self) -> Findings:
+    def so_far(self) -> Findings:
         """What the samples tell in the middle of a pass: pixels that wait for theirs show their look.
 
         All samples of their like tell how far off that is, even if they are shown.

@@ -7,6 +7,7 @@ from renderer.quotes.choices import Adaptive, Fixed, Priced, closest, soonest
 from renderer.quotes.pilots import Pilot
 from renderer.quotes.prices import price
 from renderer.quotes.ranges import Range
+from renderer.quotes.settings import ERRORS
 from renderer.scenes import LoadedScene
 from schemas.quality import Quality
 from schemas.quotes import EffectShare, Offer, Predicted, Quote
@@ -30,8 +31,8 @@ def quote(
     """Predict what a picture costs at several qualities, and how far off it will be.
 
     The price comes from the plan alone. All else comes from a pilot in this process: blocks of the picture
-    are timed, pixels sampled twice, effects left out, and small pictures of target quality rendered, as
-    long as there is time. What there was no time for is missing in the answer.
+    are timed, pixels sampled twice, effects left out, and pictures of target quality begun, as long as there
+    is time. What there was no time for is missing in the answer.
 
     Parameters
     ----------
@@ -82,7 +83,7 @@ def quote(
             seconds=monotonic() - begun,
             blocks=len(pilot.stopwatch.firsts) if pilot.stopwatch else 0,
             pixels=pilot.sampled.pixels if pilot.sampled else 0,
-            small_pictures=sum(len(growing.pictures) for growing in pilot.growing),
+            target_errors=sum(rehearsal.found is not None for rehearsal in pilot.rehearsals),
         ),
     )
 
@@ -103,7 +104,7 @@ def _offers(pilot: Pilot, fixed: list[Fixed], adaptive: Adaptive) -> list[Priced
     for each in fixed:
         own = {pilot.asked} if pilot.target is None and each.ladder == pilot.ladders[0] else set()
         offers += [each.priced(count) for count in sorted({*each.ladder.counts} | own)]
-    return offers + [adaptive.priced(error) for error in sorted(adaptive.points, reverse=True)]
+    return offers + [adaptive.priced(error) for error in sorted(adaptive.errors(ERRORS), reverse=True)]
 
 
 def _effects(pilot: Pilot, asked: Priced | None) -> tuple[EffectShare, ...]:

@@ -100,23 +100,32 @@ class Adaptive:
     precision: str
     confidence: float = CONFIDENCE
 
+    def errors(self, usual: Iterable[float]) -> set[float]:
+        """Those that were tried, and the usual ones between them."""
+        least, most = min(self.points, default=1.0), max(self.points, default=0.0)
+        return {*self.points, *(error for error in usual if least < error < most)}
+
     def priced(self, error: float, limit: float | None = None) -> Priced:
         """Any error: between those that were tried, and beyond them, along a power of the error."""
         nearest = min(self.points, key=lambda known: abs(log(known / error)))
         apart = log(nearest / error)
-        moved = factor(BETWEEN * abs(apart)).scaled((nearest / error) ** self._power(apart))
+        moved = factor(BETWEEN * abs(apart)).scaled((nearest / error) ** self._power(error))
         cpu, seconds = (known.times(moved) for known in self.points[nearest])
         reached = Range(error * KEPT, error * LEAST, error)
         offer = Priced(target(error, self.precision, limit, self.confidence), cpu, seconds, reached)
         return offer if limit is None else _limited(offer, limit)
 
-    def _power(self, apart: float) -> float:
+    def _power(self, error: float) -> float:
         """Like which the seconds grow as the error falls."""
-        if apart > 0 or len(self.points) < 2:
-            return FALLS if apart > 0 else 0.0
         errors = sorted(self.points)
-        cheapest, dearest = (self.points[error][0].estimate for error in (errors[-1], errors[0]))
-        return min(max(log(dearest / cheapest) / log(errors[-1] / errors[0]), 0.0), FALLS)
+        if error < errors[0]:
+            return FALLS
+        if len(errors) < 2:
+            return 0.0
+        finer = max((known for known in errors[:-1] if known <= error), default=errors[0])
+        coarser = errors[errors.index(finer) + 1]
+        dearest, cheapest = (self.points[known][0].estimate for known in (finer, coarser))
+        return min(max(log(dearest / cheapest) / log(coarser / finer), 0.0), FALLS)
 
     def for_error(self, error: float) -> Priced | None:
         """What reaches an error."""

@@ -3,16 +3,14 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import pairwise
-from math import log
 
 from renderer.plan import RenderPlan
 from renderer.quotes.accuracies import SAMPLES, Sampled
 from renderer.quotes.choices import Adaptive, Fixed
 from renderer.quotes.deadlines import Deadline, within
 from renderer.quotes.effects import Ablation
+from renderer.quotes.rehearsals import Rehearsal
 from renderer.quotes.settings import ERRORS, Ladder, compiled, own_ladder, sobol_ladder
-from renderer.quotes.small import Growing
 from renderer.quotes.timings import Stopwatch
 from renderer.scenes import LoadedScene
 from schemas.quality import CONFIDENCE, Quality, TargetQuality
@@ -24,13 +22,12 @@ TIMING, EFFECTS = 0.25, 0.12
 """Shares of the time that is left for fixed samples, when their turn comes, for timing blocks and for leaving
 out effects. What they leave is for sampling pixels."""
 
-TARGETS = 0.45
-"""Share of the time that is kept for small pictures, however long all else takes: target quality is nearly
-always the cheapest way to an error."""
+TARGETS = 0.65
+"""Share of the time that is kept for target quality, however long all else takes: it is nearly always the
+cheapest way to an error."""
 
-FINER = 1.0
-"""Power of the error like which a small picture takes longer at least: one that would be given up tells
-nothing."""
+LESS = 0.4
+"""Share of that time for the largest of several errors: smaller ones take longer."""
 
 SPARE = 0.1
 """Share of the time that is kept for what units of work take longer than the ones before."""
@@ -73,7 +70,7 @@ class Pilot:
     stopwatch: Stopwatch | None = None
     sampled: Sampled | None = None
     ablation: Ablation | None = None
-    growing: list[Growing] = field(default_factory=list)
+    rehearsals: list[Rehearsal] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         """Choose what to look at."""
@@ -96,11 +93,9 @@ class Pilot:
             early = deadline.part(1 - TARGETS)
             self.stopwatch = Stopwatch(plans)
             self.stopwatch.run(early.part(TIMING), early.part(TIMING_AT_MOST))
-            self.growing = self._targets()
-            self.growing[0].begin(deadline)
             self._leave_out(plans[0], compiling, early.part(EFFECTS))
             self._sample(half, compiling, early)
-            self._grow(deadline)
+            self._rehearse(deadline)
 
     def _leave_out(self, plan: RenderPlan, compiling: float, deadline: Deadline) -> None:
         quality = self.ladders[0].quality(plan.antialiasing.samples)
@@ -123,25 +118,20 @@ class Pilot:
         for count in sorted({nearest, *ladder.measured} if others_too else {nearest}):
             yield count, self.plan if count == self.asked else compiled(self.scene, ladder.quality(count))
 
-    def _targets(self) -> list[Growing]:
-        """Target errors from the largest to the smallest, and so from the cheapest to the dearest."""
-        errors = sorted({*self._errors(), *ERRORS}, reverse=True)
-        ray = self._ray_seconds()
-        precision, confidence = self.ladders[0].precision, self._confidence()
-        return [Growing(self.scene, error, precision, ray, confidence) for error in errors]
+    def _rehearse(self, deadline: Deadline) -> None:
+        """Try the errors that matter most, the last of them as long as there is time."""
+        precision, ray = self.ladders[0].precision, self._ray_seconds()
+        errors = self._in_order()
+        for number, error in enumerate(errors):
+            rehearsal = Rehearsal(self.scene, error, precision, ray, self._confidence())
+            rehearsal.run(deadline if number == len(errors) - 1 else deadline.part(LESS))
+            self.rehearsals.append(rehearsal)
 
-    def _grow(self, deadline: Deadline) -> None:
-        """Render a small picture of each error as far as time allows, then larger ones."""
-        for coarser, finer in pairwise(self.growing):
-            if coarser.pictures:
-                seconds = coarser.pictures[-1].seconds * (coarser.error / finer.error) ** FINER
-                if seconds <= deadline.left:
-                    finer.begin(deadline)
-        begun = [growing for growing in self.growing if growing.pictures]
-        for asked in self._errors()[:1]:
-            begun.sort(key=lambda growing: abs(log(growing.error / asked)))
-        for number, growing in enumerate(begun):
-            growing.run(deadline.part(1 / (len(begun) - number)), deadline)
+    def _in_order(self) -> list[float]:
+        """Target errors: those asked for, then the largest and the smallest of the others."""
+        errors = list(dict.fromkeys(self._errors()))
+        others = sorted({*ERRORS} - {*errors}, reverse=True)
+        return [*errors, others[0], others[-1]]
 
     def _errors(self) -> list[float]:
         """Target errors that are asked for."""
@@ -170,8 +160,8 @@ class Pilot:
     def adaptive(self, workers: int) -> Adaptive:
         """What is known of target quality."""
         points = {}
-        for growing in self.growing:
-            cpu = growing.cpu_seconds()
+        for rehearsal in self.rehearsals:
+            cpu = rehearsal.cpu_seconds()
             if cpu is not None:
-                points[growing.error] = (cpu, cpu.scaled(1 / workers))
+                points[rehearsal.error] = (cpu, cpu.scaled(1 / workers))
         return Adaptive(points, self.ladders[0].precision, self._confidence())

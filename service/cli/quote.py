@@ -230,5 +230,5 @@ def _pilot(told: Quote) -> str:
     pilot = told.pilot
     return (
         f"Tried for {pilot.seconds:.1f} s: {pilot.blocks} blocks, {pilot.pixels:,} pixels, "
-        f"{pilot.small_pictures} small pictures. Intervals hold in 95 of 100 cases."
+        f"{pilot.target_errors} target errors. Intervals hold in 95 of 100 cases."
     )

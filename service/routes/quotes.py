@@ -63,7 +63,7 @@ EXAMPLE: dict[str, Any] = {
     "effects": [{"effect": "light 0", "pointers": ["/lights/0"], "cpu_seconds": 1.2, "share": 0.57}],
     "price": {"camera_rays": 1228800, "shadow_rays": 1228800, "cpu_seconds": 1.7},
     "workers": 4,
-    "pilot": {"seconds": 1.38, "blocks": 20, "pixels": 4800, "small_pictures": 3},
+    "pilot": {"seconds": 1.38, "blocks": 20, "pixels": 4800, "target_errors": 2},
 }
 
 

@@ -113,3 +113,15 @@ def test_a_limit_bounds_the_price_and_leaves_the_error_unknown() -> None:
 def test_nothing_is_offered_where_nothing_was_tried() -> None:
     nothing = Adaptive({}, "double")
     assert nothing.for_error(0.1) is nothing.for_seconds(100.0) is None
+
+
+def test_between_errors_that_were_tried_seconds_follow_the_power_that_joins_them() -> None:
+    known = Adaptive({0.04: (exactly(1.0), exactly(1.0)), 0.01: (exactly(4.0), exactly(4.0))}, "single")
+    assert known.priced(0.02).cpu_seconds.estimate == pytest.approx(2.0)
+    assert known.priced(0.01).cpu_seconds.estimate == pytest.approx(4.0)
+
+
+def test_usual_errors_are_offered_between_those_that_were_tried() -> None:
+    known = Adaptive({0.04: (exactly(1.0), exactly(1.0)), 0.01: (exactly(4.0), exactly(4.0))}, "single")
+    assert known.errors([0.1, 0.02, 0.001]) == {0.04, 0.02, 0.01}
+    assert Adaptive({}, "single").errors([0.1, 0.02]) == set()

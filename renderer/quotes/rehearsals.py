@@ -1,0 +1,259 @@
+"""CPU seconds of target quality, from the first passes of the very picture, or of a part of it.
+
+What it takes depends on what its looks and samples find. So the picture itself is begun; where there is
+time, it is finished, and its cost is known. Else its passes up to the first probes are rendered, in a part
+that fits the time, and the allocation tells how many samples are to follow.
+"""
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from renderer.adaptive.course import Course, Demand, answer
+from renderer.adaptive.decisions import outlook
+from renderer.adaptive.estimate import COVERS, PROBES, ROUND, STRIDE, Estimate
+from renderer.adaptive.lattice import stride_for
+from renderer.adaptive.levels import COVERED, LOOKED
+from renderer.adaptive.samples import Samples
+from renderer.plan import RenderPlan
+from renderer.quotes.deadlines import Deadline
+from renderer.quotes.parts import Squares, part, squares
+from renderer.quotes.ranges import Range, factor
+from renderer.quotes.settings import compiled, target
+from renderer.quotes.timings import UNSTEADY
+from renderer.scenes import LoadedScene
+from schemas.quality import CONFIDENCE
+
+LOOK, COVER, SCATTERED = 3.0, 0.3, 1.0
+"""CPU seconds of rays over those of one with few light points in a block, about: of a first look, which has
+many; at a border, where few are lit; and of a sample in one of few pixels."""
+
+SPARE = 1.3
+"""Times the predicted seconds that have to be left for a pass."""
+
+WHOLE, PART = 0.5, 0.35
+"""Share of the time left that the looks at the whole picture, or at a part, may take: borders and probes
+follow."""
+
+SMALLEST = 1 / 32
+"""Smallest share of a picture that says something of the whole."""
+
+DENSER = 0.75
+"""What looks at finer lattices cost, over those at the first: they are more and nearer to each other."""
+
+FURTHER = 4
+"""Looks of the next finer lattice for each of this one."""
+
+ROUNDS = 1.15
+"""Times the samples foretold that are taken: samples come in rounds, and each may find what was not
+expected."""
+
+FORETOLD, OF_A_PART = 0.15, 0.3
+"""Standard deviations of the logarithm of the CPU time where its samples are foretold, by the whole picture
+and by a part of it. See `python -m benchmarks quotes`."""
+
+
+class _TooLate(BaseException):
+    """The deadline came in the middle of a pass. No error, so nothing on its way takes it for one."""
+
+
+@dataclass(slots=True)
+class Rehearsal:
+    """A picture of target quality, as far as there was time for it.
+
+    Attributes
+    ----------
+    scene : LoadedScene
+    error : float
+    precision : str
+    ray_seconds : float
+        CPU seconds of a camera ray with few light points, about.
+    confidence : float
+        Share of pictures that are to keep the target.
+    whole : bool
+        Whether the whole picture was rendered to its end.
+    found : float or None
+        CPU seconds of the whole picture: those that it took, or that are foretold.
+    unsure : float
+        Standard deviation of their logarithm.
+    """
+
+    scene: LoadedScene
+    error: float
+    precision: str
+    ray_seconds: float
+    confidence: float = CONFIDENCE
+    whole: bool = False
+    found: float | None = None
+    unsure: float = field(default=UNSTEADY)
+
+    def run(self, deadline: Deadline) -> None:
+        """Render until the deadline."""
+        plan = compiled(self.scene, target(self.error, self.precision, confidence=self.confidence))
+        trial = Trial(plan, None, deadline, self.ray_seconds)
+        try:
+            if trial.lasts() * SPARE <= deadline.left:
+                trial.step()
+            if trial.begun and trial.looks() <= WHOLE * deadline.left:
+                self._finish(trial)
+            elif deadline.left > 0:
+                self._foretell(plan, trial)
+        except _TooLate:
+            pass
+
+    def _finish(self, trial: "Trial") -> None:
+        """Render the whole picture, as far as that goes."""
+        try:
+            while trial.more and (not trial.probed or trial.lasts() * SPARE <= trial.deadline.left):
+                trial.step()
+                if trial.probed:
+                    self._tell(trial.cpu_seconds + trial.price * ROUNDS * trial.outlook(), FORETOLD)
+        except _TooLate:
+            return
+        if not trial.more:
+            self.whole = True
+            self._tell(trial.cpu_seconds, 0.0)
+
+    def _foretell(self, plan: RenderPlan, whole: "Trial") -> None:
+        """Render a part of the picture up to its probes, and take its rays to be as dear as elsewhere."""
+        price = (whole.price if whole.begun else LOOK * self.ray_seconds) * DENSER
+        share = PART * whole.deadline.left / max(price * _all_looks(plan), 1e-9)
+        seen = squares(plan, max(share, SMALLEST))
+        trial = Trial(plan if seen is None else part(plan, seen), seen, whole.deadline, self.ray_seconds)
+        while trial.more and not trial.probed:
+            trial.step()
+        samples = trial.rays - trial.looked - trial.covered + ROUNDS * trial.outlook()
+        rays = COVER * trial.covered + SCATTERED * samples
+        seconds = trial.looked * price + rays * self.ray_seconds
+        self._tell(seconds * plan.width * plan.height / trial.pixels, OF_A_PART)
+
+    def _tell(self, found: float, unsure: float) -> None:
+        self.found, self.unsure = found, float(np.hypot(unsure, UNSTEADY))
+
+    def cpu_seconds(self) -> Range | None:
+        """CPU seconds of the whole picture, None if nothing is known of them."""
+        return None if self.found is None else factor(self.unsure).scaled(self.found)
+
+
+class Trial:
+    """The passes of a picture or of squares of it, one by one.
+
+    Attributes
+    ----------
+    deadline : Deadline
+    ray_seconds : float
+        CPU seconds of a camera ray with few light points, about.
+    more : bool
+        Whether passes are to come.
+    price : float
+        CPU seconds of a ray of the last pass, 0 before there was one.
+    looked, covered : int
+        Camera rays of first looks, and of those at borders.
+    """
+
+    def __init__(
+        self, plan: RenderPlan, seen: Squares | None, deadline: Deadline, ray_seconds: float
+    ) -> None:
+        self.deadline, self.ray_seconds, self.more, self.price, self.looked = (
+            deadline,
+            ray_seconds,
+            True,
+            0.0,
+            0,
+        )
+        self.more, self.price, self.looked, self.covered = True, 0.0, 0, 0
+        self._seen = seen
+        self._course = Course(plan, None, None, np.inf, time.monotonic(), Estimate.begin(plan))
+        if seen is not None and plan.look is not None:
+            self._look_as_whole(stride_for(seen.camera.width, seen.camera.height))
+
+    def _look_as_whole(self, stride: int) -> None:
+        """Begin with the lattice of the whole picture, which has more pixels."""
+        estimate = self._course.estimate
+        estimate.want[...] = 0
+        estimate.want[::stride, ::stride] = LOOKED
+        estimate.counters[STRIDE] = stride
+
+    @property
+    def pixels(self) -> int:
+        """How many the picture has."""
+        return self._course.estimate.have.size
+
+    @property
+    def begun(self) -> bool:
+        """Whether a pass was rendered."""
+        return bool(self._course.passes)
+
+    @property
+    def _looking(self) -> bool:
+        """Whether the next pass looks at a lattice."""
+        return not self._course.estimate.counters[ROUND]
+
+    @property
+    def _covering(self) -> bool:
+        """Whether the next pass looks at borders."""
+        return bool(self._course.estimate.counters[ROUND] == COVERS)
+
+    @property
+    def probed(self) -> bool:
+        """Whether samples tell how many others are to follow."""
+        return bool(self._course.estimate.counters[ROUND] > PROBES)
+
+    @property
+    def wanted(self) -> int:
+        """Camera rays of the next pass."""
+        return self._course.estimate.rays_wanted()
+
+    @property
+    def rays(self) -> int:
+        """Camera rays so far."""
+        return self._course.counts["camera"]
+
+    @property
+    def cpu_seconds(self) -> float:
+        """Spent so far."""
+        return self._course.cpu_seconds
+
+    def step(self) -> None:
+        """Render a pass."""
+        wanted, before = self.wanted, self._course.cpu_seconds
+        self.looked += wanted * self._looking
+        self.covered += wanted * self._covering
+        self.more = self._course.step(self._each)
+        self.price = (self._course.cpu_seconds - before) / max(wanted, 1)
+        if self._seen is not None:
+            self._forget_borders(self._seen)
+
+    def _each(self, demands: list[Demand]) -> Iterator[tuple[Demand, Samples]]:
+        for demand in demands:
+            if self.deadline.left < 0:
+                raise _TooLate
+            yield demand, answer(self._course.plan, demand)
+
+    def _forget_borders(self, seen: Squares) -> None:
+        """Look at no borders between squares: there are none in the picture."""
+        want = self._course.estimate.want
+        want[seen.borders() & (want == COVERED)] = 0
+
+    def looks(self) -> float:
+        """CPU seconds of the passes up to the borders, if finer lattices ask for as much as this one."""
+        stride = int(self._course.estimate.counters[STRIDE])
+        return self.lasts() * DENSER * sum(FURTHER**pass_ for pass_ in range(stride.bit_length()))
+
+    def lasts(self) -> float:
+        """CPU seconds of the next pass: its rays are as dear as those of the last, if these were alike."""
+        if self._covering:
+            return self.wanted * COVER * self.ray_seconds
+        usual = LOOK if self._looking else SCATTERED
+        return self.wanted * (self.price or usual * self.ray_seconds)
+
+    def outlook(self) -> int:
+        """Camera rays of the passes to come, after the probes."""
+        return max(outlook(self._course.estimate), self.wanted) if self.more else 0
+
+
+def _all_looks(plan: RenderPlan) -> float:
+    """Rays of the looks at a picture that is nowhere smooth."""
+    return plan.width * plan.height if plan.look else Estimate.begin(plan).rays_wanted()
