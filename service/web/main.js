@@ -1,38 +1,60 @@
 // The router: one view at a time in <main>, chosen by the path.
 
-import { announce } from "./dom.js";
+import { announce, h } from "./dom.js";
 import { MOVED, navigate } from "./navigation.js";
 import { showSession } from "./session.js";
 
+// The form of the path, the names of its parts, the module, and the style sheets that it waits for: what is seen first
+// waits for the frame's own alone.
 const ROUTES = [
-  [/^\/$/, [], () => import("./views/start.js")],
-  [/^\/jobs$/, [], () => import("./views/jobs.js")],
-  [/^\/jobs\/([^/]+)$/, ["id"], () => import("./views/job.js")],
-  [/^\/compare\/([^/]+)\/([^/]+)$/, ["a", "b"], () => import("./views/compare.js")],
+  [/^\/$/, [], () => import("./views/start.js"), ["editor.css", "views/start.css"]],
+  [/^\/jobs$/, [], () => import("./views/jobs.js"), ["views/job.css", "views/jobs.css"]],
+  [
+    /^\/jobs\/([^/]+)$/,
+    ["id"],
+    () => import("./views/job.js"),
+    ["editor.css", "views/job.css", "views/picture/picture.css", "vendor/uplot/uPlot.min.css"],
+  ],
+  [
+    /^\/compare\/([^/]+)\/([^/]+)$/,
+    ["a", "b"],
+    () => import("./views/compare.js"),
+    ["views/job.css", "views/picture/picture.css", "views/compare/compare.css"],
+  ],
 ];
 
 const main = document.getElementById("main");
 let unmount = () => {};
 // The number of the newest visit: a view whose module arrives after the next click is not shown.
 let visit = 0;
+let shown = null;
 
 function found(path) {
-  for (const [form, names, load] of ROUTES) {
+  for (const [form, names, load, styles] of ROUTES) {
     const match = form.exec(path);
     if (match) {
-      return {
-        load,
-        params: Object.fromEntries(names.map((name, i) => [name, decodeURIComponent(match[i + 1])])),
-      };
+      const params = Object.fromEntries(names.map((name, i) => [name, decodeURIComponent(match[i + 1])]));
+      return { load, params, styles };
     }
   }
-  return { load: () => import("./views/missing.js"), params: {} };
+  return { load: () => import("./views/missing.js"), params: {}, styles: [] };
+}
+
+/** Add a style sheet unless it is there; wait until it counts. */
+function styled(path) {
+  const href = `/web/${path}`;
+  if (document.querySelector(`link[href="${href}"]`)) return Promise.resolve();
+  return new Promise((resolve) => {
+    // A page without its style sheet is ugly; a page that waits for ever is nothing.
+    document.head.append(h("link", { rel: "stylesheet", href, onload: resolve, onerror: resolve }));
+  });
 }
 
 async function show({ focus }) {
   const current = ++visit;
-  const { load, params } = found(location.pathname);
-  const view = await load();
+  shown = location.pathname + location.search;
+  const { load, params, styles } = found(location.pathname);
+  const [view] = await Promise.all([load(), ...styles.map(styled)]);
   if (current !== visit) return;
   unmount();
   main.replaceChildren();
@@ -61,7 +83,10 @@ document.addEventListener("click", (event) => {
   event.preventDefault();
   navigate(link.pathname + link.search);
 });
-addEventListener("popstate", () => show({ focus: true }));
+addEventListener("popstate", () => {
+  // A jump inside the page is told in the same way.
+  if (location.pathname + location.search !== shown) show({ focus: true });
+});
 addEventListener(MOVED, () => show({ focus: true }));
 
 show({ focus: false });

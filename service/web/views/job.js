@@ -15,10 +15,10 @@ export const title = "Job";
 
 // Each has mount(root, watch) -> unmount(), and hears no more of anything once watch.signal is aborted.
 const PANELS = [
-  ["picture", picture],
-  ["progress", progress],
-  ["convergence", convergence],
-  ["understand", plan],
+  ["picture", "Picture", picture],
+  ["progress", "Progress", progress],
+  ["convergence", "Accuracy against time", convergence],
+  ["understand", "Plan", plan],
 ];
 
 export function mount(root, { id }) {
@@ -45,8 +45,8 @@ async function open(root, id, signal, unmounts) {
   root.append(heading(watch));
   const grid = h("div", { className: "job" });
   root.append(grid);
-  for (const [name, panel] of PANELS) {
-    const place = h("section", { className: `job-${name}`, "aria-label": name });
+  for (const [name, label, panel] of PANELS) {
+    const place = h("section", { className: `job-${name}`, "aria-label": label });
     grid.append(place);
     unmounts.push(panel.mount(place, watch));
   }
