@@ -23,7 +23,7 @@ serve: .venv/installed  ## run the service on http://127.0.0.1:8000
 	$(BIN)/penumbra serve
 
 test: .venv/installed-test  ## run all tests, the fast ones first
-	$(BIN)/pytest
+	$(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadscope --no-loadscope-reorder
 
 check: .venv/installed-check  ## lint, format, types, and which package may import which
 	$(BIN)/ruff check .
