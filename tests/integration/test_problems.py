@@ -17,8 +17,14 @@ from schemas.problems import Problem
 from service import problems
 from service.errors import StoreDamagedError, UnavailableError
 
-# They are raised in the process of a client, never in that of the service.
-ELSEWHERE = ("service.client", "service.cli")
+# They are raised in the process of a client or a command, never in that of a running service.
+ELSEWHERE = (
+    "service.client",
+    "service.cli",
+    "service.grading",
+    "service.importing",
+    "service.settings_file",
+)
 
 
 def exceptions() -> Iterator[type[Exception]]:
