@@ -279,7 +279,9 @@ class Manifest(Closed):
     deadline: Seconds = Field(
         default=60.0, description="Seconds after which a test, or rendering a reference, is given up."
     )
-    memory: Mebibytes | None = Field(default=None, description="MiB that a test may take at most.")
+    memory: Mebibytes | None = Field(
+        default=None, description="MiB that a test may take at most, beside the program itself."
+    )
     tests: Annotated[tuple[Test, ...], Field(min_length=1, max_length=MOST_TESTS)] = Field(
         description="In the order in which they are told."
     )

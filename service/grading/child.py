@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import Any
 
 STDOUT, STDERR = 1, 2
@@ -40,13 +41,14 @@ def do(answer: Connection, call: Callable[[], Any], memory: int | None) -> None:
         What it gives may be an iterator: each result is sent as it comes, and takes the place of the one
         before.
     memory
-        Bytes that this process may take; None for any.
+        Bytes that this process may take beside those of the program itself; None for any.
     """
     # Ctrl-C at a terminal is for the process that waits: it ends this one.
     os.setsid()
     threading.Thread(target=_end_with_parent, daemon=True).start()
     if memory is not None:
-        resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+        most = _taken() + memory
+        resource.setrlimit(resource.RLIMIT_AS, (most, most))
     # Stdout belongs to the one document of the command.
     os.dup2(STDERR, STDOUT)
     error = None
@@ -57,6 +59,11 @@ def do(answer: Connection, call: Callable[[], Any], memory: int | None) -> None:
     except Exception as raised:  # noqa: BLE001 - whatever it is, it costs this test alone
         error = _picklable(raised)
     answer.send(Ended(error, time.process_time()))
+
+
+def _taken() -> int:
+    """Bytes of address space of this process: those of the libraries that its parent has loaded."""
+    return int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
 
 
 def _picklable(error: Exception) -> Exception:

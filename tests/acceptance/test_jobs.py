@@ -196,8 +196,15 @@ def test_a_picture_of_target_quality_is_the_same_here_and_there(
     assert (tmp_path / "sent.npy").read_bytes() == (tmp_path / "here.npy").read_bytes()
 
 
-def test_what_became_of_a_job_is_told_line_by_line(penumbra: Penumbra, scene_file: Path) -> None:
-    job_id = penumbra("submit", scene_file, "--wait").out.strip()
+def test_what_became_of_a_job_is_told_line_by_line(
+    penumbra: Penumbra, scene_file: Path, tmp_path: Path
+) -> None:
+    document = json.loads(scene_file.read_text())
+    # The same scene would share the picture of another test.
+    document["sampling"] = document.get("sampling", {}) | {"seed": 203}
+    own = tmp_path / "own.json"
+    own.write_text(json.dumps(document))
+    job_id = penumbra("submit", own, "--wait").out.strip()
     lines = [line.split("\t") for line in penumbra("logs", job_id).out.splitlines()]
     assert {len(line) for line in lines} == {3}
     assert [line[1] for line in lines][:2] == ["submitted", "started"]

@@ -27,7 +27,8 @@ Open = Callable[..., Page]
 Shoot = Callable[[Page, str], Path]
 
 
-@pytest.fixture(scope="session")
+# While it is open an event loop runs in this thread, and tests elsewhere run loops of their own.
+@pytest.fixture(scope="module")
 def chromium() -> Iterator[Browser]:
     path = shutil.which("chromium") or shutil.which("chromium-browser")
     if path is None:

@@ -49,7 +49,7 @@ def test_the_quality_of_a_request_takes_the_place_of_the_scenes_sampling(client:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("tile_size", "workers"), [(16, 2), (32, 1), (64, 2), (256, 1)])
+@pytest.mark.parametrize(("tile_size", "workers"), [(16, 2), (256, 1)])
 @pytest.mark.parametrize("patterns", [{}, RANDOM], ids=["uniform", "random"])
 def test_bytes_do_not_depend_on_tiles_and_workers(
     start: Start, tile_size: int, workers: int, patterns: dict[str, str]

@@ -33,15 +33,23 @@ ENDLESS = scene(
 )
 """Hours of work."""
 
+GREEDY = scene(camera=SCENE["camera"] | {"width": 8192, "height": 8192})
+"""With target quality, gigabytes at once: sums of float64 for every pixel."""
+
 
 def test_one_broken_test_never_costs_the_others(assignment: Assignment) -> None:
     assignment.hand_in("endless.json", ENDLESS)
+    assignment.hand_in("greedy.json", GREEDY)
     assignment.hand_in("hits.npz", b"PK\x03\x04 cut off")
     assignment.hand_in("nan.npy", np.full((32, 48, 3), np.nan, np.float32))
     assignment.hand_in("picture.npy", pixels(SCENE))
     found = assignment.grade(
         scene_test(id="late", submitted={"file": "endless.json"}, deadline=1.0),
-        scene_test(id="greedy", submitted={"file": "endless.json"}, memory=256),
+        scene_test(
+            id="greedy",
+            submitted={"file": "greedy.json", "quality": {"mode": "target", "error": 0.01}},
+            memory=256,
+        ),
         rays_test(id="damaged"),
         image_test(id="nan", submitted={"file": "nan.npy", "encoding": "linear"}),
         image_test(id="lost", submitted={"file": "none.png", "encoding": "srgb"}),
