@@ -1,7 +1,7 @@
 // Requests to the service that this page came from, and its errors as exceptions.
 
 import { pause } from "./dom.js";
-import { admitted } from "./session.js";
+import { admitted, begunSessions } from "./session.js";
 
 /** What the service answered in place of what was asked for (RFC 9457). */
 export class Problem extends Error {
@@ -35,8 +35,9 @@ export class Unreachable extends Error {
  * @throws {Problem | Unreachable | DOMException} AbortError when the signal is aborted.
  */
 export async function request(path, options = {}) {
+  const before = begunSessions();
   let response = await sent(path, options);
-  if (response.status === 401 && (await admitted()) && !options.signal?.aborted)
+  if (response.status === 401 && (await admitted(before)) && !options.signal?.aborted)
     response = await sent(path, options);
   if (response.ok || response.status === 304) return response;
   const document = await response.json().catch(() => ({}));

@@ -5,9 +5,21 @@ import { h } from "./dom.js";
 const PATH = "/v1/session";
 
 let asking = null;
+let sessions = 0;
 
-/** Ask for a key and begin a session with it; many may wait for one answer. @returns {Promise<boolean>} Whether it began. */
-export function admitted() {
+/** How many sessions have begun on this page: what was sent before the last one may still be refused for want of it. */
+export function begunSessions() {
+  return sessions;
+}
+
+/**
+ * Ask for a key and begin a session with it; many may wait for one answer.
+ *
+ * @param {number} before - `begunSessions` when the request was sent that was refused.
+ * @returns {Promise<boolean>} Whether a session began.
+ */
+export async function admitted(before) {
+  if (sessions > before) return true;
   asking ??= ask().finally(() => (asking = null));
   return asking;
 }
@@ -71,7 +83,10 @@ async function begun(key) {
       headers: { Authorization: `Bearer ${key}` },
       credentials: "same-origin",
     });
-    if (response.ok) return "";
+    if (response.ok) {
+      sessions += 1;
+      return "";
+    }
     return (await response.json()).detail;
   } catch {
     return "The service does not answer.";
@@ -80,8 +95,9 @@ async function begun(key) {
 
 /** Show who the service takes one for, with a way to end the session; nothing where it asks for no keys. */
 export async function showSession(place) {
+  const before = sessions;
   const response = await fetch(PATH, { credentials: "same-origin" });
-  if (response.status === 401) return (await admitted()) && showSession(place);
+  if (response.status === 401) return (await admitted(before)) && showSession(place);
   const who = response.ok ? await response.json() : null;
   if (!who?.keys_required) return false;
   const leave = h("button", { type: "button", className: "plain", onclick: end }, "Leave");

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import httpx2
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
 from schemas.access import Role
 from service.access import keys
@@ -28,6 +28,11 @@ def key(server: RunningServer) -> str:
     return made
 
 
+def held(page: Page, routes: list[Route], count: int) -> None:
+    """Wait until so many requests are held back; the page goes on meanwhile."""
+    until(lambda: page.evaluate("true") and len(routes) == count)
+
+
 def give(page: Page, key: str) -> None:
     page.get_by_role("dialog").get_by_label("Key").fill(key)
     page.get_by_role("dialog").get_by_role("button", name="Begin").click()
@@ -40,6 +45,31 @@ def test_a_key_is_asked_for_once_and_a_reload_needs_none(open_page: Open, key: s
     expect(page.locator("#session")).to_contain_text("ada", timeout=PATIENCE)
     page.reload()
     opened(page)
+    expect(page.get_by_role("dialog")).to_have_count(0)
+
+
+def test_a_refusal_that_comes_late_does_not_ask_again(open_page: Open, key: str) -> None:
+    page = open_page("/jobs")
+    late: list[Route] = []
+
+    def hold(route: Route) -> None:
+        late.append(route)
+
+    expect(page.get_by_role("dialog")).to_have_count(1, timeout=PATIENCE)
+    page.route("**/v1/jobs?held*", hold)
+    # Nobody waits here for what it answers: that it is asked is all, for now.
+    page.evaluate(
+        """() => {
+          import("/web/api.js").then(({ get }) => get("/v1/jobs?held=1")).then(() => (window.held = "answered"));
+        }"""
+    )
+    held(page, late, 1)
+    give(page, key)
+    expect(page.get_by_role("dialog")).to_have_count(0)
+    late[0].fulfill(status=401, json={"detail": "Without a key nothing is answered."})
+    held(page, late, 2)
+    late[1].fulfill(json={"jobs": []})
+    page.wait_for_function("window.held === 'answered'")
     expect(page.get_by_role("dialog")).to_have_count(0)
 
 
