@@ -60,7 +60,8 @@ def test_a_refusal_that_comes_late_does_not_ask_again(open_page: Open, key: str)
     # Nobody waits here for what it answers: that it is asked is all, for now.
     page.evaluate(
         """() => {
-          import("/web/api.js").then(({ get }) => get("/v1/jobs?held=1")).then(() => (window.held = "answered"));
+          const answer = import("/web/api.js").then(({ get }) => get("/v1/jobs?held=1"));
+          answer.then(() => (window.held = "answered"));
         }"""
     )
     held(page, late, 1)
