@@ -51,9 +51,9 @@ class TevServer:
         self.thread.start()
 
     def close(self) -> None:
-        """Wait until what was sent is read."""
-        self.listener.close()
+        """Wait until what was sent is read, by a connection that may not have been taken yet."""
         self.thread.join(timeout=10)
+        self.listener.close()
         assert not self.thread.is_alive()
 
     def picture(self, name: str) -> npt.NDArray[np.float32]:
@@ -63,10 +63,7 @@ class TevServer:
         return np.stack(list(channels.values()), axis=2)
 
     def _serve(self) -> None:
-        try:
-            connection, _ = self.listener.accept()
-        except OSError:
-            return
+        connection, _ = self.listener.accept()
         with connection, connection.makefile("rb") as stream:
             while (head := stream.read(4)) and (self.packets is None or len(self.kinds) < self.packets):
                 # The length counts its own four bytes.

@@ -129,9 +129,9 @@ class Pilot:
 
     def _in_order(self) -> list[float]:
         """Target errors: those asked for, then the largest and the smallest of the others."""
-        errors = list(dict.fromkeys(self._errors()))
+        errors = self._errors()
         others = sorted({*ERRORS} - {*errors}, reverse=True)
-        return [*errors, others[0], others[-1]]
+        return list(dict.fromkeys([*errors, others[0], others[-1]]))
 
     def _errors(self) -> list[float]:
         """Target errors that are asked for."""

@@ -6,6 +6,7 @@ that fits the time, and the allocation tells how many samples are to follow.
 """
 
 import time
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -26,9 +27,12 @@ from renderer.quotes.timings import UNSTEADY
 from renderer.scenes import LoadedScene
 from schemas.quality import CONFIDENCE
 
-LOOK, COVER, SCATTERED = 3.0, 0.3, 1.0
-"""CPU seconds of rays over those of one with few light points in a block, about: of a first look, which has
-many; at a border, where few are lit; and of a sample in one of few pixels."""
+LOOKS, BORDERS, SAMPLES = "looks", "borders", "samples"
+"""Kinds of passes."""
+
+USUAL = {LOOKS: 3.0, BORDERS: 0.3, SAMPLES: 1.0}
+"""CPU seconds of their rays over those of one with few light points in a block, about: first looks have many
+light points, and few rays at borders are lit."""
 
 SPARE = 1.3
 """Times the predicted seconds that have to be left for a pass."""
@@ -96,7 +100,7 @@ class Rehearsal:
         try:
             if trial.lasts() * SPARE <= deadline.left:
                 trial.step()
-            if trial.begun and trial.looks() <= WHOLE * deadline.left:
+            if trial.looks() <= WHOLE * deadline.left:
                 self._finish(trial)
             elif deadline.left > 0:
                 self._foretell(plan, trial)
@@ -105,28 +109,24 @@ class Rehearsal:
 
     def _finish(self, trial: "Trial") -> None:
         """Render the whole picture, as far as that goes."""
-        try:
-            while trial.more and (not trial.probed or trial.lasts() * SPARE <= trial.deadline.left):
-                trial.step()
-                if trial.probed:
-                    self._tell(trial.cpu_seconds + trial.price * ROUNDS * trial.outlook(), FORETOLD)
-        except _TooLate:
-            return
+        while trial.more and (not trial.probed or trial.lasts() * SPARE <= trial.deadline.left):
+            trial.step()
+            if trial.probed:
+                self._tell(trial.cpu_seconds + trial.prices[SAMPLES] * ROUNDS * trial.outlook(), FORETOLD)
         if not trial.more:
             self.whole = True
             self._tell(trial.cpu_seconds, 0.0)
 
     def _foretell(self, plan: RenderPlan, whole: "Trial") -> None:
         """Render a part of the picture up to its probes, and take its rays to be as dear as elsewhere."""
-        price = (whole.price if whole.begun else LOOK * self.ray_seconds) * DENSER
-        share = PART * whole.deadline.left / max(price * _all_looks(plan), 1e-9)
+        prices = whole.prices | {LOOKS: whole.prices[LOOKS] * DENSER}
+        share = PART * whole.deadline.left / max(prices[LOOKS] * _all_looks(plan), 1e-9)
         seen = squares(plan, max(share, SMALLEST))
         trial = Trial(plan if seen is None else part(plan, seen), seen, whole.deadline, self.ray_seconds)
         while trial.more and not trial.probed:
             trial.step()
-        samples = trial.rays - trial.looked - trial.covered + ROUNDS * trial.outlook()
-        rays = COVER * trial.covered + SCATTERED * samples
-        seconds = trial.looked * price + rays * self.ray_seconds
+        rays = trial.rays + Counter({SAMPLES: round(ROUNDS * trial.outlook())})
+        seconds = sum(count * prices[kind] for kind, count in rays.items())
         self._tell(seconds * plan.width * plan.height / trial.pixels, OF_A_PART)
 
     def _tell(self, found: float, unsure: float) -> None:
@@ -147,23 +147,18 @@ class Trial:
         CPU seconds of a camera ray with few light points, about.
     more : bool
         Whether passes are to come.
-    price : float
-        CPU seconds of a ray of the last pass, 0 before there was one.
-    looked, covered : int
-        Camera rays of first looks, and of those at borders.
+    prices : dict
+        CPU seconds of a ray by kind of pass, as the last one of its kind has shown.
+    rays : Counter
+        Camera rays so far, by kind.
     """
 
     def __init__(
         self, plan: RenderPlan, seen: Squares | None, deadline: Deadline, ray_seconds: float
     ) -> None:
-        self.deadline, self.ray_seconds, self.more, self.price, self.looked = (
-            deadline,
-            ray_seconds,
-            True,
-            0.0,
-            0,
-        )
-        self.more, self.price, self.looked, self.covered = True, 0.0, 0, 0
+        self.deadline, self.more = deadline, True
+        self.prices = {kind: times * ray_seconds for kind, times in USUAL.items()}
+        self.rays: Counter[str] = Counter()
         self._seen = seen
         self._course = Course(plan, None, None, np.inf, time.monotonic(), Estimate.begin(plan))
         if seen is not None and plan.look is not None:
@@ -182,19 +177,9 @@ class Trial:
         return self._course.estimate.have.size
 
     @property
-    def begun(self) -> bool:
-        """Whether a pass was rendered."""
-        return bool(self._course.passes)
-
-    @property
-    def _looking(self) -> bool:
-        """Whether the next pass looks at a lattice."""
-        return not self._course.estimate.counters[ROUND]
-
-    @property
-    def _covering(self) -> bool:
-        """Whether the next pass looks at borders."""
-        return bool(self._course.estimate.counters[ROUND] == COVERS)
+    def kind(self) -> str:
+        """What the next pass does."""
+        return {0: LOOKS, COVERS: BORDERS}.get(int(self._course.estimate.counters[ROUND]), SAMPLES)
 
     @property
     def probed(self) -> bool:
@@ -207,22 +192,16 @@ class Trial:
         return self._course.estimate.rays_wanted()
 
     @property
-    def rays(self) -> int:
-        """Camera rays so far."""
-        return self._course.counts["camera"]
-
-    @property
     def cpu_seconds(self) -> float:
         """Spent so far."""
         return self._course.cpu_seconds
 
     def step(self) -> None:
         """Render a pass."""
-        wanted, before = self.wanted, self._course.cpu_seconds
-        self.looked += wanted * self._looking
-        self.covered += wanted * self._covering
+        kind, wanted, before = self.kind, self.wanted, self.cpu_seconds
         self.more = self._course.step(self._each)
-        self.price = (self._course.cpu_seconds - before) / max(wanted, 1)
+        self.rays[kind] += wanted
+        self.prices[kind] = (self.cpu_seconds - before) / max(wanted, 1)
         if self._seen is not None:
             self._forget_borders(self._seen)
 
@@ -243,11 +222,8 @@ class Trial:
         return self.lasts() * DENSER * sum(FURTHER**pass_ for pass_ in range(stride.bit_length()))
 
     def lasts(self) -> float:
-        """CPU seconds of the next pass: its rays are as dear as those of the last, if these were alike."""
-        if self._covering:
-            return self.wanted * COVER * self.ray_seconds
-        usual = LOOK if self._looking else SCATTERED
-        return self.wanted * (self.price or usual * self.ray_seconds)
+        """CPU seconds of the next pass, if its rays are as dear as those of the last of its kind."""
+        return self.wanted * self.prices[self.kind]
 
     def outlook(self) -> int:
         """Camera rays of the passes to come, after the probes."""

@@ -45,14 +45,14 @@ def test_the_passes_of_a_trial_are_those_of_the_picture(ball_scene: LoadedScene)
     trial = Trial(plan, None, HOUR, RAY)
     while trial.more:
         trial.step()
-    assert trial.rays == render(plan).report["rays"]["camera"]
+    assert trial.rays.total() == render(plan).report["rays"]["camera"]
 
 
 def test_a_trial_ends_in_the_middle_of_a_pass_when_its_time_is_over(ball_scene: LoadedScene) -> None:
     trial = Trial(compile_scene(ball_scene, target(2 / 255, "single")), None, OVER, RAY)
     with pytest.raises(BaseException, match=r"^$"):
         trial.step()
-    assert trial.rays == 0
+    assert not trial.rays
 
 
 def test_what_is_to_follow_is_told_once_there_are_probes(ball_scene: LoadedScene) -> None:
@@ -61,10 +61,10 @@ def test_what_is_to_follow_is_told_once_there_are_probes(ball_scene: LoadedScene
     trial = Trial(plan, None, HOUR, RAY)
     while not trial.probed:
         trial.step()
-    foretold = trial.rays + trial.outlook()
+    foretold = trial.rays.total() + trial.outlook()
     while trial.more:
         trial.step()
-    assert 0.25 < foretold / trial.rays < 4.0
+    assert 0.25 < foretold / trial.rays.total() < 4.0
     assert trial.outlook() == 0
 
 
@@ -76,7 +76,7 @@ def test_a_part_asks_for_as_many_rays_a_pixel_as_the_whole(ball_scene: LoadedSce
     for trial in (Trial(plan, None, HOUR, RAY), Trial(part(plan, seen), seen, HOUR, RAY)):
         while not trial.probed:
             trial.step()
-        rays.append((trial.rays + trial.outlook()) / trial.pixels)
+        rays.append((trial.rays.total() + trial.outlook()) / trial.pixels)
     # Squares have borders of their own, and the ball is in some of them and not in others.
     assert 0.5 < rays[1] / rays[0] < 2.0
     assert np.all(np.isfinite(rays))
