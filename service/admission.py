@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from pydantic import BaseModel
-from sqlalchemy import select
 
 import renderer
 from schemas.jobs import JobRequest
@@ -18,8 +17,9 @@ from schemas.reading import read_document
 from schemas.scene import Scene
 from schemas.shapes import MeshFile
 from schemas.textures import ImageTexture
+from service import ownership
+from service.access.askers import Asker
 from service.context import Service
-from service.database.models import AssetRow
 from service.outlines import outlined
 from service.pricing import check_cost, priced, target_of
 from service.specs import compile_request
@@ -39,15 +39,15 @@ class Admitted:
     target: TargetQuality | None
 
 
-def admit(service: Service, body: bytes) -> Admitted:
-    """Read, check, compile and price a request.
+def admit(service: Service, asker: Asker, body: bytes) -> Admitted:
+    """Read, check, compile and price a user's request.
 
     Raises
     ------
     renderer.SceneError
         With every problem; pointers lead into the body.
     """
-    request, warnings = read_request(service, body, JobRequest)
+    request, warnings = read_request(service, asker, body, JobRequest)
     request = _limited(request)
     plan = compile_admitted(service, request)
     target = target_of(request)
@@ -65,12 +65,14 @@ def _limited(request: JobRequest) -> JobRequest:
     return request.model_copy(update={"quality": quality.model_copy(update={"time_limit": limit})})
 
 
-def read_request(service: Service, body: bytes, model: type[Model]) -> tuple[Model, tuple[Problem, ...]]:
-    """Read a body that has a ``scene``, within the service's limits, and look for its files."""
+def read_request(
+    service: Service, asker: Asker, body: bytes, model: type[Model]
+) -> tuple[Model, tuple[Problem, ...]]:
+    """Read a body that has a ``scene``, within the service's limits, and look for the user's files in it."""
     request, warnings = read_document(body, model, limits=service.settings.limits)
     scene = getattr(request, "scene", None)
     assert isinstance(scene, Scene)
-    missing = _missing_assets(service, scene)
+    missing = _missing_assets(service, asker, scene)
     if missing:
         raise renderer.SceneError(missing)
     return request, warnings
@@ -86,7 +88,7 @@ def compile_admitted(service: Service, request: JobRequest) -> renderer.RenderPl
         raise renderer.SceneError(moved, error.more) from None
 
 
-def _missing_assets(service: Service, scene: Scene) -> list[Problem]:
+def _missing_assets(service: Service, asker: Asker, scene: Scene) -> list[Problem]:
     asked = {
         pointer(["scene", "textures", name, "asset"]): texture.asset
         for name, texture in scene.textures.items()
@@ -97,7 +99,7 @@ def _missing_assets(service: Service, scene: Scene) -> list[Problem]:
         for number, shape in enumerate(scene.shapes)
         if isinstance(shape, MeshFile)
     }
-    known = _known(service, {asset.removeprefix(PREFIX) for asset in asked.values()})
+    known = _known(service, asker, {asset.removeprefix(PREFIX) for asset in asked.values()})
     return [
         _missing(place, asset)
         for place, asset in asked.items()
@@ -105,17 +107,17 @@ def _missing_assets(service: Service, scene: Scene) -> list[Problem]:
     ]
 
 
-def _known(service: Service, hashes: set[str]) -> set[str]:
+def _known(service: Service, asker: Asker, hashes: set[str]) -> set[str]:
     wanted = {sha256 for sha256 in hashes if is_sha256(sha256)}
     if not wanted:
         return set()
     with service.database.reading() as session:
-        return set(session.scalars(select(AssetRow.sha256).where(AssetRow.sha256.in_(wanted))))
+        return ownership.usable(session, wanted, asker)
 
 
 def _missing(place: str, asset: str) -> Problem:
     if asset.startswith(PREFIX) and is_sha256(asset.removeprefix(PREFIX)):
-        detail = "No such asset was uploaded. Send it to /v1/assets first."
+        detail = "You have uploaded no such asset. Send it to /v1/assets first."
         return Problem(pointer=place, detail=detail, code="unknown_asset")
     detail = "Here an asset is named 'sha256:' and 64 lower-case hexadecimal digits of an uploaded file."
     return Problem(pointer=place, detail=detail, code="asset_name")

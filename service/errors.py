@@ -17,6 +17,7 @@ ServiceError
 ├── UnknownAssetError
 ├── UploadError                 a texture is not kept
 │   ├── UploadMismatchError
+│   ├── UploadQuotaError        the user has sent as much as he may
 │   └── UploadUnusableError
 ├── OpenDoorsError              strangers would be let in
 ├── StoreError
@@ -137,7 +138,7 @@ class UnknownAssetError(ServiceError):
     """No texture was uploaded under this name."""
 
     def __init__(self) -> None:
-        super().__init__("No asset was uploaded under this name.")
+        super().__init__("You have uploaded no asset under this name.")
 
 
 class UploadError(ServiceError):
@@ -146,6 +147,24 @@ class UploadError(ServiceError):
 
 class UploadMismatchError(UploadError):
     """The bytes sent do not have the hash in the address."""
+
+
+class UploadQuotaError(UploadError):
+    """A user's files would have more bytes together than they may.
+
+    Parameters
+    ----------
+    limit : int
+        How many they may have.
+    left : int
+        How many of these are left.
+    """
+
+    def __init__(self, limit: int, left: int) -> None:
+        super().__init__(
+            f"Your textures and meshes may have {limit} bytes together, of which {left} are left. "
+            "Send a smaller file, or ask staff for more."
+        )
 
 
 class UploadUnusableError(UploadError):

@@ -65,6 +65,7 @@ KINDS: dict[type[Exception], Kind] = {
     errors.UnknownAssetError: Kind(404, "unknown_asset"),
     errors.UploadError: Kind(422, "upload"),
     errors.UploadMismatchError: Kind(422, "upload_mismatch"),
+    errors.UploadQuotaError: Kind(413, "upload_quota"),
     errors.UploadUnusableError: Kind(422, "upload_unusable"),
     errors.OpenDoorsError: Kind(500, "open_doors", told=False),
     errors.StoreError: Kind(500, "store", told=False),

@@ -8,14 +8,15 @@ from fastapi.concurrency import run_in_threadpool
 
 from schemas.jobs import JobRequest
 from schemas.quotes import Quote, QuoteRequest
+from service.access.askers import Asker
 from service.admission import compile_admitted, read_request
 from service.context import Service
 from service.engines.tasks import Outcome, QuoteDone, QuoteTask, TaskFailed
 from service.errors import QuoteFailedError, UnavailableError, WorkerLostError
 
 
-async def quote(service: Service, body: bytes) -> Quote:
-    """Answer a request for a quote.
+async def quote(service: Service, asker: Asker, body: bytes) -> Quote:
+    """Answer a user's request for a quote.
 
     Raises
     ------
@@ -29,7 +30,7 @@ async def quote(service: Service, body: bytes) -> Quote:
         If it took too long, or its worker died.
     """
     with service.quote_seats.taken():
-        task = await run_in_threadpool(_task, service, body)
+        task = await run_in_threadpool(_task, service, asker, body)
         answer = asyncio.wrap_future(service.dispatcher.call(task))
         try:
             outcome = await asyncio.wait_for(answer, service.settings.max_wait_seconds)
@@ -42,8 +43,8 @@ async def quote(service: Service, body: bytes) -> Quote:
     return found
 
 
-def _task(service: Service, body: bytes) -> QuoteTask:
-    request, _ = read_request(service, body, QuoteRequest)
+def _task(service: Service, asker: Asker, body: bytes) -> QuoteTask:
+    request, _ = read_request(service, asker, body, QuoteRequest)
     compile_admitted(service, _job(request))
     return QuoteTask(request, service.settings.workers)
 

@@ -80,6 +80,11 @@ class Settings(BaseSettings):
         description="Predicted cost of one user's jobs that wait or run, unless the key says otherwise.",
     )
     max_asset_bytes: int = Field(default=64 * MIB, ge=1, description="Largest texture file.")
+    max_user_asset_bytes: int = Field(
+        default=4096 * MIB,
+        ge=1,
+        description="Bytes of one user's textures and meshes together, where keys tell users apart.",
+    )
     max_asset_pixels: int = Field(default=64 * MIB, ge=1, description="Largest texture, in pixels.")
     max_trace_rays: int = Field(default=100_000, ge=1, description="Most rays in one trace request.")
     max_quotes: int = Field(

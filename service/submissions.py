@@ -94,7 +94,7 @@ def submit(service: Service, sent: Submission) -> Taken:
             known = _replayed(session, sent)
         if known:
             return Taken(known, replayed=True)
-    admitted = admit(service, sent.body)
+    admitted = admit(service, sent.asker, sent.body)
     for _ in range(TRIES - 1):
         try:
             return _enter(service, sent, admitted)

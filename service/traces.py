@@ -12,14 +12,15 @@ import renderer
 from schemas.jobs import JobRequest
 from schemas.problems import Problem
 from schemas.traces import TraceAnswer, TraceRequest
+from service.access.askers import Asker
 from service.admission import compile_admitted, read_request
 from service.context import Service
 from service.engines.tasks import Outcome, TaskFailed, TraceDone, TraceTask
 from service.errors import TraceFailedError, UnavailableError, WorkerLostError
 
 
-async def trace(service: Service, body: bytes) -> TraceAnswer:
-    """Cast the rays of a request.
+async def trace(service: Service, asker: Asker, body: bytes) -> TraceAnswer:
+    """Cast the rays of a user's request.
 
     Raises
     ------
@@ -30,7 +31,7 @@ async def trace(service: Service, body: bytes) -> TraceAnswer:
     UnavailableError
         If it took too long, or its worker died.
     """
-    task = await run_in_threadpool(_task, service, body)
+    task = await run_in_threadpool(_task, service, asker, body)
     answer = asyncio.wrap_future(service.dispatcher.call(task))
     try:
         outcome = await asyncio.wait_for(answer, service.settings.max_wait_seconds)
@@ -39,8 +40,8 @@ async def trace(service: Service, body: bytes) -> TraceAnswer:
     return await run_in_threadpool(_answer, outcome)
 
 
-def _task(service: Service, body: bytes) -> TraceTask:
-    request, _ = read_request(service, body, TraceRequest)
+def _task(service: Service, asker: Asker, body: bytes) -> TraceTask:
+    request, _ = read_request(service, asker, body, TraceRequest)
     problems = list(_problems(request, service.settings.max_trace_rays))
     if problems:
         raise renderer.SceneError(problems)

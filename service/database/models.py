@@ -308,3 +308,14 @@ class AssetRow(Base):
     width: Mapped[int] = mapped_column(Integer)
     height: Mapped[int] = mapped_column(Integer)
     created_at: Mapped[datetime] = mapped_column(UtcDateTime)
+
+
+class AssetOwnerRow(Base):
+    """A user who has uploaded an asset: to all others it is not there."""
+
+    __tablename__ = "asset_owners"
+    __table_args__ = (Index("ix_asset_owners_sha256", "sha256"),)
+
+    owner: Mapped[str] = mapped_column(String(64), primary_key=True)
+    sha256: Mapped[str] = mapped_column(ForeignKey("assets.sha256", ondelete="CASCADE"), primary_key=True)
+    created_at: Mapped[datetime] = mapped_column(UtcDateTime)

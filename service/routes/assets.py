@@ -8,34 +8,46 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Path, Request
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import FileResponse, Response
-from sqlalchemy.orm import Session
+from sqlalchemy.exc import IntegrityError
 
 from schemas.jobs import Asset
+from service import ownership
+from service.access.askers import LOCAL, Asker
+from service.access.asking import Asking
 from service.bodies import chunks
 from service.context import Here, Service
 from service.database.models import AssetRow
-from service.errors import UnknownAssetError
+from service.errors import BodyTooLargeError, UnknownAssetError, UploadQuotaError
 from service.routes.parameters import not_modified, problem
 from service.store.assets import PREFIX
 
 router = APIRouter(prefix="/v1/assets", tags=["assets"])
 
 Sha256 = Annotated[str, Path(pattern="^[0-9a-f]{64}$", description="64 lower-case hexadecimal digits.")]
-UNKNOWN = problem(404, "No such asset was uploaded.")
+UNKNOWN = problem(404, "The asker has uploaded no such asset.")
 FILE: dict[str, Any] = {"schema": {"type": "string", "format": "binary"}}
 UPLOAD = {"requestBody": {"required": True, "content": {"application/octet-stream": FILE}}}
 
 
 @router.put(
     "/{sha256}",
-    responses=problem(413, "The file is too large.")
+    responses=problem(413, "The file is too large, or larger than what is left to the user.")
     | problem(422, "The bytes have another hash, or are neither a picture nor a mesh that can be used.")
     | problem(507, "The disk is full."),
     openapi_extra=UPLOAD,
 )
-async def put_asset(here: Here, request: Request, sha256: Sha256) -> Asset:
-    """Upload a texture or a mesh. Sending it again changes nothing."""
-    size, header = await here.assets.receive(sha256, chunks(request, here.settings.max_asset_bytes))
+async def put_asset(here: Here, request: Request, sha256: Sha256, asking: Asking) -> Asset:
+    """Upload a texture or a mesh. Sending it again changes nothing.
+
+    What others have sent is to be sent again: only those who have a file can use it by its hash.
+    """
+    most, room = here.settings.max_asset_bytes, await run_in_threadpool(_room, here, asking, sha256)
+    try:
+        size, header = await here.assets.receive(sha256, chunks(request, min(most, room)))
+    except BodyTooLargeError:
+        if room >= most:
+            raise
+        raise UploadQuotaError(here.settings.max_user_asset_bytes, room) from None
     row = AssetRow(
         sha256=sha256,
         bytes=size,
@@ -44,17 +56,24 @@ async def put_asset(here: Here, request: Request, sha256: Sha256) -> Asset:
         height=header.height,
         created_at=datetime.now(UTC),
     )
-    return await run_in_threadpool(_keep, here, row)
+    try:
+        return await run_in_threadpool(_keep, here, row, asking)
+    except IntegrityError:  # somebody else has entered it at the same moment
+        return await run_in_threadpool(_keep, here, row, asking)
 
 
-def _keep(service: Service, row: AssetRow) -> Asset:
+def _room(service: Service, asker: Asker, sha256: str) -> int:
+    """How many bytes a user may send; all users together are one where nobody asks for keys."""
+    if asker is LOCAL:
+        return service.settings.max_asset_bytes
+    with service.database.reading() as session:
+        taken = ownership.bytes_of(session, asker.name, apart_from=sha256)
+    return max(0, service.settings.max_user_asset_bytes - taken)
+
+
+def _keep(service: Service, row: AssetRow, asker: Asker) -> Asset:
     with service.database.writing() as session:
-        return _describe(session.get(AssetRow, row.sha256) or _added(session, row))
-
-
-def _added(session: Session, row: AssetRow) -> AssetRow:
-    session.add(row)
-    return row
+        return _describe(ownership.enter(session, row, asker.name))
 
 
 def _describe(row: AssetRow) -> Asset:
@@ -69,10 +88,10 @@ def _describe(row: AssetRow) -> Asset:
 
 @router.head("/{sha256}", response_class=Response, responses=UNKNOWN, operation_id="head_asset")
 @router.get("/{sha256}", response_class=Response, responses=UNKNOWN, operation_id="get_asset")
-def get_asset(here: Here, request: Request, sha256: Sha256) -> Response:
-    """Get a texture or a mesh back, byte by byte as it was sent."""
+def get_asset(here: Here, request: Request, sha256: Sha256, asking: Asking) -> Response:
+    """Get a texture or a mesh back, byte by byte as it was sent; what others have sent is not there."""
     with here.database.reading() as session:
-        row = session.get(AssetRow, sha256)
+        row = ownership.find(session, sha256, asking)
     if row is None:
         raise UnknownAssetError
     etag = f'"{sha256}"'

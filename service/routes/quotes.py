@@ -8,6 +8,7 @@ from fastapi import APIRouter, Request
 
 from schemas.quotes import Quote, QuoteRequest
 from service import quotes
+from service.access.asking import Asking
 from service.bodies import json_body
 from service.context import Here
 from service.routes.jobs import BODY
@@ -76,7 +77,7 @@ EXAMPLE: dict[str, Any] = {
     | problem(503, "No worker was free in time."),
     openapi_extra=json_request(QuoteRequest, REQUEST),
 )
-async def quote(here: Here, request: Request) -> Quote:
+async def quote(here: Here, request: Request, asking: Asking) -> Quote:
     """Predict what a scene costs at several qualities, and how far off it will be. It takes some 1.5 s."""
     body = await json_body(request, here.settings.limits.max_body_bytes)
-    return await quotes.quote(here, body)
+    return await quotes.quote(here, asking, body)

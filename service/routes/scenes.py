@@ -14,6 +14,7 @@ from schemas.plans import PlanDocument
 from schemas.scene import Scene
 from schemas.traces import TraceAnswer, TraceRequest
 from service import traces
+from service.access.asking import Asking
 from service.admission import admit
 from service.bodies import json_body
 from service.context import Here
@@ -26,10 +27,10 @@ UNUSABLE = problem(422, "The request cannot be used; every reason is listed.")
 
 
 @router.post("/plans", responses=BODY | UNUSABLE, openapi_extra=json_request(JobRequest))
-async def plan(here: Here, request: Request) -> PlanDocument:
+async def plan(here: Here, request: Request, asking: Asking) -> PlanDocument:
     """Explain what would run for a scene, who asked for it, and what it would cost."""
     body = await json_body(request, here.settings.limits.max_body_bytes)
-    return (await run_in_threadpool(admit, here, body)).description
+    return (await run_in_threadpool(admit, here, asking, body)).description
 
 
 @router.post(
@@ -37,10 +38,10 @@ async def plan(here: Here, request: Request) -> PlanDocument:
     responses=BODY | UNUSABLE | problem(503, "Too many others are tracing, or it took too long."),
     openapi_extra=json_request(TraceRequest),
 )
-async def trace(here: Here, request: Request) -> TraceAnswer:
+async def trace(here: Here, request: Request, asking: Asking) -> TraceAnswer:
     """Cast rays into a scene and say what each of them hits."""
     body = await json_body(request, here.settings.limits.max_body_bytes)
-    return await traces.trace(here, body)
+    return await traces.trace(here, asking, body)
 
 
 @router.get("/schemas/scene.json", response_model=None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from service import ledger
 from service.database import migrations
 from service.database.connection import Database
 from service.database.migrations import upgrade
-from service.database.models import JobRow, RenderRow, TileRow
+from service.database.models import AssetOwnerRow, JobRow, RenderRow, TileRow
 from service.job_documents import document
 
 MOMENT = "2026-01-02 03:04:05.000000"
@@ -49,11 +50,7 @@ TILE = {"job": 5, "pass_index": 0, "x0": 0, "y0": 0, "x1": 64, "y1": 32, "attemp
 def database(tmp_path: Path) -> Iterator[Database]:
     """A database as the first release left it: one job that runs, and one that has failed."""
     database = Database(f"sqlite:///{tmp_path / 'test.sqlite'}")
-    config = Config()
-    config.set_main_option("script_location", str(Path(migrations.__file__).parent))
-    with database.engine.execution_options(writes=True).begin() as connection:
-        config.attributes["connection"] = connection
-        command.upgrade(config, "0006")
+    _upgrade_to(database, "0006")
     failure = json.dumps({"code": "worker_died", "message": "It died.", "retryable": True})
     _insert(database, "jobs", JOB | {"number": 5, "id": "aa", "name": "ball", "state": "running"})
     _insert(database, "jobs", JOB | {"number": 7, "id": "bb", "state": "failed", "failure": failure})
@@ -61,6 +58,14 @@ def database(tmp_path: Path) -> Iterator[Database]:
     _insert(database, "tiles", TILE | {"tile": 1, "state": "waiting"})
     yield database
     database.close()
+
+
+def _upgrade_to(database: Database, version: str, *, back: bool = False) -> None:
+    config = Config()
+    config.set_main_option("script_location", str(Path(migrations.__file__).parent))
+    with database.engine.execution_options(writes=True).begin() as connection:
+        config.attributes["connection"] = connection
+        (command.downgrade if back else command.upgrade)(config, version)
 
 
 def _insert(database: Database, table: str, values: dict[str, object]) -> None:
@@ -112,3 +117,25 @@ def test_numbers_go_on_after_those_that_were_given(database: Database) -> None:
         session.add(added)
         session.flush()
         assert added.number == 8
+
+
+def test_assets_belong_to_those_whose_jobs_name_them(database: Database) -> None:
+    """Where keys were made; where there were none, all that was uploaded is the one user's."""
+    for keys_made, unnamed in ((True, set()), (False, {("local", "cd" * 32)})):
+        _upgrade_to(database, "0010")
+        picture = {"bytes": 1, "media_type": "image/png", "width": 1, "height": 1, "created_at": MOMENT}
+        for sha256 in ("ab" * 32, "cd" * 32):
+            _insert(database, "assets", picture | {"sha256": sha256})
+        body = zlib.compress(f'{{"asset":"sha256:{"ab" * 32}","other": "sha256:{"ef" * 32}"}}'.encode())
+        _insert(database, "requests", {"job": 5, "body": body})
+        if keys_made:
+            key = {"id": "k", "secret_sha256": "", "user": "ann", "role": "submit", "created_at": MOMENT}
+            _insert(database, "api_keys", key)
+        upgrade(database)
+        with database.reading() as session:
+            rows = session.scalars(select(AssetOwnerRow)).all()
+        assert {(row.owner, row.sha256) for row in rows} == {("local", "ab" * 32)} | unnamed
+        _upgrade_to(database, "0010", back=True)
+        for table in ("requests", "assets", "api_keys"):
+            with database.writing() as session:
+                session.execute(sql_table(table).delete())
