@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from datetime import datetime
 from enum import StrEnum
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from schemas.base import Closed
 from schemas.layers import LayerNames
 from schemas.problems import Problem
-from schemas.quality import Quality
+from schemas.quality import FixedQuality, Quality, TargetQuality
 from schemas.scene import Scene
 
 
@@ -50,6 +50,19 @@ class JobRequest(Closed):
         description="Seconds after its beginning when a job that is not finished ends: with target quality "
         "with the error that it has reached, else it fails.",
     )
+
+    @property
+    def asked_quality(self) -> FixedQuality | TargetQuality:
+        """The quality, with what it leaves to the scene filled in."""
+        if isinstance(self.quality, TargetQuality):
+            return self.quality
+        sampling, own = self.scene.sampling, self.quality
+        return FixedQuality(
+            mode="fixed",
+            antialiasing=(own and own.antialiasing) or sampling.antialiasing,
+            light=(own and own.light) or sampling.light,
+            precision=own.precision if own else "single",
+        )
 
 
 class JobState(StrEnum):
@@ -133,6 +146,17 @@ class JobCost(Message):
     work: Work = Field(default=Work(), description="What finished tiles have worked on beside rays.")
 
 
+class TileAtWork(Message):
+    """A tile that a worker has in hand. The rectangle is that of a tile event."""
+
+    tile: int = Field(ge=0, description="Index of the tile in its pass.")
+    pass_index: int = Field(ge=0, description="Index of the pass; 0 is the coarse picture.")
+    x0: int
+    y0: int
+    x1: int
+    y1: int
+
+
 class JobLinks(Message):
     """Where everything about a job is found, as paths on the same server."""
 
@@ -159,7 +183,17 @@ class Job(Message):
     state: JobState
     width: int = Field(description="Pixels; 0 for a mesh.")
     height: int = Field(description="Pixels; 0 for a mesh.")
+    quality: dict[str, Any] | None = Field(
+        default=None,
+        description="What was asked for, as a request takes it: what the request left to the scene stands in "
+        "it, too. Null for jobs of earlier versions.",
+    )
     progress: Progress
+    rendering: tuple[TileAtWork, ...] = Field(
+        default=(),
+        description="The tiles that workers have in hand at this moment, at most two each: one is being "
+        "rendered, and another is next.",
+    )
     queue_position: int | None = Field(
         default=None, description="How many queued jobs start before this one; null once it has started."
     )

@@ -20,7 +20,6 @@ from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
 from schemas.jobs import JobState
-from schemas.regions import Region
 from service import expiry, ledger
 from service.database.connection import Database
 from service.database.models import RenderRow
@@ -78,7 +77,6 @@ class Dispatcher:
         self._inbox: queue.SimpleQueue[tuple[Task, Outcome] | None] = queue.SimpleQueue()
         self._calls: deque[tuple[CallTask, Future[Outcome]]] = deque()
         self._cancelled: deque[str] = deque()
-        self._regions: dict[str, Region] = {}
         self.metrics = Metrics()
         # The dispatcher's own.
         self._reports: list[tuple[JobTask, Outcome]] = []
@@ -111,10 +109,6 @@ class Dispatcher:
         """Stop the running tasks of a render whose row asks for it."""
         self._cancelled.append(render)
         self.wake()
-
-    def prefer(self, render: str, region: Region) -> None:
-        """Have the tiles of a region rendered before the others of their pass, from the next claim on."""
-        self._regions[render] = region
 
     def call(self, task: CallTask) -> Future[Outcome]:
         """Have a trace or a quote made before any tile that waits; cancel the future to stop it.
@@ -214,7 +208,6 @@ class Dispatcher:
             leaving=self._leaving,
             room=self._engine.room(),
             max_attempts=self._settings.max_attempts,
-            regions=self._regions,
         )
         try:
             with self._database.writing() as session:
@@ -275,7 +268,6 @@ class Dispatcher:
                 self._leave(render, 0.0)
             else:
                 self._leaving.pop(render, None)
-                self._regions.pop(render, None)
                 self._store.drop_tiles(render)
                 log.info("render ended", render=render, state=state.value)
 

@@ -11,8 +11,7 @@ from service.context import Service
 def focus(service: Service, job_id: str, body: bytes) -> None:
     """Have the tiles of a region rendered before the others of their pass; what has ended stays as it is.
 
-    Jobs that share what is rendered share its order, too: the last wish counts. A wish is no part of the
-    job, and does not outlast the service.
+    Jobs that share what is rendered share its order, too: the last wish counts.
 
     Raises
     ------
@@ -24,7 +23,9 @@ def focus(service: Service, job_id: str, body: bytes) -> None:
         If the region has no pixels.
     """
     with service.database.reading() as session:
-        render = jobs.find_render(session, job_id)
+        jobs.find_render(session, job_id)
     region, _ = read_document(body, Region, limits=service.settings.limits)
-    if not render.state.final:
-        service.dispatcher.prefer(render.id, region)
+    with service.database.writing() as session:
+        render = jobs.find_render(session, job_id)
+        if not render.state.final:
+            render.focus = region.model_dump()

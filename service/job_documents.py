@@ -5,13 +5,21 @@ from __future__ import annotations
 from datetime import datetime, timedelta
 from typing import Any
 
-from sqlalchemy import func, select
+from sqlalchemy import bindparam, func, literal_column, select
 from sqlalchemy.orm import Session
 
-from schemas.jobs import Failure, Job, JobCost, JobLinks, JobState, Progress
+from schemas.jobs import Failure, Job, JobCost, JobLinks, JobState, Progress, TileAtWork
 from schemas.problems import Problem
 from service import rows
-from service.database.models import JobRow, RenderRow
+from service.database.models import JobRow, RenderRow, TileRow
+
+# Built once, for it runs for each running job of a list. SQLite uses the index of running steps only where
+# the condition stands in the statement as in the index.
+_AT_WORK = (
+    select(TileRow)
+    .where(TileRow.render == bindparam("render"), TileRow.state == literal_column("'running'"))
+    .order_by(TileRow.pass_index, TileRow.tile)
+)
 
 
 def document(session: Session, row: JobRow, keep_seconds: float | None = None) -> Job:
@@ -26,7 +34,9 @@ def document(session: Session, row: JobRow, keep_seconds: float | None = None) -
         state=row.state,
         width=work["width"],
         height=work["height"],
+        quality=row.quality,
         progress=progress_of(row),
+        rendering=_rendering(session, row),
         queue_position=_queue_position(session, row) if row.state is JobState.QUEUED else None,
         last_seq=work["last_seq"],
         created_at=row.created_at,
@@ -93,6 +103,13 @@ def _error(render: RenderRow) -> dict[str, float] | None:
     """The error that has been reached, once it is known."""
     entries = render.pass_costs if render.target_error is None else render.merges
     return entries[-1]["error"] if entries else None
+
+
+def _rendering(session: Session, row: JobRow) -> tuple[TileAtWork, ...]:
+    if row.state is not JobState.RUNNING or row.render is None:
+        return ()
+    steps = session.scalars(_AT_WORK, {"render": row.render.number})
+    return tuple(TileAtWork.model_validate(step, from_attributes=True) for step in steps)
 
 
 def _queue_position(session: Session, row: JobRow) -> int:

@@ -6,14 +6,12 @@ are one write.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Collection, Iterator, Sequence
 
 from sqlalchemy import and_, bindparam, case, exists, literal_column, select, update
 from sqlalchemy.orm import Session
 
 from schemas.jobs import JobState
-from schemas.regions import Region
 from service import fairness, pass_costs, rows, targets
 from service.database.models import DONE, RUNNING, WAITING, JobRow, RenderRow, ShareRow, TileRow
 from service.engines.tasks import ComposeDone, ComposeTask, JobTask, SampleTask, TileDone, TileTask
@@ -40,16 +38,15 @@ _WAITING = (
     .order_by(TileRow.pass_index, TileRow.tile)
     .limit(bindparam("room"))
 )
-_IN_REGION = and_(
+_IN_FOCUS = and_(
     TileRow.x0 < bindparam("x1"),
     TileRow.x1 > bindparam("x0"),
     TileRow.y0 < bindparam("y1"),
     TileRow.y1 > bindparam("y0"),
 )
-_WAITING_IN_REGION = _WAITING.order_by(None).order_by(
-    TileRow.pass_index, case((_IN_REGION, 0), else_=1), TileRow.tile
+_WAITING_IN_FOCUS = _WAITING.order_by(None).order_by(
+    TileRow.pass_index, case((_IN_FOCUS, 0), else_=1), TileRow.tile
 )
-_NOWHERE: Mapping[str, Region] = MappingProxyType({})
 _OWNERS = select(JobRow.owner).where(JobRow.finished_at.is_(None)).distinct()
 _RENDERED = (
     select(RenderRow)
@@ -75,17 +72,14 @@ def render_of(session: Session, render_id: str) -> RenderRow | None:
     return session.scalar(_RENDER, {"id": render_id})
 
 
-def tile_claims(session: Session, room: int, regions: Mapping[str, Region] = _NOWHERE) -> Iterator[TileTask]:
-    """Hand out the next steps, at most ``room``, to the users whose turn it is.
-
-    Of the renders in ``regions`` the tiles there come first in their pass.
-    """
+def tile_claims(session: Session, room: int) -> Iterator[TileTask]:
+    """Hand out the next steps, at most ``room``, to the users whose turn it is."""
     begun, resting = set[int](), set[str]()
     while room > 0:
         share, until = fairness.next_share(session, resting)
         if share is None:
             return
-        claimed = list(_turn(session, share, until, room, begun, regions))
+        claimed = list(_turn(session, share, until, room, begun))
         if not claimed:
             resting.add(share.owner)
             share.active = bool(begun) and _waits(session, share.owner)
@@ -93,14 +87,7 @@ def tile_claims(session: Session, room: int, regions: Mapping[str, Region] = _NO
         room -= len(claimed)
 
 
-def _turn(
-    session: Session,
-    share: ShareRow,
-    until: float,
-    room: int,
-    begun: set[int],
-    regions: Mapping[str, Region],
-) -> Iterator[TileTask]:
+def _turn(session: Session, share: ShareRow, until: float, room: int, begun: set[int]) -> Iterator[TileTask]:
     """Hand out steps of a user's jobs, as long as his clock is not past ``until``.
 
     Each of his jobs shows its coarse picture before any of them goes on, and what has ``begun`` in this round
@@ -112,7 +99,7 @@ def _turn(
         if render.state == JobState.QUEUED:
             last_pass = 0
             begun.add(render.number)
-        for step in _waiting(session, render, last_pass, room, regions.get(render.id)):
+        for step in _waiting(session, render, last_pass, room):
             fairness.charge(share, step, rows.expected_cpu_seconds(render, step))
             yield _hand_out(session, render, step)
             room -= 1
@@ -120,14 +107,12 @@ def _turn(
                 return
 
 
-def _waiting(
-    session: Session, render: RenderRow, last_pass: int, room: int, region: Region | None
-) -> Sequence[TileRow]:
-    """Give the next steps of a render that wait, at most ``room``."""
+def _waiting(session: Session, render: RenderRow, last_pass: int, room: int) -> Sequence[TileRow]:
+    """Give the next steps of a render that wait, at most ``room``; in each pass those in its focus first."""
     wanted = {"render": render.number, "last_pass": last_pass, "room": room}
-    if region is None:
+    if render.focus is None:
         return session.scalars(_WAITING, wanted).all()
-    return session.scalars(_WAITING_IN_REGION, wanted | region.model_dump()).all()
+    return session.scalars(_WAITING_IN_FOCUS, wanted | render.focus).all()
 
 
 def _waits(session: Session, owner: str) -> bool:

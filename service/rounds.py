@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 
@@ -10,7 +10,6 @@ from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
 
 from schemas.jobs import Failure, JobState
-from schemas.regions import Region
 from service import expiry, ledger, rows, targets
 from service.database.models import JobRow, RenderRow
 from service.engines.tasks import (
@@ -47,8 +46,6 @@ class Round:
         How many tasks the engine takes.
     max_attempts
         How many workers a task may cost.
-    regions
-        What is wanted first, by the names of renders.
     """
 
     reports: Sequence[tuple[JobTask, Outcome]]
@@ -56,7 +53,6 @@ class Round:
     leaving: Collection[str]
     room: int
     max_attempts: int
-    regions: Mapping[str, Region] = field(default_factory=dict)
 
     touched: set[str] = field(default_factory=set)
     """Renders that have news."""
@@ -90,7 +86,7 @@ class Round:
     def _claim(self, session: Session) -> None:
         composing = {task.job for task in self.flying if isinstance(task, ComposeTask | AdvanceTask)}
         self.tasks += ledger.compose_claims(session, composing)
-        self.tasks += ledger.tile_claims(session, max(0, self.room - len(self.tasks)), self.regions)
+        self.tasks += ledger.tile_claims(session, max(0, self.room - len(self.tasks)))
 
     def _end_late(self, session: Session) -> None:
         ended, left, upcoming = expiry.end_late(session)

@@ -184,6 +184,7 @@ def _job(asker: Asker, admitted: Admitted) -> JobRow:
         priority=request.priority,
         # With target quality the limit is part of what is rendered.
         time_limit=request.time_limit if admitted.target is None else None,
+        quality=request.asked_quality.model_dump(exclude_none=True),
         state=JobState.QUEUED,
         load=0.0,
         plan=admitted.description.model_dump(mode="json"),

@@ -73,7 +73,8 @@ class RenderRow(Base):
     made for. One with a ``target_error`` gets its passes one after another: ``merges`` has an entry for each
     pass whose tiles are merged into the picture, the work before it being ``counted_work`` and
     ``counted_share`` of all. Any other has an entry for each of its passes in ``pass_costs``, and where these
-    cannot tell the error of the picture, the reason in ``error_unknown``.
+    cannot tell the error of the picture, the reason in ``error_unknown``. ``focus`` is the rectangle that is
+    wanted first.
     """
 
     __tablename__ = "renders"
@@ -129,6 +130,7 @@ class RenderRow(Base):
     error_unknown: Mapped[str | None] = mapped_column(Text)
 
     image_sha256: Mapped[str | None] = mapped_column(String(64))
+    focus: Mapped[dict[str, int] | None] = mapped_column(JSON(none_as_null=True))
     started_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
 
 
@@ -165,6 +167,7 @@ class JobRow(Base):
     labels: Mapped[dict[str, str]] = mapped_column(JSON, default=dict)
     priority: Mapped[int] = mapped_column(Integer, default=0)
     time_limit: Mapped[float | None] = mapped_column(Float)
+    quality: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     state: Mapped[JobState] = mapped_column(STATE, default=JobState.QUEUED)
     render_number: Mapped[int | None] = mapped_column(ForeignKey("renders.number"))
     parting: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
@@ -252,6 +255,12 @@ class TileRow(Base):
             "tile",
             sqlite_where=text("state = 'waiting'"),
             postgresql_where=text("state = 'waiting'"),
+        ),
+        Index(
+            "ix_tiles_running",
+            "render",
+            sqlite_where=text("state = 'running'"),
+            postgresql_where=text("state = 'running'"),
         ),
     )
 

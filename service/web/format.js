@@ -31,6 +31,23 @@ export function steps(error) {
   return `${digits(error / STEP)}`;
 }
 
+/** A quality in a few words. */
+export function qualityName(quality) {
+  const { mode, precision, error, confidence, time_limit: limit, antialiasing, light } = quality;
+  const words =
+    mode === "target"
+      ? [
+          `target error of ${steps(error)} steps`,
+          confidence !== USUAL_CONFIDENCE && `in ${digits(100 * confidence, 3)} of 100 pictures`,
+          limit && `within ${seconds(limit)}`,
+        ]
+      : [`${antialiasing.samples} × ${antialiasing.pattern}`, `light ${light.samples} × ${light.pattern}`];
+  return [...words, precision === "double" && "double precision"].filter(Boolean).join(", ");
+}
+
+/** Share of pictures that keep their target error, unless another is asked for. */
+export const USUAL_CONFIDENCE = 0.95;
+
 export const percent = (share) => `${Math.round(100 * share)} %`;
 
 export function bytes(value) {

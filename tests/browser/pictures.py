@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+from collections.abc import Collection
 from typing import Any
 
 import httpx2
@@ -14,12 +15,35 @@ from playwright.sync_api import Page
 from tests.browser.conftest import Open
 from tests.integration.support import finish, scene, submit
 
+Rectangle = tuple[int, int, int, int]
+
 CODES = """() => {
     const canvas = document.querySelector("canvas.pixels");
     const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
     let text = "";
     for (const code of data) text += String.fromCharCode(code);
     return [canvas.width, canvas.height, btoa(text)];
+}"""
+OUTLINED = """(rectangles) => {
+    const over = document.querySelector("canvas.over");
+    const copy = new OffscreenCanvas(over.width, over.height);
+    const context = copy.getContext("2d", { willReadFrequently: true });
+    context.drawImage(over, 0, 0);
+    const pixels = document.querySelector("canvas.pixels");
+    const [area, picture] = [over, pixels].map((one) => one.getBoundingClientRect());
+    const scale = picture.width / pixels.width;
+    const place = (x, y) => [picture.x - area.x + x * scale, picture.y - area.y + y * scale].map(Math.round);
+    // Lines lie within their tile, about two dots from its edge.
+    const orange = ([x, y]) => {
+        const { data } = context.getImageData(x - 1, y - 1, 3, 3);
+        return data.some((red, i) => i % 4 === 0 && red > 100 && data[i + 2] < red / 2);
+    };
+    return rectangles.filter(([x0, y0, x1, y1]) => {
+        const [left, top] = place(x0, y0);
+        const [right, bottom] = place(x1, y1);
+        const [x, y] = [Math.round((left + right) / 2), Math.round((top + bottom) / 2)];
+        return [[x, top + 2], [x, bottom - 2], [left + 2, y], [right - 2, y]].every(orange);
+    });
 }"""
 COVERED = """() => {
     const canvas = document.querySelector("canvas.pixels");
@@ -54,6 +78,20 @@ def opened(open_page: Open, job: str, **options: Any) -> Page:
     page = open_page(f"/jobs/{job}", **options)
     page.wait_for_function(COVERED)
     return page
+
+
+def at_work(client: httpx2.Client, job: str) -> set[Rectangle]:
+    """The tiles of a running job that workers render now."""
+    return {
+        (tile["x0"], tile["y0"], tile["x1"], tile["y1"])
+        for tile in client.get(f"/v1/jobs/{job}").json()["rendering"]
+    }
+
+
+def outlined(page: Page, rectangles: Collection[Rectangle]) -> set[Rectangle]:
+    """Which of these rectangles the page draws a frame around."""
+    found = page.evaluate(OUTLINED, [list(rectangle) for rectangle in rectangles])
+    return {(x0, y0, x1, y1) for x0, y0, x1, y1 in found}
 
 
 def point_at(page: Page, x: int, y: int, size: tuple[int, int] = (80, 48)) -> None:

@@ -7,11 +7,15 @@ from base64 import b64encode
 from pathlib import Path
 from typing import Any
 
+import httpx2
 from playwright.sync_api import Locator, Page, expect
+
+from tests.integration.support import submit
 
 GALLERY = Path(__file__).parents[2] / "scenes" / "gallery"
 # A worker may be busy with another test's job, and a machine with other work.
 PATIENCE = 60_000
+ENDLESS_SIDE = 512
 
 
 def small(scene: str = "texturing", /, **changes: Any) -> str:
@@ -20,6 +24,14 @@ def small(scene: str = "texturing", /, **changes: Any) -> str:
     document["camera"] |= {"width": 32, "height": 32}
     document["sampling"] = {"antialiasing": {"pattern": "center"}, "light": {"samples": 1}}
     return json.dumps(document | changes, indent=2)
+
+
+def endless(client: httpx2.Client, name: str) -> str:
+    """Submit a job that no test sees the end of: tiles of its later passes take many seconds."""
+    large = json.loads(small("basic", name=name))
+    large["camera"] |= {"width": ENDLESS_SIDE, "height": ENDLESS_SIDE}
+    samples = {"pattern": "sobol", "samples": 4096}, {"pattern": "sobol", "samples": 256}
+    return submit(client, large, quality={"mode": "fixed", "antialiasing": samples[0], "light": samples[1]})
 
 
 def line_of(text: str, part: str) -> int:

@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import CDPSession, Page, expect
 
 from tests.browser.conftest import Open
-from tests.browser.scenes import PATIENCE, editor, small
+from tests.browser.scenes import PATIENCE, editor, endless, small
 from tests.integration.support import finish, submit
 
 
@@ -82,10 +82,7 @@ def test_a_job_is_changed_and_rendered_again(open_page: Open, job: str, text: st
 
 
 def test_a_running_job_is_cancelled(open_page: Open, client: httpx2.Client) -> None:
-    large = json.loads(small("basic", name="too long"))
-    large["camera"] |= {"width": 512, "height": 512}
-    antialiasing = {"pattern": "sobol", "samples": 4096}
-    job = submit(client, large, quality={"mode": "fixed", "antialiasing": antialiasing})
+    job = endless(client, "too long")
     page = open_page(f"/jobs/{job}")
     page.get_by_role("button", name="Cancel").click()
     expect(page.locator(".job-progress .state")).to_have_text("■ cancelled", timeout=PATIENCE)

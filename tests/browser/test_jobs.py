@@ -10,14 +10,8 @@ import pytest
 from playwright.sync_api import Locator, Page, expect
 
 from tests.browser.conftest import Open
-from tests.browser.scenes import PATIENCE, small
+from tests.browser.scenes import PATIENCE, endless, small
 from tests.integration.support import finish, submit
-
-NEVER_ENDS = {
-    "mode": "fixed",
-    "antialiasing": {"pattern": "sobol", "samples": 4096},
-    "light": {"pattern": "sobol", "samples": 256},
-}
 
 
 def document(name: str) -> dict[str, Any]:
@@ -28,12 +22,6 @@ def done(client: httpx2.Client, name: str) -> str:
     job = submit(client, document(name))
     finish(client, job)
     return job
-
-
-def endless(client: httpx2.Client, name: str) -> str:
-    large = document(name)
-    large["camera"] |= {"width": 512, "height": 512}
-    return submit(client, large, quality=NEVER_ENDS)
 
 
 def row(page: Page, name: str) -> Locator:

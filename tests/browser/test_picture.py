@@ -19,12 +19,25 @@ from matplotlib import colormaps
 from playwright.sync_api import Browser, Page, expect
 
 from renderer import image_files
+from renderer.tiling import TILE
 from schemas.display import Display
 from service.server import running
 from service.settings import Settings
 from tests.browser.conftest import Open, Shoot
-from tests.browser.pictures import COVERED, click_at, codes_of, finished, opened, point_at, served
-from tests.integration.support import finish, image, long_scene, scene, submit
+from tests.browser.pictures import (
+    COVERED,
+    Rectangle,
+    at_work,
+    click_at,
+    codes_of,
+    finished,
+    opened,
+    outlined,
+    point_at,
+    served,
+)
+from tests.browser.scenes import ENDLESS_SIDE, endless
+from tests.integration.support import finish, image, long_scene, scene, submit, until
 
 ENCODE = """async ([text, exposure, transfer]) => {
     const { Encoder } = await import("/web/views/picture/transfer.js");
@@ -55,6 +68,12 @@ PAINT = """async (tiles) => {
 LAYERS = ["depth", "normal", "shape", "samples"]
 VIRIDIS_FIT = 4
 """Codes by which the polynomials of the false colours are off at most, rounding included."""
+
+
+GRID = {
+    (x, y, x + TILE, y + TILE) for x in range(0, ENDLESS_SIDE, TILE) for y in range(0, ENDLESS_SIDE, TILE)
+}
+"""The tiles of an endless job."""
 
 
 def awkward_numbers() -> np.ndarray:
@@ -108,6 +127,26 @@ def test_a_running_picture_is_there_coarse_at_once_and_the_same_at_the_end(
     finish(client, job)
     expect(page.locator(".state")).to_contain_text("finished", timeout=20_000)
     np.testing.assert_array_equal(codes_of(page), served(client, job))
+
+
+def test_tiles_that_workers_render_are_outlined_until_there_are_none(
+    open_page: Open, client: httpx2.Client
+) -> None:
+    job = endless(client, "outlined")
+    page = open_page(f"/jobs/{job}")
+    page.wait_for_function(COVERED)
+    wanted: set[Rectangle] = set()
+
+    def all_shown() -> bool:
+        # A tile may be finished between two looks, and the whole picture is the first of all.
+        nonlocal wanted
+        wanted = at_work(client, job)
+        return bool(wanted) and outlined(page, GRID) == wanted
+
+    until(all_shown)
+    client.post(f"/v1/jobs/{job}/cancel")
+    expect(page.locator(".state")).to_contain_text("cancelled")
+    until(lambda: not outlined(page, GRID))
 
 
 def test_the_surroundings_of_a_pixel_are_asked_for_first(open_page: Open, client: httpx2.Client) -> None:

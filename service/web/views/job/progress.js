@@ -1,7 +1,7 @@
 // How far a job is: state, share, time, rays, and the error with its interval.
 
 import { announce, h } from "../../dom.js";
-import { count, percent, seconds, steps } from "../../format.js";
+import { count, percent, qualityName, seconds, steps } from "../../format.js";
 import { stateMark, stateName } from "./state.js";
 
 const TICK_MS = 1000;
@@ -68,7 +68,7 @@ function figures(job) {
           `${steps(job.error.low)} to ${steps(job.error.high)} steps of 8 bits, in 95 of 100 pictures`,
         )
       : null,
-    figure("Picture", `${job.width} × ${job.height}`, ""),
+    figure("Picture", `${job.width} × ${job.height}`, job.quality ? qualityName(job.quality) : ""),
   ].filter(Boolean);
 }
 

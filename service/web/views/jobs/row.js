@@ -1,7 +1,7 @@
 // One job in the list. A row is changed in place, so that whoever is on it stays there.
 
 import { h } from "../../dom.js";
-import { ago, percent, seconds, steps } from "../../format.js";
+import { ago, percent, qualityName, seconds, steps } from "../../format.js";
 import { FINAL } from "../../watch.js";
 import { stateMark } from "../job/state.js";
 
@@ -96,6 +96,7 @@ export function labelsOf({ labels = {} }) {
 
 function factsOf(job) {
   const facts = [`${job.width} × ${job.height}`];
+  if (job.quality) facts.push(qualityName(job.quality));
   if (job.state === "running") facts.push(percent(job.progress.share));
   if (job.state === "queued" && job.queue_position !== null)
     facts.push(job.queue_position ? `${job.queue_position} before it` : "next");

@@ -13,7 +13,10 @@ import { fetchLayer } from "./layers.js";
 import { makeLegend } from "./legend.js";
 import { Screen, square } from "./screen.js";
 
-const FRESH = "#ffb43c";
+const AT_WORK = "#ffb43c";
+// Neighbours are at work at the same time: none hides a side of another.
+const WITHIN = -1.5;
+const CHOSEN = "#ffb43c";
 
 export function mount(root, watch) {
   const { width, height, name, links } = watch.job;
@@ -28,7 +31,6 @@ export function mount(root, watch) {
   const legend = h("div");
   const refusal = h("p", { className: "problem", role: "alert", hidden: true });
   const first = makeFirst(watch, screen, () => inspector.pixel);
-  let fresh = [];
   let wanted = null;
 
   screen.element.setAttribute("aria-describedby", keys.id);
@@ -40,10 +42,13 @@ export function mount(root, watch) {
 
   function overlay(context) {
     developer.drawNumbers(context);
-    if (!watch.final) for (const place of fresh) screen.outline(context, place, FRESH);
+    for (const tile of watch.job.rendering) if (!isWhole(tile)) screen.outline(context, tile, AT_WORK, WITHIN);
     if (first.region) screen.outline(context, first.region);
-    if (inspector.pixel) screen.outline(context, square(inspector.pixel), FRESH);
+    if (inspector.pixel) screen.outline(context, square(inspector.pixel), CHOSEN);
   }
+
+  // A frame around all of the picture would say nothing.
+  const isWhole = ({ x0, y0, x1, y1 }) => x1 - x0 >= width && y1 - y0 >= height;
 
   function read() {
     const pixel = screen.cursor;
@@ -64,12 +69,10 @@ export function mount(root, watch) {
 
   watch.on("tiles", (batch) => {
     if (!batch.tiles.length) return;
-    const places = developer.take(batch.tiles);
+    developer.take(batch.tiles);
     read();
-    // Outlines are drawn where the picture has just changed, and not around all of it.
-    fresh = places.filter((place) => place.x1 - place.x0 < width || place.y1 - place.y0 < height);
   });
-  watch.on("job", ended);
+  watch.on("job", () => (screen.redraw(), ended()));
   ended();
 
   function ended() {
@@ -78,7 +81,6 @@ export function mount(root, watch) {
     const empty = watch.job.state !== "succeeded" && !film.known.includes(1);
     looking.hidden = empty;
     nothing.textContent = empty ? `There is no picture: the job ended as ${watch.job.state}.` : "";
-    fresh = [];
     screen.redraw();
     if (wanted && developer.layer?.stale !== false) chooseLayer(wanted);
   }

@@ -147,9 +147,8 @@ export class Screen extends EventTarget {
     if (this.cursor && (this.scale >= CURSOR_FROM || document.activeElement === this.element)) this.outline(context, square(this.cursor));
   }
 
-  /** Draw a frame around a rectangle of pixels that is seen on light and on dark. */
-  outline(context, { x0, y0, x1, y1 }, color = "#fff") {
-    const grown = 0.5;
+  /** Draw a frame around a rectangle of pixels that is seen on light and on dark; within it where `grown` is below 0. */
+  outline(context, { x0, y0, x1, y1 }, color = "#fff", grown = 0.5) {
     const sides = [
       this.left + this.scale * x0 - grown,
       this.top + this.scale * y0 - grown,

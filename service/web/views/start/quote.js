@@ -2,7 +2,7 @@
 
 import { Problem, post } from "../../api.js";
 import { debounced, h } from "../../dom.js";
-import { digits, seconds, steps } from "../../format.js";
+import { qualityName, seconds, steps } from "../../format.js";
 import { requestText } from "../../requests.js";
 
 // A quote keeps a worker busy for a second and more, so it waits until nobody types.
@@ -130,7 +130,7 @@ function alternative(text, { quality, seconds: time, error }, onUse) {
   return h(
     "li",
     {},
-    h("span", {}, h("strong", {}, text), `: ${told}`, h("span", { className: "soft small" }, named(quality))),
+    h("span", {}, h("strong", {}, text), `: ${told}`, h("span", { className: "soft small" }, qualityName(quality))),
     h(
       "button",
       { type: "button", "aria-label": `Use: ${text}, ${told}`, onclick: () => onUse(quality) },
@@ -159,8 +159,3 @@ function alternatives(quote, offer) {
   return [sooner && ["As good, sooner", same], half && ["Half the error", half]].filter(Boolean);
 }
 
-/** A quality in a few words. */
-export function named(quality) {
-  if (quality.mode === "target") return `target error of ${digits(quality.error * 255)} steps`;
-  return `${quality.antialiasing.samples} × ${quality.antialiasing.pattern}, light ${quality.light.samples} × ${quality.light.pattern}`;
-}
