@@ -56,7 +56,7 @@ clean:  ## remove .venv and everything made
 	touch $@
 
 .venv/installed: pyproject.toml constraints.txt | .venv/created
-	$(BIN)/python -m pip install --quiet $(CONSTRAINTS) --editable '.[mesh,exr,numerics,study]'
+	$(BIN)/python -m pip install --quiet $(CONSTRAINTS) --editable '.[mesh,exr,numerics,study,postgres]'
 	touch $@
 
 .venv/installed-%: .venv/installed

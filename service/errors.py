@@ -20,6 +20,7 @@ ServiceError
 │   ├── UploadQuotaError        the user has sent as much as he may
 │   └── UploadUnusableError
 ├── OpenDoorsError              strangers would be let in
+├── DatabaseUrlError            the address of the database cannot be used
 ├── StoreError
 │   ├── StoreFullError          the disk is full
 │   ├── StoreDamagedError       a stored file is not what was written
@@ -187,6 +188,10 @@ class OpenDoorsError(ServiceError):
             f"Whoever reaches {host} could use this service, for there are no keys. Make one with "
             f"'penumbra keys add NAME --data {data}', or give --behind-proxy if a proxy asks who comes."
         )
+
+
+class DatabaseUrlError(ServiceError):
+    """The address of the database cannot be used."""
 
 
 class StoreError(ServiceError):

@@ -10,7 +10,7 @@ import structlog
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import Response
-from sqlalchemy.exc import DBAPIError
+from sqlalchemy.exc import DataError, DBAPIError
 from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 from starlette.exceptions import HTTPException
 
@@ -68,6 +68,7 @@ KINDS: dict[type[Exception], Kind] = {
     errors.UploadQuotaError: Kind(413, "upload_quota"),
     errors.UploadUnusableError: Kind(422, "upload_unusable"),
     errors.OpenDoorsError: Kind(500, "open_doors", told=False),
+    errors.DatabaseUrlError: Kind(500, "database_url", told=False),
     errors.StoreError: Kind(500, "store", told=False),
     errors.StoreFullError: Kind(507, "store_full", retry=True),
     errors.StoreDamagedError: Kind(500, "store_damaged", told=False),
@@ -81,6 +82,7 @@ KINDS: dict[type[Exception], Kind] = {
     errors.QueueFullError: Kind(429, "queue_full", retry=True),
     errors.WorkerLostError: Kind(503, "worker_lost", retry=True),
     PoolTimeoutError: Kind(503, "database", told=False, retry=True),
+    DataError: Kind(422, "not_usable", told=False),
     DBAPIError: Kind(503, "database", told=False, retry=True),
 }
 
@@ -135,8 +137,13 @@ def _known(request: Request, error: Exception) -> Response:
         headers["Content-Range"] = f"bytes */{error.size}"
     if isinstance(error, renderer.SceneError):
         return answer(kind.status, str(error), code=kind.code, problems=error.errors, more=error.more)
-    detail = str(error) if kind.told else "The service could not do this. It is not your request's fault."
-    return answer(kind.status, detail, code=kind.code, headers=headers)
+    return answer(kind.status, _detail(kind, error), code=kind.code, headers=headers)
+
+
+def _detail(kind: Kind, error: Exception) -> str:
+    if isinstance(error, DataError):
+        return "The request has a value that the database cannot hold, such as the character U+0000."
+    return str(error) if kind.told else "The service could not do this. It is not your request's fault."
 
 
 def _parameters(_request: Request, error: Exception) -> Response:

@@ -17,7 +17,9 @@ from typing import IO
 import httpx2
 import structlog
 import uvicorn
+from alembic.util import CommandError
 from fastapi import FastAPI
+from sqlalchemy.exc import SQLAlchemyError
 from uvicorn.config import STARTUP_FAILURE
 
 from service import logs
@@ -26,7 +28,7 @@ from service.app import create_app
 from service.context import Service
 from service.database.connection import Database
 from service.database.migrations import upgrade
-from service.errors import OpenDoorsError, StoreTakenError, UnavailableError
+from service.errors import DatabaseUrlError, OpenDoorsError, StoreTakenError, UnavailableError
 from service.request_ids import RequestIds
 from service.settings import Settings
 from service.store.lock import alone
@@ -71,20 +73,24 @@ def run(settings: Settings) -> None:
     with ExitStack() as stack:
         try:
             stack.enter_context(alone(settings.data))
-            _check_doors(settings)
-        except (StoreTakenError, OpenDoorsError, OSError) as error:
+            _prepare_database(settings)
+        except (StoreTakenError, OpenDoorsError, DatabaseUrlError, CommandError, OSError) as error:
             log.error("not started", reason=str(error))  # noqa: TRY400  (the reason is enough)
+            raise SystemExit(STARTUP_FAILURE) from None
+        except SQLAlchemyError as error:
+            reason = f"The database cannot be used: {str(error).splitlines()[0]}"
+            log.error("not started", reason=reason)  # noqa: TRY400  (the reason is enough)
             raise SystemExit(STARTUP_FAILURE) from None
         _serve(settings)
 
 
-def _check_doors(settings: Settings) -> None:
-    """Refuse to listen to others than this machine's own programs if nobody is asked who he is."""
-    if settings.behind_proxy or _is_loopback(settings.host):
-        return
+def _prepare_database(settings: Settings) -> None:
+    """Bring the database to this version, and see that it has keys where strangers may come."""
     database = Database(settings.database_url)
     try:
         upgrade(database)
+        if settings.behind_proxy or _is_loopback(settings.host):
+            return
         with database.reading() as session:
             if any_made(session):
                 return

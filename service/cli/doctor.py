@@ -153,23 +153,24 @@ def _data_folder(settings: Settings) -> Check:
 
 
 def _database(settings: Settings) -> Check:
-    from sqlalchemy import create_engine, text
-    from sqlalchemy.engine import make_url
+    from sqlalchemy import text
     from sqlalchemy.exc import SQLAlchemyError
 
+    from service.database.urls import engine_of, parse
+    from service.errors import DatabaseUrlError
+
     try:
-        url = make_url(settings.database_url)
-        shown = f"{url.render_as_string(hide_password=True)} (from {_source('database')})"
-    except SQLAlchemyError:
-        return Check(
-            "database", "fail", "PENUMBRA_DATABASE is not a database URL", "Write it like sqlite:///file."
-        )
+        url = parse(settings.database_url)
+        engine = engine_of(settings.database_url)
+    except DatabaseUrlError as error:
+        return Check("database", "fail", f"PENUMBRA_DATABASE cannot be used. {error}")
+    shown = f"{url.set(query={}).render_as_string(hide_password=True)} (from {_source('database')})"
     if url.get_backend_name() == "sqlite" and url.database and not Path(url.database).exists():
         return Check("database", "ok", f"{shown}, made when the service starts")
     try:
-        with create_engine(url).connect() as connection:
+        with engine.connect() as connection:
             connection.execute(text("SELECT 1"))
-    except (SQLAlchemyError, ImportError) as error:
+    except SQLAlchemyError as error:
         return Check("database", "fail", shown, f"It cannot be reached: {str(error).splitlines()[0]}")
     return Check("database", "ok", f"{shown}, reachable")
 

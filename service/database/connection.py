@@ -7,41 +7,65 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from sqlalchemy import Connection, create_engine, event, text
+from sqlalchemy import Connection, Engine, event, text
 from sqlalchemy.engine.interfaces import DBAPIConnection
 from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 from sqlalchemy.orm import Session
 from sqlalchemy.pool import ConnectionPoolEntry
 
+from service.database.urls import engine_of
+
 BUSY_TIMEOUT_MS = 10_000
+# A server that was stopped in the middle of a transaction, or cut off, keeps others waiting so long at most.
+SILENCE_TIMEOUT_MS = 3_000
+# Any number that other programs on the same database do not use.
+WRITERS = 0x50454E554D425241
 
 
 class Database:
-    """Opens read and write transactions.
+    """Opens read and write transactions, of which one writes at a time.
 
-    On SQLite a write transaction takes the write lock when it begins: a transaction that reads first and
-    writes later could otherwise fail in the middle because another one wrote in between. The threads of this
-    process take turns before they ask for it: SQLite has those who wait try again and again, and some of many
-    would wait until they give up.
+    A transaction that reads first and writes later could otherwise fail in the middle, or count wrongly,
+    because another one wrote in between. On SQLite it takes the write lock when it begins, on PostgreSQL a
+    lock that the servers of a database share. The threads of this process take turns before they ask for it:
+    SQLite has those who wait try again and again, and some of many would wait until they give up; on
+    PostgreSQL they would leave no connections to those who read.
 
     Parameters
     ----------
     url : str
-        SQLAlchemy URL of a synchronous driver.
+        SQLAlchemy URL of SQLite or PostgreSQL.
+
+    Attributes
+    ----------
+    shared : bool
+        Whether other servers may use it at the same time.
+
+    Raises
+    ------
+    DatabaseUrlError
+        If the URL cannot be used.
     """
 
     def __init__(self, url: str) -> None:
-        self.engine = create_engine(url, pool_size=16, max_overflow=48)
-        if self.engine.dialect.name == "sqlite":
+        self.engine = engine_of(url)
+        self.shared = self.engine.dialect.name == "postgresql"
+        if self.shared:
+            event.listen(self.engine, "begin", _begin_postgresql)
+            self._reader: Engine = self.engine.execution_options(
+                isolation_level="REPEATABLE READ", postgresql_readonly=True
+            )
+        else:
             event.listen(self.engine, "connect", _prepare_sqlite)
             event.listen(self.engine, "begin", _begin_sqlite)
-        self._lock = threading.Lock() if self.engine.dialect.name == "sqlite" else None
+            self._reader = self.engine
+        self._lock = threading.Lock()
         self._writer = self.engine.execution_options(writes=True)
 
     @contextmanager
     def reading(self) -> Iterator[Session]:
         """One consistent view of the database; nothing is kept."""
-        with Session(self.engine) as session:
+        with Session(self._reader) as session:
             yield session
 
     @contextmanager
@@ -52,9 +76,6 @@ class Database:
 
     @contextmanager
     def _in_turn(self) -> Iterator[None]:
-        if self._lock is None:
-            yield
-            return
         if not self._lock.acquire(timeout=BUSY_TIMEOUT_MS / 1000):
             raise PoolTimeoutError("Other threads were writing all the time.")
         try:
@@ -88,3 +109,14 @@ def _prepare_sqlite(connection: DBAPIConnection, _entry: ConnectionPoolEntry) ->
 def _begin_sqlite(connection: Connection) -> None:
     writes = connection.get_execution_options().get("writes", False)
     connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+
+
+def _begin_postgresql(connection: Connection) -> None:
+    if not connection.get_execution_options().get("writes", False):
+        return
+    # Set for this transaction alone, so that connections may come from a pool that others use too.
+    connection.exec_driver_sql(
+        f"SELECT set_config('lock_timeout', '{BUSY_TIMEOUT_MS}', true),"
+        f" set_config('idle_in_transaction_session_timeout', '{SILENCE_TIMEOUT_MS}', true),"
+        f" pg_advisory_xact_lock({WRITERS})"
+    )

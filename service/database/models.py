@@ -32,6 +32,10 @@ WAITING, RUNNING, DONE = "waiting", "running", "done"
 STATE = Enum(JobState, native_enum=False, length=16, values_callable=lambda states: [s.value for s in states])
 
 
+COUNT = BigInteger().with_variant(Integer, "sqlite")
+"""64 bits: what an integer of SQLite has by any name, and the samples of a large picture need."""
+
+
 class UtcDateTime(TypeDecorator[datetime]):
     """A moment in UTC. SQLite forgets the zone, PostgreSQL keeps it; both give it back."""
 
@@ -108,8 +112,8 @@ class RenderRow(Base):
 
     total_steps: Mapped[int] = mapped_column(Integer)
     done_steps: Mapped[int] = mapped_column(Integer, default=0)
-    total_work: Mapped[int] = mapped_column(Integer)
-    done_work: Mapped[int] = mapped_column(Integer, default=0)
+    total_work: Mapped[int] = mapped_column(COUNT)
+    done_work: Mapped[int] = mapped_column(COUNT, default=0)
     last_seq: Mapped[int] = mapped_column(Integer, default=0)
     compose_attempt: Mapped[int] = mapped_column(Integer, default=0)
 
@@ -124,7 +128,7 @@ class RenderRow(Base):
     tile_size: Mapped[int | None] = mapped_column(Integer)
     merges: Mapped[list[dict[str, Any]]] = mapped_column(JSON, default=list)
     counted_share: Mapped[float] = mapped_column(Float, default=0.0)
-    counted_work: Mapped[int] = mapped_column(Integer, default=0)
+    counted_work: Mapped[int] = mapped_column(COUNT, default=0)
 
     pass_costs: Mapped[list[dict[str, Any]]] = mapped_column(JSON, default=list)
     error_unknown: Mapped[str | None] = mapped_column(Text)
@@ -312,7 +316,7 @@ class AssetRow(Base):
     __tablename__ = "assets"
 
     sha256: Mapped[str] = mapped_column(String(64), primary_key=True)
-    bytes: Mapped[int] = mapped_column(Integer)
+    bytes: Mapped[int] = mapped_column(COUNT)
     media_type: Mapped[str] = mapped_column(String(64))
     width: Mapped[int] = mapped_column(Integer)
     height: Mapped[int] = mapped_column(Integer)

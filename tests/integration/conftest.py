@@ -1,7 +1,8 @@
-"""A real server in a process of its own, one for all tests that leave it as it was."""
+"""Real servers in processes of their own, and real databases: one for all tests that leave it as it was."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -11,9 +12,12 @@ import httpx2
 import pytest
 
 from schemas.limits import Limits
+from service.database.connection import Database
+from service.database.migrations import upgrade
 from service.server import RunningServer, running
 from service.settings import Settings
 from tests.integration.support import PATIENCE
+from tests.postgres_server import REQUIRED, PostgresServer, programs
 
 Start = Callable[..., RunningServer]
 
@@ -22,10 +26,9 @@ def _settings(data: Path, **changes: Any) -> Settings:
     return Settings(**({"data": data, "port": 0, "workers": 2, "log_level": "error"} | changes))
 
 
-@pytest.fixture(scope="session")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
-    settings = _settings(
-        tmp_path_factory.mktemp("service"),
+def _typical(data: Path, **changes: Any) -> Settings:
+    return _settings(
+        data,
         tile_size=32,
         max_cpu_seconds=600,
         max_wait_seconds=5,
@@ -33,13 +36,30 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
         max_asset_pixels=1_000_000,
         max_trace_rays=1000,
         limits=Limits(max_body_bytes=1_000_000, max_pixels=1_000_000, max_samples=1024, max_shapes=100),
+        **changes,
     )
+
+
+@pytest.fixture(scope="session")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
+    with running(_typical(tmp_path_factory.mktemp("service"))) as started:
+        yield started
+
+
+@pytest.fixture(scope="session")
+def server_on_postgres(
+    tmp_path_factory: pytest.TempPathFactory, postgres: PostgresServer
+) -> Iterator[RunningServer]:
+    settings = _typical(tmp_path_factory.mktemp("service"), database=postgres.database())
     with running(settings) as started:
         yield started
 
 
 @pytest.fixture
-def client(server: RunningServer) -> Iterator[httpx2.Client]:
+def client(request: pytest.FixtureRequest) -> Iterator[httpx2.Client]:
+    """Who asks a server on SQLite, and one on PostgreSQL too where a test is marked ``ON_BOTH``."""
+    on = "server_on_postgres" if getattr(request, "param", "sqlite") == "postgresql" else "server"
+    server: RunningServer = request.getfixturevalue(on)
     with httpx2.Client(base_url=server.url, timeout=PATIENCE) as opened:
         yield opened
 
@@ -53,3 +73,28 @@ def start(tmp_path: Path) -> Iterator[Start]:
             return stack.enter_context(running(_settings(tmp_path, **changes)))
 
         yield begin
+
+
+@pytest.fixture(scope="session")
+def postgres() -> Iterator[PostgresServer]:
+    found = programs()
+    if found is None:
+        missing = "no programs of PostgreSQL (initdb, postgres) on this machine: apt-get install postgresql"
+        if os.environ.get(REQUIRED):
+            pytest.fail(missing)
+        pytest.skip(missing)
+    server = PostgresServer(found)
+    yield server
+    server.close()
+
+
+@pytest.fixture
+def database(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Database]:
+    """A database of this version: SQLite, and PostgreSQL too where a test is marked ``BOTH``."""
+    if getattr(request, "param", "sqlite") == "sqlite":
+        database = Database(f"sqlite:///{tmp_path / 'test.sqlite'}")
+        upgrade(database)
+    else:
+        database = request.getfixturevalue("postgres").emptied()
+    yield database
+    database.close()

@@ -11,12 +11,19 @@ from typing import Any
 
 import httpx2
 import numpy as np
+import pytest
 from sqlalchemy.orm import Session
 
 from service import fairness
 from service.database.models import JobRow, RenderRow
 
 PATIENCE = 60.0
+
+KINDS = ["sqlite", "postgresql"]
+BOTH = pytest.mark.parametrize("database", KINDS, indirect=True)
+"""Once with each kind of database."""
+ON_BOTH = pytest.mark.parametrize("client", KINDS, indirect=True)
+"""Once with a server on each kind of database."""
 
 
 def scene(

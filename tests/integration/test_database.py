@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from datetime import UTC, datetime
-from pathlib import Path
 
 import pytest
 from alembic.autogenerate import compare_metadata
@@ -15,14 +14,7 @@ from sqlalchemy.exc import IntegrityError
 from service.database.connection import Database
 from service.database.migrations import upgrade
 from service.database.models import AssetRow, Base, TileRow
-
-
-@pytest.fixture
-def database(tmp_path: Path) -> Database:
-    database = Database(f"sqlite:///{tmp_path / 'test.sqlite'}")
-    upgrade(database)
-    yield database
-    database.close()
+from tests.integration.support import BOTH
 
 
 def asset(number: int) -> AssetRow:
@@ -36,12 +28,14 @@ def asset(number: int) -> AssetRow:
     )
 
 
+@BOTH
 def test_migrations_build_exactly_the_tables_of_the_models(database: Database) -> None:
     with database.engine.connect() as connection:
         context = MigrationContext.configure(connection, opts={"compare_type": True})
         assert compare_metadata(context, Base.metadata) == []
 
 
+@BOTH
 def test_migrating_again_changes_nothing(database: Database) -> None:
     with database.writing() as session:
         session.add(asset(1))
@@ -50,6 +44,7 @@ def test_migrating_again_changes_nothing(database: Database) -> None:
         assert session.scalar(select(func.count()).select_from(AssetRow)) == 1
 
 
+@BOTH
 def test_moments_come_back_in_utc(database: Database) -> None:
     with database.writing() as session:
         session.add(asset(1))
@@ -64,6 +59,7 @@ def test_sqlite_keeps_a_write_ahead_log_and_foreign_keys(database: Database) -> 
         session.add(TileRow(render=1, pass_index=0, tile=0, x0=0, y0=0, x1=1, y1=1))
 
 
+@BOTH
 def test_what_an_exception_leaves_is_undone(database: Database) -> None:
     def fail() -> None:
         with database.writing() as session:
@@ -77,6 +73,7 @@ def test_what_an_exception_leaves_is_undone(database: Database) -> None:
         assert session.get(AssetRow, f"{1:064x}") is None
 
 
+@BOTH
 def test_writers_who_read_first_wait_for_each_other(database: Database) -> None:
     def count_up() -> None:
         for _ in range(25):

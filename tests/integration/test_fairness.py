@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import asdict
-from pathlib import Path
 
 import pytest
 from sqlalchemy import select
@@ -13,11 +11,10 @@ from sqlalchemy import select
 from renderer import tiling
 from service import fairness, rows
 from service.database.connection import Database
-from service.database.migrations import upgrade
 from service.database.models import JobRow, RenderRow, ShareRow, TileRow
 from service.engines.tasks import ComposeDone, Interrupted, JobTask, Outcome, TileDone, TileTask
 from service.rounds import Round
-from tests.integration.support import enter, job_with
+from tests.integration.support import BOTH, enter, job_with
 
 
 class Picture:
@@ -91,11 +88,8 @@ class Workers:
 
 
 @pytest.fixture
-def workers(tmp_path: Path) -> Iterator[Workers]:
-    database = Database(f"sqlite:///{tmp_path / 'test.sqlite'}")
-    upgrade(database)
-    yield Workers(database)
-    database.close()
+def workers(database: Database) -> Workers:
+    return Workers(database)
 
 
 def test_many_jobs_of_one_user_do_not_delay_anothers_one(workers: Workers) -> None:
@@ -134,6 +128,7 @@ def test_who_has_used_idle_workers_owes_nothing_for_it(workers: Workers) -> None
     assert abs(workers.turns(20).count("bob") - 10) <= 1
 
 
+@BOTH
 def test_a_tile_is_charged_with_what_it_has_cost(workers: Workers) -> None:
     workers.add("ann", price=50.0)
     workers.next()
@@ -141,6 +136,7 @@ def test_a_tile_is_charged_with_what_it_has_cost(workers: Workers) -> None:
     assert workers.served() == {"ann": pytest.approx(0.25)}
 
 
+@BOTH
 def test_a_tile_that_is_to_be_done_again_costs_nothing(workers: Workers) -> None:
     workers.add("ann")
     workers.next()
@@ -149,6 +145,7 @@ def test_a_tile_that_is_to_be_done_again_costs_nothing(workers: Workers) -> None
     assert workers.next() == "ann"
 
 
+@BOTH
 def test_priority_orders_ones_own_jobs_only(workers: Workers) -> None:
     plain = workers.add("ann")
     urgent = workers.add("ann", priority=5)
@@ -156,6 +153,7 @@ def test_priority_orders_ones_own_jobs_only(workers: Workers) -> None:
     assert [workers.round(room=1)[0].job for _ in range(3)] == [*urgent, *others, *plain]
 
 
+@BOTH
 def test_a_shared_render_goes_with_the_best_of_its_jobs(workers: Workers) -> None:
     workers.add("ann", 5)
     (last,) = workers.add("ann")
@@ -168,6 +166,7 @@ def test_a_shared_render_goes_with_the_best_of_its_jobs(workers: Workers) -> Non
     assert last in started
 
 
+@BOTH
 def test_a_render_that_lost_its_first_job_goes_on_for_the_other(workers: Workers) -> None:
     (name,) = workers.add("ann")
     with workers.database.writing() as session:
@@ -181,6 +180,7 @@ def test_a_render_that_lost_its_first_job_goes_on_for_the_other(workers: Workers
     assert workers.served()["bob"] > 0
 
 
+@BOTH
 def test_a_free_slot_is_never_left_to_a_user_who_has_nothing(workers: Workers) -> None:
     workers.add("ann")
     workers.add("bob")

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
-from pathlib import Path
 
 import pytest
 from sqlalchemy import select
@@ -13,7 +12,6 @@ from renderer import tiling
 from schemas.jobs import JobState
 from service import ledger, pass_costs, rows
 from service.database.connection import Database
-from service.database.migrations import upgrade
 from service.database.models import JobRow, RenderRow, TileRow
 from service.engines.tasks import (
     ComposeDone,
@@ -27,7 +25,9 @@ from service.engines.tasks import (
     WorkerDied,
 )
 from service.rounds import Round
-from tests.integration.support import enter, job_with
+from tests.integration.support import BOTH, enter, job_with
+
+pytestmark = BOTH
 
 DONE = TileDone(
     crc32=2**32 - 1, counts={"camera": 3, "mirror": 0}, cpu_seconds=0.5, work={"shading_points": 2}
@@ -98,11 +98,8 @@ class Table:
 
 
 @pytest.fixture
-def table(tmp_path: Path) -> Iterator[Table]:
-    database = Database(f"sqlite:///{tmp_path / 'test.sqlite'}")
-    upgrade(database)
-    yield Table(database)
-    database.close()
+def table(database: Database) -> Table:
+    return Table(database)
 
 
 def places(tasks: Sequence[JobTask]) -> list[tuple[str, int, int]]:

@@ -13,7 +13,17 @@ from PIL import Image
 import renderer
 from renderer.image_files import displayed
 from tests.integration.conftest import Start
-from tests.integration.support import PATIENCE, ended, finish, image, job_of, long_scene, scene, submit
+from tests.integration.support import (
+    ON_BOTH,
+    PATIENCE,
+    ended,
+    finish,
+    image,
+    job_of,
+    long_scene,
+    scene,
+    submit,
+)
 
 RANDOM = {"pattern": "random", "light_pattern": "random"}
 
@@ -22,6 +32,7 @@ def rendered(document: dict[str, Any]) -> np.ndarray:
     return renderer.render(renderer.compile_scene(document), workers=1).image
 
 
+@ON_BOTH
 def test_the_image_has_the_bytes_that_the_renderer_makes(client: httpx2.Client) -> None:
     document = scene(**RANDOM)
     job = submit(client, document)
@@ -62,6 +73,7 @@ def test_bytes_do_not_depend_on_tiles_and_workers(
         assert image(client, job).tobytes() == rendered(document).tobytes()
 
 
+@ON_BOTH
 def test_waiting_for_the_end_answers_with_the_end(client: httpx2.Client) -> None:
     answer = client.post("/v1/jobs", json={"scene": scene()}, headers={"Prefer": "wait=5"})
     assert answer.status_code == 202
@@ -77,6 +89,7 @@ def test_the_answer_says_where_the_job_is(client: httpx2.Client) -> None:
     finish(client, job["id"])
 
 
+@ON_BOTH
 def test_jobs_are_listed_newest_first_page_by_page(client: httpx2.Client) -> None:
     sent = [submit(client, scene(8, 8)) for _ in range(5)]
     first = client.get("/v1/jobs", params={"limit": 2}).json()
@@ -91,6 +104,7 @@ def test_the_last_page_has_no_next(client: httpx2.Client) -> None:
     assert page["next"] is None
 
 
+@ON_BOTH
 def test_a_deleted_job_is_gone_with_all_it_made(client: httpx2.Client) -> None:
     job = submit(client, scene())
     finish(client, job)

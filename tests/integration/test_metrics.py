@@ -16,7 +16,7 @@ from service.database.connection import Database
 from service.database.migrations import upgrade
 from service.settings import Settings
 from tests.integration.conftest import Start
-from tests.integration.support import PATIENCE, ended, finish, scene, submit, wait, workers_of
+from tests.integration.support import ON_BOTH, PATIENCE, ended, finish, scene, submit, wait, workers_of
 
 Samples = dict[tuple[str, ...], float]
 
@@ -33,6 +33,7 @@ def watched(client: httpx2.Client) -> Samples:
     }
 
 
+@ON_BOTH
 def test_tiles_and_cpu_seconds_of_a_job_are_counted(client: httpx2.Client) -> None:
     before = watched(client)
     job = finish(client, submit(client, scene()))

@@ -10,7 +10,7 @@ import pytest
 
 from schemas.batches import FLOAT32, unpack
 from tests.integration.conftest import Start
-from tests.integration.support import PATIENCE, finish, image, long_scene, scene, submit, wait
+from tests.integration.support import ON_BOTH, PATIENCE, finish, image, long_scene, scene, submit, wait
 
 BINARY = {"Accept": "application/octet-stream"}
 
@@ -72,6 +72,7 @@ def test_a_batch_of_a_finished_job_paints_its_final_image(client: httpx2.Client,
     assert painted(tiles, 48, 80).tobytes() == image(client, done).tobytes()
 
 
+@ON_BOTH
 def test_batches_received_while_it_runs_paint_the_final_image(client: httpx2.Client) -> None:
     job = submit(client, scene(160, 96, samples=16))
     canvas, after, complete = np.zeros((96, 160, 3), np.float32), 0, False
@@ -103,6 +104,7 @@ def test_a_batch_in_eight_bits_is_a_quarter_of_the_size(client: httpx2.Client, d
     assert [4 * length for length in lengths("rgb8")] == lengths("float32")
 
 
+@ON_BOTH
 def test_a_stream_tells_of_every_tile_and_then_of_the_end(client: httpx2.Client) -> None:
     job = submit(client, scene(160, 96))
     *tiles, end = streamed(client, job)
@@ -133,6 +135,7 @@ def test_waiting_in_vain_ends_with_an_empty_list(client: httpx2.Client) -> None:
     assert not batch["complete"]
 
 
+@ON_BOTH
 def test_a_stream_ends_when_its_job_is_cancelled(client: httpx2.Client) -> None:
     job = submit(client, long_scene())
     wait(client, job, lambda found: found["last_seq"] > 0)

@@ -7,6 +7,7 @@ import hashlib
 import json
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -24,29 +25,40 @@ from service.database.migrations import upgrade
 from service.database.models import RenderRow
 from service.server import RunningServer, running
 from service.settings import Settings
-from tests.integration.support import PATIENCE, ended, image, job_of, long_scene, scene, until, wait
+from tests.integration.support import KINDS, PATIENCE, ended, image, job_of, long_scene, scene, until, wait
 
 Users = dict[str, httpx2.Client]
 
 
-@pytest.fixture(scope="module")
-def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[RunningServer, dict[str, str]]]:
+@dataclass(frozen=True)
+class Shared:
+    """A server with the keys of its users, and the settings that it runs by."""
+
+    server: RunningServer
+    keys: dict[str, str]
+    settings: Settings
+
+
+@pytest.fixture(scope="module", params=KINDS)
+def shared(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Shared]:
     data = tmp_path_factory.mktemp("shared")
-    database = Database(Settings(data=data).database_url)
+    url = request.getfixturevalue("postgres").database() if request.param == "postgresql" else None
+    settings = Settings(data=data, database=url, port=0, workers=1, tile_size=32, log_level="error")
+    database = Database(settings.database_url)
     upgrade(database)
     with database.writing() as session:
         made = {user: str(keys.add(session, user, Role.SUBMIT)) for user in ("ann", "bob", "eve")}
     database.close()
-    with running(Settings(data=data, port=0, workers=1, tile_size=32, log_level="error")) as server:
-        yield server, made
+    with running(settings) as server:
+        yield Shared(server, made, settings)
 
 
 @pytest.fixture
-def users(shared: tuple[RunningServer, dict[str, str]]) -> Iterator[Users]:
-    server, made = shared
+def users(shared: Shared) -> Iterator[Users]:
+    url = shared.server.url
     clients = {
-        user: httpx2.Client(base_url=server.url, timeout=PATIENCE, headers={"Authorization": f"Bearer {key}"})
-        for user, key in made.items()
+        user: httpx2.Client(base_url=url, timeout=PATIENCE, headers={"Authorization": f"Bearer {key}"})
+        for user, key in shared.keys.items()
     }
     yield clients
     for client in clients.values():
@@ -54,8 +66,8 @@ def users(shared: tuple[RunningServer, dict[str, str]]) -> Iterator[Users]:
 
 
 @pytest.fixture
-def folder(shared: tuple[RunningServer, dict[str, str]]) -> Path:
-    return shared[0].data / "jobs"
+def folder(shared: Shared) -> Path:
+    return shared.server.data / "jobs"
 
 
 def ask(client: httpx2.Client, document: dict[str, Any], wait: int = 0, **request: Any) -> dict[str, Any]:
@@ -146,14 +158,14 @@ def test_a_job_that_is_to_be_rendered_anew_shares_nothing(users: Users, folder: 
     assert (folder / anew["id"] / "image.npy").exists()
 
 
-def test_identical_submissions_under_way_share_one_render(users: Users, shared: Any, folder: Path) -> None:
+def test_identical_submissions_under_way_share_one_render(users: Users, shared: Shared, folder: Path) -> None:
     first, second = running_shared(users, 6)
     assert second["state"] == "running"
     assert second["started_at"] == second["created_at"]
     assert not (folder / second["id"]).exists()
     seen = users["bob"].get(f"/v1/jobs/{second['id']}/tiles").json()["events"]
     assert seen[0]["seq"] == 1
-    database = Database(Settings(data=shared[0].data).database_url)
+    database = Database(shared.settings.database_url)
     with database.reading() as session:
         same = (
             select(func.count()).select_from(RenderRow).where(RenderRow.id.in_((first["id"], second["id"])))
@@ -187,7 +199,8 @@ def test_identical_submissions_at_the_same_moment_make_one_render(users: Users, 
 def test_a_render_that_has_failed_is_tried_again(users: Users, folder: Path) -> None:
     mesh = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n"
     sha256 = hashlib.sha256(mesh).hexdigest()
-    assert users["ann"].put(f"/v1/assets/{sha256}", content=mesh).status_code == 200
+    for user in ("ann", "bob"):
+        assert users[user].put(f"/v1/assets/{sha256}", content=mesh).status_code == 200
     document = small(10)
     document["shapes"].append({"type": "mesh", "asset": f"sha256:{sha256}", "material": "ball"})
     jobs = [ask(users[user], document, wait=30) for user in ("ann", "bob")]

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import asdict
 from datetime import UTC, datetime, timedelta
-from pathlib import Path
 
 import pytest
 from sqlalchemy import select
@@ -15,7 +13,6 @@ from schemas.jobs import JobState
 from schemas.quality import TargetQuality
 from service import ledger, rows, targets
 from service.database.connection import Database
-from service.database.migrations import upgrade
 from service.database.models import RenderRow, TileRow
 from service.engines.tasks import (
     AdvanceDone,
@@ -28,7 +25,7 @@ from service.engines.tasks import (
     WorkerDied,
 )
 from service.rounds import Round
-from tests.integration.support import enter, scene
+from tests.integration.support import BOTH, enter, scene
 
 DONE = TileDone(crc32=1, counts={"camera": 10}, cpu_seconds=0.5)
 ERROR = {"estimate": 0.02, "low": 0.01, "high": 0.03}
@@ -105,13 +102,11 @@ class Table:
 
 
 @pytest.fixture
-def table(tmp_path: Path) -> Iterator[Table]:
-    database = Database(f"sqlite:///{tmp_path / 'test.sqlite'}")
-    upgrade(database)
-    yield Table(database)
-    database.close()
+def table(database: Database) -> Table:
+    return Table(database)
 
 
+@BOTH
 def test_a_pass_is_merged_when_all_its_tiles_are_finished(table: Table) -> None:
     table.add()
     first, *others = table.round()
@@ -143,6 +138,7 @@ def test_each_pass_is_told_with_what_it_took_by_itself(table: Table) -> None:
     assert [past["cpu_seconds"] for past in table.job.merges] == [2.25, 1.25]
 
 
+@BOTH
 def test_the_last_pass_ends_the_job(table: Table) -> None:
     table.add()
     assert table.round((table.merging(), advanced(final=True))) == []
@@ -186,6 +182,7 @@ def test_merging_may_cost_three_workers_and_no_more(table: Table) -> None:
     assert table.job.state is JobState.FAILED
 
 
+@BOTH
 def test_after_a_restart_a_pass_is_merged_again_and_no_tile_rendered(table: Table) -> None:
     table.add()
     before = table.merging()
@@ -197,6 +194,7 @@ def test_after_a_restart_a_pass_is_merged_again_and_no_tile_rendered(table: Tabl
     assert task.parts == before.parts
 
 
+@BOTH
 def test_when_the_time_is_spent_no_tile_begins_and_the_finished_ones_are_merged(table: Table) -> None:
     table.add(time_limit=10)
     table.round((table.merging(), advanced(1, 2, 3, 4)), room=0)

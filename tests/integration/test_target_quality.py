@@ -18,6 +18,7 @@ from schemas.batches import unpack
 from schemas.quality import TargetQuality
 from tests.integration.conftest import Start
 from tests.integration.support import (
+    ON_BOTH,
     PATIENCE,
     ended,
     finish,
@@ -72,6 +73,7 @@ def test_pictures_are_as_near_to_the_converged_one_as_was_asked_for(client: http
     assert np.sqrt(np.mean(squares)) <= TARGET
 
 
+@ON_BOTH
 def test_picture_and_layers_have_the_bytes_that_the_renderer_makes(client: httpx2.Client) -> None:
     job = submit(client, scene(), quality=target(), layers=LAYERS)
     done = finish(client, job)

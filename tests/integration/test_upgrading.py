@@ -20,6 +20,7 @@ from service.database.connection import Database
 from service.database.migrations import upgrade
 from service.database.models import AssetOwnerRow, JobRow, RenderRow, TileRow
 from service.job_documents import document
+from tests.integration.support import BOTH
 
 MOMENT = "2026-01-02 03:04:05.000000"
 JOB = {
@@ -46,10 +47,17 @@ JOB = {
 TILE = {"job": 5, "pass_index": 0, "x0": 0, "y0": 0, "x1": 64, "y1": 32, "attempt": 1, "deaths": 0}
 
 
+pytestmark = BOTH
+
+
 @pytest.fixture
-def database(tmp_path: Path) -> Iterator[Database]:
+def database(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Database]:
     """A database as the first release left it: one job that runs, and one that has failed."""
-    database = Database(f"sqlite:///{tmp_path / 'test.sqlite'}")
+    sqlite = request.param == "sqlite"
+    url = (
+        f"sqlite:///{tmp_path / 'test.sqlite'}" if sqlite else request.getfixturevalue("postgres").database()
+    )
+    database = Database(url)
     _upgrade_to(database, "0006")
     failure = json.dumps({"code": "worker_died", "message": "It died.", "retryable": True})
     _insert(database, "jobs", JOB | {"number": 5, "id": "aa", "name": "ball", "state": "running"})

@@ -1,0 +1,53 @@
+"""What is particular to a service on PostgreSQL."""
+
+from __future__ import annotations
+
+import httpx2
+import pytest
+
+import renderer
+from service.database.connection import Database
+from service.errors import DatabaseUrlError
+from tests.integration.conftest import Start
+from tests.integration.support import (
+    PATIENCE,
+    finish,
+    image,
+    long_scene,
+    submit,
+    wait,
+)
+from tests.postgres_server import PostgresServer
+
+
+@pytest.mark.slow
+def test_a_killed_server_resumes_and_tells_no_finished_tile_again(
+    start: Start, postgres: PostgresServer
+) -> None:
+    url = postgres.database()
+    first = start(tile_size=64, database=url)
+    with httpx2.Client(base_url=first.url, timeout=PATIENCE) as client:
+        job = submit(client, long_scene())
+        wait(client, job, lambda found: found["progress"]["done"] >= 6)
+    first.process.kill()
+    first.process.wait()
+    with httpx2.Client(base_url=start(tile_size=64, database=url).url, timeout=PATIENCE) as client:
+        done = client.get(f"/v1/jobs/{job}/tiles").json()["events"]
+        assert len(done) >= 6
+        finish(client, job)
+        assert client.get(f"/v1/jobs/{job}/tiles").json()["events"][: len(done)] == done
+        undisturbed = renderer.render(renderer.compile_scene(long_scene()), workers=2).image
+        assert image(client, job).tobytes() == undisturbed.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("url", "cure"),
+    [
+        ("mysql://localhost/penumbra", "Write sqlite:///file, or postgresql"),
+        ("postgresql+psycopg2://localhost/penumbra", "Write sqlite:///file, or postgresql"),
+        ("penumbra.sqlite", "is not a URL like sqlite:///file"),
+    ],
+)
+def test_an_address_that_cannot_be_used_is_refused_with_one_that_can(url: str, cure: str) -> None:
+    with pytest.raises(DatabaseUrlError, match=cure):
+        Database(url)
