@@ -26,7 +26,7 @@ from service.context import Service
 from service.database.connection import Database
 from service.database.migrations import upgrade
 from service.dispatcher import Dispatcher
-from service.engines.slots import SlotEngine
+from service.engines.choosing import engine_of
 from service.engines.worker import WorkerSetup
 from service.feed import Feed
 from service.prices import QuotedPrices
@@ -128,7 +128,7 @@ def _assemble(settings: Settings, feed: Feed) -> Service:
         max_asset_pixels=settings.max_asset_pixels,
         memory_bytes=settings.worker_memory_bytes,
     )
-    dispatcher = Dispatcher(database, store, SlotEngine(settings.workers, setup), feed, settings)
+    dispatcher = Dispatcher(database, store, engine_of(settings, setup), feed, settings)
     dispatcher.start()
     return Service(
         settings=settings,

@@ -46,6 +46,8 @@ from service.store.tiles import TileStore
 RETRY_SECONDS = 1.0
 # How often to look again whether the running task of a render that has ended is gone, seconds.
 LEAVING_SECONDS = 0.05
+# How often to look for room where an engine has none and nothing runs: its workers may come back, seconds.
+EMPTY_SECONDS = 1.0
 # Traces, quotes and the like that wait for a worker; more are sent away.
 MAX_CALLS = 64
 
@@ -86,6 +88,7 @@ class Dispatcher:
         self._pause_until = 0.0
         self._deadline: datetime | None = None
         self._next_sweep = 0.0
+        self._starved = False
         self.pace = Pace(settings.workers)
 
     def start(self) -> None:
@@ -172,7 +175,7 @@ class Dispatcher:
             return LEAVING_SECONDS
         if self._pause_until:
             return max(0.0, self._pause_until - time.monotonic())
-        waits = []
+        waits = [EMPTY_SECONDS] if self._starved else []
         if self._settings.keep_seconds is not None:
             waits.append(self._next_sweep - time.monotonic())
         if self._deadline:
@@ -202,11 +205,13 @@ class Dispatcher:
         if time.monotonic() < self._pause_until:
             return
         self._pause_until = 0.0
+        room = self._engine.room()
+        self._starved = room == 0 and not self._flying
         result = Round(
             reports=self._reports,
             flying=self._flying,
             leaving=self._leaving,
-            room=self._engine.room(),
+            room=room,
             max_attempts=self._settings.max_attempts,
         )
         try:

@@ -21,6 +21,10 @@ ServiceError
 │   └── UploadUnusableError
 ├── OpenDoorsError              strangers would be let in
 ├── DatabaseUrlError            the address of the database cannot be used
+├── EngineError                 the engine that the settings ask for cannot be had
+│   ├── EngineMissingError      its packages are not installed
+│   ├── UnsafeClusterError      strangers could give orders to it
+│   └── UnusableWorkerError     a worker of a cluster could not render
 ├── StoreError
 │   ├── StoreFullError          the disk is full
 │   ├── StoreDamagedError       a stored file is not what was written
@@ -192,6 +196,25 @@ class OpenDoorsError(ServiceError):
 
 class DatabaseUrlError(ServiceError):
     """The address of the database cannot be used."""
+
+
+class EngineError(ServiceError):
+    """The engine that the settings ask for cannot be had."""
+
+
+class EngineMissingError(EngineError):
+    """The packages of an engine are not installed."""
+
+    def __init__(self) -> None:
+        super().__init__("This engine needs another package: pip install 'penumbra-render[dask]'")
+
+
+class UnsafeClusterError(EngineError):
+    """Whoever is on the network could give orders to a cluster."""
+
+
+class UnusableWorkerError(EngineError):
+    """A worker of a cluster could not render; it says what is missing there."""
 
 
 class StoreError(ServiceError):

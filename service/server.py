@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ipaddress
 import os
 import socket
 import subprocess
@@ -24,11 +23,19 @@ from uvicorn.config import STARTUP_FAILURE
 
 from service import logs
 from service.access.keys import any_made
+from service.addresses import is_loopback
 from service.app import create_app
 from service.context import Service
 from service.database.connection import Database
 from service.database.migrations import upgrade
-from service.errors import DatabaseUrlError, OpenDoorsError, StoreTakenError, UnavailableError
+from service.engines.choosing import check_engine
+from service.errors import (
+    DatabaseUrlError,
+    EngineError,
+    OpenDoorsError,
+    StoreTakenError,
+    UnavailableError,
+)
 from service.request_ids import RequestIds
 from service.settings import Settings
 from service.store.lock import alone
@@ -74,7 +81,15 @@ def run(settings: Settings) -> None:
         try:
             stack.enter_context(alone(settings.data))
             _prepare_database(settings)
-        except (StoreTakenError, OpenDoorsError, DatabaseUrlError, CommandError, OSError) as error:
+            check_engine(settings)
+        except (
+            StoreTakenError,
+            OpenDoorsError,
+            DatabaseUrlError,
+            EngineError,
+            CommandError,
+            OSError,
+        ) as error:
             log.error("not started", reason=str(error))  # noqa: TRY400  (the reason is enough)
             raise SystemExit(STARTUP_FAILURE) from None
         except SQLAlchemyError as error:
@@ -89,7 +104,7 @@ def _prepare_database(settings: Settings) -> None:
     database = Database(settings.database_url)
     try:
         upgrade(database)
-        if settings.behind_proxy or _is_loopback(settings.host):
+        if settings.behind_proxy or is_loopback(settings.host):
             return
         with database.reading() as session:
             if any_made(session):
@@ -97,13 +112,6 @@ def _prepare_database(settings: Settings) -> None:
     finally:
         database.close()
     raise OpenDoorsError(settings.host, settings.data)
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return host == "localhost" or ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
 
 
 def _serve(settings: Settings) -> None:

@@ -54,6 +54,24 @@ class Settings(BaseSettings):
     database: str | None = Field(
         default=None, description="SQLAlchemy URL; by default an SQLite file in the data folder."
     )
+    engine: Literal["slots", "dask"] = Field(
+        default="slots", description="Who renders: processes of this machine, or a Dask cluster."
+    )
+    dask: str | None = Field(
+        default=None,
+        description="Address of the cluster's scheduler, tls://host:8786; by default a small cluster of "
+        "this machine alone, for development.",
+    )
+    dask_tls_ca: Path | None = Field(
+        default=None, description="PEM file of the authority that has signed the cluster's certificates."
+    )
+    dask_tls_cert: Path | None = Field(default=None, description="PEM file of this service's certificate.")
+    dask_tls_key: Path | None = Field(default=None, description="PEM file of its key.")
+    dask_trusted_network: bool = Field(
+        default=False,
+        description="Use a scheduler on another machine without TLS: the network itself encrypts, and lets "
+        "in nobody else.",
+    )
     tile_size: int | None = Field(
         default=None,
         ge=8,

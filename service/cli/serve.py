@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -11,6 +11,8 @@ from service.cli import output
 from service.cli.configuration import ConfigOption, read_settings
 from service.cli.errors import ServiceStartError
 from service.cli.exits import ExitCode
+
+Engine = Literal["slots", "dask"]
 
 HostOption = Annotated[str | None, typer.Option(help="Address to listen on; 127.0.0.1 by default.")]
 PortOption = Annotated[
@@ -23,25 +25,43 @@ WorkersOption = Annotated[
 DatabaseOption = Annotated[
     str | None, typer.Option(help="SQLAlchemy URL; by default an SQLite file in the data folder.")
 ]
+EngineOption = Annotated[
+    Engine | None, typer.Option(help="What renders: slots, processes of this machine (default), or dask.")
+]
+DaskOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS", help="Scheduler of the Dask cluster, tls://host:8786; by default one starts here."
+    ),
+]
 ProxyOption = Annotated[
     bool,
     typer.Option("--behind-proxy", help="Ask for no keys: a proxy in front lets in only who may use this."),
 ]
 
 
-def serve(
+def serve(  # noqa: PLR0913, PLR0917 - one argument for each option
     host: HostOption = None,
     port: PortOption = None,
     data: DataOption = None,
     workers: WorkersOption = None,
     database: DatabaseOption = None,
+    engine: EngineOption = None,
+    dask: DaskOption = None,
     behind_proxy: ProxyOption = False,
     config: ConfigOption = None,
 ) -> None:
     """Run the service. What is not given comes from PENUMBRA_HOST, PENUMBRA_PORT and so on, or a file."""
     from service.server import run
 
-    options = {"host": host, "port": port, "data": data, "workers": workers, "database": database}
+    options: dict[str, Any] = {
+        "host": host,
+        "port": port,
+        "data": data,
+        "workers": workers,
+        "database": database,
+    }
+    options |= {"engine": engine, "dask": dask}
     options["behind_proxy"] = behind_proxy or None
     given = {name: value for name, value in options.items() if value is not None}
     settings = read_settings(given, config=config)
