@@ -168,6 +168,8 @@ class JobLinks(Message):
     image_png: str
     image_npy: str
     image_exr: str = ""
+    pause: str = ""
+    resume: str = ""
     convergence: str = ""
     layers: dict[str, str] = Field(default={}, description="The layers that were asked for, by name.")
 
@@ -181,6 +183,10 @@ class Job(Message):
     labels: dict[str, str] = Field(default={}, description="Those of the request.")
     priority: int = Field(default=0, description="That of the request.")
     state: JobState
+    paused: bool = Field(
+        default=False,
+        description="Whether it stands still: until it is resumed no tiles are handed out.",
+    )
     width: int = Field(description="Pixels; 0 for a mesh.")
     height: int = Field(description="Pixels; 0 for a mesh.")
     quality: dict[str, Any] | None = Field(
@@ -195,7 +201,9 @@ class Job(Message):
         "rendered, and another is next.",
     )
     queue_position: int | None = Field(
-        default=None, description="How many queued jobs start before this one; null once it has started."
+        default=None,
+        description="How many queued jobs start before this one; null once it has started, and while it is "
+        "paused.",
     )
     last_seq: int = Field(ge=0, description="Number of the newest tile event; 0 before the first.")
     created_at: datetime

@@ -12,7 +12,7 @@ from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from schemas.jobs import Failure, JobState
-from service import rows, sharing
+from service import pausing, rows, sharing
 from service.database.models import IdempotencyRow, JobRow, RenderRow
 
 KEY_LIFE = timedelta(hours=24)
@@ -20,7 +20,9 @@ KEY_LIFE = timedelta(hours=24)
 # Jobs removed in one transaction, so that others need not wait long.
 MANY = 100
 
-_LIMITED = select(JobRow).where(JobRow.state == JobState.RUNNING, JobRow.time_limit.is_not(None))
+_LIMITED = select(JobRow).where(
+    JobRow.state == JobState.RUNNING, JobRow.time_limit.is_not(None), JobRow.paused_at.is_(None)
+)
 _FINISHED = select(JobRow).order_by(JobRow.finished_at).limit(MANY)
 
 
@@ -36,12 +38,11 @@ def end_late(session: Session) -> tuple[list[RenderRow], list[str], datetime | N
     ended, left, upcoming = [], [], []
     for job in session.scalars(_LIMITED).all():
         assert job.time_limit is not None
-        assert job.started_at is not None
-        end = job.started_at + timedelta(seconds=job.time_limit)
+        end = pausing.end_of(job, job.time_limit)
         if end > datetime.now(UTC):
             upcoming.append(end)
         elif sharing.shared(session, job):
-            sharing.leave_ended(job, JobState.FAILED, _late(job.time_limit))
+            sharing.leave_ended(session, job, JobState.FAILED, _late(job.time_limit))
             left.append(job.id)
         elif job.render is not None and not job.render.cancel_requested:
             rows.end(session, job.render, JobState.FAILED, _late(job.time_limit))

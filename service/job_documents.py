@@ -32,12 +32,13 @@ def document(session: Session, row: JobRow, keep_seconds: float | None = None) -
         labels=row.labels,
         priority=row.priority,
         state=row.state,
+        paused=row.paused_at is not None and not row.state.final,
         width=work["width"],
         height=work["height"],
         quality=row.quality,
         progress=progress_of(row),
         rendering=_rendering(session, row),
-        queue_position=_queue_position(session, row) if row.state is JobState.QUEUED else None,
+        queue_position=_queue_position(session, row),
         last_seq=work["last_seq"],
         created_at=row.created_at,
         started_at=row.started_at,
@@ -112,8 +113,10 @@ def _rendering(session: Session, row: JobRow) -> tuple[TileAtWork, ...]:
     return tuple(TileAtWork.model_validate(step, from_attributes=True) for step in steps)
 
 
-def _queue_position(session: Session, row: JobRow) -> int:
-    before = (JobRow.state == JobState.QUEUED, JobRow.number < row.number)
+def _queue_position(session: Session, row: JobRow) -> int | None:
+    if row.state is not JobState.QUEUED or row.paused_at is not None:
+        return None
+    before = (JobRow.state == JobState.QUEUED, JobRow.paused_at.is_(None), JobRow.number < row.number)
     return session.scalar(select(func.count()).select_from(JobRow).where(*before)) or 0
 
 
@@ -122,6 +125,8 @@ def _links(job_id: str, layers: list[str]) -> JobLinks:
     return JobLinks(
         self=path,
         cancel=f"{path}/cancel",
+        pause=f"{path}/pause",
+        resume=f"{path}/resume",
         tiles=f"{path}/tiles",
         events=f"{path}/events",
         plan=f"{path}/plan",

@@ -57,6 +57,8 @@ def _entries(row: JobRow, repeated: list[TileRow]) -> Iterator[LogEntry]:
     if render is not None:
         yield from _passes(row, render, repeated)
         yield from _composing(render)
+    if row.paused_at is not None and not row.state.final:
+        yield LogEntry(at=row.paused_at, event="paused", message="It stands still until it is resumed.")
     if row.state.final:
         yield LogEntry(at=row.finished_at, event=row.state.value, message=_end(row))
 

@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 
 from schemas.jobs import Job, JobList, JobState
 from schemas.plans import PlanDocument
-from service import rows, sharing
+from service import pausing, rows, sharing
 from service.context import Service
 from service.database.models import JobRow, LabelRow, RenderRow
 from service.errors import PictureGoneError, UnavailableError, UnknownJobError
@@ -130,13 +130,34 @@ def _end(session: Session, row: JobRow) -> str | None:
     render = row.render
     assert render is not None
     if sharing.shared(session, row):
-        sharing.leave_ended(row, JobState.CANCELLED)
+        sharing.leave_ended(session, row, JobState.CANCELLED)
     elif render.state is JobState.QUEUED:
         rows.end(session, render, JobState.CANCELLED)
     else:
         render.cancel_requested = True
         return render.id
     return None
+
+
+def pause(service: Service, job_id: str) -> Job:
+    """Hand out no more tiles for a job until it is resumed; one that has ended stays as it is."""
+    with service.database.writing() as session:
+        row = find(session, job_id)
+        if not row.state.final:
+            pausing.pause(session, row)
+    service.feed.publish((job_id,))
+    return show(service, job_id)
+
+
+def resume(service: Service, job_id: str) -> Job:
+    """Let a paused job go on; any other stays as it is."""
+    with service.database.writing() as session:
+        row = find(session, job_id)
+        if not row.state.final:
+            pausing.resume(session, row)
+    service.dispatcher.wake()
+    service.feed.publish((job_id,))
+    return show(service, job_id)
 
 
 async def stop(service: Service, job_id: str) -> Job:

@@ -25,7 +25,8 @@ _RENDER = select(RenderRow).where(RenderRow.id == bindparam("id")).with_for_upda
 _CLAIMABLE = (
     select(RenderRow)
     .join(JobRow, JobRow.render_number == RenderRow.number)
-    .where(JobRow.owner == bindparam("owner"), JobRow.finished_at.is_(None), ~RenderRow.cancel_requested)
+    .where(JobRow.owner == bindparam("owner"), JobRow.finished_at.is_(None), JobRow.paused_at.is_(None))
+    .where(~RenderRow.cancel_requested)
     .where(RenderRow.number.not_in(bindparam("begun", expanding=True)))
     .where(exists().where(TileRow.render == RenderRow.number, _IS_WAITING))
     .order_by(_STARTED, JobRow.priority.desc(), JobRow.number)

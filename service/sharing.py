@@ -6,7 +6,7 @@ from sqlalchemy import exists, select
 from sqlalchemy.orm import Session
 
 from schemas.jobs import Failure, JobState
-from service import rows
+from service import pausing, rows
 from service.database.models import JobRow, RenderRow
 from service.job_documents import leave
 
@@ -17,10 +17,12 @@ def shared(session: Session, row: JobRow) -> bool:
     return bool(session.scalar(select(exists().where(*others, JobRow.state.in_(rows.OPEN)))))
 
 
-def leave_ended(row: JobRow, state: JobState, failure: Failure | None = None) -> None:
+def leave_ended(session: Session, row: JobRow, state: JobState, failure: Failure | None = None) -> None:
     """End an open job alone, and let its render go on for the others."""
+    render = row.render
     leave(row)
     rows.end_alone(row, state, failure)
+    pausing.follow(session, render)
 
 
 def expire(session: Session, row: JobRow) -> str | None:

@@ -16,7 +16,7 @@ from sqlalchemy.orm import Session
 
 from renderer import progressive, tiling
 from schemas.jobs import JobState
-from service import canonical, fairness, pass_costs, queue_limits, rows, targets
+from service import canonical, fairness, pass_costs, pausing, queue_limits, rows, targets
 from service.access.askers import Asker
 from service.admission import Admitted, admit
 from service.canonical import Spec
@@ -151,6 +151,8 @@ def _take(
     if found is None and job.render_number is not None:
         session.execute(_TILES, [rows.new_step(job.render_number, pass_, tile) for pass_, tile in steps])
     _enter_parts(session, sent, job)
+    if found is not None:
+        pausing.follow(session, found)
     if not job.state.final:
         fairness.activate(session, [job.owner])
     return Taken(job.id, replayed=False, shared=found is not None, queue=queue)

@@ -7,7 +7,7 @@ as a finished step of tile 0. As in ``ledger.py`` every function works in a tran
 from __future__ import annotations
 
 from dataclasses import asdict, replace
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from typing import Any
 
 from sqlalchemy import delete, insert, select
@@ -19,7 +19,7 @@ from renderer.adaptive.course import side
 from schemas.jobs import JobState
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
-from service import fairness, rows
+from service import fairness, pausing, rows
 from service.database.models import DONE, WAITING, RenderRow, TileRow
 from service.engines.tasks import AdvanceDone, AdvanceTask
 from service.store.tiles import StoredTile
@@ -30,7 +30,10 @@ WHOLE = 0
 """Number of the tile that is the whole picture."""
 
 _LIMITED = select(RenderRow).where(
-    RenderRow.state == JobState.RUNNING, RenderRow.time_limit.is_not(None), ~RenderRow.cancel_requested
+    RenderRow.state == JobState.RUNNING,
+    RenderRow.time_limit.is_not(None),
+    RenderRow.paused_at.is_(None),
+    ~RenderRow.cancel_requested,
 )
 
 
@@ -77,7 +80,7 @@ def deadline(render: RenderRow) -> datetime | None:
     """Say when a render has spent its time; None if it may take as long as it needs, or has not begun."""
     if render.time_limit is None or render.started_at is None:
         return None
-    return render.started_at + timedelta(seconds=render.time_limit)
+    return pausing.end_of(render, render.time_limit)
 
 
 def expire(session: Session) -> datetime | None:

@@ -1,4 +1,4 @@
-"""``penumbra get``, ``cancel`` and ``ls``: jobs of a service, by their ids."""
+"""``penumbra get``, ``cancel``, ``pause``, ``resume`` and ``ls``: jobs of a service, by their ids."""
 
 from __future__ import annotations
 
@@ -68,11 +68,38 @@ def cancel(
 ) -> None:
     """Stop a job, queued or running."""
     with connect(server) as client:
-        job = client.cancel(job_id)
+        _tell(client.cancel(job_id), as_json=as_json)
+
+
+def pause(
+    job_id: JobArgument,
+    server: ServerOption = DEFAULT_SERVER,
+    as_json: output.JsonOption = False,
+) -> None:
+    """Let a job stand still: what is there stays, and no more of it is rendered until it is resumed."""
+    with connect(server) as client:
+        _tell(client.pause(job_id), as_json=as_json)
+
+
+def resume(
+    job_id: JobArgument,
+    server: ServerOption = DEFAULT_SERVER,
+    as_json: output.JsonOption = False,
+) -> None:
+    """Let a paused job go on."""
+    with connect(server) as client:
+        _tell(client.resume(job_id), as_json=as_json)
+
+
+def _tell(job: Job, *, as_json: bool) -> None:
     if as_json:
         output.document(job.model_dump(mode="json"))
     else:
-        output.say(f"Job {job.id}: {job.state}")
+        output.say(f"Job {job.id}: {_standing(job)}")
+
+
+def _standing(job: Job) -> str:
+    return f"{job.state}, paused" if job.paused else str(job.state)
 
 
 def ls(
@@ -148,7 +175,7 @@ def _show_table(jobs: Iterable[Job]) -> None:
 def _cells(job: Job) -> tuple[str, ...]:
     return (
         job.id,
-        str(job.state),
+        _standing(job),
         f"{job.progress.share:.0%}",
         f"{job.width} x {job.height}",
         f"{job.created_at.astimezone():%Y-%m-%d %H:%M:%S}",

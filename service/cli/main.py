@@ -49,6 +49,8 @@ COMMANDS: tuple[tuple[str, str, Callable[..., Any]], ...] = (
     ("watch", "Client", watch.watch),
     ("get", "Client", jobs.get),
     ("cancel", "Client", jobs.cancel),
+    ("pause", "Client", jobs.pause),
+    ("resume", "Client", jobs.resume),
     ("ls", "Client", jobs.ls),
     ("logs", "Client", logs.logs),
 )

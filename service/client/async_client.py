@@ -99,6 +99,14 @@ class AsyncClient(AsyncConnection):
         """Stop a job; one that has ended stays as it is."""
         return AsyncRemoteJob.of(await self._send(calls.cancel_job(job_id)), self)
 
+    async def pause(self, job_id: str) -> AsyncRemoteJob:
+        """Let a job stand still: no more of its tiles are handed out; one that has ended stays as it is."""
+        return AsyncRemoteJob.of(await self._send(calls.pause_job(job_id)), self)
+
+    async def resume(self, job_id: str) -> AsyncRemoteJob:
+        """Let a job go on that stands still; any other stays as it is."""
+        return AsyncRemoteJob.of(await self._send(calls.resume_job(job_id)), self)
+
     async def delete(self, job_id: str) -> None:
         """Remove a job and its image."""
         await self._send(calls.delete_job(job_id))

@@ -61,6 +61,14 @@ class AsyncRemoteJob(KnownJob):
         """Stop it; a job that has ended stays as it is."""
         return self._renewed(await self._client.cancel(self.id))
 
+    async def pause(self) -> Self:
+        """Let it stand still, and keep what there is; one that has ended stays as it is."""
+        return self._renewed(await self._client.pause(self.id))
+
+    async def resume(self) -> Self:
+        """Let it go on, if it stands still."""
+        return self._renewed(await self._client.resume(self.id))
+
     async def delete(self) -> None:
         """Remove it and its image."""
         await self._client.delete(self.id)

@@ -119,6 +119,16 @@ def cancel_job(job_id: str) -> Call[Job]:
     return Call("POST", _job_path(job_id) + "/cancel", _model(Job), job_id=job_id)
 
 
+def pause_job(job_id: str) -> Call[Job]:
+    """Let a job stand still; a job that has ended stays as it is."""
+    return Call("POST", _job_path(job_id) + "/pause", _model(Job), job_id=job_id)
+
+
+def resume_job(job_id: str) -> Call[Job]:
+    """Let a job that stands still go on."""
+    return Call("POST", _job_path(job_id) + "/resume", _model(Job), job_id=job_id)
+
+
 def delete_job(job_id: str) -> Call[None]:
     """Remove a job and its image."""
     return Call("DELETE", _job_path(job_id), lambda _: None, repeatable=False, job_id=job_id)

@@ -143,6 +143,14 @@ class Client(Connection):
         """Stop a job; one that has ended stays as it is."""
         return RemoteJob.of(self._send(calls.cancel_job(job_id)), self)
 
+    def pause(self, job_id: str) -> RemoteJob:
+        """Let a job stand still: no more of its tiles are handed out; one that has ended stays as it is."""
+        return RemoteJob.of(self._send(calls.pause_job(job_id)), self)
+
+    def resume(self, job_id: str) -> RemoteJob:
+        """Let a job go on that stands still; any other stays as it is."""
+        return RemoteJob.of(self._send(calls.resume_job(job_id)), self)
+
     def delete(self, job_id: str) -> None:
         """Remove a job and its image."""
         self._send(calls.delete_job(job_id))

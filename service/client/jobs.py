@@ -80,6 +80,14 @@ class RemoteJob(KnownJob):
         """Stop it; a job that has ended stays as it is."""
         return self._renewed(self._client.cancel(self.id))
 
+    def pause(self) -> Self:
+        """Let it stand still, and keep what there is; one that has ended stays as it is."""
+        return self._renewed(self._client.pause(self.id))
+
+    def resume(self) -> Self:
+        """Let it go on, if it stands still."""
+        return self._renewed(self._client.resume(self.id))
+
     def delete(self) -> None:
         """Remove it and its image."""
         self._client.delete(self.id)

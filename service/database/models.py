@@ -78,7 +78,7 @@ class RenderRow(Base):
     pass whose tiles are merged into the picture, the work before it being ``counted_work`` and
     ``counted_share`` of all. Any other has an entry for each of its passes in ``pass_costs``, and where these
     cannot tell the error of the picture, the reason in ``error_unknown``. ``focus`` is the rectangle that is
-    wanted first.
+    wanted first. While it stands still it has ``paused_at``; ``paused_seconds`` are those of pauses before.
     """
 
     __tablename__ = "renders"
@@ -136,6 +136,8 @@ class RenderRow(Base):
     image_sha256: Mapped[str | None] = mapped_column(String(64))
     focus: Mapped[dict[str, int] | None] = mapped_column(JSON(none_as_null=True))
     started_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    paused_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    paused_seconds: Mapped[float] = mapped_column(Float, default=0.0)
 
 
 class JobRow(Base):
@@ -144,7 +146,7 @@ class JobRow(Base):
     ``number`` orders jobs by arrival; ``id`` is the name that the outside knows. While it shares in a render
     its state is that of the render. One that has left before the others, or whose picture is gone, has none,
     and keeps in ``parting`` what is still told of it. ``load`` is what it has brought into the queue, in CPU
-    seconds; nothing if it shares what was there.
+    seconds; nothing if it shares what was there. ``paused_at`` and ``paused_seconds`` are as in a render.
     """
 
     __tablename__ = "jobs"
@@ -185,6 +187,8 @@ class JobRow(Base):
     created_at: Mapped[datetime] = mapped_column(UtcDateTime)
     started_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     finished_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    paused_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    paused_seconds: Mapped[float] = mapped_column(Float, default=0.0)
 
     render: Mapped[RenderRow | None] = relationship(lazy="joined")
 

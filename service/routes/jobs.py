@@ -106,6 +106,21 @@ async def cancel_job(here: Here, job_id: ChangedJob) -> Job:
     return await jobs.stop(here, job_id)
 
 
+@router.post("/{job_id}/pause", responses=UNKNOWN | NOT_YOURS)
+def pause_job(here: Here, job_id: ChangedJob) -> Job:
+    """Hand out no more tiles of a job; those in work are finished, and no limit of time runs on.
+
+    What others have asked for, too, goes on for them. A job that has ended stays as it is.
+    """
+    return jobs.pause(here, job_id)
+
+
+@router.post("/{job_id}/resume", responses=UNKNOWN | NOT_YOURS)
+def resume_job(here: Here, job_id: ChangedJob) -> Job:
+    """Let a paused job go on where it stands; any other stays as it is."""
+    return jobs.resume(here, job_id)
+
+
 @router.delete(
     "/{job_id}",
     status_code=204,

@@ -8,9 +8,9 @@ import httpx2
 import pytest
 from playwright.sync_api import CDPSession, Page, expect
 
-from tests.browser.conftest import Open
+from tests.browser.conftest import Open, Shoot
 from tests.browser.scenes import PATIENCE, editor, endless, small
-from tests.integration.support import finish, submit
+from tests.integration.support import finish, submit, until
 
 
 @pytest.fixture
@@ -87,6 +87,27 @@ def test_a_running_job_is_cancelled(open_page: Open, client: httpx2.Client) -> N
     page.get_by_role("button", name="Cancel").click()
     expect(page.locator(".job-progress .state")).to_have_text("■ cancelled", timeout=PATIENCE)
     expect(page.get_by_role("button", name="Cancel")).to_have_count(0)
+
+
+def test_a_job_stands_still_until_it_is_resumed(open_page: Open, client: httpx2.Client, shoot: Shoot) -> None:
+    job = endless(client, "held")
+    page = open_page(f"/jobs/{job}")
+    state = page.locator(".job-progress .state")
+    expect(state).to_have_text("▶ running", timeout=PATIENCE)
+    page.get_by_role("button", name="Pause").click()
+    expect(state).to_have_text("‖ paused", timeout=PATIENCE)
+    # What workers had in hand is finished; nothing follows.
+    until(lambda: client.get(f"/v1/jobs/{job}").json()["rendering"] == [])
+    still = client.get(f"/v1/jobs/{job}").json()
+    assert (still["paused"], still["state"]) == (True, "running")
+    page.reload()
+    expect(state).to_have_text("‖ paused", timeout=PATIENCE)
+    shoot(page, "job-paused")
+    page.get_by_role("button", name="Resume").click()
+    expect(state).to_have_text("▶ running", timeout=PATIENCE)
+    until(lambda: client.get(f"/v1/jobs/{job}").json()["rendering"] != [])
+    client.post(f"/v1/jobs/{job}/cancel")
+    expect(page.get_by_role("button", name="Pause")).to_be_hidden(timeout=PATIENCE)
 
 
 def test_an_unknown_job_is_told_so(open_page: Open) -> None:

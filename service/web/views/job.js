@@ -63,6 +63,10 @@ function heading(watch) {
     { type: "button", onclick: () => attempt(() => post(job.links.cancel, {})) },
     "Cancel",
   );
+  const hold = h("button", {
+    type: "button",
+    onclick: () => attempt(() => post(watch.job.paused ? job.links.resume : job.links.pause, {})),
+  });
   const remove = h("button", { type: "button", onclick: () => attempt(removed) }, "Delete");
   const again = h("a", { className: "button", href: `/?job=${watch.id}` }, "Change and render again");
 
@@ -82,7 +86,10 @@ function heading(watch) {
   }
 
   const tell = (text) => ((told.textContent = text), (told.hidden = !text));
-  const show = () => (cancel.hidden = watch.final);
+  function show() {
+    cancel.hidden = hold.hidden = watch.final;
+    hold.textContent = watch.job.paused ? "Resume" : "Pause";
+  }
   watch.on("job", show);
   watch.on("connection", (live) => tell(live ? "" : "The service does not answer. Trying again …"));
   watch.on("gone", () => tell("This job was deleted."));
@@ -96,7 +103,7 @@ function heading(watch) {
       h("h1", {}, nameOf(job)),
       h("p", { className: "soft small" }, `Submitted ${ago(job.created_at)} as `, h("code", {}, job.id)),
     ),
-    h("div", { className: "row" }, cancel, again, downloads(job), remove),
+    h("div", { className: "row" }, hold, cancel, again, downloads(job), remove),
     told,
   );
 }

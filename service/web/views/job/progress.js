@@ -2,7 +2,7 @@
 
 import { announce, h } from "../../dom.js";
 import { count, percent, qualityName, seconds, steps } from "../../format.js";
-import { stateMark, stateName } from "./state.js";
+import { standing, stateMark, stateName } from "./state.js";
 
 const TICK_MS = 1000;
 
@@ -22,25 +22,25 @@ export function mount(root, watch) {
   let state = null;
 
   function show(job) {
-    line.replaceChildren(stateMark(job.state), h("span", { className: "soft" }, remark(job)));
+    line.replaceChildren(stateMark(standing(job)), h("span", { className: "soft" }, remark(job)));
     bar.value = job.progress.share;
     share.textContent = percent(job.progress.share);
     list.replaceChildren(...figures(job));
     trouble.hidden = !job.failure;
     trouble.textContent = job.failure?.message ?? "";
-    if (state !== null && state !== job.state) announce(`The job is ${stateName(job.state)}.`);
-    state = job.state;
+    if (state !== null && state !== standing(job)) announce(`The job is ${stateName(standing(job))}.`);
+    state = standing(job);
   }
 
   watch.on("job", show);
   show(watch.job);
   // Only the time goes on between two pieces of news.
-  const timer = setInterval(() => watch.job.state === "running" && show(watch.job), TICK_MS);
+  const timer = setInterval(() => standing(watch.job) === "running" && show(watch.job), TICK_MS);
   return () => clearInterval(timer);
 }
 
 function remark(job) {
-  if (job.state === "queued") return job.queue_position ? `${job.queue_position} before it` : "next";
+  if (job.state === "queued" && !job.paused) return job.queue_position ? `${job.queue_position} before it` : "next";
   if (job.state === "running" && job.progress.total > 1)
     return `${count(job.progress.done)} of ${count(job.progress.total)} steps`;
   return "";

@@ -3,7 +3,7 @@
 import { h } from "../../dom.js";
 import { ago, percent, qualityName, seconds, steps } from "../../format.js";
 import { FINAL } from "../../watch.js";
-import { stateMark } from "../job/state.js";
+import { standing, stateMark } from "../job/state.js";
 
 /**
  * @param {{onCancel: (job) => void, onDelete: (job) => void, onPick: () => void, onLabel: (label: string) => void}} acts
@@ -48,7 +48,7 @@ export function makeRow(first, acts) {
 
   function update(newest) {
     job = newest;
-    state.replaceChildren(stateMark(job.state));
+    state.replaceChildren(stateMark(standing(job)));
     facts.textContent = factsOf(job);
     labels.replaceChildren(...labelsOf(job).map((label) => labelButton(label, acts.onLabel)));
     cancel.hidden = FINAL.has(job.state);

@@ -1,0 +1,166 @@
+"""Jobs that stand still: nothing more is handed out for them, and what they have stays."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import httpx2
+import pytest
+
+from schemas.jobs import JobState
+from service import expiry, pausing, sharing, targets
+from service.cli.main import main
+from service.client import AsyncClient, Client
+from service.database.connection import Database
+from service.database.migrations import upgrade
+from service.server import RunningServer
+from tests.integration.support import enter, job_of, long_scene, submit, until, wait
+from tests.integration.test_ledger import DONE, Table, places
+
+
+class Held(Table):
+    """The same table of jobs, with people who hold them."""
+
+    def pause(self, job_id: str) -> None:
+        with self.database.writing() as session:
+            pausing.pause(session, session.merge(self.job(job_id)))
+
+    def resume(self, job_id: str) -> None:
+        with self.database.writing() as session:
+            pausing.resume(session, session.merge(self.job(job_id)))
+
+    def join(self, job_id: str, other: str, owner: str) -> None:
+        """Let a job of another user share the render of a job."""
+        with self.database.writing() as session:
+            job = enter(session, other, session.merge(self.render(job_id)), owner=owner)
+            pausing.follow(session, job.render)
+
+    def long_ago(self, seconds: float, *jobs: str) -> None:
+        """Let everything that happened to these jobs have happened so much earlier."""
+        with self.database.writing() as session:
+            for row in [session.merge(found) for job in jobs for found in (self.job(job), self.render(job))]:
+                for name in ("started_at", "paused_at"):
+                    moment = getattr(row, name)
+                    setattr(row, name, moment and moment - timedelta(seconds=seconds))
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> Iterator[Held]:
+    database = Database(f"sqlite:///{tmp_path / 'test.sqlite'}")
+    upgrade(database)
+    yield Held(database)
+    database.close()
+
+
+def test_what_is_in_hand_is_finished_and_nothing_follows_before_it_is_resumed(table: Held) -> None:
+    table.add("a")
+    running = table.next()
+    table.pause("a")
+    assert table.round((running, DONE), room=4).tasks == []
+    assert table.render("a").done_steps == 1
+    table.resume("a")
+    assert places(table.round(room=2).tasks) == [("a", 1, 0), ("a", 1, 1)]
+
+
+def test_a_queued_job_that_is_paused_does_not_begin_and_others_do(table: Held) -> None:
+    table.add("a")
+    table.add("b")
+    table.pause("a")
+    assert places(table.round(room=1).tasks) == [("b", 0, 0)]
+    assert table.job("a").state is JobState.QUEUED
+
+
+def test_a_shared_render_goes_on_while_one_of_its_jobs_does(table: Held) -> None:
+    table.add("a")
+    table.round(room=1)
+    table.join("a", "b", "another")
+    table.pause("a")
+    assert len(table.round(room=1).tasks) == 1
+    assert table.render("a").paused_at is None
+    table.pause("b")
+    assert table.round(room=1).tasks == []
+    assert table.render("a").paused_at is not None
+    # Whoever comes now wants it.
+    table.join("a", "c", "third")
+    assert len(table.round(room=1).tasks) == 1
+    assert table.render("a").paused_at is None
+
+
+def test_when_the_only_job_leaves_that_was_not_paused_the_render_stands_still(table: Held) -> None:
+    table.add("a")
+    table.round(room=1)
+    table.join("a", "b", "another")
+    table.pause("a")
+    with table.database.writing() as session:
+        sharing.leave_ended(session, session.merge(table.job("b")), JobState.CANCELLED)
+    assert table.render("a").paused_at is not None
+    assert table.round(room=1).tasks == []
+
+
+def test_no_limit_of_time_runs_on_during_a_pause(table: Held) -> None:
+    table.add("a")
+    table.round(room=1)
+    with table.database.writing() as session:
+        session.merge(table.job("a")).time_limit = 10
+    table.long_ago(6, "a")
+    table.pause("a")
+    table.long_ago(100, "a")
+    with table.database.writing() as session:
+        assert expiry.end_late(session) == ([], [], None)
+    table.resume("a")
+    with table.database.writing() as session:
+        ended, _, upcoming = expiry.end_late(session)
+    assert ended == []
+    assert upcoming is not None
+    left = (upcoming - datetime.now(UTC)).total_seconds()
+    # Six of ten seconds had passed before the pause; this test takes some itself.
+    assert 0 < left <= 4
+    table.long_ago(4, "a")
+    with table.database.writing() as session:
+        assert [render.id for render in expiry.end_late(session)[0]] == ["a"]
+
+
+def test_the_time_of_target_quality_waits_too(table: Held) -> None:
+    table.add("a")
+    table.round(room=1)
+    with table.database.writing() as session:
+        session.merge(table.render("a")).time_limit = 10
+    table.pause("a")
+    table.long_ago(100, "a")
+    table.resume("a")
+    render = table.render("a")
+    end = targets.deadline(render)
+    assert end is not None
+    assert 0 < (end - datetime.now(UTC)).total_seconds() <= 10
+
+
+def test_a_job_is_paused_and_resumed_over_http_by_all_clients(
+    client: httpx2.Client, server: RunningServer, capsys: pytest.CaptureFixture[str]
+) -> None:
+    job = submit(client, long_scene())
+    wait(client, job, lambda found: found["last_seq"] > 0)
+    with Client(server.url) as remote:
+        held = remote.get(job).pause()
+        assert (held.paused, held.state) == (True, "running")
+        until(lambda: not remote.get(job).rendering)
+        assert [entry.event for entry in remote.log(job).entries][-1] == "paused"
+        assert not remote.get(job).resume().paused
+
+    async def both() -> tuple[bool, bool]:
+        async with AsyncClient(server.url) as remote:
+            held = await (await remote.get(job)).pause()
+            first = held.paused
+            return first, (await held.resume()).paused
+
+    assert asyncio.run(both()) == (True, False)
+    for command, told in (("pause", "running, paused"), ("resume", "running")):
+        with pytest.raises(SystemExit) as left:
+            main([command, job, "--server", server.url])
+        assert left.value.code == 0
+        assert capsys.readouterr().err == f"Job {job}: {told}\n"
+    client.post(f"/v1/jobs/{job}/cancel")
+    assert client.post(f"/v1/jobs/{job}/pause").json()["state"] == "cancelled"
+    assert not job_of(client, job)["paused"]
