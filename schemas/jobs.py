@@ -211,8 +211,10 @@ class Job(Message):
     finished_at: datetime | None = None
     expires_at: datetime | None = Field(
         default=None,
-        description="When its picture is removed; null while it is not finished, or if that is never.",
+        description="When its picture is removed, or before if room is needed; null while it is not "
+        "finished, while it is pinned, or if there is no such time.",
     )
+    pinned: bool = Field(default=False, description="Its picture stays until the job is unpinned or deleted.")
     failure: Failure | None = None
     cost: JobCost
     numerics: Numerics | None = Field(default=None, description="Null until the picture is finished.")

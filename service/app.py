@@ -18,8 +18,9 @@ from schemas.jobs import JobRequest
 from schemas.problems import ProblemDocument
 from schemas.quotes import QuoteRequest
 from schemas.regions import Region
+from schemas.retention import PruneRequest
 from schemas.traces import TraceRequest
-from service import problems
+from service import problems, retention
 from service.access.asking import asker
 from service.access.known import Known
 from service.context import Service
@@ -29,6 +30,7 @@ from service.dispatcher import Dispatcher
 from service.engines.choosing import engine_of
 from service.engines.worker import WorkerSetup
 from service.feed import Feed
+from service.keeper import Keeper
 from service.prices import QuotedPrices
 from service.routes import (
     assets,
@@ -42,6 +44,8 @@ from service.routes import (
     operations,
     page,
     pictures,
+    pins,
+    prune,
     quotes,
     requests,
     scenes,
@@ -69,10 +73,12 @@ ROUTERS = (
     convergence,
     focus,
     inspections,
+    pins,
     scenes,
     quotes,
     comparisons,
     assets,
+    prune,
     metrics,
     operations,
     page,
@@ -94,6 +100,7 @@ def create_app(settings: Settings) -> FastAPI:
             yield
         finally:
             service.feed.close()
+            await run_in_threadpool(service.keeper.stop)
             await run_in_threadpool(service.dispatcher.stop)
             service.database.close()
 
@@ -120,7 +127,7 @@ def _assemble(settings: Settings, feed: Feed) -> Service:
     upgrade(database)
     store = FileTileStore(settings.data / "jobs")
     textures = AssetStore(settings.data / "assets", settings.max_asset_pixels)
-    textures.sweep()
+    keeper = Keeper(database, store, textures, retention.rules_of(settings))
     setup = WorkerSetup(
         parent=os.getpid(),
         jobs=store.folder,
@@ -130,6 +137,7 @@ def _assemble(settings: Settings, feed: Feed) -> Service:
     )
     dispatcher = Dispatcher(database, store, engine_of(settings, setup), feed, settings)
     dispatcher.start()
+    keeper.start()
     return Service(
         settings=settings,
         database=database,
@@ -137,6 +145,7 @@ def _assemble(settings: Settings, feed: Feed) -> Service:
         passes=PassStore(store.folder),
         assets=textures,
         dispatcher=dispatcher,
+        keeper=keeper,
         feed=feed,
         quote_seats=Seats(settings.max_quotes, "quotes"),
         comparison_seats=Seats(settings.max_comparisons, "comparisons"),
@@ -156,6 +165,7 @@ def _document_bodies(app: FastAPI) -> None:
             TraceRequest,
             ComparisonRequest,
             InspectionRequest,
+            PruneRequest,
             Region,
             ProblemDocument,
         )

@@ -11,6 +11,7 @@ from service.access.known import Known
 from service.database.connection import Database
 from service.dispatcher import Dispatcher
 from service.feed import Feed
+from service.keeper import Keeper
 from service.prices import QuotedPrices
 from service.seats import Seats
 from service.settings import Settings
@@ -29,6 +30,7 @@ class Service:
     passes: PassStore
     assets: AssetStore
     dispatcher: Dispatcher
+    keeper: Keeper
     feed: Feed
     quote_seats: Seats
     comparison_seats: Seats

@@ -17,10 +17,9 @@ from datetime import UTC, datetime
 import structlog
 from sqlalchemy import select
 from sqlalchemy.exc import SQLAlchemyError
-from sqlalchemy.orm import Session
 
 from schemas.jobs import JobState
-from service import expiry, ledger
+from service import ledger
 from service.database.connection import Database
 from service.database.models import RenderRow
 from service.engines.protocol import Engine
@@ -50,9 +49,6 @@ LEAVING_SECONDS = 0.05
 EMPTY_SECONDS = 1.0
 # Traces, quotes and the like that wait for a worker; more are sent away.
 MAX_CALLS = 64
-
-# How often to look for pictures that were kept long enough, seconds.
-SWEEP_SECONDS = 60.0
 
 log = structlog.get_logger()
 
@@ -87,7 +83,6 @@ class Dispatcher:
         self._leaving: dict[str, float] = {}
         self._pause_until = 0.0
         self._deadline: datetime | None = None
-        self._next_sweep = 0.0
         self._starved = False
         self.pace = Pace(settings.workers)
 
@@ -176,8 +171,6 @@ class Dispatcher:
         if self._pause_until:
             return max(0.0, self._pause_until - time.monotonic())
         waits = [EMPTY_SECONDS] if self._starved else []
-        if self._settings.keep_seconds is not None:
-            waits.append(self._next_sweep - time.monotonic())
         if self._deadline:
             waits.append((self._deadline - datetime.now(UTC)).total_seconds())
         return max(0.0, min(waits)) if waits else None
@@ -217,7 +210,6 @@ class Dispatcher:
         try:
             with self._database.writing() as session:
                 result.decide(session)
-                unused = self._sweep(session)
         except SQLAlchemyError as error:
             log.warning("database not usable, trying again", error=type(error).__name__)
             self._pause()
@@ -225,16 +217,6 @@ class Dispatcher:
             self._reports = []
             self._deadline = result.next_deadline
             self._act(result)
-            for render in unused:
-                self._store.drop_job(render)
-
-    def _sweep(self, session: Session) -> list[str]:
-        """Let go what was kept long enough, now and then."""
-        keep = self._settings.keep_seconds
-        if keep is None or time.monotonic() < self._next_sweep:
-            return []
-        self._next_sweep = time.monotonic() + min(SWEEP_SECONDS, keep)
-        return list(expiry.sweep(session, keep))
 
     def _interrupt(self) -> None:
         """Stop the tasks of renders that have ended, and calls that nobody waits for."""

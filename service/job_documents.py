@@ -44,6 +44,7 @@ def document(session: Session, row: JobRow, keep_seconds: float | None = None) -
         started_at=row.started_at,
         finished_at=row.finished_at,
         expires_at=_expires_at(row, keep_seconds),
+        pinned=row.pinned,
         failure=failure_of(row),
         cost=JobCost.model_validate(work["cost"] | {"predicted_cpu_seconds": row.predicted_cpu_seconds}),
         numerics=work["numerics"],
@@ -54,7 +55,7 @@ def document(session: Session, row: JobRow, keep_seconds: float | None = None) -
 
 
 def _expires_at(row: JobRow, keep_seconds: float | None) -> datetime | None:
-    if keep_seconds is None or row.finished_at is None or row.state is not JobState.SUCCEEDED:
+    if keep_seconds is None or row.finished_at is None or row.pinned or row.state is not JobState.SUCCEEDED:
         return None
     return row.finished_at + timedelta(seconds=keep_seconds)
 

@@ -18,11 +18,13 @@ from service.database.models import AssetOwnerRow, AssetRow
 
 
 def enter(session: Session, row: AssetRow, owner: str) -> AssetRow:
-    """Enter an asset as uploaded by a user; what was entered before stays as it is."""
+    """Enter an asset as uploaded by a user; what was entered before is used again."""
     kept = session.get(AssetRow, row.sha256)
     if kept is None:
         session.add(row)
         session.flush()
+    else:
+        kept.used_at = row.used_at
     if session.get(AssetOwnerRow, (owner, row.sha256)) is None:
         session.add(AssetOwnerRow(owner=owner, sha256=row.sha256, created_at=datetime.now(UTC)))
     return kept or row

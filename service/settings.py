@@ -127,6 +127,21 @@ class Settings(BaseSettings):
         description="How long a picture is kept after its job has succeeded, 30 days by default; a job is "
         "forgotten after as long again.",
     )
+    max_stored_bytes: int | None = Field(
+        default=None,
+        ge=0,
+        description="Bytes of all finished pictures; beyond them the oldest go that nobody has pinned. By "
+        "default as many as there are.",
+    )
+    keep_asset_seconds: float | None = Field(
+        default=86400.0,
+        gt=0,
+        description="How long a texture or mesh that no picture needs is kept after it was last sent or "
+        "asked for, a day by default.",
+    )
+    max_user_pins: int = Field(
+        default=100, ge=0, description="Jobs that a user may keep pinned; staff may pin more."
+    )
 
     worker_memory_bytes: int = Field(
         default=4096 * MIB, ge=256 * MIB, description="Address space of one worker."

@@ -16,15 +16,15 @@ from sqlalchemy.orm import Session
 
 from renderer import progressive, tiling
 from schemas.jobs import JobState
-from service import canonical, fairness, pass_costs, pausing, queue_limits, rows, targets
+from service import asset_uses, canonical, fairness, pass_costs, pausing, queue_limits, rows, targets
 from service.access.askers import Asker
 from service.admission import Admitted, admit
 from service.canonical import Spec
 from service.context import Service
 from service.database.models import JOINED, Base, IdempotencyRow, JobRow, RenderRow
 from service.errors import ReusedKeyError
-from service.expiry import KEY_LIFE
 from service.queue_limits import Queue
+from service.retention import KEY_LIFE
 
 # One more try than others can spoil: the key, or the render, that somebody enters at the same moment.
 TRIES = 3
@@ -150,6 +150,7 @@ def _take(
     session.flush()
     if found is None and job.render_number is not None:
         session.execute(_TILES, [rows.new_step(job.render_number, pass_, tile) for pass_, tile in steps])
+        asset_uses.enter(session, job.render_number, asset_uses.hashes_of(admitted.request.scene))
     _enter_parts(session, sent, job)
     if found is not None:
         pausing.follow(session, found)

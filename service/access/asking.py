@@ -92,3 +92,6 @@ SeenJob = Annotated[str, Depends(_seen)]
 
 ChangedJob = Annotated[str, Depends(_changed)]
 """The id of a job that the asker may stop and remove."""
+
+KeptJob = SeenJob
+"""The id of a job that the asker may pin: staff, who see those of all, pin for their users."""

@@ -22,6 +22,7 @@ from service.cli import (
     logs,
     quote,
     render,
+    retention,
     serve,
     study,
     submit,
@@ -44,6 +45,7 @@ COMMANDS: tuple[tuple[str, str, Callable[..., Any]], ...] = (
     ("serve", "Service", serve.serve),
     ("demo", "Service", demo.demo),
     ("doctor", "Service", doctor.doctor),
+    ("prune", "Service", retention.prune),
     ("submit", "Client", submit.submit),
     ("wait", "Client", watch.wait),
     ("watch", "Client", watch.watch),
@@ -53,6 +55,8 @@ COMMANDS: tuple[tuple[str, str, Callable[..., Any]], ...] = (
     ("resume", "Client", jobs.resume),
     ("ls", "Client", jobs.ls),
     ("logs", "Client", logs.logs),
+    ("pin", "Client", retention.pin),
+    ("unpin", "Client", retention.unpin),
 )
 
 

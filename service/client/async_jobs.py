@@ -73,6 +73,14 @@ class AsyncRemoteJob(KnownJob):
         """Remove it and its image."""
         await self._client.delete(self.id)
 
+    async def pin(self) -> Self:
+        """Keep its picture until it is unpinned or deleted."""
+        return self._renewed(await self._client.pin(self.id))
+
+    async def unpin(self) -> Self:
+        """Let its picture go when its time has come."""
+        return self._renewed(await self._client.unpin(self.id))
+
     async def image(self, *, timeout: float | None = None) -> npt.NDArray[np.float32]:
         """The finished image as linear RGB, shape (height, width, 3), float32, row 0 at the top."""
         return (await self._finished("npy", timeout)).array()

@@ -22,6 +22,7 @@ from schemas.jobs import Asset, Job, JobList, TileBatch, Version
 from schemas.logs import JobLog
 from schemas.plans import PlanDocument
 from schemas.quotes import Quote
+from schemas.retention import Pruned
 from schemas.traces import TraceAnswer
 from service.client.batches import Encoding, PixelBatch, decode_batch
 from service.client.errors import UnexpectedAnswerError
@@ -132,6 +133,16 @@ def resume_job(job_id: str) -> Call[Job]:
 def delete_job(job_id: str) -> Call[None]:
     """Remove a job and its image."""
     return Call("DELETE", _job_path(job_id), lambda _: None, repeatable=False, job_id=job_id)
+
+
+def pin_job(job_id: str, *, pinned: bool) -> Call[Job]:
+    """Keep the picture of a job, or let it go when its time has come."""
+    return Call("PUT" if pinned else "DELETE", _job_path(job_id) + "/pin", _model(Job), job_id=job_id)
+
+
+def prune(body: Mapping[str, Any]) -> Call[Pruned]:
+    """Let go what the rules do not keep, or tell what that would be."""
+    return _post("/v1/prune", body, Pruned)
 
 
 def get_tiles(job_id: str, *, after: int, wait: float) -> Call[TileBatch]:

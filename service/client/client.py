@@ -13,6 +13,7 @@ from schemas.jobs import JobList, TileBatch, TileEvent, Version
 from schemas.logs import JobLog
 from schemas.plans import PlanDocument
 from schemas.quotes import Quote
+from schemas.retention import Pruned
 from schemas.traces import TraceAnswer
 from service.client import calls, flows
 from service.client.batches import Encoding, PixelBatch
@@ -154,6 +155,43 @@ class Client(Connection):
     def delete(self, job_id: str) -> None:
         """Remove a job and its image."""
         self._send(calls.delete_job(job_id))
+
+    def pin(self, job_id: str) -> RemoteJob:
+        """Keep the picture of a job until it is unpinned or deleted.
+
+        Raises
+        ------
+        NotAllowedError
+            As many are pinned as may be.
+        """
+        return RemoteJob.of(self._send(calls.pin_job(job_id, pinned=True)), self)
+
+    def unpin(self, job_id: str) -> RemoteJob:
+        """Let the picture of a job go when its time has come."""
+        return RemoteJob.of(self._send(calls.pin_job(job_id, pinned=False)), self)
+
+    def prune(
+        self,
+        *,
+        keep_seconds: float | None = None,
+        max_stored_bytes: int | None = None,
+        keep_asset_seconds: float | None = None,
+        dry_run: bool = True,
+    ) -> Pruned:
+        """What the service would let go by these rules, or by its own; with ``dry_run=False`` it does.
+
+        Raises
+        ------
+        NotAllowedError
+            The key is not that of an admin.
+        """
+        rules = flows.wishes(
+            keep_seconds=keep_seconds,
+            max_stored_bytes=max_stored_bytes,
+            keep_asset_seconds=keep_asset_seconds,
+            dry_run=dry_run,
+        )
+        return self._send(calls.prune(rules))
 
     def tiles(self, job_id: str, *, after: int = 0, wait: float = 0.0) -> TileBatch:
         """The tile events numbered above `after`; waits up to `wait` seconds for the first."""

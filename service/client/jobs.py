@@ -92,6 +92,14 @@ class RemoteJob(KnownJob):
         """Remove it and its image."""
         self._client.delete(self.id)
 
+    def pin(self) -> Self:
+        """Keep its picture until it is unpinned or deleted."""
+        return self._renewed(self._client.pin(self.id))
+
+    def unpin(self) -> Self:
+        """Let its picture go when its time has come."""
+        return self._renewed(self._client.unpin(self.id))
+
     def image(self, *, timeout: float | None = None) -> npt.NDArray[np.float32]:
         """The finished image as linear RGB, shape (height, width, 3), float32, row 0 at the top."""
         return self._finished("npy", timeout).array()

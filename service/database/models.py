@@ -147,6 +147,7 @@ class JobRow(Base):
     its state is that of the render. One that has left before the others, or whose picture is gone, has none,
     and keeps in ``parting`` what is still told of it. ``load`` is what it has brought into the queue, in CPU
     seconds; nothing if it shares what was there. ``paused_at`` and ``paused_seconds`` are as in a render.
+    One that is ``pinned`` keeps its picture until it is deleted.
     """
 
     __tablename__ = "jobs"
@@ -182,6 +183,7 @@ class JobRow(Base):
     warnings: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
     predicted_cpu_seconds: Mapped[float] = mapped_column(Float)
     load: Mapped[float] = mapped_column(Float, default=0.0)
+    pinned: Mapped[bool] = mapped_column(default=False)
 
     failure: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     created_at: Mapped[datetime] = mapped_column(UtcDateTime)
@@ -314,8 +316,21 @@ class SessionRow(Base):
     expires_at: Mapped[datetime] = mapped_column(UtcDateTime)
 
 
+class AssetUseRow(Base):
+    """An asset that a render needs."""
+
+    __tablename__ = "asset_uses"
+    __table_args__ = (Index("ix_asset_uses_sha256", "sha256"),)
+
+    render: Mapped[int] = mapped_column(ForeignKey("renders.number", ondelete="CASCADE"), primary_key=True)
+    sha256: Mapped[str] = mapped_column(String(64), primary_key=True)
+
+
 class AssetRow(Base):
-    """An uploaded texture. Its bytes lie in the store under the same name."""
+    """An uploaded texture. Its bytes lie in the store under the same name.
+
+    ``used_at`` is when somebody has last sent it, or asked whether it is there.
+    """
 
     __tablename__ = "assets"
 
@@ -325,6 +340,7 @@ class AssetRow(Base):
     width: Mapped[int] = mapped_column(Integer)
     height: Mapped[int] = mapped_column(Integer)
     created_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    used_at: Mapped[datetime] = mapped_column(UtcDateTime)
 
 
 class AssetOwnerRow(Base):

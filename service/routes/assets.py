@@ -11,7 +11,7 @@ from fastapi.responses import FileResponse, Response
 from sqlalchemy.exc import IntegrityError
 
 from schemas.jobs import Asset
-from service import ownership
+from service import asset_uses, ownership
 from service.access.askers import LOCAL, Asker
 from service.access.asking import Asking
 from service.bodies import chunks
@@ -54,7 +54,8 @@ async def put_asset(here: Here, request: Request, sha256: Sha256, asking: Asking
         media_type=header.media_type,
         width=header.width,
         height=header.height,
-        created_at=datetime.now(UTC),
+        created_at=(now := datetime.now(UTC)),
+        used_at=now,
     )
     try:
         return await run_in_threadpool(_keep, here, row, asking)
@@ -94,6 +95,10 @@ def get_asset(here: Here, request: Request, sha256: Sha256, asking: Asking) -> R
         row = ownership.find(session, sha256, asking)
     if row is None:
         raise UnknownAssetError
+    if request.method == "HEAD" and asset_uses.is_due(row):
+        # Who asks whether it is there will not send it again, and counts on it.
+        with here.database.writing() as session:
+            asset_uses.note(session, sha256)
     etag = f'"{sha256}"'
     headers = {"ETag": etag, "Content-Disposition": "attachment", "X-Content-Type-Options": "nosniff"}
     return not_modified(request, etag) or FileResponse(

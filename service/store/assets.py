@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Iterable
+from contextlib import suppress
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import IO
 
@@ -82,9 +84,18 @@ class AssetStore:
             header = await to_thread.run_sync(self._inspect, file)
         return size, header
 
-    def sweep(self) -> None:
-        """Remove what a killed process left behind."""
+    def drop(self, hashes: Iterable[str], before: datetime) -> None:
+        """Remove assets, except those that were sent since."""
+        for sha256 in hashes:
+            path = self.path(sha256)
+            with suppress(FileNotFoundError):
+                if path.stat().st_mtime < before.timestamp():
+                    path.unlink()
+
+    def sweep(self, known: set[str], before: datetime) -> None:
+        """Remove what a killed process left behind: parts of files, and files that nobody knows any more."""
         sweep_temporary(self.folder)
+        self.drop({path.name for path in self.folder.iterdir() if is_sha256(path.name)} - known, before)
 
     def _inspect(self, file: IO[bytes]) -> Header:
         header = read_header(Path(file.name))

@@ -72,6 +72,9 @@ class TileStore(Protocol):
     def drop_job(self, job: str) -> None:
         """Forget everything about a job; nothing happens if there is nothing."""
 
+    def sizes(self) -> dict[str, int]:
+        """Return the bytes that each job takes."""
+
     def sweep(self, jobs: set[str]) -> None:
         """Remove what a killed process left behind, and whatever belongs to no job in ``jobs``."""
 
@@ -146,6 +149,10 @@ class FileTileStore:
         """Forget everything about a job; nothing happens if there is nothing."""
         shutil.rmtree(self.folder / job, ignore_errors=True)
 
+    def sizes(self) -> dict[str, int]:
+        """Return the bytes that each job takes."""
+        return {folder.name: _bytes_in(folder) for folder in self.folder.glob("*")}
+
     def sweep(self, jobs: set[str]) -> None:
         """Remove what a killed process left behind, and whatever belongs to no job in ``jobs``."""
         for folder in self.folder.glob("*"):
@@ -159,6 +166,18 @@ class FileTileStore:
     def _layers(self, job: str, tile: Tile, pass_: Pass, attempt: int) -> Path:
         path = self._tile(job, tile, pass_, attempt)
         return path.with_name(f"{path.name}{LAYERS_SUFFIX}")
+
+
+def _bytes_in(folder: Path) -> int:
+    # Files come and go while others render, and read, and delete.
+    return sum(size for path in folder.rglob("*") if (size := _size(path)))
+
+
+def _size(path: Path) -> int:
+    try:
+        return path.stat().st_size if path.is_file() else 0
+    except OSError:
+        return 0
 
 
 def _shape(tile: Tile, pass_: Pass) -> tuple[int, int, int]:

@@ -18,13 +18,15 @@ from tests.integration.support import BOTH
 
 
 def asset(number: int) -> AssetRow:
+    moment = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
     return AssetRow(
         sha256=f"{number:064x}",
         bytes=1,
         media_type="image/png",
         width=1,
         height=1,
-        created_at=datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC),
+        created_at=moment,
+        used_at=moment,
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import zlib
 from collections.abc import Iterator
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,7 @@ from sqlalchemy import column, select
 from sqlalchemy import table as sql_table
 
 from schemas.jobs import JobState
-from service import ledger
+from service import asset_uses, ledger
 from service.database import migrations
 from service.database.connection import Database
 from service.database.migrations import upgrade
@@ -147,3 +148,21 @@ def test_assets_belong_to_those_whose_jobs_name_them(database: Database) -> None
         for table in ("requests", "assets", "api_keys"):
             with database.writing() as session:
                 session.execute(sql_table(table).delete())
+
+
+def test_assets_that_old_pictures_need_are_kept_and_others_go(database: Database) -> None:
+    """Where the request of a job is known, what it names; where it is not, all there is."""
+    _upgrade_to(database, "0010")
+    picture = {"bytes": 1, "media_type": "image/png", "width": 1, "height": 1, "created_at": MOMENT}
+    for sha256 in ("ab" * 32, "cd" * 32):
+        _insert(database, "assets", picture | {"sha256": sha256})
+    _insert(database, "requests", {"job": 5, "body": zlib.compress(f'"sha256:{"ab" * 32}"'.encode())})
+    upgrade(database)
+    now = datetime.now(UTC)
+    with database.writing() as session:
+        assert asset_uses.drop_unused(session, now, 9) == {}
+        session.delete(session.scalars(select(JobRow).where(JobRow.id == "bb")).one())
+        session.flush()
+        session.delete(session.scalars(select(RenderRow).where(RenderRow.id == "bb")).one())
+        assert asset_uses.drop_unused(session, now, 9) == {"cd" * 32: 1}
+        assert not any(row.pinned for row in session.scalars(select(JobRow)))
