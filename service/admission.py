@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -20,12 +21,15 @@ from schemas.textures import ImageTexture
 from service import ownership
 from service.access.askers import Asker
 from service.context import Service
-from service.outlines import outlined
+from service.outlines import Pixels, outlined
 from service.pricing import check_cost, priced, target_of
 from service.specs import compile_request
-from service.store.assets import PREFIX, is_sha256
+from service.store.assets import PREFIX, is_mesh, is_sha256
 
 Model = TypeVar("Model", bound=BaseModel)
+
+NO_PICTURE = "This is no picture. Use one of PNG, JPEG, WEBP, TIFF, BMP, GIF, PPM."
+NO_MESH = "This is no mesh that can be read. Use OBJ, PLY or binary glTF (GLB)."
 
 
 @dataclass(frozen=True)
@@ -49,7 +53,7 @@ def admit(service: Service, asker: Asker, body: bytes) -> Admitted:
     """
     request, warnings = read_request(service, asker, body, JobRequest)
     request = _limited(request)
-    plan = compile_admitted(service, request)
+    plan = compile_admitted(request)
     target = target_of(request)
     description = priced(plan, service.prices.get(request), service.settings.workers)
     check_cost(description, target, service.settings)
@@ -72,50 +76,55 @@ def read_request(
     request, warnings = read_document(body, model, limits=service.settings.limits)
     scene = getattr(request, "scene", None)
     assert isinstance(scene, Scene)
-    missing = _missing_assets(service, asker, scene)
-    if missing:
-        raise renderer.SceneError(missing)
+    unusable = _unusable_assets(service, asker, scene)
+    if unusable:
+        raise renderer.SceneError(unusable)
     return request, warnings
 
 
-def compile_admitted(service: Service, request: JobRequest) -> renderer.RenderPlan:
-    """Compile a request's scene without its meshes; pointers of problems lead into the request."""
+def compile_admitted(request: JobRequest) -> renderer.RenderPlan:
+    """Compile a request's scene without its files; pointers of problems lead into the request."""
     try:
-        scene = outlined(request.scene, service.assets)
-        return compile_request(request.model_copy(update={"scene": scene}), service.assets)
+        scene = outlined(request.scene)
+        return compile_request(request.model_copy(update={"scene": scene}), Pixels())
     except renderer.SceneError as error:
         moved = [found.model_copy(update={"pointer": f"/scene{found.pointer}"}) for found in error.errors]
         raise renderer.SceneError(moved, error.more) from None
 
 
-def _missing_assets(service: Service, asker: Asker, scene: Scene) -> list[Problem]:
-    asked = {
+def _unusable_assets(service: Service, asker: Asker, scene: Scene) -> list[Problem]:
+    pictures = {
         pointer(["scene", "textures", name, "asset"]): texture.asset
         for name, texture in scene.textures.items()
         if isinstance(texture, ImageTexture)
     }
-    asked |= {
+    meshes = {
         pointer(["scene", "shapes", number, "asset"]): shape.asset
         for number, shape in enumerate(scene.shapes)
         if isinstance(shape, MeshFile)
     }
-    known = _known(service, asker, {asset.removeprefix(PREFIX) for asset in asked.values()})
-    return [
-        _missing(place, asset)
-        for place, asset in asked.items()
-        if not asset.startswith(PREFIX) or asset.removeprefix(PREFIX) not in known
-    ]
+    named = pictures | meshes
+    known = _known(service, asker, set(named.values()))
+    found = (_problem(place, asset, known, place in meshes) for place, asset in named.items())
+    return [problem for problem in found if problem]
 
 
-def _known(service: Service, asker: Asker, hashes: set[str]) -> set[str]:
+def _known(service: Service, asker: Asker, assets: set[str]) -> dict[str, str]:
+    """Give the media types of those assets that a user may use, by their names in scenes."""
+    hashes = {asset.removeprefix(PREFIX) for asset in assets if asset.startswith(PREFIX)}
     wanted = {sha256 for sha256 in hashes if is_sha256(sha256)}
     if not wanted:
-        return set()
+        return {}
     with service.database.reading() as session:
-        return ownership.usable(session, wanted, asker)
+        return {PREFIX + sha256: kind for sha256, kind in ownership.usable(session, wanted, asker).items()}
 
 
-def _missing(place: str, asset: str) -> Problem:
+def _problem(place: str, asset: str, known: Mapping[str, str], mesh: bool) -> Problem | None:
+    """What is wrong with an asset, which should be a mesh or else a picture."""
+    if asset in known:
+        detail = NO_MESH if mesh else NO_PICTURE
+        fits = is_mesh(known[asset]) == mesh
+        return None if fits else Problem(pointer=place, detail=detail, code="asset")
     if asset.startswith(PREFIX) and is_sha256(asset.removeprefix(PREFIX)):
         detail = "You have uploaded no such asset. Send it to /v1/assets first."
         return Problem(pointer=place, detail=detail, code="unknown_asset")

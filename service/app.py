@@ -7,6 +7,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any, Literal
 
+from anyio import CapacityLimiter
 from fastapi import Depends, FastAPI
 from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel
@@ -30,6 +31,7 @@ from service.dispatcher import Dispatcher
 from service.engines.choosing import engine_of
 from service.engines.worker import WorkerSetup
 from service.feed import Feed
+from service.held import Held
 from service.keeper import Keeper
 from service.prices import QuotedPrices
 from service.routes import (
@@ -83,6 +85,12 @@ ROUTERS = (
     operations,
     page,
 )
+
+
+BODIES = 16
+"""As many requests of the largest size are held in memory at once, or more smaller ones."""
+READERS = 4
+"""Documents that are read at once: the largest take some hundred megabytes each, and Python reads one."""
 
 
 def create_app(settings: Settings) -> FastAPI:
@@ -151,6 +159,8 @@ def _assemble(settings: Settings, feed: Feed) -> Service:
         comparison_seats=Seats(settings.max_comparisons, "comparisons"),
         prices=QuotedPrices(),
         known=Known(database),
+        bodies=Held(BODIES * settings.limits.max_body_bytes),
+        readers=CapacityLimiter(READERS),
     )
 
 

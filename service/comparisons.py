@@ -7,8 +7,6 @@ import base64
 import binascii
 from collections.abc import Iterator
 
-from fastapi.concurrency import run_in_threadpool
-
 import renderer
 from renderer.comparison.inputs import SIDECARS
 from schemas.comparisons import ComparisonAnswer, ComparisonRequest, SentPicture
@@ -44,7 +42,7 @@ async def compare(service: Service, asker: Asker, body: bytes) -> ComparisonAnsw
         If it took too long, or its worker died.
     """
     with service.comparison_seats.taken():
-        task = await run_in_threadpool(_task, service, asker, body)
+        task = await service.read(_task, service, asker, body)
         answer = asyncio.wrap_future(service.dispatcher.call(task))
         try:
             outcome = await asyncio.wait_for(answer, service.settings.max_wait_seconds)

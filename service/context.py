@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated
+from functools import partial
+from typing import Annotated, ParamSpec, TypeVar
 
+from anyio import CapacityLimiter, to_thread
 from fastapi import Depends, Request
 
 from service.access.known import Known
 from service.database.connection import Database
 from service.dispatcher import Dispatcher
 from service.feed import Feed
+from service.held import Held
 from service.keeper import Keeper
 from service.prices import QuotedPrices
 from service.seats import Seats
@@ -18,6 +22,9 @@ from service.settings import Settings
 from service.store.assets import AssetStore
 from service.store.passes import PassStore
 from service.store.tiles import TileStore
+
+P = ParamSpec("P")
+Answer = TypeVar("Answer")
 
 
 @dataclass(frozen=True)
@@ -36,6 +43,12 @@ class Service:
     comparison_seats: Seats
     prices: QuotedPrices
     known: Known
+    bodies: Held
+    readers: CapacityLimiter
+
+    async def read(self, function: Callable[P, Answer], *args: P.args, **kwargs: P.kwargs) -> Answer:
+        """Call what reads a document, in a thread: few at once, for a large one takes much memory."""
+        return await to_thread.run_sync(partial(function, *args, **kwargs), limiter=self.readers)
 
 
 def _service(request: Request) -> Service:

@@ -4,7 +4,9 @@ ServiceError
 ├── RequestError                a header or a parameter makes no sense
 │   ├── BodyTooLargeError
 │   ├── BodyIncompleteError
+│   ├── BodySlowError
 │   ├── MediaTypeError
+│   ├── UnknownHostError        a request was sent to another name
 │   └── RangeError
 ├── UnauthenticatedError        a key is needed
 ├── ForbiddenError              this user may not do that
@@ -60,8 +62,22 @@ class BodyIncompleteError(RequestError):
     """The connection ended before the body did."""
 
 
+class BodySlowError(RequestError):
+    """A request body comes so slowly that it is not waited for."""
+
+
 class MediaTypeError(RequestError):
     """A request body is not of a type that the route reads."""
+
+
+class UnknownHostError(RequestError):
+    """A request was sent to a name that is none of this service."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "This service asks for no keys, and answers under its own names alone: 127.0.0.1, localhost, and "
+            "those in the setting `hosts`. Use one of them."
+        )
 
 
 class RangeError(RequestError):

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import asyncio
 
-from fastapi.concurrency import run_in_threadpool
-
 import renderer
 from schemas.inspections import Inspection, InspectionRequest
 from schemas.problems import Problem
@@ -32,7 +30,7 @@ async def inspect(service: Service, job_id: str, body: bytes) -> Inspection:
     UnavailableError
         If it took too long, or its worker died.
     """
-    task = await run_in_threadpool(_task, service, job_id, body)
+    task = await service.read(_task, service, job_id, body)
     answer = asyncio.wrap_future(service.dispatcher.call(task))
     try:
         outcome = await asyncio.wait_for(answer, service.settings.max_wait_seconds)

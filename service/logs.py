@@ -6,11 +6,20 @@ import logging
 import sys
 
 import structlog
+from structlog.typing import EventDict
 
 # Without the values of local names: keys of users may be among them.
 _TRACEBACKS = structlog.processors.ExceptionRenderer(
     structlog.tracebacks.ExceptionDictTransformer(show_locals=False)
 )
+
+
+def _harmless(_logger: object, _method: str, event: EventDict) -> EventDict:
+    """Write out control characters: text from outside neither begins lines nor steers a terminal."""
+    for name, value in event.items():
+        if isinstance(value, str) and not value.isprintable():
+            event[name] = "".join(one if one.isprintable() else repr(one)[1:-1] for one in value)
+    return event
 
 
 def configure(level: str) -> None:
@@ -22,6 +31,7 @@ def configure(level: str) -> None:
     shared: list[structlog.typing.Processor] = [
         structlog.contextvars.merge_contextvars,
         structlog.processors.add_log_level,
+        _harmless,
         structlog.processors.TimeStamper(fmt="iso", utc=True),
     ]
     structlog.configure(

@@ -35,12 +35,13 @@ def find(session: Session, sha256: str, asker: Asker) -> AssetRow | None:
     return session.get(AssetRow, sha256) if usable(session, {sha256}, asker) else None
 
 
-def usable(session: Session, hashes: Collection[str], asker: Asker) -> set[str]:
-    """Give those of the assets that this user may use."""
-    if asker.sees_all:
-        return set(session.scalars(select(AssetRow.sha256).where(AssetRow.sha256.in_(hashes))))
-    mine = select(AssetOwnerRow.sha256).where(AssetOwnerRow.owner == asker.name)
-    return set(session.scalars(mine.where(AssetOwnerRow.sha256.in_(hashes))))
+def usable(session: Session, hashes: Collection[str], asker: Asker) -> dict[str, str]:
+    """Give those of the assets that this user may use, each with its media type."""
+    query = select(AssetRow.sha256, AssetRow.media_type).where(AssetRow.sha256.in_(hashes))
+    if not asker.sees_all:
+        query = query.join(AssetOwnerRow, AssetOwnerRow.sha256 == AssetRow.sha256)
+        query = query.where(AssetOwnerRow.owner == asker.name)
+    return dict(session.execute(query).tuples().all())
 
 
 def bytes_of(session: Session, owner: str, *, apart_from: str) -> int:

@@ -52,6 +52,8 @@ KINDS: dict[type[Exception], Kind] = {
     errors.RequestError: Kind(400, "bad_request"),
     errors.BodyTooLargeError: Kind(413, "body_too_large"),
     errors.BodyIncompleteError: Kind(400, "body_incomplete"),
+    errors.BodySlowError: Kind(408, "body_slow"),
+    errors.UnknownHostError: Kind(421, "unknown_host"),
     errors.MediaTypeError: Kind(415, "media_type"),
     errors.RangeError: Kind(416, "range"),
     errors.UnauthenticatedError: Kind(401, "unauthenticated"),

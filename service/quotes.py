@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import asyncio
 
-from fastapi.concurrency import run_in_threadpool
-
 from schemas.jobs import JobRequest
 from schemas.quotes import Quote, QuoteRequest
 from service.access.askers import Asker
@@ -30,7 +28,7 @@ async def quote(service: Service, asker: Asker, body: bytes) -> Quote:
         If it took too long, or its worker died.
     """
     with service.quote_seats.taken():
-        task = await run_in_threadpool(_task, service, asker, body)
+        task = await service.read(_task, service, asker, body)
         answer = asyncio.wrap_future(service.dispatcher.call(task))
         try:
             outcome = await asyncio.wait_for(answer, service.settings.max_wait_seconds)
@@ -45,7 +43,7 @@ async def quote(service: Service, asker: Asker, body: bytes) -> Quote:
 
 def _task(service: Service, asker: Asker, body: bytes) -> QuoteTask:
     request, _ = read_request(service, asker, body, QuoteRequest)
-    compile_admitted(service, _job(request))
+    compile_admitted(_job(request))
     return QuoteTask(request, service.settings.workers)
 
 

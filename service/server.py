@@ -36,6 +36,8 @@ from service.errors import (
     StoreTakenError,
     UnavailableError,
 )
+from service.headers import SafeHeaders
+from service.patience import patient
 from service.request_ids import RequestIds
 from service.settings import Settings
 from service.store.lock import alone
@@ -117,12 +119,14 @@ def _prepare_database(settings: Settings) -> None:
 def _serve(settings: Settings) -> None:
     app = create_app(settings)
     config = uvicorn.Config(
-        RequestIds(app),
+        RequestIds(SafeHeaders(app)),
         host=settings.host,
         port=settings.port,
         log_config=None,
         access_log=False,
         server_header=False,
+        http=patient(settings.patience_seconds),
+        limit_concurrency=settings.max_connections,
         timeout_graceful_shutdown=FAREWELL_SECONDS,
     )
     _Server(config, app).run()

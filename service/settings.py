@@ -49,6 +49,20 @@ class Settings(BaseSettings):
         default=False,
         description="Ask nobody for a key: a proxy in front of the service lets in only who may use it.",
     )
+    hosts: str = Field(
+        default="",
+        description="Names under which the service answers, with blanks between them. Without any, one that "
+        "asks for no keys answers on loopback names alone, and others under any name.",
+    )
+    max_connections: int = Field(
+        default=800, ge=1, description="Connections at once; more are answered 503. Watchers have one each."
+    )
+    patience_seconds: float = Field(
+        default=20.0,
+        gt=0,
+        description="How long the head of a request may take, and the beginning of its body; the rest must "
+        "come at 16 KiB a second.",
+    )
     port: int = Field(default=8000, ge=0, le=65535, description="Port to listen on; 0 takes a free one.")
     workers: int = Field(default_factory=_processors, ge=1, le=1024, description="Processes that render.")
     database: str | None = Field(

@@ -31,7 +31,7 @@ async def trace(service: Service, asker: Asker, body: bytes) -> TraceAnswer:
     UnavailableError
         If it took too long, or its worker died.
     """
-    task = await run_in_threadpool(_task, service, asker, body)
+    task = await service.read(_task, service, asker, body)
     answer = asyncio.wrap_future(service.dispatcher.call(task))
     try:
         outcome = await asyncio.wait_for(answer, service.settings.max_wait_seconds)
@@ -45,7 +45,7 @@ def _task(service: Service, asker: Asker, body: bytes) -> TraceTask:
     problems = list(_problems(request, service.settings.max_trace_rays))
     if problems:
         raise renderer.SceneError(problems)
-    compile_admitted(service, JobRequest(scene=request.scene))
+    compile_admitted(JobRequest(scene=request.scene))
     return TraceTask(request.scene, _rows(request.origins), _rows(request.directions))
 
 

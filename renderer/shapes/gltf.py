@@ -13,6 +13,8 @@ from schemas.limits import MAX_TRIANGLES
 _DAMAGED = "The mesh cannot be read as GLB: it is damaged."
 _HEADER = struct.Struct("<4sIIII")
 _JSON = 0x4E4F534A
+_LONGEST = 8 * 1024 * 1024
+"""Bytes of a description; parsed it takes some twenty times as much."""
 _TRIANGLES, _STRIP = 4, 5
 _NODE = ("children", "matrix", "mesh", "rotation", "scale", "translation")
 _ACCESSOR = ("bufferView", "byteOffset", "componentType", "count", "normalized", "type")
@@ -77,6 +79,7 @@ def _checked(content: bytes) -> tuple[dict[str, Any], int]:
         TypeError,
         AttributeError,
         ValueError,
+        OverflowError,
         RecursionError,
         struct.error,
     ) as error:
@@ -89,6 +92,8 @@ def _document(content: bytes) -> dict[str, Any]:
     magic, version, _, length, kind = _HEADER.unpack_from(content)
     if (magic, version, kind) != (b"glTF", 2, _JSON):
         raise AssetError(_DAMAGED)
+    if length > _LONGEST:
+        raise AssetError(f"The description of the mesh has {length} bytes, more than the {_LONGEST} allowed.")
     document = json.loads(content[_HEADER.size : _HEADER.size + length])
     if not isinstance(document, dict):
         raise AssetError(_DAMAGED)
@@ -104,7 +109,10 @@ def _refuse_large_accessors(accessors: list[dict[str, Any]]) -> None:
     """A few bytes may stand for any number of vertices, all zero or all the same."""
     if any("bufferView" not in accessor for accessor in accessors):
         raise AssetError("The mesh is compressed or sparse. Save it as plain GLB.")
-    most = max((int(accessor["count"]) for accessor in accessors), default=0)
+    counts = [int(accessor["count"]) for accessor in accessors]
+    if min(counts, default=0) < 0:
+        raise AssetError(_DAMAGED)
+    most = max(counts, default=0)
     if most > 3 * MAX_TRIANGLES or len(accessors) > MAX_TRIANGLES // 1000:
         raise AssetError(
             f"The mesh has {max(most // 3, len(accessors))} triangles or parts, too many. Simplify it."

@@ -17,7 +17,8 @@ from renderer.shapes import gltf
 from schemas.limits import MAX_TRIANGLES
 from schemas.quantities import LARGEST
 
-_PLY_COUNTS = re.compile(rb"(?m)^element[ \t]+(?:face|vertex)[ \t]+(\d+)")
+# A number of more digits is too large, and too long for Python to read.
+_PLY_COUNTS = re.compile(rb"(?m)^element[ \t]+(?:face|vertex)[ \t]+(\d{1,18})")
 _OBJ_VERTEX = re.compile(rb"(?m)^[ \t]*v[ \t]+[-+.\d]")
 _OBJ_GROUP = re.compile(rb"(?m)^[ \t]*(?:mtllib|usemtl|o|g|s)(?:[ \t].*)?$")
 _BEGINNING = 1 << 16

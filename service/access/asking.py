@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from typing import Annotated
-from urllib.parse import urlsplit
 
 from fastapi import Depends, Path, Request
 from fastapi.concurrency import run_in_threadpool
 
 from service import jobs
 from service.access.askers import LOCAL, Asker
+from service.access.hosts import check_host
 from service.context import Here, Service
 from service.errors import CrossSiteError, ForbiddenError, UnauthenticatedError
 
@@ -24,13 +24,17 @@ async def asker(request: Request, here: Here) -> Asker:
     ------
     UnauthenticatedError
         If a key is needed, and there is none that is good.
+    UnknownHostError
+        If it was sent to a name that is not the service's.
     CrossSiteError
         If the page of another site has sent a browser here to change something.
     """
     key = bearer(request)
     if key is None:
         _check_origin(request)
-    if here.settings.behind_proxy or not await _keys_made(here):
+    asks_for_keys = not here.settings.behind_proxy and await _keys_made(here)
+    check_host(request, here.settings, asks_for_keys=asks_for_keys)
+    if not asks_for_keys:
         return LOCAL
     found = await run_in_threadpool(_look_up, here, key, request.cookies.get(COOKIE))
     if found is None:
@@ -60,7 +64,7 @@ def _check_origin(request: Request) -> None:
     if request.method in SAFE:
         return
     origin = request.headers.get("origin")
-    foreign = origin is not None and urlsplit(origin).netloc != request.headers.get("host")
+    foreign = origin is not None and origin.partition("://")[2] != request.headers.get("host")
     if foreign or request.headers.get("sec-fetch-site", "same-origin") not in ("same-origin", "none"):
         raise CrossSiteError
 

@@ -102,7 +102,7 @@ def _writing(data: Path | None, database: str | None) -> Iterator[Session]:
 
     given = {"data": data, "database": database}
     settings = read_settings({name: value for name, value in given.items() if value is not None})
-    settings.data.mkdir(parents=True, exist_ok=True)
+    settings.data.mkdir(mode=0o700, parents=True, exist_ok=True)
     opened = Database(settings.database_url)
     try:
         upgrade(opened)

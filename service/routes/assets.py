@@ -32,6 +32,7 @@ UPLOAD = {"requestBody": {"required": True, "content": {"application/octet-strea
 @router.put(
     "/{sha256}",
     responses=problem(413, "The file is too large, or larger than what is left to the user.")
+    | problem(415, "The body is compressed.")
     | problem(422, "The bytes have another hash, or are neither a picture nor a mesh that can be used.")
     | problem(507, "The disk is full."),
     openapi_extra=UPLOAD,
@@ -42,8 +43,9 @@ async def put_asset(here: Here, request: Request, sha256: Sha256, asking: Asking
     What others have sent is to be sent again: only those who have a file can use it by its hash.
     """
     most, room = here.settings.max_asset_bytes, await run_in_threadpool(_room, here, asking, sha256)
+    content = chunks(request, min(most, room), here.settings.patience_seconds)
     try:
-        size, header = await here.assets.receive(sha256, chunks(request, min(most, room)))
+        size, header = await here.assets.receive(sha256, content)
     except BodyTooLargeError:
         if room >= most:
             raise

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter
 
 from schemas.comparisons import ComparisonAnswer, ComparisonRequest
 from service import comparisons
 from service.access.asking import Asking
-from service.bodies import json_body
+from service.bodies import JsonBody
 from service.context import Here
 from service.routes.jobs import BODY
 from service.routes.parameters import json_request, problem
@@ -29,7 +29,6 @@ EXAMPLE: dict[str, Any] = {"image": {"content": WHITE}, "reference": {"content":
     | problem(503, "No worker was free in time."),
     openapi_extra=json_request(ComparisonRequest, EXAMPLE),
 )
-async def compare(here: Here, request: Request, asking: Asking) -> ComparisonAnswer:
+async def compare(here: Here, asking: Asking, body: JsonBody) -> ComparisonAnswer:
     """Compare two pictures, sent or of jobs: metrics, a verdict that knows noise, the mistake behind it."""
-    body = await json_body(request, here.settings.limits.max_body_bytes)
     return await comparisons.compare(here, asking, body)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter
 from fastapi.concurrency import run_in_threadpool
 
 from schemas.regions import Region
 from service.access.asking import ChangedJob
-from service.bodies import json_body
+from service.bodies import JsonBody
 from service.context import Here
 from service.focus import focus
 from service.routes.jobs import BODY, GONE, NOT_YOURS, UNKNOWN
@@ -26,7 +26,6 @@ EXAMPLE: dict[str, Any] = {"x0": 0, "y0": 0, "x1": 64, "y1": 64}
     responses=BODY | UNKNOWN | NOT_YOURS | GONE | problem(422, "The rectangle cannot be used."),
     openapi_extra=json_request(Region, EXAMPLE),
 )
-async def set_focus(here: Here, request: Request, job_id: ChangedJob) -> None:
+async def set_focus(here: Here, job_id: ChangedJob, body: JsonBody) -> None:
     """Have a rectangle of the picture rendered before the rest of each pass."""
-    body = await json_body(request, here.settings.limits.max_body_bytes)
     await run_in_threadpool(focus, here, job_id, body)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter
 
 from schemas.inspections import Inspection, InspectionRequest
 from service import inspections
-from service.bodies import json_body
+from service.bodies import JsonBody
 from service.context import Here
 from service.routes.jobs import BODY, GONE, UNKNOWN
 from service.routes.parameters import JobId, json_request, problem
@@ -27,7 +27,6 @@ EXAMPLE: dict[str, Any] = {"x": 0, "y": 0}
     | problem(503, "No worker was free in time."),
     openapi_extra=json_request(InspectionRequest, EXAMPLE),
 )
-async def inspect(here: Here, request: Request, job_id: JobId) -> Inspection:
+async def inspect(here: Here, job_id: JobId, body: JsonBody) -> Inspection:
     """Explain a pixel: what its ray has met, what each light adds there, what is in the way."""
-    body = await json_body(request, here.settings.limits.max_body_bytes)
     return await inspections.inspect(here, job_id, body)

@@ -11,7 +11,7 @@ from schemas.jobs import Job, JobList, JobRequest, JobState
 from schemas.plans import PlanDocument
 from service import jobs, submissions
 from service.access.asking import Asking, ChangedJob
-from service.bodies import json_body
+from service.bodies import JsonBody
 from service.context import Here
 from service.routes.parameters import (
     IdempotencyKey,
@@ -28,7 +28,12 @@ router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 UNKNOWN = problem(404, "There is no such job.")
 NOT_YOURS = problem(403, "The job is somebody else's.")
 GONE = problem(410, "The job ended without a picture, and what it was asked for is gone.")
-BODY = problem(413, "The body is too large.") | problem(415, "The body is not JSON.")
+BODY = (
+    problem(408, "The body came too slowly.")
+    | problem(413, "The body is too large.")
+    | problem(415, "The body is not JSON, or is compressed.")
+    | problem(429, "The service holds or does as much as it may at once.")
+)
 
 
 @router.post(
@@ -46,6 +51,7 @@ async def submit(
     request: Request,
     response: Response,
     asking: Asking,
+    body: JsonBody,
     prefer: Prefer = None,
     idempotency_key: IdempotencyKey = None,
 ) -> Job:
@@ -53,10 +59,9 @@ async def submit(
 
     What was rendered before is answered from the store at once, unless `Cache-Control: no-cache` is sent.
     """
-    body = await json_body(request, here.settings.limits.max_body_bytes)
     anew = "no-cache" in request.headers.get("cache-control", "").lower()
     sent = submissions.Submission(asking, body, idempotency_key, anew)
-    taken = await run_in_threadpool(submissions.submit, here, sent)
+    taken = await here.read(submissions.submit, here, sent)
     wait = preferred_wait(prefer, here.settings.max_wait_seconds)
     if wait:
         await jobs.until(here, taken.job, wait, lambda standing: standing.state.final)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter
 
 from schemas.quotes import Quote, QuoteRequest
 from service import quotes
 from service.access.asking import Asking
-from service.bodies import json_body
+from service.bodies import JsonBody
 from service.context import Here
 from service.routes.jobs import BODY
 from service.routes.parameters import json_request, problem
@@ -77,7 +77,6 @@ EXAMPLE: dict[str, Any] = {
     | problem(503, "No worker was free in time."),
     openapi_extra=json_request(QuoteRequest, REQUEST),
 )
-async def quote(here: Here, request: Request, asking: Asking) -> Quote:
+async def quote(here: Here, asking: Asking, body: JsonBody) -> Quote:
     """Predict what a scene costs at several qualities, and how far off it will be. It takes some 1.5 s."""
-    body = await json_body(request, here.settings.limits.max_body_bytes)
     return await quotes.quote(here, asking, body)

@@ -5,8 +5,7 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from fastapi import APIRouter, Request
-from fastapi.concurrency import run_in_threadpool
+from fastapi import APIRouter
 
 from schemas.jobs import JobRequest
 from schemas.manifest_json_schema import manifest_json_schema
@@ -16,7 +15,7 @@ from schemas.traces import TraceAnswer, TraceRequest
 from service import traces
 from service.access.asking import Asking
 from service.admission import admit
-from service.bodies import json_body
+from service.bodies import JsonBody
 from service.context import Here
 from service.routes.jobs import BODY
 from service.routes.parameters import json_request, problem
@@ -27,10 +26,9 @@ UNUSABLE = problem(422, "The request cannot be used; every reason is listed.")
 
 
 @router.post("/plans", responses=BODY | UNUSABLE, openapi_extra=json_request(JobRequest))
-async def plan(here: Here, request: Request, asking: Asking) -> PlanDocument:
+async def plan(here: Here, asking: Asking, body: JsonBody) -> PlanDocument:
     """Explain what would run for a scene, who asked for it, and what it would cost."""
-    body = await json_body(request, here.settings.limits.max_body_bytes)
-    return (await run_in_threadpool(admit, here, asking, body)).description
+    return (await here.read(admit, here, asking, body)).description
 
 
 @router.post(
@@ -38,9 +36,8 @@ async def plan(here: Here, request: Request, asking: Asking) -> PlanDocument:
     responses=BODY | UNUSABLE | problem(503, "Too many others are tracing, or it took too long."),
     openapi_extra=json_request(TraceRequest),
 )
-async def trace(here: Here, request: Request, asking: Asking) -> TraceAnswer:
+async def trace(here: Here, asking: Asking, body: JsonBody) -> TraceAnswer:
     """Cast rays into a scene and say what each of them hits."""
-    body = await json_body(request, here.settings.limits.max_body_bytes)
     return await traces.trace(here, asking, body)
 
 

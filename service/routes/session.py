@@ -15,8 +15,10 @@ from service.routes.parameters import problem
 
 router = APIRouter(prefix="/v1/session", tags=["access"])
 
-REFUSED = problem(401, "There is no key, or one that is not good.") | problem(
-    403, "The page of another site has sent this."
+REFUSED = (
+    problem(401, "There is no key, or one that is not good.")
+    | problem(403, "The page of another site has sent this.")
+    | problem(421, "This was sent to a name that is not the service's.")
 )
 
 

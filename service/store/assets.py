@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import threading
 from collections.abc import AsyncIterator, Iterable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -46,6 +47,7 @@ class AssetStore:
     def __init__(self, folder: Path, max_pixels: int) -> None:
         self.folder = folder
         self._max_pixels = max_pixels
+        self._inspecting = threading.Lock()
         folder.mkdir(parents=True, exist_ok=True)
 
     def path(self, sha256: str) -> Path:
@@ -98,7 +100,9 @@ class AssetStore:
         self.drop({path.name for path in self.folder.iterdir() if is_sha256(path.name)} - known, before)
 
     def _inspect(self, file: IO[bytes]) -> Header:
-        header = read_header(Path(file.name))
+        # One at a time: a mesh is read wholly, and its description takes several times its length.
+        with self._inspecting:
+            header = read_header(Path(file.name))
         if header.width * header.height > self._max_pixels:
             raise UploadUnusableError(
                 f"The picture is {header.width} x {header.height}: more than {self._max_pixels} pixels."
@@ -144,6 +148,11 @@ def _image_header(path: Path) -> Header:
         raise UploadUnusableError(
             f"The body is neither a picture nor a mesh. Send one of {', '.join(FORMATS)}, OBJ, PLY, GLB."
         ) from error
+
+
+def is_mesh(media_type: str) -> bool:
+    """Whether a kind of file is that of meshes; all others are pictures."""
+    return media_type in _MESHES.values()
 
 
 def is_sha256(text: str) -> bool:

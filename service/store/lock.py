@@ -21,7 +21,8 @@ def alone(folder: Path) -> Iterator[None]:
     OSError
         If it cannot be made or written.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    # It has the scenes and pictures of all: other users of the machine stay out.
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     with (folder / "lock").open("w") as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -17,7 +17,7 @@ from PIL import Image
 import renderer
 from service.server import RunningServer
 from service.store.assets import AssetStore
-from tests.integration.support import finish, image, scene, submit
+from tests.integration.support import ended, finish, image, scene, submit, wait
 from tests.integration.test_bad_requests import problem_of
 
 
@@ -113,9 +113,11 @@ def test_what_is_no_picture_is_refused(client: httpx2.Client, data: bytes) -> No
 
 
 def test_a_damaged_picture_is_found_when_a_scene_uses_it(client: httpx2.Client) -> None:
+    """A worker finds it: the server decodes nothing that users have sent."""
     asset = put(client, bomb(40, 40)).json()["name"]
-    found = problem_of(client.post("/v1/jobs", json={"scene": textured(asset)}), 422)["errors"]
-    assert [one["pointer"] for one in found] == ["/scene/textures/a~1b/asset"]
+    failure = wait(client, submit(client, textured(asset)), ended)["failure"]
+    assert failure["code"] == "scene_not_usable"
+    assert failure["message"].startswith("/scene/textures/a~1b/asset: ")
 
 
 def test_a_file_that_is_too_long_is_refused(client: httpx2.Client, server: RunningServer) -> None:

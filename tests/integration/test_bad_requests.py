@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gzip
+import hashlib
 import json
 import socket
 import time
@@ -76,19 +78,21 @@ def test_a_wrong_media_type_is_refused(client: httpx2.Client) -> None:
 
 @pytest.mark.parametrize("path", ["/v1/jobs", "/v1/plans", "/v1/traces"])
 def test_a_body_that_says_it_is_too_long_is_refused_unread(server: RunningServer, path: str) -> None:
-    status = raw(server, f"POST {path} HTTP/1.1\r\nHost: x\r\nContent-Length: 1000000000000\r\n\r\n".encode())
+    status = raw(
+        server, f"POST {path} HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000000000000\r\n\r\n".encode()
+    )
     assert status == 413
 
 
 def test_a_body_that_turns_out_too_long_is_refused_before_its_end(server: RunningServer) -> None:
     chunk = b"10000\r\n" + b" " * 0x10000 + b"\r\n"
-    head = b"POST /v1/jobs HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n"
+    head = b"POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n"
     assert raw(server, head + 20 * chunk) == 413
 
 
 def test_a_body_that_breaks_off_harms_nobody(server: RunningServer, client: httpx2.Client) -> None:
     with socket.create_connection((client.base_url.host, client.base_url.port)) as connection:
-        connection.sendall(b"POST /v1/jobs HTTP/1.1\r\nHost: x\r\nContent-Length: 1000\r\n\r\n{")
+        connection.sendall(b"POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000\r\n\r\n{")
     time.sleep(0.1)
     finish(client, submit(client, scene(8, 8)))
 
@@ -160,3 +164,12 @@ def test_a_quality_cannot_ask_for_more_than_a_scene(client: httpx2.Client) -> No
     quality = {"mode": "fixed", "antialiasing": {"pattern": "random", "samples": 2048}}
     found = problem_of(client.post("/v1/jobs", json={"scene": scene(), "quality": quality}), 422)["errors"]
     assert found[0]["pointer"].startswith("/quality/antialiasing")
+
+
+@pytest.mark.parametrize("encoding", ["gzip", "br", "GZIP, gzip"])
+def test_a_compressed_body_is_not_unpacked(client: httpx2.Client, encoding: str) -> None:
+    bomb = gzip.compress(b" " * 10_000_000)
+    headers = JSON | {"Content-Encoding": encoding}
+    problem_of(client.post("/v1/jobs", content=bomb, headers=headers), 415)
+    name = hashlib.sha256(bomb).hexdigest()
+    problem_of(client.put(f"/v1/assets/{name}", content=bomb, headers=headers), 415)

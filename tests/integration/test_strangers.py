@@ -197,3 +197,16 @@ def test_the_files_of_a_user_have_a_limit_together(world: World) -> None:
 def test_a_list_of_jobs_names_those_of_the_asker(world: World) -> None:
     assert world.things["job_id"] in world.ask("ann", "GET", "/v1/jobs").text
     assert world.ask("bob", "GET", "/v1/jobs", params={"limit": 100}).text.count(world.things["job_id"]) == 0
+
+
+@pytest.mark.parametrize(("method", "path"), routes())
+def test_every_route_tells_browsers_what_they_may_do(world: World, method: str, path: str) -> None:
+    things = world.things if method != "DELETE" else NOBODYS
+    address = filled(path.replace(":path", ""), {"a": "x", "b": "y", "path": "main.js"} | things)
+    for user in (None, "ann", "bob"):
+        headers = world.ask(user, method, address).headers
+        assert headers["X-Content-Type-Options"] == "nosniff"
+        assert "frame-ancestors 'none'" in headers["Content-Security-Policy"]
+        assert headers["Cross-Origin-Resource-Policy"] == "same-origin"
+        if path not in PUBLIC:
+            assert headers["Cache-Control"] == "no-store" or headers["Cache-Control"].startswith("private, ")

@@ -1,0 +1,42 @@
+"""Names under which a service answers.
+
+A page of another site can have its own name lead to loopback after it was loaded (DNS rebinding). To the
+browser it then is of one origin with the service, and the name is all that tells them apart.
+"""
+
+from __future__ import annotations
+
+from urllib.parse import urlsplit
+
+from fastapi import Request
+
+from service.addresses import is_loopback
+from service.errors import UnknownHostError
+from service.settings import Settings
+
+
+def check_host(request: Request, settings: Settings, *, asks_for_keys: bool) -> None:
+    """Refuse a request that was sent to another name than those of this service.
+
+    Who asks for keys needs not look: a browser sends neither key nor cookie to a name that it does not
+    belong to. Who has a proxy before him says in the settings which names the proxy passes on.
+
+    Raises
+    ------
+    UnknownHostError
+        The name is neither that of the settings nor, on a service that asks nobody, loopback.
+    """
+    names = settings.hosts.lower().split()
+    host = request.headers.get("host")
+    if host is None or not (names or not (asks_for_keys or settings.behind_proxy)):
+        return
+    name = _name(host)
+    if name not in (*names, settings.host.lower()) and not (is_loopback(name) and not settings.behind_proxy):
+        raise UnknownHostError
+
+
+def _name(host: str) -> str:
+    try:
+        return urlsplit(f"//{host}").hostname or ""
+    except ValueError:
+        return ""
