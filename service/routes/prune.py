@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter
 from fastapi.concurrency import run_in_threadpool
 
 from schemas.reading import read_document
 from schemas.retention import Pruned, PruneRequest
 from service.access.asking import Asking
-from service.bodies import json_body
+from service.bodies import JsonBody
 from service.context import Here, Service
 from service.errors import ForbiddenError
 from service.retention import Rules
@@ -27,11 +27,10 @@ EXAMPLE: dict[str, Any] = {"max_stored_bytes": 10_000_000_000, "dry_run": True}
     responses=BODY | problem(403, "For admins alone.") | problem(422, "The request cannot be used."),
     openapi_extra=json_request(PruneRequest, EXAMPLE),
 )
-async def prune(here: Here, request: Request, asking: Asking) -> Pruned:
+async def prune(here: Here, asking: Asking, body: JsonBody) -> Pruned:
     """Let go now what the rules do not keep, or only tell what that would be. Pinned jobs stay."""
     if not asking.changes_all:
         raise ForbiddenError("Only an admin removes what is kept for others.")
-    body = await json_body(request, here.settings.limits.max_body_bytes)
     asked, _ = read_document(body, PruneRequest)
     return await run_in_threadpool(_prune, here, asked)
 
