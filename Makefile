@@ -22,6 +22,8 @@ demo: .venv/installed  ## start a service, render a scene over HTTP, leave the p
 serve: .venv/installed  ## run the service on http://127.0.0.1:8000
 	$(BIN)/penumbra serve
 
+# Tests start hundreds of processes: each would compile every module again where bytecode is not kept.
+test: export PYTHONDONTWRITEBYTECODE :=
 test: .venv/installed-test  ## run all tests, the fast ones first
 	$(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadscope --no-loadscope-reorder
 

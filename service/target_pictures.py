@@ -11,6 +11,7 @@ from service import targets
 from service.context import Service
 from service.database.models import RenderRow
 from service.store.tiles import Pixels, StoredTile
+from service.target_tiles import WHOLE
 
 
 def so_far(service: Service, render: RenderRow, fresh: Sequence[StoredTile]) -> Pixels:
@@ -32,7 +33,7 @@ def so_far(service: Service, render: RenderRow, fresh: Sequence[StoredTile]) -> 
 
 def painted(events: Sequence[TileEvent]) -> list[TileEvent]:
     """Leave out the events of tiles over which a later one of the whole picture is painted."""
-    whole = [place for place, event in enumerate(events) if event.tile == targets.WHOLE]
+    whole = [place for place, event in enumerate(events) if event.tile == WHOLE]
     return list(events[whole[-1] :] if whole else events)
 
 

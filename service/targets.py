@@ -6,14 +6,14 @@ as a finished step of tile 0. As in ``ledger.py`` every function works in a tran
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from datetime import UTC, datetime
 from typing import Any
 
 from sqlalchemy import delete, insert, select
 from sqlalchemy.orm import Session
 
-from renderer import RenderPlan, tiling
+from renderer import RenderPlan
 from renderer.adaptive import Estimate
 from renderer.adaptive.course import side
 from schemas.jobs import JobState
@@ -23,11 +23,9 @@ from service import fairness, pausing, rows
 from service.database.models import DONE, WAITING, RenderRow, TileRow
 from service.engines.tasks import AdvanceDone, AdvanceTask
 from service.store.tiles import StoredTile
+from service.target_tiles import WHOLE, pass_of, tiles
 
 Step = tuple[Pass, Tile]
-
-WHOLE = 0
-"""Number of the tile that is the whole picture."""
 
 _LIMITED = select(RenderRow).where(
     RenderRow.state == JobState.RUNNING,
@@ -35,11 +33,6 @@ _LIMITED = select(RenderRow).where(
     RenderRow.paused_at.is_(None),
     ~RenderRow.cancel_requested,
 )
-
-
-def pass_of(index: int) -> Pass:
-    """Make a pass. How many samples it takes differs from pixel to pixel; in the first one they begin."""
-    return Pass(index=index, stride=1, first=min(index, 1), last=1)
 
 
 def begin(
@@ -64,11 +57,6 @@ def begin(
         "tile_size": tile_size,
     }
     return [(pass_of(0), tile) for tile in tiles(plan, size)], columns
-
-
-def tiles(picture: tiling.Picture, tile_size: int) -> list[Tile]:
-    """Give the tiles of a picture with the numbers that they have here."""
-    return [replace(tile, index=tile.index + 1) for tile in tiling.tiles(picture, pass_of(0), tile_size)]
 
 
 def merged_by(render: RenderRow) -> int:

@@ -17,7 +17,7 @@ from renderer.adaptive.decisions import advance
 from renderer.adaptive.levels import COVERED, Levels
 from renderer.adaptive.previews import preview
 from renderer.execute import WORK, render_layers
-from service import layers, targets
+from service import layers, target_tiles
 from service.engines.tasks import AdvanceDone, AdvanceTask, Interrupted, SampleTask, TileDone
 from service.store.passes import PassStore
 from service.store.tiles import Pixels, TileStore
@@ -141,6 +141,6 @@ def _tiles(estimate: Estimate, tile_size: int) -> tuple[int, ...]:
     more = estimate.want > estimate.have
     return tuple(
         tile.index
-        for tile in targets.tiles(estimate.plan, tile_size)
+        for tile in target_tiles.tiles(estimate.plan, tile_size)
         if more[tile.y0 : tile.y1, tile.x0 : tile.x1].any()
     )

@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import structlog
 
 import renderer
 from renderer import film, image_files, progressive
@@ -60,8 +59,6 @@ if TYPE_CHECKING:
 
 PR_SET_PDEATHSIG = 1
 PLANS_KEPT = 4
-
-log = structlog.get_logger()
 
 
 @dataclass(frozen=True)
@@ -208,6 +205,9 @@ def _outcome(worker: Worker, task: Task) -> Outcome:
 def _failure(task: Task, error: Exception) -> TaskFailed:
     if isinstance(error, StoreFullError):
         return TaskFailed("storage_full", str(error))
+    import structlog  # noqa: PLC0415 - workers start without it, and few ever log
+
+    log = structlog.get_logger()
     log.error("task failed", task=type(task).__name__, job=getattr(task, "job", None), exc_info=error)
     if isinstance(error, renderer.SceneError):
         first = error.errors[0]

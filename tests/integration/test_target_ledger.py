@@ -11,7 +11,7 @@ from sqlalchemy import select
 import renderer
 from schemas.jobs import JobState
 from schemas.quality import TargetQuality
-from service import ledger, rows, targets
+from service import ledger, rows, target_tiles, targets
 from service.database.connection import Database
 from service.database.models import RenderRow, TileRow
 from service.engines.tasks import (
@@ -59,7 +59,7 @@ class Table:
             width=64,
             height=64,
             spec_sha256="",
-            passes=[asdict(targets.pass_of(0))],
+            passes=[asdict(target_tiles.pass_of(0))],
             display={},
             total_steps=4,
             total_work=100,
@@ -70,9 +70,9 @@ class Table:
         )
         with self.database.writing() as session:
             enter(session, "a", render)
-            tiles = targets.tiles(render, 32)
+            tiles = target_tiles.tiles(render, 32)
             session.add_all(
-                TileRow(**rows.new_step(render.number, targets.pass_of(0), tile)) for tile in tiles
+                TileRow(**rows.new_step(render.number, target_tiles.pass_of(0), tile)) for tile in tiles
             )
 
     def round(self, *reports: tuple[JobTask, Outcome], room: int = 8) -> list[JobTask]:
