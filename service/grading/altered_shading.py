@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -98,26 +98,28 @@ def shading_changes(scene: LoadedScene) -> Iterator[tuple[str, Callable[[], Floa
     """
     if not _plain(scene.document):
         return
-    found: list[Points] = []
+    document = scene.document
 
+    @cache
     def points() -> Points:
-        if not found:
-            found.append(_points(scene))
-        return found[0]
+        return _points(scene)
 
-    def changed(wrong: Points, formula: Formula) -> Floats:
-        document = scene.document
-        difference = _direct(document, wrong, formula) - _direct(document, points(), RIGHT)
-        return _averaged(difference, document)
+    @cache
+    def right() -> Floats:
+        return _direct(document, points(), RIGHT)
+
+    def changed(wrong: Callable[[], Points], formula: Formula) -> Floats:
+        return _averaged(_direct(document, wrong(), formula) - right(), document)
 
     def bent(normals: Bend) -> Points:
-        right = points()
-        return replace(right, normals=normals(scene.document, right.shapes, right.places, right.normals))
+        seen = points()
+        return replace(seen, normals=normals(document, seen.shapes, seen.places, seen.normals))
 
+    # Each is asked for twice: at first sight, and again where that leaves it possible.
     for cause, formula in FORMULAS:
-        yield cause, partial(lambda formula: changed(points(), formula), formula)
+        yield cause, cache(partial(changed, points, formula))
     for cause, normals in NORMALS:
-        yield cause, partial(lambda normals: changed(bent(normals), RIGHT), normals)
+        yield cause, cache(partial(changed, partial(bent, normals), RIGHT))
 
 
 def _plain(document: Scene) -> bool:

@@ -1,13 +1,19 @@
 """The ready assignment: right submissions have full marks, wrong ones lose points and are told why."""
 
+import hashlib
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from renderer.arrays import Floats
+from renderer.scenes import LoadedScene
 from scenes.make_assignment_parts import FOLDER
 from schemas.manifest_reading import read_manifest
 from schemas.manifests import Manifest, RaysTest
+from schemas.textures import ImageTexture
+from service.grading import counterfactuals
 from service.grading.folders import Folder
 from service.grading.grading import grade
 from service.grading.kinds import find_out
@@ -35,6 +41,31 @@ def manifest(name: str = "manifest.yaml") -> Manifest:
 
 
 TESTS = {test.id.replace("-", "_"): test for test in manifest().tests}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _scenes_with_mistakes_are_drawn_once() -> Iterator[None]:
+    """Let submissions share the pictures that they are compared with: all are tried on the same scenes."""
+    draw = counterfactuals._rendered  # noqa: SLF001 - the pictures are the same, drawn once or each time
+    drawn: dict[tuple[str, str, bool, int], Floats] = {}
+
+    def once(scene: LoadedScene, shadows: bool, samples: int) -> Floats:
+        textures = scene.document.textures.values()
+        files = [scene.assets.read(each.asset) for each in textures if isinstance(each, ImageTexture)]
+        place = (
+            scene.document.model_dump_json(),
+            hashlib.sha256(b"".join(files)).hexdigest(),
+            shadows,
+            samples,
+        )
+        if place not in drawn:
+            drawn[place] = draw(scene, shadows, samples)
+            drawn[place].flags.writeable = False
+        return drawn[place]
+
+    with pytest.MonkeyPatch.context() as changed:
+        changed.setattr(counterfactuals, "_rendered", once)
+        yield
 
 
 def test_points_are_those_of_the_rubric() -> None:
