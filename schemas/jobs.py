@@ -86,7 +86,7 @@ class Failure(Message):
 
     code: str = Field(
         description="A word for programs: `render_failed`, `scene_not_usable`, `worker_died`, "
-        "`storage_failed`, `time_limit`."
+        "`out_of_memory`, `took_too_long`, `storage_failed`, `time_limit`."
     )
     message: str = Field(description="A sentence for people.")
     retryable: bool = Field(description="Whether the same request may succeed when it is sent again.")

@@ -29,6 +29,7 @@ from service.database.connection import Database
 from service.database.migrations import upgrade
 from service.dispatcher import Dispatcher
 from service.engines.choosing import engine_of
+from service.engines.heartbeats import Lease
 from service.engines.worker import WorkerSetup
 from service.feed import Feed
 from service.held import Held
@@ -142,6 +143,7 @@ def _assemble(settings: Settings, feed: Feed) -> Service:
         assets=textures.folder,
         max_asset_pixels=settings.max_asset_pixels,
         memory_bytes=settings.worker_memory_bytes,
+        lease=Lease(silent_seconds=settings.worker_silence_seconds, task_seconds=settings.max_task_seconds),
     )
     dispatcher = Dispatcher(database, store, engine_of(settings, setup), feed, settings)
     dispatcher.start()

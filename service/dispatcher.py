@@ -9,10 +9,9 @@ from __future__ import annotations
 import queue
 import threading
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Mapping
 from concurrent.futures import Future
-from datetime import UTC, datetime
 
 import structlog
 from sqlalchemy import select
@@ -37,7 +36,7 @@ from service.errors import UnavailableError
 from service.feed import Feed
 from service.metrics import Metrics
 from service.pace import Pace
-from service.rounds import Round
+from service.rounds import Round, merging
 from service.settings import Settings
 from service.store.tiles import TileStore
 
@@ -81,8 +80,9 @@ class Dispatcher:
         self._flying: set[JobTask] = set()
         self._answers: dict[CallTask, Future[Outcome]] = {}
         self._leaving: dict[str, float] = {}
+        self._picture_deaths: Counter[tuple[str, int]] = Counter()
         self._pause_until = 0.0
-        self._deadline: datetime | None = None
+        self._deadline: float | None = None
         self._starved = False
         self.pace = Pace(settings.workers)
 
@@ -172,7 +172,7 @@ class Dispatcher:
             return max(0.0, self._pause_until - time.monotonic())
         waits = [EMPTY_SECONDS] if self._starved else []
         if self._deadline:
-            waits.append((self._deadline - datetime.now(UTC)).total_seconds())
+            waits.append(self._deadline - time.monotonic())
         return max(0.0, min(waits)) if waits else None
 
     def _take_note(self, task: Task, outcome: Outcome) -> None:
@@ -180,6 +180,8 @@ class Dispatcher:
             self._flying.discard(task)
             self.metrics.note(task, outcome)
             self.pace.note(getattr(outcome, "cpu_seconds", 0.0))
+            if isinstance(outcome, WorkerDied) and not isinstance(task, TileTask):
+                self._picture_deaths[merging(task)] += 1
             self._reports.append((task, outcome))
             _log(task, outcome)
             return
@@ -206,6 +208,7 @@ class Dispatcher:
             leaving=self._leaving,
             room=room,
             max_attempts=self._settings.max_attempts,
+            picture_deaths=self._picture_deaths,
         )
         try:
             with self._database.writing() as session:
@@ -215,7 +218,8 @@ class Dispatcher:
             self._pause()
         else:
             self._reports = []
-            self._deadline = result.next_deadline
+            left = result.deadline_in
+            self._deadline = None if left is None else time.monotonic() + left
             self._act(result)
 
     def _interrupt(self) -> None:
@@ -236,7 +240,7 @@ class Dispatcher:
                 self._engine.submit(task)
 
     def _act(self, result: Round) -> None:
-        if result.storage_full:
+        if result.store_closed:
             self._pause()
         for task in result.tasks:
             self._flying.add(task)
@@ -255,6 +259,8 @@ class Dispatcher:
                 self._leave(render, 0.0)
             else:
                 self._leaving.pop(render, None)
+                for place in [place for place in self._picture_deaths if place[0] == render]:
+                    del self._picture_deaths[place]
                 self._store.drop_tiles(render)
                 log.info("render ended", render=render, state=state.value)
 

@@ -29,6 +29,7 @@ ServiceError
 │   └── UnusableWorkerError     a worker of a cluster could not render
 ├── StoreError
 │   ├── StoreFullError          the disk is full
+│   ├── StoreReadOnlyError      the data folder may not be written
 │   ├── StoreDamagedError       a stored file is not what was written
 │   └── StoreTakenError         another service uses the data folder
 ├── TraceFailedError
@@ -239,6 +240,10 @@ class StoreError(ServiceError):
 
 class StoreFullError(StoreError):
     """The disk is full."""
+
+
+class StoreReadOnlyError(StoreError):
+    """The data folder cannot be written now."""
 
 
 class StoreDamagedError(StoreError):

@@ -5,8 +5,6 @@ As in ``ledger.py`` every function works in a transaction of its caller.
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
-
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
@@ -19,21 +17,21 @@ _LIMITED = select(JobRow).where(
 )
 
 
-def end_late(session: Session) -> tuple[list[RenderRow], list[str], datetime | None]:
+def end_late(session: Session) -> tuple[list[RenderRow], list[str], float | None]:
     """Fail the jobs whose time is spent.
 
     Returns
     -------
     tuple
-        The renders that ended with them, the ids of the jobs that left a render to others, and when the time
-        of the next one will be spent.
+        The renders that ended with them, the ids of the jobs that left a render to others, and in how
+        many seconds the time of the next one will be spent.
     """
     ended, left, upcoming = [], [], []
     for job in session.scalars(_LIMITED).all():
         assert job.time_limit is not None
-        end = pausing.end_of(job, job.time_limit)
-        if end > datetime.now(UTC):
-            upcoming.append(end)
+        remaining = job.time_limit - pausing.ran_for(job)
+        if remaining > 0:
+            upcoming.append(remaining)
         elif sharing.shared(session, job):
             sharing.leave_ended(session, job, JobState.FAILED, _late(job.time_limit))
             left.append(job.id)

@@ -6,6 +6,7 @@ are one write.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Collection, Iterator, Sequence
 
 from sqlalchemy import and_, bindparam, case, exists, literal_column, select, update
@@ -135,8 +136,9 @@ def _hand_out(session: Session, render: RenderRow, step: TileRow) -> TileTask:
     )
     if render.target_error is None:
         return TileTask(*place)
-    end = targets.deadline(render) if render.merges else None
-    return SampleTask(*place, merged=targets.merged_by(render), until=end.timestamp() if end else None)
+    left = targets.time_left(render) if render.merges else None
+    until = None if left is None else time.time() + left
+    return SampleTask(*place, merged=targets.merged_by(render), until=until)
 
 
 def land(session: Session, render: RenderRow, task: TileTask, done: TileDone) -> bool:

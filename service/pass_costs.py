@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from datetime import UTC, datetime
 from typing import Any
 
+from service import moments
 from service.database.models import RenderRow
 from service.engines.tasks import TileDone
 
@@ -32,7 +32,7 @@ def note(render: RenderRow, pass_index: int, done: TileDone) -> None:
     before = render.pass_costs[pass_index]
     now = {
         "left": before["left"] - 1,
-        "seconds": (datetime.now(UTC) - render.started_at).total_seconds(),
+        "seconds": moments.since(render.started_at),
         "cpu_seconds": before["cpu_seconds"] + done.cpu_seconds,
         "rays": _sum(before["rays"], done.counts),
         "error": None,

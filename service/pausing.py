@@ -6,19 +6,17 @@ transaction of its caller.
 
 from __future__ import annotations
 
-from datetime import UTC, datetime, timedelta
-
 from sqlalchemy import exists, select
 from sqlalchemy.orm import Session
 
-from service import fairness, rows
+from service import fairness, moments, rows
 from service.database.models import JobRow, RenderRow
 
 
 def pause(session: Session, row: JobRow) -> None:
     """Let an open job stand still; one that does so already goes on doing it."""
     if row.paused_at is None:
-        row.paused_at = datetime.now(UTC)
+        row.paused_at = moments.now()
         follow(session, row.render)
 
 
@@ -38,13 +36,13 @@ def follow(session: Session, render: RenderRow | None) -> None:
     if session.scalar(select(exists().where(*waiting, JobRow.paused_at.is_(None)))):
         _go_on(render)
     elif render.paused_at is None and session.scalar(select(exists().where(*waiting))):
-        render.paused_at = datetime.now(UTC)
+        render.paused_at = moments.now()
 
 
-def end_of(row: JobRow | RenderRow, seconds: float) -> datetime:
-    """Say when a job or a render that has begun will have run for so long; while it stands still, in vain."""
+def ran_for(row: JobRow | RenderRow) -> float:
+    """Say for how many seconds a job or a render has run that has begun, without those it stood still."""
     assert row.started_at is not None
-    return row.started_at + timedelta(seconds=seconds + _stood(row))
+    return moments.since(row.started_at) - _stood(row)
 
 
 def _go_on(row: JobRow | RenderRow) -> None:
@@ -55,4 +53,4 @@ def _stood(row: JobRow | RenderRow) -> float:
     """For how many seconds it has stood still since it began to run."""
     if row.paused_at is None or row.started_at is None:
         return row.paused_seconds
-    return row.paused_seconds + (datetime.now(UTC) - max(row.paused_at, row.started_at)).total_seconds()
+    return row.paused_seconds + min(moments.since(row.paused_at), moments.since(row.started_at))

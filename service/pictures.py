@@ -21,7 +21,13 @@ from schemas.tiles import Tile
 from service import layers, ledger, rows, target_pictures, targets
 from service.context import Service
 from service.database.models import JobRow, RenderRow
-from service.errors import PictureGoneError, PictureNotReadyError, UnknownLayerError
+from service.errors import (
+    PictureGoneError,
+    PictureNotReadyError,
+    StoreFullError,
+    StoreReadOnlyError,
+    UnknownLayerError,
+)
 from service.job_documents import work_of
 from service.jobs import find
 from service.store.tiles import Layers, Pixels, StoredTile, TileStore
@@ -137,14 +143,19 @@ def _etag(job: str, render: RenderRow, wanted: Wanted) -> str:
     return f'"{render.image_sha256 or f"{job}-{render.last_seq}"}-{wanted.name}"'
 
 
-def _final(store: TileStore, render: RenderRow, wanted: Wanted) -> Path:
+def _final(store: TileStore, render: RenderRow, wanted: Wanted) -> bytes | Path:
     path = store.file(render.id, wanted.name)
     if path.exists():
         return path
     pixels = np.load(store.file(render.id, "image.npy"))
     names = render.layers if wanted.kind == "exr" else ()
     sheets = {name: np.load(store.file(render.id, layers.file_name(name))) for name in names}
-    return store.put_file(render.id, wanted.name, _encode(pixels, sheets, render, wanted))
+    data = _encode(pixels, sheets, render, wanted)
+    try:
+        return store.put_file(render.id, wanted.name, data)
+    except (StoreFullError, StoreReadOnlyError):
+        # The next one who asks has it made again.
+        return data
 
 
 def _encode(pixels: Pixels, sheets: Layers, render: RenderRow, wanted: Wanted) -> bytes:

@@ -77,6 +77,7 @@ KINDS: dict[type[Exception], Kind] = {
     errors.UnusableWorkerError: Kind(500, "unusable_worker", told=False),
     errors.StoreError: Kind(500, "store", told=False),
     errors.StoreFullError: Kind(507, "store_full", retry=True),
+    errors.StoreReadOnlyError: Kind(503, "store_read_only", retry=True),
     errors.StoreDamagedError: Kind(500, "store_damaged", told=False),
     errors.StoreTakenError: Kind(500, "store_taken", told=False),
     errors.TraceFailedError: Kind(422, "trace_failed"),

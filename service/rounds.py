@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import datetime
 
 from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
@@ -13,6 +12,8 @@ from schemas.jobs import Failure, JobState
 from service import expiry, ledger, rows, targets
 from service.database.models import JobRow, RenderRow
 from service.engines.tasks import (
+    OUT_OF_MEMORY,
+    TOOK_TOO_LONG,
     AdvanceDone,
     AdvanceTask,
     ComposeDone,
@@ -26,6 +27,8 @@ from service.engines.tasks import (
 )
 
 _SHARING = select(JobRow.id).join(RenderRow).where(RenderRow.id.in_(bindparam("renders", expanding=True)))
+
+NOT_PUT_TOGETHER = "The picture could not be put together."
 
 
 @dataclass
@@ -46,6 +49,8 @@ class Round:
         How many tasks the engine takes.
     max_attempts
         How many workers a task may cost.
+    picture_deaths
+        How many workers putting a picture together has cost, by what `merging` gives.
     """
 
     reports: Sequence[tuple[JobTask, Outcome]]
@@ -53,6 +58,7 @@ class Round:
     leaving: Collection[str]
     room: int
     max_attempts: int
+    picture_deaths: Mapping[tuple[str, int], int] = field(default_factory=dict)
 
     touched: set[str] = field(default_factory=set)
     """Renders that have news."""
@@ -62,10 +68,10 @@ class Round:
     """Renders that have reached a final state, and which."""
     tasks: list[JobTask] = field(default_factory=list)
     """What to give to the engine."""
-    next_deadline: datetime | None = None
-    """When the time of some render will be spent, so that there is something to decide."""
-    storage_full: bool = False
-    """Whether a task found no room on the disk, so that there is no use in trying at once."""
+    deadline_in: float | None = None
+    """In how many seconds the time of some render will be spent, so that there is something to decide."""
+    store_closed: bool = False
+    """Whether a task could not write to the disk, so that there is no use in trying at once."""
 
     def decide(self, session: Session) -> None:
         """Land what was reported, end what was cancelled, hand out what is next."""
@@ -76,7 +82,7 @@ class Round:
         self._settle(session)
         self._end_late(session)
         session.flush()
-        if not self.storage_full:
+        if not self.store_closed:
             self._claim(session)
         self.touched |= {task.job for task in self.tasks}
         session.flush()
@@ -94,12 +100,12 @@ class Round:
             self.touched.add(render.id)
             self.ended[render.id] = render.state
         self.news |= set(left)
-        self.next_deadline = min(filter(None, (upcoming, targets.expire(session))), default=None)
+        self.deadline_in = min(filter(None, (upcoming, targets.expire(session))), default=None)
 
     def _land(self, session: Session, render: RenderRow, task: JobTask, outcome: Outcome) -> None:
         self.touched.add(render.id)
-        if isinstance(outcome, TaskFailed) and outcome.code == "storage_full":
-            self.storage_full = True
+        if isinstance(outcome, TaskFailed) and outcome.passes:
+            self.store_closed = True
         if isinstance(task, TileTask):
             self._land_tile(session, render, task, outcome)
         else:
@@ -111,7 +117,7 @@ class Round:
         match outcome:
             case TileDone():
                 ledger.land(session, render, task, outcome)
-            case TaskFailed(code=code, message=message) if code != "storage_full":
+            case TaskFailed(code=code, message=message, passes=False):
                 _fail(session, render, code, message, retryable=False)
             case WorkerDied():
                 if ledger.take_back(session, render, task, death=True) >= self.max_attempts:
@@ -127,18 +133,13 @@ class Round:
                 ledger.complete(session, render, outcome)
             case AdvanceDone() if isinstance(task, AdvanceTask):
                 targets.merge(session, render, task, outcome)
-            case TaskFailed(code=code) if code != "storage_full":
-                _fail(
-                    session,
-                    render,
-                    "storage_failed",
-                    "The picture could not be put together.",
-                    retryable=True,
-                )
-            case WorkerDied() if task.attempt >= self.max_attempts:
-                _fail(
-                    session, render, "worker_died", "The picture could not be put together.", retryable=True
-                )
+            case TaskFailed(code=code, message=message) if code in (OUT_OF_MEMORY, TOOK_TOO_LONG):
+                _fail(session, render, code, message, retryable=False)
+            case TaskFailed(passes=False):
+                _fail(session, render, "storage_failed", NOT_PUT_TOGETHER, retryable=True)
+            case WorkerDied():
+                if self.picture_deaths.get(merging(task), 0) >= self.max_attempts:
+                    _fail(session, render, "worker_died", NOT_PUT_TOGETHER, retryable=True)
 
     def _settle(self, session: Session) -> None:
         """End the cancelled renders that have no task left with the engine."""
@@ -149,6 +150,11 @@ class Round:
                 rows.end(session, render, JobState.CANCELLED)
             self.touched.add(render_id)
             self.ended[render_id] = render.state if render else JobState.CANCELLED
+
+
+def merging(task: ComposeTask | AdvanceTask) -> tuple[str, int]:
+    """Name what a task puts together: a render, and which of its passes."""
+    return task.job, task.pass_.index if isinstance(task, AdvanceTask) else 0
 
 
 def _fail(session: Session, render: RenderRow, code: str, message: str, *, retryable: bool) -> None:

@@ -10,6 +10,7 @@ from sqlalchemy.orm import Session
 
 from schemas.jobs import Failure, JobState
 from schemas.tiles import Pass, Tile
+from service import moments
 from service.database.models import JobRow, RenderRow, TileRow
 from service.store.tiles import StoredTile
 
@@ -19,7 +20,7 @@ OPEN = (JobState.QUEUED, JobState.RUNNING)
 
 def begin(session: Session, render: RenderRow) -> None:
     """Let a render run, and with it the jobs that share in it."""
-    render.state, render.started_at = JobState.RUNNING, datetime.now(UTC)
+    render.state, render.started_at = JobState.RUNNING, moments.now()
     _tell_jobs(session, render, state=render.state, started_at=render.started_at)
 
 

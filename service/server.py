@@ -151,10 +151,12 @@ class RunningServer:
 
 
 @contextmanager
-def running(settings: Settings, *, stderr: IO[bytes] | None = None) -> Iterator[RunningServer]:
+def running(
+    settings: Settings, *, stderr: IO[bytes] | None = None, module: str = "service"
+) -> Iterator[RunningServer]:
     """Start a service in a process of its own, wait until it is ready, and stop it at the end.
 
-    Its logs go to ``stderr``; by default to where those of this process go.
+    Its logs go to ``stderr``; by default to where those of this process go. ``module`` is what is run.
 
     Raises
     ------
@@ -163,7 +165,7 @@ def running(settings: Settings, *, stderr: IO[bytes] | None = None) -> Iterator[
     """
     port = settings.port or _free_port(settings.host)
     environment = os.environ | _environment(settings.model_copy(update={"port": port}))
-    process = subprocess.Popen([sys.executable, "-m", "service"], env=environment, stderr=stderr)
+    process = subprocess.Popen([sys.executable, "-m", module], env=environment, stderr=stderr)  # noqa: S603  (a caller's own)
     server = RunningServer(process, f"http://{settings.host}:{port}", settings.data)
     try:
         _wait_until_ready(server)

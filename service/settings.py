@@ -163,6 +163,17 @@ class Settings(BaseSettings):
     max_attempts: int = Field(
         default=3, ge=1, description="Workers that a tile may lose before its job fails."
     )
+    worker_silence_seconds: float = Field(
+        default=30.0,
+        ge=1,
+        description="Silence of a worker after which it is replaced; it beats once a second otherwise.",
+    )
+    max_task_seconds: float = Field(
+        default=3600.0,
+        gt=0,
+        description="Longest that a worker may be at one tile or one answer; it is stopped then, and what it "
+        "was at fails.",
+    )
     cancel_grace_seconds: float = Field(
         default=0.2,
         ge=0,

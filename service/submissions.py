@@ -16,7 +16,7 @@ from sqlalchemy.orm import Session
 
 from renderer import progressive, tiling
 from schemas.jobs import JobState
-from service import asset_uses, canonical, fairness, pass_costs, pausing, queue_limits, rows, targets
+from service import asset_uses, canonical, fairness, moments, pass_costs, pausing, queue_limits, rows, targets
 from service.access.askers import Asker
 from service.admission import Admitted, admit
 from service.canonical import Spec
@@ -193,7 +193,7 @@ def _job(asker: Asker, admitted: Admitted) -> JobRow:
         plan=admitted.description.model_dump(mode="json"),
         warnings=[warning.model_dump() for warning in admitted.warnings],
         predicted_cpu_seconds=admitted.description.cost.cpu_seconds,
-        created_at=datetime.now(UTC),
+        created_at=moments.now(),
     )
 
 

@@ -7,7 +7,6 @@ as a finished step of tile 0. As in ``ledger.py`` every function works in a tran
 from __future__ import annotations
 
 from dataclasses import asdict
-from datetime import UTC, datetime
 from typing import Any
 
 from sqlalchemy import delete, insert, select
@@ -19,7 +18,7 @@ from renderer.adaptive.course import side
 from schemas.jobs import JobState
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
-from service import fairness, pausing, rows
+from service import fairness, moments, pausing, rows
 from service.database.models import DONE, WAITING, RenderRow, TileRow
 from service.engines.tasks import AdvanceDone, AdvanceTask
 from service.store.tiles import StoredTile
@@ -64,23 +63,23 @@ def merged_by(render: RenderRow) -> int:
     return int(render.merges[-1]["attempt"]) if render.merges else 0
 
 
-def deadline(render: RenderRow) -> datetime | None:
-    """Say when a render has spent its time; None if it may take as long as it needs, or has not begun."""
+def time_left(render: RenderRow) -> float | None:
+    """Tell a render's seconds that are left; None if it may take as long as it needs, or has not begun."""
     if render.time_limit is None or render.started_at is None:
         return None
-    return pausing.end_of(render, render.time_limit)
+    return render.time_limit - pausing.ran_for(render)
 
 
-def expire(session: Session) -> datetime | None:
-    """Take the waiting tiles from renders whose time is spent, and say when the next one's will be.
+def expire(session: Session) -> float | None:
+    """Take the waiting tiles from renders whose time is spent, and say in how many seconds the next one's is.
 
     The first pass is rendered in any case: nothing is to be seen without it.
     """
     upcoming = []
     for render in session.scalars(_LIMITED):
-        end = deadline(render)
-        if end is not None and not _spent(render):
-            upcoming.append(end)
+        left = time_left(render)
+        if left is not None and left > 0:
+            upcoming.append(left)
         elif render.merges:
             unstarted = delete(TileRow).where(TileRow.render == render.number, TileRow.state == WAITING)
             render.total_steps -= len(session.execute(unstarted.returning(TileRow.tile)).all())
@@ -88,8 +87,8 @@ def expire(session: Session) -> datetime | None:
 
 
 def _spent(render: RenderRow) -> bool:
-    end = deadline(render)
-    return end is not None and end <= datetime.now(UTC)
+    left = time_left(render)
+    return left is not None and left <= 0
 
 
 def advance_task(session: Session, render: RenderRow) -> AdvanceTask:
@@ -172,7 +171,7 @@ def _begin_pass(session: Session, render: RenderRow, index: int, done: AdvanceDo
 def _record(render: RenderRow, task: AdvanceTask, done: AdvanceDone) -> dict[str, Any]:
     """Tell of a pass: who merged it, what it has cost by itself, and what is known after it."""
     assert render.started_at is not None
-    seconds = (datetime.now(UTC) - render.started_at).total_seconds()
+    seconds = moments.since(render.started_at)
     rays = {
         kind: count - sum(past["rays"].get(kind, 0) for past in render.merges)
         for kind, count in render.rays.items()

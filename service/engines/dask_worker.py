@@ -12,7 +12,7 @@ from multiprocessing import current_process
 from distributed import Worker, WorkerPlugin, get_worker
 
 from service.engines.slots import SlotEngine
-from service.engines.tasks import Interrupted, Outcome, Task, WorkerDied
+from service.engines.tasks import Interrupted, Outcome, Task
 from service.engines.worker import WorkerSetup
 from service.errors import UnusableWorkerError
 
@@ -78,11 +78,7 @@ class SlotPlugin(WorkerPlugin):
         self._begin(key)
         self._worker.log_event(BEGUN, {"key": key, "worker": self._worker.address})
         self._slot.submit(task)
-        outcome = self._outcome(self._slot)
-        if isinstance(outcome, WorkerDied | Interrupted):
-            # The next task finds a process that has started.
-            self._slot.room()
-        return outcome
+        return self._outcome(self._slot)
 
     def stop(self, key: str | None) -> None:
         """Kill the process if it runs this task, or any if no key is given."""

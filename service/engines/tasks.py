@@ -16,6 +16,9 @@ from schemas.scene import Scene
 from schemas.tiles import Pass, Tile
 from service.store.tiles import StoredTile
 
+STORAGE_FULL, STORAGE_READ_ONLY = "storage_full", "storage_read_only"
+OUT_OF_MEMORY, TOOK_TOO_LONG = "out_of_memory", "took_too_long"
+
 
 # Two tasks are the same only if they are the same object: a tile that is tried again is a new task.
 @dataclass(frozen=True, eq=False)
@@ -209,13 +212,15 @@ class InspectDone:
 
 @dataclass(frozen=True)
 class TaskFailed:
-    """A task ended with an error of its own; a second try would end the same way.
-
-    ``code`` is ``storage_full`` where the disk was full: only then is a second try worth it.
-    """
+    """A task ended with an error of its own."""
 
     code: str
     message: str
+
+    @property
+    def passes(self) -> bool:
+        """Whether the reason goes away without the task's doing; else a second try would end the same way."""
+        return self.code in (STORAGE_FULL, STORAGE_READ_ONLY)
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,11 @@ import os
 import resource
 import signal
 import sys
+import threading
 from collections import OrderedDict
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import singledispatchmethod
 from itertools import groupby
 from pathlib import Path
@@ -25,8 +26,12 @@ from renderer.inspection import inspect
 from renderer.quotes import quote
 from service import layers
 from service.engines.comparing import compared
+from service.engines.heartbeats import Lease, beat
 from service.engines.passes import PassWorker
 from service.engines.tasks import (
+    OUT_OF_MEMORY,
+    STORAGE_FULL,
+    STORAGE_READ_ONLY,
     AdvanceDone,
     AdvanceTask,
     CompareDone,
@@ -48,7 +53,7 @@ from service.engines.tasks import (
     TraceDone,
     TraceTask,
 )
-from service.errors import StoreFullError
+from service.errors import StoreFullError, StoreReadOnlyError
 from service.specs import compile_inspected, compile_spec
 from service.store.assets import AssetStore
 from service.store.passes import PassStore
@@ -70,6 +75,7 @@ class WorkerSetup:
     assets: Path
     max_asset_pixels: int
     memory_bytes: int
+    lease: Lease = field(default_factory=Lease)
 
 
 class Worker:
@@ -171,9 +177,14 @@ class Worker:
         return plan
 
 
-def work(connection: Connection, setup: WorkerSetup) -> None:
-    """Run a worker process: say that it has started, and then answer each task with its outcome."""
+def work(connection: Connection, pulse: Connection, setup: WorkerSetup) -> None:
+    """Run a worker process: say that it has started, and then answer each task with its outcome.
+
+    Beats go through ``pulse`` meanwhile.
+    """
     _prepare(setup)
+    beating = pulse, setup.lease.beat_seconds
+    threading.Thread(target=beat, args=beating, name="heartbeat", daemon=True).start()
     worker = Worker(setup)
     with suppress(EOFError, OSError):  # nobody asks any more
         connection.send(os.getpid())
@@ -197,14 +208,16 @@ def _outcome(worker: Worker, task: Task) -> Outcome:
     try:
         return worker.execute(task)
     except MemoryError:
-        return TaskFailed("out_of_memory", "Rendering needs more memory than a worker may use.")
+        return TaskFailed(OUT_OF_MEMORY, "Rendering needs more memory than a worker may use.")
     except Exception as error:  # noqa: BLE001  (whatever a task raises is its outcome)
         return _failure(task, error)
 
 
 def _failure(task: Task, error: Exception) -> TaskFailed:
     if isinstance(error, StoreFullError):
-        return TaskFailed("storage_full", str(error))
+        return TaskFailed(STORAGE_FULL, str(error))
+    if isinstance(error, StoreReadOnlyError):
+        return TaskFailed(STORAGE_READ_ONLY, str(error))
     import structlog  # noqa: PLC0415 - workers start without it, and few ever log
 
     log = structlog.get_logger()

@@ -17,11 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from schemas.tiles import Pass, Tile
-from service.errors import StoreDamagedError, StoreFullError
+from service.errors import StoreDamagedError, StoreFullError, StoreReadOnlyError
 
 Pixels = NDArray[np.float32]
 Layers = dict[str, NDArray[Any]]
 LAYERS_SUFFIX = ".npz"
+
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+READ_ONLY = (errno.EROFS, errno.EACCES, errno.EPERM)
 
 
 @dataclass(frozen=True)
@@ -93,7 +96,8 @@ class FileTileStore:
 
     def put_spec(self, job: str, spec: bytes) -> None:
         """Keep what a job was asked to render."""
-        (self.folder / job / "tiles").mkdir(parents=True, exist_ok=True)
+        with _told():
+            (self.folder / job / "tiles").mkdir(parents=True, exist_ok=True)
         self.put_file(job, "spec.json", spec)
 
     def get_spec(self, job: str) -> bytes:
@@ -193,17 +197,34 @@ def replacing(path: Path) -> Iterator[IO[bytes]]:
     ------
     StoreFullError
         If the disk is full.
+    StoreReadOnlyError
+        If the folder may not be written.
     """
-    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".", suffix=".tmp", delete=False) as file:
+    with (
+        _told(),
+        tempfile.NamedTemporaryFile(dir=path.parent, prefix=".", suffix=".tmp", delete=False) as file,
+    ):
         try:
             yield file
             file.flush()
             Path(file.name).replace(path)
-        except BaseException as error:
+        except BaseException:
             Path(file.name).unlink(missing_ok=True)
-            if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
-                raise StoreFullError("The disk is full. Try again when there is room.") from error
             raise
+
+
+@contextmanager
+def _told() -> Iterator[None]:
+    """Tell a disk that cannot be written now, which passes, from all other errors."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno in FULL:
+            raise StoreFullError("The disk is full. Try again when there is room.") from error
+        if error.errno in READ_ONLY:
+            message = "The data folder cannot be written now. Try again when its operator has seen to it."
+            raise StoreReadOnlyError(message) from error
+        raise
 
 
 def sweep_temporary(folder: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import sqlite3
+from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -14,14 +15,17 @@ import numpy as np
 import pytest
 
 import renderer
-from service.server import RunningServer
+from service.server import RunningServer, running
+from service.settings import Settings
 from tests.integration.conftest import Start
 from tests.integration.support import (
     PATIENCE,
+    ended,
     finish,
     image,
     job_of,
     long_scene,
+    scene,
     submit,
     until,
     wait,
@@ -74,20 +78,56 @@ def test_a_tile_whose_worker_was_killed_is_rendered_again_and_no_other(
     assert len(workers_of(server.process.pid)) == 2
 
 
-def test_a_job_whose_workers_always_die_fails_alone(start: Start) -> None:
-    server = start(workers=1, max_attempts=2)
+def test_a_worker_that_was_stopped_is_replaced_and_its_tile_rendered_again(
+    start: Start, tmp_path: Path, undisturbed: np.ndarray
+) -> None:
+    server = start(tile_size=64, workers=1, worker_silence_seconds=1)
     with connect(server) as client:
         job = submit(client, long_scene())
-        killed: set[int] = set()
-        while not (found := job_of(client, job))["finished_at"]:
-            for worker in set(workers_of(server.process.pid)) - killed:
-                os.kill(worker, signal.SIGKILL)
-                killed.add(worker)
-        assert found["state"] == "failed"
-        assert found["failure"]["code"] == "worker_died"
-        assert found["failure"]["retryable"]
-        assert client.get(f"/v1/jobs/{job}/image.png").status_code == 410
-        finish(client, submit(client, long_scene() | {"sampling": {}}))
+        wait(client, job, lambda found: found["progress"]["done"] >= 3)
+        (stopped,) = workers_of(server.process.pid)
+        os.kill(stopped, signal.SIGSTOP)
+        finish(client, job)
+        assert image(client, job).tobytes() == undisturbed.tobytes()
+    assert not is_alive(stopped)
+    assert sum(row["deaths"] for row in steps(tmp_path).values()) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "code", "retryable"),
+    [
+        ("poison", "worker_died", True),
+        ("hungry", "out_of_memory", False),
+        ("endless", "took_too_long", False),
+    ],
+)
+def test_a_job_that_ruins_its_workers_fails_alone(
+    ruined: httpx2.Client, name: str, code: str, retryable: bool
+) -> None:
+    small = scene(64, 48)
+    job = submit(ruined, small | {"name": name})
+    others = [submit(ruined, small) for _ in range(3)]
+    found = wait(ruined, job, ended)
+    assert (found["failure"]["code"], found["failure"]["retryable"]) == (code, retryable)
+    assert ruined.get(f"/v1/jobs/{job}/image.png").status_code == 410
+    for other in others:
+        finish(ruined, other)
+
+
+@pytest.fixture(scope="module")
+def ruined(tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx2.Client]:
+    """A client of a service on which scenes of certain names kill their workers, or never end."""
+    settings = Settings(
+        data=tmp_path_factory.mktemp("ruined"),
+        port=0,
+        workers=2,
+        log_level="error",
+        max_attempts=2,
+        max_task_seconds=2,
+        worker_silence_seconds=2,
+    )
+    with running(settings, module="benchmarks.chaos.faulty") as server, connect(server) as client:
+        yield client
 
 
 def test_a_killed_server_resumes_and_renders_no_finished_tile_again(

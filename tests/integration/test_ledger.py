@@ -68,9 +68,12 @@ class Table:
             enter(session, job_id, render)
             session.add_all(TileRow(**rows.new_step(render.number, pass_, tile)) for pass_, tile in steps)
 
-    def round(self, *reports: tuple[JobTask, Outcome], room: int = 0, leaving: Sequence[str] = ()) -> Round:
+    def round(
+        self, *reports: tuple[JobTask, Outcome], room: int = 0, leaving: Sequence[str] = (), deaths: int = 0
+    ) -> Round:
         self.flying = [task for task in self.flying if task not in {done for done, _ in reports}]
-        result = Round(reports, self.flying, leaving, room, MAX_ATTEMPTS)
+        picture_deaths = {(task.job, 0): deaths for task, _ in reports}
+        result = Round(reports, self.flying, leaving, room, MAX_ATTEMPTS, picture_deaths=picture_deaths)
         with self.database.writing() as session:
             result.decide(session)
         self.flying += result.tasks
@@ -216,10 +219,25 @@ def test_a_full_disk_makes_jobs_wait_and_not_fail(table: Table) -> None:
     table.add("a")
     task = table.next()
     result = table.round((task, TaskFailed("storage_full", "Full.")), room=5)
-    assert result.storage_full
+    assert result.store_closed
     assert result.tasks == []
     assert table.job("a").state is JobState.RUNNING
     assert places([table.next()]) == places([task])
+
+
+def test_a_read_only_disk_makes_jobs_wait_and_not_fail(table: Table) -> None:
+    table.add("a")
+    task = table.next()
+    assert table.round((task, TaskFailed("storage_read_only", "Closed.")), room=5).store_closed
+    assert places([table.next()]) == places([task])
+
+
+@pytest.mark.parametrize("code", ["out_of_memory", "took_too_long"])
+def test_a_picture_that_cannot_be_put_together_says_why(table: Table, code: str) -> None:
+    table.add("a")
+    (compose,) = table.round(*((task, DONE) for task in [table.next() for _ in range(9)])).tasks
+    table.round((compose, TaskFailed(code, "Too much.")))
+    assert table.job("a").failure == {"code": code, "message": "Too much.", "retryable": False}
 
 
 def test_the_picture_is_put_together_once_all_tiles_are_there(table: Table) -> None:
@@ -307,9 +325,13 @@ def test_putting_together_is_tried_again_after_a_death(table: Table) -> None:
     table.add("a")
     tasks = [table.next() for _ in range(9)]
     (compose,) = table.round(*((task, DONE) for task in tasks)).tasks
-    for _ in range(MAX_ATTEMPTS - 1):
-        (compose,) = table.round((compose, WorkerDied())).tasks
-    assert table.round((compose, WorkerDied())).tasks == []
+    # However often it was tried in vain because the disk was full.
+    for _ in range(MAX_ATTEMPTS):
+        table.round((compose, TaskFailed("storage_full", "Full.")))
+        (compose,) = table.round().tasks
+    for deaths in range(1, MAX_ATTEMPTS):
+        (compose,) = table.round((compose, WorkerDied()), deaths=deaths).tasks
+    assert table.round((compose, WorkerDied()), deaths=MAX_ATTEMPTS).tasks == []
     assert table.job("a").state is JobState.FAILED
 
 

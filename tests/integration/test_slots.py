@@ -7,6 +7,7 @@ import queue
 import signal
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -17,6 +18,7 @@ import renderer
 from renderer import tiling
 from schemas.jobs import JobRequest
 from schemas.tiles import Tile
+from service.engines.heartbeats import Lease
 from service.engines.slots import SlotEngine
 from service.engines.tasks import (
     Interrupted,
@@ -39,9 +41,17 @@ REPORT_SECONDS = 60.0
 class Bench:
     """One slot, a store with one job, and what was reported."""
 
-    def __init__(self, folder: Path, document: dict[str, object], memory_bytes: int = 4 << 30) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        document: dict[str, object],
+        memory_bytes: int = 4 << 30,
+        lease: Lease | None = None,
+    ) -> None:
         self.store = FileTileStore(folder / "jobs")
-        setup = WorkerSetup(os.getpid(), self.store.folder, folder / "assets", 1 << 20, memory_bytes)
+        setup = WorkerSetup(
+            os.getpid(), self.store.folder, folder / "assets", 1 << 20, memory_bytes, lease or Lease()
+        )
         self.engine = SlotEngine(1, setup)
         self.reports: queue.Queue[tuple[Task, Outcome]] = queue.Queue()
         request = JobRequest.model_validate({"scene": document})
@@ -98,9 +108,55 @@ def test_a_dead_worker_is_replaced_and_works(bench: Bench) -> None:
 
 
 def _again(bench: Bench, task: TileTask) -> Outcome:
-    bench.engine.room()
     bench.engine.submit(task)
     return bench.outcome()
+
+
+def test_a_worker_that_dies_with_nothing_to_do_is_replaced_at_once(bench: Bench) -> None:
+    worker = bench.worker()
+    os.kill(worker, signal.SIGKILL)
+    until(lambda: bench.engine.alive() and bench.worker() != worker)
+
+
+def test_a_task_that_never_ends_fails_alone(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, scene(128, 64, samples=1), lease=Lease(silent_seconds=1.0, task_seconds=1.0))
+    after = bench.tile(1)
+    os.mkfifo(tmp_path / "pipe")
+    bench.store.file("endless", "spec.json").parent.mkdir(parents=True)
+    # Whoever opens it to read waits for a writer, who never comes.
+    bench.store.file("endless", "spec.json").symlink_to(tmp_path / "pipe")
+    endless = replace(bench.tile(0), job="endless", spec_sha256="other")
+    bench.engine.submit(endless)
+    bench.engine.submit(after)
+    reports = dict(bench.reports.get(timeout=REPORT_SECONDS) for _ in range(2))
+    assert reports[after] == Interrupted()
+    failed = reports[endless]
+    assert isinstance(failed, TaskFailed)
+    assert (failed.code, failed.passes) == ("took_too_long", False)
+    assert isinstance(_again(bench, after), TileDone)
+    bench.engine.close()
+
+
+def test_a_stopped_worker_is_found_by_its_silence_and_blamed_like_a_dead_one(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, scene(128, 64, samples=1), lease=Lease(silent_seconds=1.0))
+    worker = bench.worker()
+    os.kill(worker, signal.SIGSTOP)
+    task = bench.tile()
+    bench.engine.submit(task)
+    assert bench.outcome() == WorkerDied()
+    assert isinstance(_again(bench, task), TileDone)
+    assert bench.worker() != worker
+    bench.engine.close()
+
+
+def test_a_stopped_worker_that_is_sent_more_than_a_pipe_holds_is_found_too(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, scene(128, 64, samples=1), lease=Lease(silent_seconds=1.0))
+    os.kill(bench.worker(), signal.SIGSTOP)
+    many = np.ones((1 << 20, 3))
+    bench.engine.submit(TraceTask(bench.plan.document, many, many))
+    assert isinstance(bench.outcome(), WorkerDied | Interrupted)
+    assert isinstance(_again(bench, bench.tile()), TileDone)
+    bench.engine.close()
 
 
 def test_an_interrupted_task_is_not_blamed(bench: Bench) -> None:

@@ -1,0 +1,62 @@
+"""The service with faults put in by hand: ``python -m benchmarks.chaos.faulty`` in place of ``service``.
+
+The name of a scene says what happens to the worker that renders it. Workers import this module, too.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+from datetime import datetime, tzinfo
+from pathlib import Path
+from typing import Any
+
+import renderer
+
+STEP = "CHAOS_CLOCK_STEP"
+"""Variable that names a file: how many seconds the wall clock of the service was set forward."""
+
+_rendered = renderer.render_tile
+_wall = time.time
+
+
+def _render_tile(plan: renderer.RenderPlan, *rest: Any) -> Any:
+    """Render a tile, unless the name of the scene asks for something else."""
+    match plan.document.name:
+        case "poison":
+            os.kill(os.getpid(), signal.SIGKILL)
+        case "endless":
+            while True:
+                time.sleep(1.0)
+        case "hungry":
+            bytearray(1 << 50)
+    return _rendered(plan, *rest)
+
+
+class _Set(datetime):
+    """Moments of a wall clock that somebody sets."""
+
+    @classmethod
+    def now(cls, tz: tzinfo | None = None) -> _Set:
+        """Tell what the clock shows."""
+        return cls.fromtimestamp(time.time(), tz)
+
+
+def _let_clock_be_set() -> None:
+    time.time = lambda: _wall() + float(Path(os.environ[STEP]).read_text())
+    for name, module in list(sys.modules.items()):
+        if name.startswith("service.") and getattr(module, "datetime", None) is datetime:
+            vars(module)["datetime"] = _Set
+
+
+vars(renderer)["render_tile"] = _render_tile
+if __name__ == "__main__":
+    # Workers import this, too, and start without the server.
+    from service.server import run
+    from service.settings import Settings
+
+    if STEP in os.environ:
+        _let_clock_be_set()
+    run(Settings())

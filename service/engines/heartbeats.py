@@ -1,0 +1,76 @@
+"""Signs of life: a worker sends beats through a pipe, and whoever waits for them counts time by them.
+
+No clock is read. A machine that slept, a service that was stopped for an hour, and a wall clock that was set
+all look alike: nobody was silent meanwhile, and no task has gone on.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import NamedTuple
+
+# Beats are read in pieces of so many bytes.
+MANY = 4096
+
+
+@dataclass(frozen=True)
+class Lease:
+    """How long a worker is trusted.
+
+    Attributes
+    ----------
+    start_seconds
+        Until it says that it has started: it imports the renderer first.
+    silent_seconds
+        Without a sign of life after that.
+    task_seconds
+        At one task.
+    """
+
+    start_seconds: float = 120.0
+    silent_seconds: float = 30.0
+    task_seconds: float = 3600.0
+
+    @property
+    def beat_seconds(self) -> float:
+        """Time between two beats."""
+        return min(1.0, self.silent_seconds / 4)
+
+
+class Passed(NamedTuple):
+    """Seconds that have passed, and for how many there was no beat."""
+
+    seconds: float
+    silent: float
+
+
+def beat(connection: Connection, seconds: float) -> None:
+    """Send a beat again and again, until nobody listens any more."""
+    # Written without making anything: the beats of a worker that has no memory left go on.
+    place, one = connection.fileno(), b"."
+    with suppress(OSError):
+        while True:
+            os.write(place, one)
+            time.sleep(seconds)
+
+
+def beats(connection: Connection, seconds: float) -> Iterator[Passed]:
+    """Wait for beats and tell of time as it passes, until the worker is lost."""
+    silent = 0.0
+    with connection, suppress(EOFError, OSError):
+        while True:
+            # Beats that are only a little late are waited for; a stop of both sides counts as one wait.
+            if connection.poll(2 * seconds):
+                passed = len(os.read(connection.fileno(), MANY)) * seconds
+                silent = 0.0
+                if not passed:
+                    return
+            else:
+                passed = 2 * seconds
+                silent += passed
+            yield Passed(passed, silent)

@@ -1,0 +1,30 @@
+"""Time as it is counted by beats."""
+
+import os
+from multiprocessing import Pipe
+
+from service.engines.heartbeats import Lease, Passed, beats
+
+SECONDS = 0.02
+
+
+def test_beats_that_waited_are_time_in_which_nobody_was_silent() -> None:
+    listening, sending = Pipe(duplex=False)
+    os.write(sending.fileno(), b"...")
+    told = beats(listening, SECONDS)
+    assert next(told) == Passed(3 * SECONDS, 0.0)
+
+
+def test_silence_is_counted_until_the_next_beat() -> None:
+    listening, sending = Pipe(duplex=False)
+    told = beats(listening, SECONDS)
+    assert [next(told), next(told)] == [Passed(2 * SECONDS, 2 * SECONDS), Passed(2 * SECONDS, 4 * SECONDS)]
+    os.write(sending.fileno(), b".")
+    assert next(told) == Passed(SECONDS, 0.0)
+    sending.close()
+    assert next(told, None) is None
+
+
+def test_a_worker_beats_several_times_before_its_silence_counts() -> None:
+    assert Lease(silent_seconds=1.0).beat_seconds == 0.25
+    assert Lease(silent_seconds=60.0).beat_seconds == 1.0

@@ -1,0 +1,45 @@
+"""Limits of time while somebody sets the wall clock."""
+
+from datetime import UTC, datetime, timedelta
+
+import pytest
+
+from service.moments import Moments
+
+NOON = datetime(2026, 3, 29, 12, tzinfo=UTC)
+
+
+class Clocks:
+    """A wall clock that can be set, and one that cannot."""
+
+    def __init__(self) -> None:
+        self.wall, self.steady = NOON, 1000.0
+        self.moments = Moments(lambda: self.wall, lambda: self.steady)
+
+    def pass_(self, seconds: float) -> None:
+        self.wall += timedelta(seconds=seconds)
+        self.steady += seconds
+
+
+@pytest.mark.parametrize("step", [timedelta(hours=1), timedelta(hours=-1), timedelta(days=-400)], ids=str)
+def test_setting_the_wall_clock_changes_nothing_about_what_has_passed(step: timedelta) -> None:
+    clocks = Clocks()
+    begun = clocks.moments.now()
+    clocks.pass_(10)
+    clocks.wall += step
+    clocks.pass_(5)
+    assert clocks.moments.since(begun) == 15.0
+
+
+def test_after_a_restart_the_wall_clock_tells_what_has_passed() -> None:
+    clocks = Clocks()
+    assert clocks.moments.since(NOON - timedelta(seconds=30)) == 30.0
+    clocks.pass_(1)
+    assert clocks.moments.since(NOON - timedelta(seconds=30)) == 31.0
+
+
+def test_a_moment_that_is_yet_to_come_is_taken_for_now() -> None:
+    clocks = Clocks()
+    assert clocks.moments.since(NOON + timedelta(hours=1)) == 0.0
+    clocks.pass_(2)
+    assert clocks.moments.since(NOON + timedelta(hours=1)) == 2.0
