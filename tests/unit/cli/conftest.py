@@ -1,7 +1,9 @@
 from __future__ import annotations
 
+import io
 import json
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -10,6 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
+from service.cli.main import main
 
 COMMAND = [sys.executable, "-m", "service.cli.main"]
 # Nothing of the machine that the tests run on may leak into them.
@@ -66,6 +70,31 @@ def penumbra(tmp_path: Path) -> Penumbra:
             check=False,
         )
         return Outcome(done.returncode, done.stdout, done.stderr)
+
+    return run
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Penumbra:
+    """Run the command in this process, which has loaded everything, as if it were one of its own.
+
+    For commands that only read files, write files and print; each of them runs in a process of its own, too.
+    """
+    for name in set(os.environ) - set(CLEAN):
+        monkeypatch.delenv(name)
+    monkeypatch.chdir(tmp_path)
+
+    def run(*words: object, stdin: str = "") -> Outcome:
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(stdin.encode())))
+        ended = signal.getsignal(signal.SIGTERM)
+        try:
+            with pytest.raises(SystemExit) as left:
+                main([str(word) for word in words])
+        finally:
+            signal.signal(signal.SIGTERM, ended)
+        out, err = capsys.readouterr()
+        assert isinstance(left.value.code, int)
+        return Outcome(left.value.code, out, err)
 
     return run
 

@@ -30,8 +30,8 @@ def test_equal_pictures_match_and_the_output_says_how_they_were_read(
     assert outcome.err == ""
 
 
-def test_the_mistake_is_told_with_its_cure(penumbra: Penumbra, picture: np.ndarray) -> None:
-    outcome = penumbra("compare", "flipped.png", "picture.png")
+def test_the_mistake_is_told_with_its_cure(here: Penumbra, picture: np.ndarray) -> None:
+    outcome = here("compare", "flipped.png", "picture.png")
     assert outcome.code == 0
     assert outcome.out.startswith("mismatch: ")
     assert "cause: flipped_vertically" in outcome.out
@@ -40,13 +40,13 @@ def test_the_mistake_is_told_with_its_cure(penumbra: Penumbra, picture: np.ndarr
 
 @pytest.mark.parametrize(("image", "code"), [("flipped.png", 1), ("picture.png", 0)])
 def test_the_exit_code_tells_a_low_score_where_that_was_asked_for(
-    penumbra: Penumbra, picture: np.ndarray, image: str, code: int
+    here: Penumbra, picture: np.ndarray, image: str, code: int
 ) -> None:
-    assert penumbra("compare", image, "picture.png", "--fail-under", "1").code == code
+    assert here("compare", image, "picture.png", "--fail-under", "1").code == code
 
 
-def test_json_is_the_document_that_the_service_answers_with(penumbra: Penumbra, picture: np.ndarray) -> None:
-    outcome = penumbra("compare", "flipped.png", "picture.png", "--json")
+def test_json_is_the_document_that_the_service_answers_with(here: Penumbra, picture: np.ndarray) -> None:
+    outcome = here("compare", "flipped.png", "picture.png", "--json")
     told = ComparisonAnswer.model_validate(outcome.document)
     assert told.verdict == "mismatch"
     assert told.diagnosis[0].cause == "flipped_vertically"
@@ -57,8 +57,8 @@ def test_json_is_the_document_that_the_service_answers_with(penumbra: Penumbra, 
     } - {"images"}
 
 
-def test_a_stated_encoding_is_the_one_that_is_used(penumbra: Penumbra, picture: np.ndarray) -> None:
-    outcome = penumbra("compare", "picture.png", "picture.png", "--encoding", "linear", "--json")
+def test_a_stated_encoding_is_the_one_that_is_used(here: Penumbra, picture: np.ndarray) -> None:
+    outcome = here("compare", "picture.png", "picture.png", "--encoding", "linear", "--json")
     assert outcome.document["inputs"]["image"]["encoding"] == "linear"
     assert outcome.document["inputs"]["image"]["encoding_stated"] is True
     assert outcome.document["inputs"]["reference"]["encoding_stated"] is False
@@ -66,11 +66,9 @@ def test_a_stated_encoding_is_the_one_that_is_used(penumbra: Penumbra, picture: 
     assert outcome.document["metrics"]["rmse"] > 0.1
 
 
-def test_pictures_of_the_difference_are_saved(
-    penumbra: Penumbra, picture: np.ndarray, tmp_path: Path
-) -> None:
+def test_pictures_of_the_difference_are_saved(here: Penumbra, picture: np.ndarray, tmp_path: Path) -> None:
     words = ("--heat-map", "heat.png", "--side-by-side", "side.png")
-    assert penumbra("compare", "flipped.png", "picture.png", *words).code == 0
+    assert here("compare", "flipped.png", "picture.png", *words).code == 0
     sizes = []
     for name in ("heat.png", "side.png"):
         with Image.open(tmp_path / name) as saved:
@@ -79,21 +77,21 @@ def test_pictures_of_the_difference_are_saved(
 
 
 def test_places_are_named_by_the_shapes_of_the_scene(
-    penumbra: Penumbra, scene_file: Path, tmp_path: Path
+    here: Penumbra, scene_file: Path, tmp_path: Path
 ) -> None:
-    assert penumbra("render", scene_file, "-o", "whole.npy").code == 0
+    assert here("render", scene_file, "-o", "whole.npy").code == 0
     pixels = np.load(tmp_path / "whole.npy")
     # On the ball, which is in the middle of the picture and almost 6 pixels wide.
     pixels[14:18, 22:26] = 0.9
     np.save(tmp_path / "spoilt.npy", pixels)
-    outcome = penumbra("compare", "spoilt.npy", "whole.npy", "--scene", scene_file, "--json")
+    outcome = here("compare", "spoilt.npy", "whole.npy", "--scene", scene_file, "--json")
     assert outcome.document["worst_regions"][0]["name"] == "ellipsoid (shapes/1)"
 
 
-def test_flip_is_told_where_it_is_asked_for(penumbra: Penumbra, picture: np.ndarray) -> None:
-    asked = penumbra("compare", "flipped.png", "picture.png", "--flip", "--json")
+def test_flip_is_told_where_it_is_asked_for(here: Penumbra, picture: np.ndarray) -> None:
+    asked = here("compare", "flipped.png", "picture.png", "--flip", "--json")
     assert 0 < asked.document["metrics"]["flip"] < 1
-    assert penumbra("compare", "flipped.png", "picture.png", "--json").document["metrics"]["flip"] is None
+    assert here("compare", "flipped.png", "picture.png", "--json").document["metrics"]["flip"] is None
 
 
 @pytest.mark.parametrize(
@@ -108,13 +106,13 @@ def test_flip_is_told_where_it_is_asked_for(penumbra: Penumbra, picture: np.ndar
     ],
 )
 def test_what_cannot_be_compared_is_told_with_the_reason(
-    penumbra: Penumbra, picture: np.ndarray, tmp_path: Path, words: tuple[str, ...], code: int, told: str
+    here: Penumbra, picture: np.ndarray, tmp_path: Path, words: tuple[str, ...], code: int, told: str
 ) -> None:
     np.save(tmp_path / "small.npy", np.zeros((4, 4, 3), np.float32))
     bad = np.zeros((24, 32, 3), np.float32)
     bad[2, 3, 0] = np.nan
     np.save(tmp_path / "nan.npy", bad)
-    outcome = penumbra("compare", *words)
+    outcome = here("compare", *words)
     assert outcome.code == code
     assert told in outcome.err
     assert outcome.out == ""

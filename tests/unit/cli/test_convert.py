@@ -29,8 +29,8 @@ def test_a_converted_scene_is_valid_and_renders(penumbra: Penumbra, tmp_path: Pa
     assert (tmp_path / "picture.png").stat().st_size > 0
 
 
-def test_what_is_assumed_is_talk_in_eighty_columns(penumbra: Penumbra, box: Path) -> None:
-    lines = penumbra("convert", box, "-o", "scene.json").err.splitlines()
+def test_what_is_assumed_is_talk_in_eighty_columns(here: Penumbra, box: Path) -> None:
+    lines = here("convert", box, "-o", "scene.json").err.splitlines()
     number = box.read_text().splitlines().index(' "nurbs": []') + 1
     assert f"  left out box.json line {number}: /nurbs" in lines
     assert any(line.startswith("  assumed box.json line ") for line in lines)
@@ -38,21 +38,19 @@ def test_what_is_assumed_is_talk_in_eighty_columns(penumbra: Penumbra, box: Path
     assert max(map(len, lines)) <= 80
 
 
-def test_the_document_has_the_scene_and_every_assumption(
-    penumbra: Penumbra, tmp_path: Path, box: Path
-) -> None:
-    document = penumbra("convert", box, "-o", "scene.json", "--json").document
+def test_the_document_has_the_scene_and_every_assumption(here: Penumbra, tmp_path: Path, box: Path) -> None:
+    document = here("convert", box, "-o", "scene.json", "--json").document
     assert document["scene"] == json.loads((tmp_path / "scene.json").read_text())
     assert document["format"] == "CS171 scene"
     assert {"kind", "file", "place", "line", "detail"} == set(document["assumptions"][0])
     assert "/nurbs" in {assumption["place"] for assumption in document["assumptions"]}
 
 
-def test_files_are_written_beside_the_scene(penumbra: Penumbra, tmp_path: Path) -> None:
+def test_files_are_written_beside_the_scene(here: Penumbra, tmp_path: Path) -> None:
     (tmp_path / "in").mkdir()
     (tmp_path / "out").mkdir()
     (tmp_path / "in" / "mesh.obj").write_bytes(TWO_MATERIALS)
-    outcome = penumbra("convert", "in/mesh.obj", "-o", "out/scene.json")
+    outcome = here("convert", "in/mesh.obj", "-o", "out/scene.json")
     assert outcome.code == 0
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
         "mesh-a.obj",
@@ -60,12 +58,12 @@ def test_files_are_written_beside_the_scene(penumbra: Penumbra, tmp_path: Path) 
         "scene.json",
     ]
     assert "Beside it: mesh-a.obj, mesh-b.obj" in outcome.err.splitlines()
-    assert penumbra("validate", "out/scene.json").code == 0
+    assert here("validate", "out/scene.json").code == 0
 
 
-def test_an_input_that_cannot_be_converted_is_shown_with_its_line(penumbra: Penumbra, tmp_path: Path) -> None:
+def test_an_input_that_cannot_be_converted_is_shown_with_its_line(here: Penumbra, tmp_path: Path) -> None:
     (tmp_path / "mesh.obj").write_bytes(b"v 0 0 0\nv 1 0 0\nf 1 2 3\n")
-    outcome = penumbra("convert", "mesh.obj", "-o", "scene.json")
+    outcome = here("convert", "mesh.obj", "-o", "scene.json")
     assert outcome.code == 3
     assert "3 | f 1 2 3" in outcome.err
     assert not (tmp_path / "scene.json").exists()
@@ -76,15 +74,15 @@ def test_an_input_that_cannot_be_converted_is_shown_with_its_line(penumbra: Penu
     [(("gone.obj", "-o", "scene.json"), 3), (("gone.obj", "-o", "scene.txt"), 2), (("gone.obj",), 2)],
 )
 def test_wrong_use_and_missing_files_have_their_codes(
-    penumbra: Penumbra, words: tuple[str, ...], code: int
+    here: Penumbra, words: tuple[str, ...], code: int
 ) -> None:
-    assert penumbra("convert", *words).code == code
+    assert here("convert", *words).code == code
 
 
-def test_warnings_about_the_new_scene_are_told(penumbra: Penumbra, box: Path) -> None:
+def test_warnings_about_the_new_scene_are_told(here: Penumbra, box: Path) -> None:
     document = json.loads(box.read_text())
     document["cam_config"]["ref_up"] = [0, 0, 1]
     box.write_text(json.dumps(document))
-    outcome = penumbra("convert", box, "-o", "scene.json")
+    outcome = here("convert", box, "-o", "scene.json")
     assert "About scene.json:" in outcome.err
     assert "/camera/up" in outcome.err

@@ -18,51 +18,51 @@ def test_the_plan_is_that_of_the_renderer(penumbra: Penumbra, scene_file: Path) 
     assert [line[1] for line in lines if line[0] == "left out"] == [out["effect"] for out in plan["left_out"]]
 
 
-def test_more_samples_are_predicted_to_cost_more(penumbra: Penumbra, scene_file: Path) -> None:
+def test_more_samples_are_predicted_to_cost_more(here: Penumbra, scene_file: Path) -> None:
     one, nine = (
-        penumbra("explain", scene_file, "--json", "--samples", n, "--pattern", "uniform") for n in (1, 9)
+        here("explain", scene_file, "--json", "--samples", n, "--pattern", "uniform") for n in (1, 9)
     )
     assert nine.document["cost"]["camera_rays"] == 9 * one.document["cost"]["camera_rays"]
     assert nine.document["cost"]["cpu_seconds"] > one.document["cost"]["cpu_seconds"]
 
 
-def test_costs_are_measured_for_each_effect_with_who_asked(penumbra: Penumbra, scene_file: Path) -> None:
-    plain = penumbra("explain", scene_file, "--json").document
-    whole = penumbra("explain", scene_file, "--json", "--cost").document
+def test_costs_are_measured_for_each_effect_with_who_asked(here: Penumbra, scene_file: Path) -> None:
+    plain = here("explain", scene_file, "--json").document
+    whole = here("explain", scene_file, "--json", "--cost").document
     measured = whole.pop("measured")
     assert whole == plain
     assert measured["cpu_seconds"] > 0
     effects = {row["effect"]: row for row in measured["effects"]}
     assert effects["light 0"]["pointers"] == ["/lights/0"]
     assert effects["light 0"]["difference"] > 0
-    lines = penumbra("explain", scene_file, "--cost").out.splitlines()
+    lines = here("explain", scene_file, "--cost").out.splitlines()
     assert sum(line.startswith("measured\t") for line in lines) == len(effects)
 
 
-def test_first_looks_of_target_quality_are_told(penumbra: Penumbra, scene_file: Path) -> None:
+def test_first_looks_of_target_quality_are_told(here: Penumbra, scene_file: Path) -> None:
     target = TargetQuality(mode="target", error=0.004, confidence=0.8, time_limit=9.0)
     plan = compile_scene(load_scene(scene_file), target).describe().model_dump(mode="json")
     options = ("--target-error", 0.004, "--confidence", 0.8, "--time-limit", 9)
-    found = penumbra("explain", scene_file, "--json", *options).document
+    found = here("explain", scene_file, "--json", *options).document
     assert found["first_looks"] == plan["first_looks"] != []
     assert found["stages"] == plan["stages"]
-    lines = [line.split("\t") for line in penumbra("explain", scene_file, *options).out.splitlines()]
+    lines = [line.split("\t") for line in here("explain", scene_file, *options).out.splitlines()]
     told = [(line[1], line[4]) for line in lines if line[0] == "first looks"]
     assert told == [(look["name"], look["detail"]) for look in plan["first_looks"]]
 
 
 def test_a_smaller_error_is_predicted_to_cost_more_and_a_time_limit_bounds_it(
-    penumbra: Penumbra, scene_file: Path
+    here: Penumbra, scene_file: Path
 ) -> None:
     coarse, fine, short = (
-        penumbra("explain", scene_file, "--json", "--target-error", *words).document["cost"]
+        here("explain", scene_file, "--json", "--target-error", *words).document["cost"]
         for words in ((0.004,), (0.001,), (0.001, "--time-limit", 0.000001))
     )
     assert fine["cpu_seconds"] == pytest.approx(4 * coarse["cpu_seconds"], rel=1e-12)
     assert short["cpu_seconds"] <= 0.000001 * (os.cpu_count() or 1)
 
 
-def test_a_target_error_and_samples_contradict_each_other(penumbra: Penumbra, scene_file: Path) -> None:
-    outcome = penumbra("explain", scene_file, "--target-error", 0.004, "--samples", 4)
+def test_a_target_error_and_samples_contradict_each_other(here: Penumbra, scene_file: Path) -> None:
+    outcome = here("explain", scene_file, "--target-error", 0.004, "--samples", 4)
     assert outcome.code == 2
     assert "--samples" in outcome.err

@@ -13,7 +13,7 @@ from service.cli import errors as cli_errors
 from service.cli.exits import ExitCode
 from service.cli.failures import OUTCOMES
 from service.client import errors as client_errors
-from tests.unit.cli.conftest import Penumbra
+from tests.unit.cli.conftest import Outcome, Penumbra
 
 NOWHERE = "http://127.0.0.1:9"
 WRONG_USE = {
@@ -69,7 +69,8 @@ def _cases(*tables: tuple[ExitCode, dict[str, list[str]]]) -> list[Any]:
     return [pytest.param(code, words, id=name) for code, table in tables for name, words in table.items()]
 
 
-ALL = _cases((ExitCode.USAGE, WRONG_USE), (ExitCode.UNUSABLE_INPUT, UNUSABLE), (ExitCode.SERVER, NO_SERVER))
+FILES = _cases((ExitCode.USAGE, WRONG_USE), (ExitCode.UNUSABLE_INPUT, UNUSABLE))
+ALL = [*FILES, *_cases((ExitCode.SERVER, NO_SERVER))]
 
 
 @pytest.mark.parametrize(("code", "words"), ALL)
@@ -84,11 +85,21 @@ def test_the_exit_code_tells_what_kind_of_thing_went_wrong(
     assert sorted(tmp_path.rglob("*")) == before
 
 
-@pytest.mark.parametrize(("code", "words"), [case for case in ALL if case.id != "no command"])
+@pytest.mark.parametrize(("code", "words"), [case for case in FILES if case.id != "no command"])
 def test_with_json_the_failure_is_one_document_on_stdout(
+    here: Penumbra, code: ExitCode, words: list[str]
+) -> None:
+    _assert_one_document(here(*_with_server(words), "--json"), code, words)
+
+
+@pytest.mark.parametrize(("code", "words"), _cases((ExitCode.SERVER, NO_SERVER)))
+def test_with_json_a_failure_of_the_network_is_one_document_too(
     penumbra: Penumbra, code: ExitCode, words: list[str]
 ) -> None:
-    outcome = penumbra(*_with_server(words), "--json")
+    _assert_one_document(penumbra(*_with_server(words), "--json"), code, words)
+
+
+def _assert_one_document(outcome: Outcome, code: ExitCode, words: list[str]) -> None:
     assert outcome.code == code
     document = outcome.document
     assert isinstance(document, dict)

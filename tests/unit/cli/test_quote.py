@@ -37,10 +37,8 @@ def test_the_document_is_a_quote(penumbra: Penumbra, scene_file: Path) -> None:
     assert told.for_seconds is not None
 
 
-def test_elsewhere_each_offer_is_a_line(penumbra: Penumbra, scene_file: Path) -> None:
-    lines = [
-        line.split("\t") for line in penumbra("quote", scene_file, "--target-error", 0.02).out.splitlines()
-    ]
+def test_elsewhere_each_offer_is_a_line(here: Penumbra, scene_file: Path) -> None:
+    lines = [line.split("\t") for line in here("quote", scene_file, "--target-error", 0.02).out.splitlines()]
     kinds = [line[0] for line in lines]
     assert kinds.count("asked") == kinds.count("for error") == 1
     assert kinds.count("for time") == 0
@@ -80,8 +78,8 @@ def test_a_row_names_its_quality_shortly() -> None:
 
 
 @pytest.mark.parametrize("columns", [80, 120])
-def test_each_offer_is_a_line_of_a_terminal(penumbra: Penumbra, scene_file: Path, columns: int) -> None:
-    told = Quote.model_validate(penumbra("quote", scene_file, "--json").document)
+def test_each_offer_is_a_line_of_a_terminal(here: Penumbra, scene_file: Path, columns: int) -> None:
+    told = Quote.model_validate(here("quote", scene_file, "--json").document)
     console = Console(width=columns, file=io.StringIO())
     with console.capture() as shown:
         console.print(offers(told))
@@ -94,19 +92,19 @@ def test_each_offer_is_a_line_of_a_terminal(penumbra: Penumbra, scene_file: Path
     ("option", "value"), [("--target-error", 0), ("--target-error", 2), ("--time", 0), ("--workers", 0)]
 )
 def test_wishes_that_make_no_sense_are_wrong_use(
-    penumbra: Penumbra, scene_file: Path, option: str, value: float
+    here: Penumbra, scene_file: Path, option: str, value: float
 ) -> None:
-    outcome = penumbra("quote", scene_file, option, value)
+    outcome = here("quote", scene_file, option, value)
     assert outcome.code == 2
     assert option in outcome.err
 
 
 def test_a_texture_that_is_not_there_is_shown_in_the_file(
-    penumbra: Penumbra, tmp_path: Path, scene: dict[str, Any]
+    here: Penumbra, tmp_path: Path, scene: dict[str, Any]
 ) -> None:
     scene["textures"] = {"wood": {"type": "image", "asset": "wood.png"}}
     scene["materials"]["floor"] = {"type": "phong", "color_texture": "wood"}
     (tmp_path / "wooden.json").write_text(json.dumps(scene))
-    outcome = penumbra("quote", "wooden.json")
+    outcome = here("quote", "wooden.json")
     assert outcome.code == 3
     assert "/textures/wood/asset" in outcome.err

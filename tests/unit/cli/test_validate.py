@@ -25,11 +25,11 @@ def test_every_error_of_every_file_is_shown_with_its_line(
 
 
 def test_the_document_has_what_the_lines_have(
-    penumbra: Penumbra, scene: dict[str, Any], scene_file: Path
+    here: Penumbra, scene: dict[str, Any], scene_file: Path
 ) -> None:
     scene["camera"]["up"] = [0, 0, 0]
     scene_file.write_text(json.dumps(scene))
-    document = penumbra("validate", scene_file, "--json").document
+    document = here("validate", scene_file, "--json").document
     (finding,) = document["files"]
     assert not document["valid"]
     assert [error["pointer"] for error in finding["errors"]] == ["/camera/up"]
@@ -37,36 +37,36 @@ def test_the_document_has_what_the_lines_have(
 
 
 def test_warnings_are_shown_and_are_no_failure(
-    penumbra: Penumbra, scene: dict[str, Any], scene_file: Path
+    here: Penumbra, scene: dict[str, Any], scene_file: Path
 ) -> None:
     del scene["lights"]
     scene_file.write_text(json.dumps(scene, indent=2))
-    outcome = penumbra("validate", scene_file)
+    outcome = here("validate", scene_file)
     assert outcome.code == 0
     assert outcome.out.splitlines()[0] == f"{scene_file}: 1 warning"
-    document = penumbra("validate", scene_file, "--json").document
+    document = here("validate", scene_file, "--json").document
     assert document["valid"]
     assert len(document["files"][0]["warnings"]) == 1
 
 
-def test_a_scene_is_read_from_stdin(penumbra: Penumbra, scene: dict[str, Any]) -> None:
-    assert penumbra("validate", "-", stdin=json.dumps(scene)).code == 0
-    assert penumbra("validate", "-", stdin="{").code == 3
+def test_a_scene_is_read_from_stdin(here: Penumbra, scene: dict[str, Any]) -> None:
+    assert here("validate", "-", stdin=json.dumps(scene)).code == 0
+    assert here("validate", "-", stdin="{").code == 3
 
 
 def test_a_missing_texture_is_found_at_its_line(
-    penumbra: Penumbra, scene: dict[str, Any], scene_file: Path
+    here: Penumbra, scene: dict[str, Any], scene_file: Path
 ) -> None:
     scene["textures"] = {"wood": {"type": "image", "asset": "wood.png"}}
     scene["materials"]["floor"] = {"type": "phong", "color_texture": "wood"}
     scene_file.write_text(json.dumps(scene, indent=2))
-    (error,) = penumbra("validate", scene_file, "--json").document["files"][0]["errors"]
+    (error,) = here("validate", scene_file, "--json").document["files"][0]["errors"]
     assert error["pointer"] == "/textures/wood/asset"
     assert '"wood.png"' in scene_file.read_text().splitlines()[error["line"] - 1]
 
 
 def test_a_texture_outside_of_the_folder_of_the_scene_is_not_read(
-    penumbra: Penumbra, scene: dict[str, Any], scene_file: Path, tmp_path: Path
+    here: Penumbra, scene: dict[str, Any], scene_file: Path, tmp_path: Path
 ) -> None:
     inner = tmp_path / "inner"
     inner.mkdir()
@@ -75,6 +75,6 @@ def test_a_texture_outside_of_the_folder_of_the_scene_is_not_read(
     scene["materials"]["floor"] = {"type": "phong", "color_texture": "wood"}
     (inner / "scene.json").write_text(json.dumps(scene))
     for words in (["validate"], ["submit", "--server", "http://127.0.0.1:9"]):
-        outcome = penumbra(*words, inner / "scene.json")
+        outcome = here(*words, inner / "scene.json")
         assert outcome.code == 3
         assert "/textures/wood/asset" in outcome.out + outcome.err
