@@ -98,7 +98,7 @@ def burst(users: int, jobs_each: int, scene_of: Callable[[int], dict[str, Any]],
     """Have every user send all his jobs at once, and wait until they are finished."""
     with TemporaryDirectory() as folder:
         chosen = Settings(data=Path(folder), port=0, log_level="error", **settings)
-        secrets = _keys(chosen, users)
+        secrets = keys_for(chosen, users)
         with running(chosen) as server, ThreadPoolExecutor(users) as pool:
             begun = time.time()
 
@@ -114,7 +114,8 @@ def burst(users: int, jobs_each: int, scene_of: Callable[[int], dict[str, Any]],
     return _told(found, begun)
 
 
-def _keys(settings: Settings, users: int) -> dict[str, str]:
+def keys_for(settings: Settings, users: int) -> dict[str, str]:
+    """Make keys for so many users of a service that is to be started, by their names."""
     settings.data.mkdir(parents=True, exist_ok=True)
     database = Database(settings.database_url)
     upgrade(database)

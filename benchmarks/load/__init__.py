@@ -1,0 +1,1 @@
+"""Promises of the service under load, each with a figure: ``make load``."""
