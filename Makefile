@@ -9,7 +9,7 @@ STUDIED := study/chess study/soft gallery/basic gallery/normal_texturing gallery
 STUDY_SECONDS ?= 250
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo serve test check gallery bench load bench-peers bench-references study clean
+.PHONY: help install demo serve test check audit fuzz gallery bench load bench-peers bench-references study clean
 
 help:  ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-17s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -27,11 +27,18 @@ test: export PYTHONDONTWRITEBYTECODE :=
 test: .venv/installed-test  ## run all tests, the fast ones first
 	$(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadscope --no-loadscope-reorder
 
-check: .venv/installed-check  ## lint, format, types, and which package may import which
+check: .venv/installed-check  ## lint, format, types, which package may import which, known advisories
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python -m benchmarks.audit
+
+audit: .venv/installed-check  ## ask for advisories about the dependencies; fails where nobody answers
+	$(BIN)/python -m benchmarks.audit --strict
+
+fuzz: .venv/installed-test  ## send 100,000 bodies that make no sense, into out/fuzz.json; some minutes
+	$(BIN)/python -m benchmarks.fuzz
 
 gallery: .venv/installed  ## render the gallery and the hard scenes into out
 	$(BIN)/python docs/render_gallery.py

@@ -144,6 +144,7 @@ def _assemble(settings: Settings, feed: Feed) -> Service:
         max_asset_pixels=settings.max_asset_pixels,
         memory_bytes=settings.worker_memory_bytes,
         lease=Lease(silent_seconds=settings.worker_silence_seconds, task_seconds=settings.max_task_seconds),
+        log_level=settings.log_level,
     )
     dispatcher = Dispatcher(database, store, engine_of(settings, setup), feed, settings)
     dispatcher.start()

@@ -25,8 +25,9 @@ def _harmless(_logger: object, _method: str, event: EventDict) -> EventDict:
 def configure(level: str) -> None:
     """Send the logs of this process, and the warnings of the libraries in it, to stderr."""
     terminal = sys.stderr.isatty()
+    for_people = structlog.dev.ConsoleRenderer(exception_formatter=structlog.dev.plain_traceback)
     renderers: list[structlog.typing.Processor] = (
-        [structlog.dev.ConsoleRenderer()] if terminal else [_TRACEBACKS, structlog.processors.JSONRenderer()]
+        [for_people] if terminal else [_TRACEBACKS, structlog.processors.JSONRenderer()]
     )
     shared: list[structlog.typing.Processor] = [
         structlog.contextvars.merge_contextvars,

@@ -4,6 +4,7 @@ import io
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from tokenize import TokenError
 from typing import Any, Literal
 
 import numpy as np
@@ -88,11 +89,15 @@ def _png(content: bytes, name: str) -> Raw:
     return _whole(np.asarray(picture), name, "srgb")
 
 
+_DAMAGE = (ValueError, EOFError, OSError, TypeError, KeyError, SyntaxError, RecursionError, TokenError)
+"""What NumPy raises for files that make no sense."""
+
+
 def _npy(content: bytes, name: str) -> Raw:
     try:
         array = np.load(io.BytesIO(content), allow_pickle=False)
-    # A few bytes may claim any size.
-    except (ValueError, EOFError, OSError, MemoryError) as error:
+    # A few bytes may claim any size, and the header is read as Python is.
+    except (*_DAMAGE, MemoryError) as error:
         raise NotComparableError(f"{name} is a damaged NPY file, or holds objects.") from error
     if array.dtype in (np.uint8, np.uint16):
         return _whole(array, name, None)

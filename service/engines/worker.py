@@ -24,7 +24,7 @@ import renderer
 from renderer import film, image_files, progressive
 from renderer.inspection import inspect
 from renderer.quotes import quote
-from service import layers
+from service import layers, logs
 from service.engines.comparing import compared
 from service.engines.heartbeats import Lease, beat
 from service.engines.passes import PassWorker
@@ -76,6 +76,7 @@ class WorkerSetup:
     max_asset_pixels: int
     memory_bytes: int
     lease: Lease = field(default_factory=Lease)
+    log_level: str = "info"
 
 
 class Worker:
@@ -193,7 +194,11 @@ def work(connection: Connection, pulse: Connection, setup: WorkerSetup) -> None:
 
 
 def _prepare(setup: WorkerSetup) -> None:
-    """See that this process dies with its parent, leaves no core file and keeps to its memory."""
+    """See that this process dies with its parent, leaves no core file and keeps to its memory.
+
+    It logs as the service does: other forms of a traceback show the values of names.
+    """
+    logs.configure(setup.log_level)
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != setup.parent:

@@ -130,16 +130,35 @@ def test_a_data_folder_is_closed_to_other_users_of_the_machine(tmp_path: Path) -
         assert stat.S_IMODE((tmp_path / "new").stat().st_mode) == 0o700
 
 
-def test_text_from_outside_neither_begins_lines_of_the_log_nor_steers_a_terminal() -> None:
-    """On a terminal; elsewhere a line is a JSON object, which has no control characters."""
-    program = (
-        "import structlog; from service import logs; logs.configure('info'); "
-        r"structlog.get_logger().info('request', path='/a\nforged\x1b[2J\x9b')"
-    )
+def on_a_terminal(statements: str) -> str:
+    """What a terminal is shown of the logs of some statements."""
+    program = f"import structlog; from service import logs; logs.configure('info')\n{statements}"
     ours, theirs = pty.openpty()
     subprocess.run([sys.executable, "-c", program], stderr=theirs, check=True, timeout=PATIENCE)
     os.close(theirs)
     shown = os.read(ours, 10_000).decode()
     os.close(ours)
+    return shown
+
+
+def test_text_from_outside_neither_begins_lines_of_the_log_nor_steers_a_terminal() -> None:
+    """On a terminal; elsewhere a line is a JSON object, which has no control characters."""
+    shown = on_a_terminal(r"structlog.get_logger().info('request', path='/a\nforged\x1b[2J\x9b')")
     assert shown.count("\n") == 1
     assert r"/a\nforged\x1b[2J\x9b" in shown
+
+
+FAILURE = """
+def ask(key):
+    1 / 0
+try:
+    ask("secret" * 7)
+except ZeroDivisionError:
+    structlog.get_logger().exception("failed")
+"""
+
+
+def test_a_traceback_on_a_terminal_does_not_show_values() -> None:
+    shown = on_a_terminal(FAILURE)
+    assert "ZeroDivisionError" in shown
+    assert "secretsecret" not in shown

@@ -13,6 +13,8 @@ import pytest
 from service.server import running
 from service.settings import Settings
 from tests.integration.support import PATIENCE, scene
+from tests.integration.test_assets import put
+from tests.integration.test_meshes import FILES, with_mesh
 
 Talk = tuple[httpx2.Client, Path]
 
@@ -67,3 +69,16 @@ def test_what_happens_to_a_tile_is_logged_with_job_and_tile(talk: Talk) -> None:
         (event["tile"], event["pass_index"])
         for event in client.get(f"/v1/jobs/{job['id']}/tiles").json()["events"]
     }
+
+
+def test_what_fails_in_a_worker_is_logged_without_what_was_in_it(talk: Talk) -> None:
+    client, log = talk
+    content = FILES["ply binary"]()[:2800]
+    assert put(client, content).status_code == 200
+    sent = {"scene": with_mesh(content), "labels": {"course": "not-for-logs"}}
+    job = client.post("/v1/jobs", json=sent, headers={"Prefer": "wait=30"}).json()
+    assert job["failure"]["code"] == "scene_not_usable"
+    (failed,) = logged(log, event="task failed", job=job["id"], task="TileTask")
+    assert "exception" in failed
+    assert "locals" not in json.dumps(failed["exception"])
+    assert "not-for-logs" not in log.read_text()

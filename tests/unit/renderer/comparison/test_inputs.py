@@ -116,6 +116,7 @@ def with_nan() -> np.ndarray:
         (png(CODES)[:50], "damaged"),
         (png(CODES)[:8], "damaged"),
         (npy(np.zeros((3, 3, 3)))[:-5], "damaged"),
+        (npy(np.zeros((3, 3, 3))).replace(b"'<f8'", b"{(<f8"), "damaged"),
         (npy(np.zeros((3, 3, 3))).replace(b"(3, 3, 3)", b"(9999999,3,999999)"), "damaged"),
         (deep_png(), "16 bits"),
         (png(np.array([[1, 70000 % 65536]], np.uint16)), "16 bits"),
