@@ -59,7 +59,7 @@ def database(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Databas
         f"sqlite:///{tmp_path / 'test.sqlite'}" if sqlite else request.getfixturevalue("postgres").database()
     )
     database = Database(url)
-    _upgrade_to(database, "0006")
+    _upgrade_to(database, "0001")
     failure = json.dumps({"code": "worker_died", "message": "It died.", "retryable": True})
     _insert(database, "jobs", JOB | {"number": 5, "id": "aa", "name": "ball", "state": "running"})
     _insert(database, "jobs", JOB | {"number": 7, "id": "bb", "state": "failed", "failure": failure})
