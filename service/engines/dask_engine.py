@@ -198,7 +198,8 @@ async def _outcome(flight: _Flight) -> Outcome:
     """Wait until a task has ended, or is lost."""
     try:
         outcome: Outcome = await flight.future
-    except FutureCancelledError:
+    except (FutureCancelledError, OSError):
+        # The scheduler is gone, or the worker was before it had told.
         return Interrupted()
     except KilledWorker:
         # What waited behind another task is not to blame.

@@ -63,8 +63,9 @@ class SlotPlugin(WorkerPlugin):
 
     def teardown(self, worker: Worker) -> None:  # noqa: ARG002  (an interface)
         """Kill the process of the slot; a task that runs ends as interrupted."""
-        if self._slot is not None:
-            self._slot.close()
+        slot, self._slot = self._slot, None
+        if slot is not None:
+            slot.close()
             self._end(Interrupted())
 
     def transition(self, key: str, start: str, finish: str, **_: object) -> None:
@@ -74,11 +75,12 @@ class SlotPlugin(WorkerPlugin):
 
     def run(self, key: str, task: Task) -> Outcome:
         """Execute a task in the slot."""
-        assert self._slot is not None
+        slot = self._slot
+        assert slot is not None
         self._begin(key)
         self._worker.log_event(BEGUN, {"key": key, "worker": self._worker.address})
-        self._slot.submit(task)
-        return self._outcome(self._slot)
+        slot.submit(task)
+        return self._outcome(slot)
 
     def stop(self, key: str | None) -> None:
         """Kill the process if it runs this task, or any if no key is given."""

@@ -5,7 +5,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("schemas", "renderer", "service", "scenes", "benchmarks")
-FOLDERS = (*PACKAGES, "tests", "docs", ".ci")
+FOLDERS = (*PACKAGES, "tests", "docs", "deploy", ".ci")
 
 
 def modules() -> list[Path]:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import io
+import sqlite3
 import time
 from collections.abc import Callable
+from contextlib import closing
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -18,6 +20,7 @@ from service import fairness
 from service.database.models import JobRow, RenderRow
 
 PATIENCE = 60.0
+STEPS = "SELECT * FROM tiles WHERE render IN (SELECT render_number FROM jobs WHERE id LIKE ?)"
 
 KINDS = ["sqlite", "postgresql"]
 BOTH = pytest.mark.parametrize("database", KINDS, indirect=True)
@@ -155,6 +158,14 @@ def image(client: httpx2.Client, job: str) -> np.ndarray:
     answer = client.get(f"/v1/jobs/{job}/image.npy")
     assert answer.status_code == 200, answer.text
     return np.load(io.BytesIO(answer.content))
+
+
+def steps(data: Path, job: str = "%") -> dict[tuple[int, int], dict[str, Any]]:
+    """Rows of all steps of a job, or of the only one in a data folder."""
+    with closing(sqlite3.connect(data / "penumbra.sqlite")) as connection:
+        connection.row_factory = sqlite3.Row
+        rows = connection.execute(STEPS, (job,)).fetchall()
+    return {(row["pass_index"], row["tile"]): dict(row) for row in rows}
 
 
 def workers_of(server: int) -> list[int]:

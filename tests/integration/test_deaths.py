@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
-import sqlite3
 from collections.abc import Iterator
-from contextlib import closing
 from pathlib import Path
-from typing import Any
 
 import httpx2
 import numpy as np
@@ -26,6 +23,7 @@ from tests.integration.support import (
     job_of,
     long_scene,
     scene,
+    steps,
     submit,
     until,
     wait,
@@ -42,14 +40,6 @@ def undisturbed() -> np.ndarray:
 
 def connect(server: RunningServer) -> httpx2.Client:
     return httpx2.Client(base_url=server.url, timeout=PATIENCE)
-
-
-def steps(data: Path) -> dict[tuple[int, int], dict[str, Any]]:
-    """Rows of all steps in the only job of a data folder."""
-    with closing(sqlite3.connect(data / "penumbra.sqlite")) as connection:
-        connection.row_factory = sqlite3.Row
-        rows = connection.execute("SELECT * FROM tiles").fetchall()
-    return {(row["pass_index"], row["tile"]): dict(row) for row in rows}
 
 
 def is_alive(process: int) -> bool:

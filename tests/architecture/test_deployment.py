@@ -1,0 +1,156 @@
+"""The files that operators take: commands, settings and names in them are those that there are."""
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import dask.config
+import distributed  # noqa: F401  (its settings have defaults once it is imported)
+import pytest
+import yaml
+from click import Command
+from distributed.cli import dask_scheduler, dask_worker
+from typer.main import get_group
+
+from service.cli.main import application
+from service.engines.dask_cluster import LOCAL
+from service.settings import Settings
+from tests.architecture.sources import ROOT
+
+DEPLOY = ROOT / "deploy"
+UNITS = sorted((DEPLOY / "systemd").glob("*.service"))
+DASK: dict[str, Command] = {"worker": dask_worker.main, "scheduler": dask_scheduler.main}
+
+
+def text_of(path: Path) -> str:
+    return path.read_text().replace("\\\n", " ")
+
+
+def commands() -> Iterator[tuple[str, list[str]]]:
+    """Every command line that starts one of the programs, with the file that it is in."""
+    for path in [*UNITS, DEPLOY / "slurm" / "workers.sbatch"]:
+        for found in re.findall(
+            r"^(?!#).*?(?:/bin/|\b)((?:dask|penumbra) [a-z]+ ?.*)$", text_of(path), re.MULTILINE
+        ):
+            yield path.name, shlex.split(found)
+    for name, container in containers():
+        yield name, container["command"]
+
+
+def containers() -> Iterator[tuple[str, dict[str, Any]]]:
+    yield from compose()["services"].items()
+    for document in kubernetes("Deployment"):
+        (container,) = document["spec"]["template"]["spec"]["containers"]
+        yield document["metadata"]["name"], container
+
+
+def compose() -> dict[str, Any]:
+    document: dict[str, Any] = yaml.safe_load((DEPLOY / "compose" / "compose.yaml").read_text())
+    return document
+
+
+def kubernetes(kind: str) -> list[dict[str, Any]]:
+    documents = yaml.safe_load_all((DEPLOY / "kubernetes" / "penumbra.yaml").read_text())
+    return [document for document in documents if document["kind"] == kind]
+
+
+COMMANDS = list(commands())
+
+
+def test_every_way_starts_a_server_a_scheduler_and_workers_or_workers_alone() -> None:
+    started = [(where, " ".join(line[:2])) for where, line in COMMANDS]
+    assert [what for where, what in started if where == "workers.sbatch"] == ["dask worker"]
+    others = sorted(what for where, what in started if where != "workers.sbatch")
+    assert others == ["dask scheduler"] * 3 + ["dask worker"] * 3 + ["penumbra serve"] * 3
+
+
+@pytest.mark.parametrize(
+    ("where", "line"), COMMANDS, ids=lambda part: part if isinstance(part, str) else part[1]
+)
+def test_a_command_of_a_file_is_understood(where: str, line: list[str], tmp_path: Path) -> None:
+    program, name, *arguments = line
+    # Files that are named are looked for.
+    file = tmp_path / "file.pem"
+    file.touch()
+    named = [str(file) if part.endswith((".pem", ".key")) else part for part in arguments]
+    command = DASK[name] if program == "dask" else get_group(application()).commands[name]
+    with command.make_context(name, named) as context:
+        assert not context.args or program == "dask"
+    if name == "worker":
+        assert context.params["nthreads"] == 1
+
+
+def test_every_variable_of_a_container_is_a_setting() -> None:
+    names = set(re.findall(r"PENUMBRA_(\w+)", "".join(path.read_text() for path in DEPLOY.rglob("*.*"))))
+    assert names - {"CONFIG"} <= {name.upper() for name in Settings.model_fields}
+    assert "DASK_TLS_KEY" in names
+
+
+def test_settings_for_clusters_are_settings_of_dask_and_those_of_the_small_one() -> None:
+    written = dict(flat(yaml.safe_load((DEPLOY / "dask.yaml").read_text())))
+    unknown = [name for name in written if dask.config.get(name, default=unknown_name) is unknown_name]
+    assert unknown == []
+    assert {name: written[name] for name in LOCAL} == LOCAL
+
+
+unknown_name = object()
+
+
+def flat(document: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for name, value in document.items():
+        if isinstance(value, dict):
+            yield from flat(value, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}", value
+
+
+@pytest.mark.skipif(not shutil.which("systemd-analyze"), reason="systemd is not installed")
+@pytest.mark.parametrize("unit", UNITS, ids=lambda path: path.name)
+def test_systemd_has_nothing_to_say_about_a_unit(unit: Path, tmp_path: Path) -> None:
+    # The programs are where this Python is.
+    there = tmp_path / unit.name
+    there.write_text(unit.read_text().replace("/opt/penumbra/bin", str(Path(sys.executable).parent)))
+    verify = ["systemd-analyze", "verify", "--man=no", str(there)]
+    answer = subprocess.run(
+        verify, capture_output=True, text=True, check=False, env=os.environ | {"LANG": "C"}
+    )
+    assert answer.stderr == ""
+    assert answer.returncode == 0
+
+
+def test_every_network_and_volume_of_a_service_is_declared() -> None:
+    document = compose()
+    declared = {*document["networks"], *document["volumes"], "default"}
+    for service in document["services"].values():
+        volumes = {volume.partition(":")[0] for volume in service.get("volumes", ())}
+        files = {name for name in volumes if name.startswith(".")}
+        assert {*service["networks"]} | volumes - files <= declared
+        assert all((DEPLOY / "compose" / name).is_file() for name in files)
+
+
+def test_every_volume_that_is_mounted_is_there_and_every_service_leads_somewhere() -> None:
+    pods = {
+        document["metadata"]["name"]: document["spec"]["template"] for document in kubernetes("Deployment")
+    }
+    for pod in pods.values():
+        (container,) = pod["spec"]["containers"]
+        mounted = {mount["name"] for mount in container["volumeMounts"]}
+        assert mounted == {volume["name"] for volume in pod["spec"]["volumes"]}
+    for document in kubernetes("Service"):
+        pod = pods[document["spec"]["selector"]["app"]]
+        assert pod["metadata"]["labels"] == document["spec"]["selector"]
+        ports = pod["spec"]["containers"][0]["ports"]
+        assert [port["containerPort"] for port in ports] == [
+            port["port"] for port in document["spec"]["ports"]
+        ]
+
+
+def test_a_shell_can_read_the_scripts() -> None:
+    for path in (DEPLOY / "certificates.sh", DEPLOY / "slurm" / "workers.sbatch"):
+        subprocess.run(["bash", "-n", str(path)], check=True)
