@@ -25,6 +25,7 @@ __all__ = [
     "encode_layer",
     "encode_npy",
     "encode_png",
+    "encode_thumbnail",
     "require_exr",
     "write_image",
 ]
@@ -50,6 +51,18 @@ def encode_png(image: NDArray[np.floating], display: Display) -> bytes:
     """A PNG file of a linear image (H, W, 3)."""
     buffer = io.BytesIO()
     Image.fromarray(displayed(image, display)).save(buffer, format="PNG", compress_level=4)
+    return buffer.getvalue()
+
+
+def encode_thumbnail(image: NDArray[np.floating], display: Display, width: int) -> bytes:
+    """A PNG file of a linear image (H, W, 3) with at most so many columns; a smaller image stays as it is.
+
+    Its pixels are means of displayed codes.
+    """
+    small = Image.fromarray(displayed(image, display))
+    small.thumbnail((width, image.shape[0]), Image.Resampling.BOX)
+    buffer = io.BytesIO()
+    small.save(buffer, format="PNG", compress_level=4)
     return buffer.getvalue()
 
 

@@ -38,14 +38,17 @@ MEDIA_TYPES: dict[Kind, str] = {"png": "image/png", "npy": "application/octet-st
 
 @dataclass(frozen=True)
 class Wanted:
-    """Which file of a job is asked for: its picture in some form, or one of its layers."""
+    """Which file of a job is asked for: its picture in some form, or small, or one of its layers."""
 
     kind: Kind
     layer: str | None = None
+    width: int | None = None
 
     @property
     def name(self) -> str:
         """Name of the file in the store once it is final."""
+        if self.width:
+            return f"image-{self.width}.{self.kind}"
         return layers.file_name(self.layer) if self.layer else f"image.{self.kind}"
 
 
@@ -160,6 +163,8 @@ def _final(store: TileStore, render: RenderRow, wanted: Wanted) -> bytes | Path:
 
 def _encode(pixels: Pixels, sheets: Layers, render: RenderRow, wanted: Wanted) -> bytes:
     display = Display.model_validate(render.display)
+    if wanted.width:
+        return image_files.encode_thumbnail(pixels, display, wanted.width)
     return image_files.encode(f".{wanted.kind}", pixels, display, sheets)
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pathlib
 import re
+from enum import IntEnum
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Path, Request
+from fastapi import APIRouter, Path, Query, Request
 from fastapi.responses import FileResponse, Response
 
 from service import pictures
@@ -17,6 +18,19 @@ from service.routes.parameters import JobId, not_modified, problem
 
 router = APIRouter(prefix="/v1/jobs/{job_id}", tags=["pictures"])
 
+
+class Width(IntEnum):
+    """Widths of thumbnails, pixels: few, for each is kept once it was made."""
+
+    SMALL = 96
+    SHARP = 192
+    LARGE = 384
+
+
+ThumbnailWidth = Annotated[
+    Width | None,
+    Query(description="Columns of a thumbnail, at most; rows follow. Without it the whole picture."),
+]
 LayerPart = Annotated[str, Path(description="Name of the layer.", max_length=64)]
 ONE_RANGE = r"\s*(?:\d{1,18}-\d{0,18}|-\d{1,18})\s*"
 RANGE = re.compile(f"bytes={ONE_RANGE}(?:,{ONE_RANGE}){{0,9}}")
@@ -36,14 +50,15 @@ def _responses(kind: pictures.Kind) -> dict[int | str, dict[str, Any]]:
     )
 
 
+NO_WIDTH = problem(422, "There are no thumbnails of this width.")
 NO_EXR = problem(501, "The service was installed without the extra `exr`.")
 
 
 @router.head("/image.png", response_class=Response, include_in_schema=False)
-@router.get("/image.png", response_class=Response, responses=_responses("png"))
-def get_png(here: Here, request: Request, job_id: JobId) -> Response:
+@router.get("/image.png", response_class=Response, responses=_responses("png") | NO_WIDTH)
+def get_png(here: Here, request: Request, job_id: JobId, width: ThumbnailWidth = None) -> Response:
     """Get the picture as a PNG file, with the scene's display transfer and exposure."""
-    return _answer(here, request, job_id, Wanted("png"))
+    return _answer(here, request, job_id, Wanted("png", width=width))
 
 
 @router.head("/image.npy", response_class=Response, include_in_schema=False)

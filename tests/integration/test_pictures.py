@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import io
+
 import httpx2
 import numpy as np
 import pytest
+from PIL import Image
 
 import renderer
 from tests.integration.support import finish, image, long_scene, scene, submit, wait
@@ -41,6 +44,29 @@ def test_the_tag_of_a_final_picture_stays(client: httpx2.Client, done: str, kind
     assert not first.headers["ETag"].startswith("W/")
     assert first.content == second.content
     assert first.headers["X-Progress"] == "1.0000"
+
+
+@pytest.mark.parametrize(("width", "size"), [(96, (80, 48)), (384, (80, 48))])
+def test_a_small_picture_stays_as_it_is(
+    client: httpx2.Client, done: str, width: int, size: tuple[int, int]
+) -> None:
+    answer = client.get(f"/v1/jobs/{done}/image.png", params={"width": width})
+    assert Image.open(io.BytesIO(answer.content)).size == size
+
+
+def test_a_thumbnail_is_the_mean_of_what_is_shown(client: httpx2.Client) -> None:
+    job = submit(client, scene(192, 64, samples=1, light_samples=1))
+    finish(client, job)
+    path = f"/v1/jobs/{job}/image.png"
+    whole, small = (client.get(path, params=params) for params in ({}, {"width": 96}))
+    codes = np.asarray(Image.open(io.BytesIO(whole.content)), float)
+    means = codes.reshape(32, 2, 96, 2, 3).mean(axis=(1, 3))
+    # Means are rounded along one side, and then along the other.
+    assert np.abs(np.asarray(Image.open(io.BytesIO(small.content)), float) - means).max() <= 1
+    assert small.headers["ETag"] != whole.headers["ETag"]
+    again = client.get(path, params={"width": 96}, headers={"If-None-Match": small.headers["ETag"]})
+    assert (again.status_code, again.content) == (304, b"")
+    assert client.get(path, params={"width": 97}).status_code == 422
 
 
 @KINDS

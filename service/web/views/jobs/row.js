@@ -55,12 +55,12 @@ export function makeRow(first, acts) {
     pick.disabled = job.state !== "succeeded";
     const version =
       job.last_seq > 0 && !["failed", "cancelled", "expired"].includes(job.state)
-        ? `${job.links.image_png}?after=${job.last_seq}`
+        ? `${job.links.image_png}?after=${job.last_seq}&width=`
         : null;
     if (version !== shown) {
       shown = version;
-      if (version) picture.src = version;
-      else picture.removeAttribute("src");
+      if (version) Object.assign(picture, { srcset: `${version}192 2x`, src: `${version}96` });
+      else for (const name of ["src", "srcset"]) picture.removeAttribute(name);
       picture.hidden = !version;
     }
   }
