@@ -1,0 +1,166 @@
+"""How soon the live page shows something, and how fast it paints and exposes, in Chromium on this machine.
+
+``python -m benchmarks.page_paint`` starts a service, opens its views again and again with an empty cache,
+paints 256 tiles at once, and changes the exposure of 512 x 512 pixels. It prints a table that is ready for a
+document. It needs chromium and playwright; on a machine with other work the times are too long.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import statistics
+import sys
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import httpx2
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from benchmarks.machine import Machine, describe
+from service.server import running
+from service.settings import Settings
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+SIDE = 512
+"""Pixels along a side of what is painted and exposed."""
+
+# The whole picture is on the canvas: no pixel is transparent any more.
+COVERED = """() => {
+    const canvas = document.querySelector("canvas.pixels");
+    if (!canvas) return false;
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    return data.every((code, i) => i % 4 < 3 || code > 0);
+}"""
+FIRST_PAINT = """() => performance.getEntriesByName("first-contentful-paint")[0]?.startTime ?? null"""
+PAINT = """async ([side, tiles]) => {
+    const { Film } = await import("/web/views/picture/film.js");
+    const { Developer } = await import("/web/views/picture/develop.js");
+    const context = new OffscreenCanvas(side, side).getContext("2d", { willReadFrequently: true });
+    const developer = new Developer({ context, redraw() {} }, new Film(side, side));
+    const across = Math.sqrt(tiles);
+    const size = side / across;
+    const made = Array.from({ length: tiles }, (_, i) => {
+        const [x0, y0] = [size * (i % across), size * Math.floor(i / across)];
+        const pixels = Float32Array.from({ length: 3 * size * size }, (_, k) => ((7 * i + k) % 256) / 255);
+        return { x0, y0, x1: x0 + size, y1: y0 + size, stride: 1, columns: size, rows: size, pixels };
+    });
+    developer.take(made);
+    return performance.getEntriesByName("penumbra:paint").at(-1).duration;
+}"""
+EXPOSED = """() => performance.getEntriesByName("penumbra:expose").at(-1).duration"""
+
+
+def main() -> None:
+    """Measure, and print the table."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.page_paint", description=__doc__)
+    parser.add_argument("--runs", type=int, default=15, help="runs of everything that is timed")
+    options = parser.parse_args()
+    if options.runs < 1:
+        parser.error("--runs must be at least 1.")
+    machine = describe()
+    sys.stdout.write("\n".join(_lines(machine, _measured(options.runs))) + "\n")
+
+
+def _measured(runs: int) -> dict[str, list[float]]:
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    if chromium is None:
+        raise SystemExit("There is no chromium on this machine. Install that package.")
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        running(Settings(data=Path(folder), port=0, log_level="error")) as server,
+        sync_playwright() as playwright,
+    ):
+        job = _finished(server.url)
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        views = {"begin, `/`": "/", "jobs, `/jobs`": "/jobs", "one job, `/jobs/{id}`": f"/jobs/{job}"}
+        times = {
+            f"first paint of {name}": list(_first_paints(browser, server.url + path, runs))
+            for name, path in views.items()
+        }
+        page = browser.new_page()
+        page.goto(f"{server.url}/jobs/{job}")
+        page.wait_for_function(COVERED)
+        times["256 tiles painted"] = _repeated(runs, lambda _: page.evaluate(PAINT, [SIDE, 256]))
+        times[f"exposure of {SIDE} x {SIDE} pixels changed"] = _repeated(
+            runs, lambda run: _exposed(page, run)
+        )
+        browser.close()
+    return times
+
+
+def _first_paints(browser: Browser, address: str, runs: int) -> Iterator[float]:
+    """Open a page as somebody does who has never been there, milliseconds; the first visit does not count."""
+    for run in range(runs + 1):
+        context = browser.new_context()
+        page = context.new_page()
+        page.goto(address)
+        page.wait_for_function(FIRST_PAINT)
+        if run:
+            yield page.evaluate(FIRST_PAINT)
+        context.close()
+
+
+def _repeated(runs: int, measure: Callable[[int], float]) -> list[float]:
+    """Milliseconds of each run, after one that has the code compiled."""
+    return [measure(run) for run in range(runs + 1)][1:]
+
+
+def _exposed(page: Page, run: int) -> float:
+    page.get_by_label("Exposure").fill(str(run % 5 - 2))
+    return float(page.evaluate(EXPOSED))
+
+
+def _finished(url: str) -> str:
+    with httpx2.Client(base_url=url, timeout=120) as client:
+        job = client.post("/v1/jobs", json={"scene": _scene()}, headers={"Prefer": "wait=60"})
+        document = job.raise_for_status().json()
+    if document["state"] != "succeeded":
+        raise SystemExit("The picture to look at was not finished within a minute.")
+    return str(document["id"])
+
+
+def _scene() -> dict[str, Any]:
+    """A ball before a dark background."""
+    return {
+        "version": 1,
+        "name": "ball",
+        "background": [0.1, 0.1, 0.1],
+        "camera": {
+            "position": [0, 0, 4],
+            "look_at": [0, 0, 0],
+            "vertical_fov": 40,
+            "width": SIDE,
+            "height": SIDE,
+        },
+        "materials": {"red": {"type": "phong", "color": [0.8, 0.2, 0.1], "diffuse": 1.0}},
+        "shapes": [{"type": "ellipsoid", "center": [0, 0, 0], "radius": 1, "material": "red"}],
+        "lights": [{"type": "point", "position": [2, 3, 4], "color": [1, 1, 1]}],
+        "sampling": {"antialiasing": {"pattern": "center"}, "light": {"samples": 1}},
+    }
+
+
+def _lines(machine: Machine, times: dict[str, list[float]]) -> Iterator[str]:
+    """A table in Markdown, and on what and when it was measured."""
+    yield "| what | median | least and most |"
+    yield "| --- | --- | --- |"
+    for what, milliseconds in times.items():
+        yield f"| {what} | {_told([statistics.median(milliseconds)])} | {_told(sorted(milliseconds))} |"
+    runs = len(next(iter(times.values())))
+    yield ""
+    yield (
+        f"{runs} runs each; {machine['cores']} cores, {machine['cpu']}, {machine['system']}, "
+        f"Python {machine['python']}, {machine['date'][:10]}, load {machine['load']}."
+    )
+
+
+def _told(milliseconds: Sequence[float]) -> str:
+    """The ends of a sorted list, or the only number in it."""
+    return " to ".join(f"{value:.1f}" for value in dict.fromkeys((milliseconds[0], milliseconds[-1]))) + " ms"
+
+
+if __name__ == "__main__":
+    main()
