@@ -1,11 +1,13 @@
-"""The live page in Debian's Chromium, before a real server; one server for all tests of a module."""
+"""The live page in Debian's Chromium, before a real server; one browser and one server for all tests."""
 
 from __future__ import annotations
 
+import asyncio
 import os
 import re
 import shutil
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -27,9 +29,9 @@ Open = Callable[..., Page]
 Shoot = Callable[[Page, str], Path]
 
 
-# While it is open an event loop runs in this thread, and tests elsewhere run loops of their own.
-@pytest.fixture(scope="module")
-def chromium() -> Iterator[Browser]:
+@pytest.fixture(scope="session")
+def launched() -> Iterator[tuple[Browser, asyncio.AbstractEventLoop]]:
+    """The browser, and the event loop of Playwright."""
     path = shutil.which("chromium") or shutil.which("chromium-browser")
     if path is None:
         told = "There is no chromium on this machine, so the live page was not tested: install that package."
@@ -39,14 +41,35 @@ def chromium() -> Iterator[Browser]:
     with sync_playwright() as playwright:
         # Containers seldom allow the sandbox, and the tests open nothing but the service's own page.
         browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
-        yield browser
+        loop = asyncio.get_running_loop()
+        _mark_running(None)
+        yield browser, loop
+        _mark_running(loop)
         browser.close()
 
 
+def _mark_running(loop: asyncio.AbstractEventLoop | None) -> None:
+    # Meant for those who write event loops, and so does Playwright to leave and to enter its own.
+    asyncio._set_running_loop(loop)  # noqa: SLF001
+
+
 @pytest.fixture(scope="module")
+def chromium(launched: tuple[Browser, asyncio.AbstractEventLoop]) -> Iterator[Browser]:
+    """The browser, as long as tests of the page run.
+
+    Between two calls Playwright leaves its event loop marked as the running one of this thread, although it
+    stands still; tests elsewhere run loops of their own.
+    """
+    browser, loop = launched
+    _mark_running(loop)
+    yield browser
+    _mark_running(None)
+
+
+@pytest.fixture(scope="session")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
     settings = Settings(
-        data=tmp_path_factory.mktemp("service"), port=0, workers=2, log_level="error", max_wait_seconds=5
+        data=tmp_path_factory.mktemp("service"), port=0, workers=2, log_level="error", max_wait_seconds=20
     )
     with running(settings) as started:
         yield started
@@ -58,8 +81,8 @@ def client(server: RunningServer) -> Iterator[httpx2.Client]:
         yield opened
 
 
-@pytest.fixture
-def open_page(chromium: Browser, server: RunningServer) -> Iterator[Open]:
+@contextmanager
+def opening(chromium: Browser, url: str) -> Iterator[Open]:
     """Open pages of the service; none may report an error, break the policy, or ask another host."""
     complaints: list[str] = []
     contexts = []
@@ -69,12 +92,12 @@ def open_page(chromium: Browser, server: RunningServer) -> Iterator[Open]:
             complaints.append(f"{message.type}: {message.text}")
 
     def asked(request: Request) -> None:
-        if not request.url.startswith((server.url, "blob:", "data:")):
+        if not request.url.startswith((url, "blob:", "data:")):
             complaints.append(f"asked another host: {request.url}")
 
     def begin(path: str = "/", *, width: int = 1200, height: int = 900, **options: Any) -> Page:
         context = chromium.new_context(
-            base_url=server.url,
+            base_url=url,
             viewport={"width": width, "height": height},
             reduced_motion="reduce",
             **options,
@@ -91,6 +114,20 @@ def open_page(chromium: Browser, server: RunningServer) -> Iterator[Open]:
     for context in contexts:
         context.close()
     assert complaints == []
+
+
+@pytest.fixture
+def open_page(chromium: Browser, server: RunningServer) -> Iterator[Open]:
+    """Open pages that are closed with the test."""
+    with opening(chromium, server.url) as begin:
+        yield begin
+
+
+@pytest.fixture(scope="module")
+def bare_page(chromium: Browser, server: RunningServer) -> Iterator[Page]:
+    """A page that asks the service for nothing, in which scripts of the page are tried."""
+    with opening(chromium, server.url) as begin:
+        yield begin("/compare")
 
 
 @pytest.fixture

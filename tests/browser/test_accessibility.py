@@ -47,7 +47,8 @@ def start_with_mistakes(page: Page, _jobs: list[str]) -> None:
 
 
 def listed(page: Page, jobs: list[str]) -> None:
-    expect(page.locator(".job-row")).to_have_count(len(jobs), timeout=PATIENCE)
+    for job in jobs:
+        expect(page.locator(f'a.name[href="/jobs/{job}"]')).to_be_visible(timeout=PATIENCE)
 
 
 def one_job(page: Page, _jobs: list[str]) -> None:

@@ -60,7 +60,7 @@ def test_the_f_key_shows_both_in_turn(open_page: Open, client: httpx2.Client, pa
         np.testing.assert_array_equal(codes_of(page), served(client, job))
 
 
-@pytest.mark.parametrize("kind", ["png", "npy"])
+@pytest.mark.parametrize("kind", ["png", "npy", "exr"])
 def test_a_file_can_be_the_reference(
     open_page: Open, client: httpx2.Client, pair: tuple[str, str], kind: str
 ) -> None:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+import re
+from typing import Any
 
 import httpx2
 import pytest
 from playwright.sync_api import CDPSession, Page, expect
 
 from tests.browser.conftest import Open, Shoot
-from tests.browser.scenes import PATIENCE, editor, endless, small
+from tests.browser.scenes import PATIENCE, editor, endless, opened, render_button, small
 from tests.integration.support import finish, submit, until
 
 
@@ -82,11 +84,40 @@ def test_a_job_is_changed_and_rendered_again(open_page: Open, job: str, text: st
 
 
 def test_a_running_job_is_cancelled(open_page: Open, client: httpx2.Client) -> None:
-    job = endless(client, "too long")
+    job = endless(client, "stopped on its page")
     page = open_page(f"/jobs/{job}")
     page.get_by_role("button", name="Cancel").click()
     expect(page.locator(".job-progress .state")).to_have_text("■ cancelled", timeout=PATIENCE)
     expect(page.get_by_role("button", name="Cancel")).to_have_count(0)
+
+
+@pytest.mark.parametrize(
+    "quality",
+    [
+        {"mode": "target", "error": 0.05, "confidence": 0.99, "precision": "double"},
+        {
+            "mode": "fixed",
+            "antialiasing": {"pattern": "center", "samples": 1},
+            "light": {"pattern": "sobol", "samples": 2},
+            "precision": "double",
+        },
+    ],
+    ids=lambda quality: quality["mode"],
+)
+def test_what_is_rendered_again_keeps_confidence_and_precision(
+    open_page: Open, client: httpx2.Client, shoot: Shoot, quality: dict[str, Any]
+) -> None:
+    job = submit(client, json.loads(small("basic")), quality=quality)
+    page = open_page(f"/?job={job}")
+    expect(page.get_by_label("Arithmetic")).to_have_value("double", timeout=PATIENCE)
+    opened(page)
+    shoot(page, f"start-again-{quality['mode']}")
+    render_button(page).click()
+    page.wait_for_url(re.compile("/jobs/(?!" + job + ")"), timeout=PATIENCE)
+    again = client.get(f"/v1/jobs/{page.url.rsplit('/', 1)[1]}/request").json()["quality"]
+    # Errors are written in steps of 8 bits, six digits of them.
+    assert again.get("error") == pytest.approx(quality.get("error"), rel=1e-5 if "error" in quality else None)
+    assert again | {"error": None} == quality | {"error": None}
 
 
 def test_a_job_stands_still_until_it_is_resumed(open_page: Open, client: httpx2.Client, shoot: Shoot) -> None:

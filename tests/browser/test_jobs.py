@@ -14,6 +14,10 @@ from tests.browser.scenes import PATIENCE, endless, small
 from tests.integration.support import finish, submit
 
 
+def wide(width: int, height: int) -> dict[str, Any]:
+    return document("")["camera"] | {"width": width, "height": height}
+
+
 def document(name: str) -> dict[str, Any]:
     return json.loads(small("basic", name=name))
 
@@ -45,6 +49,18 @@ def test_jobs_are_shown_by_their_state_and_an_address_keeps_the_choice(
     expect(row(page, "ready")).to_have_count(1)
     expect(row(page, "on its way")).to_have_count(0)
     client.post(f"/v1/jobs/{running}/cancel")
+
+
+def test_pictures_in_the_list_are_small_and_have_a_tag(open_page: Open, client: httpx2.Client) -> None:
+    job = submit(client, document("not too large") | {"camera": wide(400, 100)})
+    finish(client, job)
+    page = open_page("/jobs")
+    picture = row(page, "not too large").locator("img")
+    page.wait_for_function("image => image.naturalWidth > 0", arg=picture.element_handle())
+    assert picture.evaluate("image => [image.naturalWidth, image.naturalHeight]") == [96, 24]
+    path = picture.evaluate("image => image.currentSrc")
+    tag = client.get(path).headers["etag"]
+    assert client.get(path, headers={"If-None-Match": tag}).status_code == 304
 
 
 def test_a_label_finds_its_jobs(open_page: Open, client: httpx2.Client) -> None:

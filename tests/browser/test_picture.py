@@ -7,9 +7,7 @@ import io
 import os
 import re
 import signal
-import sys
 from pathlib import Path
-from statistics import median
 from typing import Any
 
 import httpx2
@@ -45,25 +43,9 @@ ENCODE = """async ([text, exposure, transfer]) => {
     const bits = new Uint32Array(bytes.buffer);
     const rgba = new Uint8ClampedArray((bits.length / 3) * 4);
     new Encoder(exposure, transfer).write(bits, 0, rgba, 0, bits.length / 3);
-    return Array.from(rgba).filter((_, i) => i % 4 < 3);
-}"""
-PAINT = """async (tiles) => {
-    const { Film } = await import("/web/views/picture/film.js");
-    const { Developer } = await import("/web/views/picture/develop.js");
-    const context = new OffscreenCanvas(512, 512).getContext("2d", { willReadFrequently: true });
-    const developer = new Developer({ context, redraw() {} }, new Film(512, 512));
-    const side = 32;
-    const made = Array.from({ length: tiles }, (_, i) => {
-        const [x0, y0] = [side * (i % 16), side * Math.floor(i / 16)];
-        const pixels = Float32Array.from({ length: 3 * side * side }, (_, k) => (k % 3) / 2);
-        return { x0, y0, x1: x0 + side, y1: y0 + side, stride: 1, columns: side, rows: side, pixels };
-    });
-    const times = [];
-    for (let i = 0; i < 5; i++) {
-        developer.take(made);
-        times.push(performance.getEntriesByName("penumbra:paint").at(-1).duration);
-    }
-    return { times, codes: Array.from(context.getImageData(511, 511, 1, 1).data) };
+    let codes = "";
+    rgba.forEach((code, i) => i % 4 < 3 && (codes += String.fromCharCode(code)));
+    return btoa(codes);
 }"""
 LAYERS = ["depth", "normal", "shape", "samples"]
 VIRIDIS_FIT = 4
@@ -95,12 +77,13 @@ def awkward_numbers() -> np.ndarray:
     [("srgb", 0.0), ("linear", 0.0), ("srgb", 0.7), ("srgb", -9.5), ("linear", 20.0)],
 )
 def test_every_number_gets_the_code_that_the_service_gives_it(
-    page: Page, transfer: Any, exposure: float
+    bare_page: Page, transfer: Any, exposure: float
 ) -> None:
     values = awkward_numbers()
-    got = page.evaluate(ENCODE, [base64.b64encode(values.tobytes()).decode(), exposure, transfer])
+    got = bare_page.evaluate(ENCODE, [base64.b64encode(values.tobytes()).decode(), exposure, transfer])
     display = Display(transfer=transfer, exposure=exposure)
-    np.testing.assert_array_equal(got, image_files.displayed(values, display))
+    codes = np.frombuffer(base64.b64decode(got), np.uint8)
+    np.testing.assert_array_equal(codes, image_files.displayed(values, display))
 
 
 @pytest.mark.parametrize("display", [{}, {"transfer": "linear", "exposure": 0.6}])
@@ -241,6 +224,27 @@ def test_the_wheel_zooms_where_the_mouse_is_and_dragging_pans(open_page: Open, c
     expect(readout).not_to_have_text(before)
 
 
+def test_two_fingers_zoom_where_they_are(open_page: Open, client: httpx2.Client) -> None:
+    page = opened(open_page, finished(client), has_touch=True)
+    page.locator(".screen").scroll_into_view_if_needed()
+    before = page.locator("canvas.pixels").bounding_box()
+    assert before is not None
+    x, y = before["x"] + before["width"] / 3, before["y"] + before["height"] / 2
+    session = page.context.new_cdp_session(page)
+    # The fingers move apart, from 100 to 200 dots.
+    for kind, apart in [("touchStart", 100), *(("touchMove", 100 + 10 * i) for i in range(11))]:
+        points = [{"x": x - apart / 2, "y": y, "id": 0}, {"x": x + apart / 2, "y": y, "id": 1}]
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+    session.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    after = page.locator("canvas.pixels").bounding_box()
+    assert after is not None
+    assert after["width"] == pytest.approx(2 * before["width"], rel=1e-3)
+    # What lay between them lies there still, to a dot.
+    assert after["x"] + after["width"] / 3 == pytest.approx(x, abs=1)
+    assert after["y"] + after["height"] / 2 == pytest.approx(y, abs=1)
+    expect(page.get_by_role("heading", name="Why is it so?")).to_be_visible()  # no pixel was chosen
+
+
 def test_a_stop_more_exposure_shows_the_double(open_page: Open, client: httpx2.Client) -> None:
     job = finished(client)
     page = opened(open_page, job)
@@ -305,7 +309,8 @@ def test_by_the_keyboard_alone_a_pixel_is_reached_zoomed_to_and_explained(
 
 @pytest.mark.slow
 def test_a_page_goes_on_when_the_service_is_killed_and_comes_back(chromium: Browser, tmp_path: Path) -> None:
-    settings = Settings(data=tmp_path, port=0, workers=2, log_level="error", max_wait_seconds=5)
+    # A single worker finishes tiles in the order in which it gets them.
+    settings = Settings(data=tmp_path, port=0, workers=1, tile_size=32, log_level="error", max_wait_seconds=5)
     with running(settings) as first:
         port = int(first.url.rpartition(":")[2])
         with httpx2.Client(base_url=first.url, timeout=60) as client:
@@ -313,6 +318,11 @@ def test_a_page_goes_on_when_the_service_is_killed_and_comes_back(chromium: Brow
         page = chromium.new_page()
         page.goto(f"{first.url}/jobs/{job}")
         page.wait_for_function(COVERED)
+        click_at(page, 200, 150, (256, 256))
+        with page.expect_request("**/focus") as asked:
+            page.get_by_role("button", name="This part first").click()
+        wanted = asked.value.post_data_json
+        assert asked.value.response().ok
         os.kill(first.process.pid, signal.SIGKILL)
         first.process.wait()
         expect(page.get_by_text("does not answer")).to_be_visible()
@@ -324,23 +334,15 @@ def test_a_page_goes_on_when_the_service_is_killed_and_comes_back(chromium: Brow
         expect(page.locator(".state")).to_contain_text("finished", timeout=20_000)
         expect(page.get_by_text("does not answer")).to_be_hidden()
         np.testing.assert_array_equal(codes_of(page), served(client, job))
+        events = client.get(f"/v1/jobs/{job}/tiles").json()["events"]
+        last = [event for event in events if event["pass_index"] == events[-1]["pass_index"]]
+        # What was wanted first before the service was killed comes first after that.
+        within = [overlap(event, wanted) for event in last]
+        assert within == sorted(within, reverse=True)
+        assert 0 < sum(within) < len(within) == 64
     page.close()
 
 
-@pytest.mark.slow
-def test_painting_and_exposing_are_measured_in_the_browser(
-    open_page: Open, client: httpx2.Client, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """The figures are printed for people; no time is asserted."""
-    page = opened(open_page, finished(client, scene(512, 512, samples=1, light_samples=1)))
-    painted = page.evaluate(PAINT, 256)
-    np.testing.assert_array_equal(painted["codes"], [0, 188, 255, 255])
-    exposed = []
-    for stops in range(5):
-        page.get_by_label("Exposure").fill(str(stops))
-        exposed.append(page.evaluate("performance.getEntriesByName('penumbra:expose').at(-1).duration"))
-    with capsys.disabled():
-        sys.stderr.write(
-            f"\n256 tiles are painted in {median(painted['times']):.1f} ms, "
-            f"512 x 512 pixels exposed in {median(exposed):.1f} ms (medians of five)\n"
-        )
+def overlap(one: dict[str, int], other: dict[str, int]) -> bool:
+    """Whether two rectangles have pixels in common."""
+    return all(one[f"{axis}0"] < other[f"{axis}1"] and other[f"{axis}0"] < one[f"{axis}1"] for axis in "xy")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import httpx2
 import pytest
 from playwright.sync_api import Page, Route, expect
@@ -9,11 +11,20 @@ from playwright.sync_api import Page, Route, expect
 from schemas.access import Role
 from service.access import keys
 from service.database.connection import Database
-from service.server import RunningServer
+from service.server import RunningServer, running
 from service.settings import Settings
 from tests.browser.conftest import Open
 from tests.browser.scenes import PATIENCE, editor, opened, render_button, small
 from tests.integration.support import until
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
+    """A service of its own: from the first key on it asks everybody for theirs."""
+    with running(
+        Settings(data=tmp_path_factory.mktemp("keys"), port=0, workers=1, log_level="error")
+    ) as started:
+        yield started
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import httpx2
 from playwright.sync_api import Page, expect
 
-from tests.browser.conftest import Open
+from tests.browser.conftest import Open, Shoot
 from tests.browser.scenes import GALLERY, PATIENCE, drop, editor, line_of, opened, render_button, small
 
 TILES = (GALLERY / "textures" / "tiles.png").read_bytes()
@@ -132,8 +132,25 @@ def test_the_price_is_told_before_anything_is_rendered(page: Page, client: httpx
     page.get_by_label("Pattern in the pixel").select_option("random")
     quote = page.get_by_role("region", name="Quote")
     expect(quote.get_by_role("term").first).to_have_text("Time", timeout=PATIENCE)
+    # By trying it, or where a busy machine found no time for that, by the plan alone.
     expect(quote).to_contain_text("with 2 workers")
     assert "only priced" not in [job["name"] for job in client.get("/v1/jobs").json()["jobs"]]
+
+
+def test_what_is_too_dear_to_be_tried_is_priced_by_the_plan_and_can_be_tried_again(
+    page: Page, shoot: Shoot
+) -> None:
+    opened(page)
+    editor(page).fill(small("basic", name="too dear to try"))
+    # A single block of it takes longer than a quote may.
+    ask_for_samples(page, 2048, 4096)
+    quote = page.get_by_role("region", name="Quote")
+    expect(quote).to_contain_text("by the plan alone", timeout=PATIENCE)
+    expect(quote.get_by_role("term").first).to_have_text("Time")
+    shoot(page, "start-not-tried")
+    with page.expect_response(lambda response: response.url.endswith("/v1/quotes"), timeout=PATIENCE):
+        quote.get_by_role("button", name="Try again").click()
+    expect(quote.get_by_role("button", name="Try again")).to_be_visible(timeout=PATIENCE)
 
 
 def test_what_was_written_survives_a_reload(page: Page) -> None:

@@ -30,7 +30,7 @@ export function mount(root, { query }) {
   const problems = makeProblems("scene-problems", (problem) => pointAt(editor, problem));
   const fileList = makeFiles(addFiles);
   const quality = makeQuality(changed);
-  const quote = makeQuote((chosen) => (quality.value = chosen), signal);
+  const quote = makeQuote((chosen) => (quality.value = quality.kept(chosen)), signal);
   const validation = makeValidation(checked, signal);
   const gallery = makeGallery(open, signal);
   const heading = h("h2", { id: "scene-title" }, "Scene");
@@ -102,7 +102,7 @@ export function mount(root, { query }) {
     if (ready === null || button.disabled) return;
     button.disabled = true;
     const wanted = {
-      quality: quote.chosen ?? quality.value,
+      quality: quote.chosen ? quality.kept(quote.chosen) : quality.value,
       layers: layers.checked ? LAYERS : null,
       labels: labelled(labels.value),
     };

@@ -20,7 +20,8 @@ export function hearPointers(screen) {
   on("pointerdown", (event) => {
     if (event.button !== 0) return;
     element.setPointerCapture(event.pointerId);
-    if (!down.size) dragged = false;
+    // Two fingers never choose a pixel, however still they are.
+    dragged = down.size > 0;
     down.set(event.pointerId, { now: place(event), begun: place(event) });
   });
 
@@ -68,6 +69,6 @@ function grip(down) {
 }
 
 function follow(screen, before, after) {
-  if (before.span && after.span) screen.zoom((screen.scale * after.span) / before.span, after.x, after.y);
+  if (before.span && after.span) screen.zoom((screen.scale * after.span) / before.span, before.x, before.y);
   if (!screen.fitted) screen.show({ scale: screen.scale, left: screen.left + after.x - before.x, top: screen.top + after.y - before.y });
 }

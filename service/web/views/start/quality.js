@@ -1,7 +1,7 @@
 // How well the picture is to be rendered: as the scene says, by samples, to an error, or for a time.
 
 import { h } from "../../dom.js";
-import { STEP, digits } from "../../format.js";
+import { STEP, USUAL_CONFIDENCE, digits } from "../../format.js";
 
 const PATTERNS = ["uniform", "rotated", "random", "stratified", "sobol", "center"];
 const LIGHT_PATTERNS = ["uniform", "random", "stratified", "sobol"];
@@ -11,10 +11,14 @@ const MODES = [
   ["error", "Target error"],
   ["time", "Time"],
 ];
+const PRECISIONS = ["single", "double"];
 // The least error that the service takes.
 const LEAST_ERROR = 1e-6;
 // What is asked for within a time as long as no quote says what can be reached: a quarter of a step of 8 bits.
 const HOPED = STEP / 4;
+
+// What few people change.
+const USUAL = { percent: 100 * USUAL_CONFIDENCE, precision: "single" };
 
 /** @param {(focus?: boolean) => void} onChange */
 export function makeQuality(onChange) {
@@ -26,6 +30,7 @@ export function makeQuality(onChange) {
     lightSamples: 16,
     steps: 1,
     seconds: 5,
+    ...USUAL,
   };
   const fields = h("div", { className: "quality-fields" });
   const choices = MODES.map(([mode, name]) => choice(mode, name));
@@ -82,6 +87,16 @@ export function makeQuality(onChange) {
     return h("label", { className: "field" }, h("span", { className: "label" }, label), select);
   }
 
+  const confidence = () =>
+    number("percent", "Of 100 pictures, keep the error", { min: 50, max: 99.999, step: "any" });
+  const arithmetic = () => list("precision", "Arithmetic", PRECISIONS);
+
+  /** Fields that are shown at once only where something unusual stands in them. */
+  function more(...inner) {
+    const open = Object.entries(USUAL).some(([key, value]) => state[key] !== value);
+    return h("details", { className: "more", open }, h("summary", {}, "More"), h("div", { className: "quality-fields" }, inner));
+  }
+
   const FIELDS = {
     scene: () => [
       h(
@@ -97,6 +112,7 @@ export function makeQuality(onChange) {
       list("pattern", "Pattern in the pixel", PATTERNS),
       number("lightSamples", "Points a light", { min: 1, max: 4096, step: 1 }),
       list("lightPattern", "Pattern on the light", LIGHT_PATTERNS),
+      more(arithmetic()),
     ],
     error: () => [
       number("steps", "Error, in steps of 8 bits", { min: 0.01, max: 255, step: "any" }),
@@ -105,6 +121,7 @@ export function makeQuality(onChange) {
         { className: "soft small" },
         "Samples go where the picture needs them, until its error is this small. One step is 1/255 of white: hardly anybody sees less.",
       ),
+      more(confidence(), arithmetic()),
     ],
     time: () => [
       number("seconds", "Seconds", { min: 0.1, max: 86400, step: "any" }),
@@ -113,6 +130,7 @@ export function makeQuality(onChange) {
         { className: "soft small" },
         "Samples go where they help most until the time is over; the job tells the error that was reached.",
       ),
+      more(confidence(), arithmetic()),
     ],
   };
 
@@ -127,6 +145,8 @@ export function makeQuality(onChange) {
     get value() {
       return VALUES[state.mode](state);
     },
+    /** An offer of the service with what was asked for beside it. */
+    kept: (offer) => ({ ...offer, ...unusual(state, offer.mode) }),
     /** The time that may be taken, seconds; null where something else was asked for. */
     get limit() {
       return state.mode === "time" ? state.seconds : null;
@@ -141,21 +161,47 @@ export function makeQuality(onChange) {
 
 const VALUES = {
   scene: () => null,
-  samples: ({ pattern, samples, lightPattern, lightSamples }) => ({
+  samples: ({ pattern, samples, lightPattern, lightSamples, ...rest }) => ({
     mode: "fixed",
     antialiasing: { pattern, samples },
     light: { pattern: lightPattern, samples: lightSamples },
+    ...unusual(rest, "fixed"),
   }),
-  error: ({ steps }) => ({ mode: "target", error: Math.min(1, Math.max(LEAST_ERROR, steps * STEP)) }),
-  time: ({ seconds }) => ({ mode: "target", error: HOPED, time_limit: seconds }),
+  error: ({ steps, ...rest }) => ({
+    mode: "target",
+    error: Math.min(1, Math.max(LEAST_ERROR, steps * STEP)),
+    ...unusual(rest, "target"),
+  }),
+  time: ({ seconds, ...rest }) => ({
+    mode: "target",
+    error: HOPED,
+    time_limit: seconds,
+    ...unusual(rest, "target"),
+  }),
 };
 
+/** What was chosen of that which few people change. */
+function unusual({ percent, precision }, mode) {
+  return {
+    ...(mode === "target" && percent !== USUAL.percent && { confidence: Number(digits(percent / 100, 6)) }),
+    ...(precision !== USUAL.precision && { precision }),
+  };
+}
+
 function stateOf(quality) {
-  if (quality === null) return { mode: "scene" };
+  if (quality === null) return { mode: "scene", ...USUAL };
+  return { ...modeOf(quality), ...chosenOf(quality) };
+}
+
+function chosenOf({ confidence = USUAL_CONFIDENCE, precision = USUAL.precision }) {
+  return { percent: Number(digits(100 * confidence, 6)), precision };
+}
+
+function modeOf(quality) {
   if (quality.mode === "target") {
     return quality.time_limit
       ? { mode: "time", seconds: quality.time_limit }
-      : { mode: "error", steps: Number(digits(quality.error / STEP, 3)) };
+      : { mode: "error", steps: Number(digits(quality.error / STEP, 6)) };
   }
   const { antialiasing, light } = quality;
   if (!antialiasing || !light) return { mode: "scene" };

@@ -1,12 +1,14 @@
 // What the picture would cost and how far off it would be, before it is rendered.
 
 import { Problem, post } from "../../api.js";
-import { debounced, h } from "../../dom.js";
+import { debounced, h, pause } from "../../dom.js";
 import { qualityName, seconds, steps } from "../../format.js";
 import { requestText } from "../../requests.js";
 
 // A quote keeps a worker busy for a second and more, so it waits until nobody types.
 const IDLE_MS = 900;
+// After this a busy service is asked again, unless it says when.
+const RETRY_SECONDS = 2;
 // Offers nearer than this are no other choice.
 const WORTH = 0.8;
 
@@ -23,26 +25,44 @@ export function makeQuote(onUse, signal) {
     asking = new AbortController();
     const { signal: current } = asking;
     element.setAttribute("aria-busy", "true");
-    body.replaceChildren(h("p", { className: "soft" }, "Trying parts of the picture …"));
+    tell("Trying parts of the picture …");
+    const again = () => {
+      asking.abort();
+      return ask(scene, quality, limit);
+    };
     try {
-      const quote = await post("/v1/quotes", requestText(scene, { quality, seconds: limit }), {
-        signal: current,
-      });
+      const quote = await priced(requestText(scene, { quality, seconds: limit }), current);
       if (current.aborted || signal.aborted) return;
       forTime = limit === null ? null : quote.for_seconds;
-      body.replaceChildren(...told(quote, forTime, onUse));
+      body.replaceChildren(...told(quote, forTime, onUse, again));
     } catch (error) {
-      if (!current.aborted && !signal.aborted)
-        body.replaceChildren(h("p", { className: "soft" }, reason(error)));
+      if (!current.aborted && !signal.aborted) tell(`No quote: ${error.message}`);
     }
     if (!current.aborted) element.removeAttribute("aria-busy");
   }
+
+  /** A quote, now or when the service has time for one. */
+  async function priced(request, current) {
+    while (true) {
+      try {
+        return await post("/v1/quotes", request, { signal: current });
+      } catch (error) {
+        const busy = error instanceof Problem && (error.status === 429 || error.status === 503);
+        if (!busy) throw error;
+        tell("The service is busy: a quote follows when it has time. You can render without one.");
+        await pause(1000 * (error.retryAfter ?? RETRY_SECONDS), current);
+        current.throwIfAborted();
+      }
+    }
+  }
+
+  const tell = (text) => body.replaceChildren(h("p", { className: "soft" }, text));
 
   function forget(text) {
     asking?.abort();
     forTime = null;
     element.removeAttribute("aria-busy");
-    body.replaceChildren(h("p", { className: "soft" }, text));
+    tell(text);
   }
   signal.addEventListener("abort", () => asking?.abort());
 
@@ -62,24 +82,9 @@ export function makeQuote(onUse, signal) {
   };
 }
 
-function reason(error) {
-  if (error instanceof Problem && (error.status === 429 || error.status === 503))
-    return "No quote: the service is busy. You can render without one.";
-  return `No quote: ${error.message}`;
-}
-
-function told(quote, forTime, onUse) {
+function told(quote, forTime, onUse, again) {
   const offer = forTime ?? quote.asked;
-  if (!offer)
-    return [
-      h(
-        "p",
-        { className: "soft" },
-        "There was no time to price this quality. The plan alone predicts ",
-        seconds(quote.price.cpu_seconds / quote.workers),
-        ".",
-      ),
-    ];
+  if (!offer) return untried(quote, again);
   const figures = h(
     "dl",
     { className: "figures" },
@@ -105,6 +110,16 @@ function told(quote, forTime, onUse) {
       { className: "offers" },
       others.map(([text, other]) => alternative(text, other, onUse)),
     ),
+  ];
+}
+
+/** What the plan says of a quality that is too dear to be tried, or that a busy machine did not come to. */
+function untried(quote, again) {
+  const time = `about ${seconds(quote.price.cpu_seconds / quote.workers)}`;
+  const rest = `with ${workers(quote.workers)}, by the plan alone: there was no time to try it`;
+  return [
+    h("dl", { className: "figures" }, figure("Time", time, rest), figure("Error", "not known", "")),
+    h("button", { type: "button", className: "quote-again", onclick: again }, "Try again"),
   ];
 }
 
