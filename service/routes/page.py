@@ -78,4 +78,9 @@ def _file(request: Request, folder: Path, path: str) -> Response:
     content = wanted.read_bytes()
     etag = f'"{hashlib.sha256(content).hexdigest()[:32]}"'
     headers = HEADERS | {"ETag": etag, "Cache-Control": "no-cache"}
-    return not_modified(request, etag) or Response(content, media_type=media_type, headers=headers)
+    unchanged = not_modified(request, etag)
+    if unchanged is None:
+        return Response(content, media_type=media_type, headers=headers)
+    # A browser takes the headers of this answer in place of those that it has kept.
+    unchanged.headers.update(headers)
+    return unchanged

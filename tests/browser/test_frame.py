@@ -27,6 +27,9 @@ def test_a_file_that_the_browser_has_costs_no_transfer(client: httpx2.Client) ->
     first = client.get("/web/main.js")
     again = client.get("/web/main.js", headers={"If-None-Match": first.headers["etag"]})
     assert (again.status_code, again.content) == (304, b"")
+    # A browser takes these in place of those that it has kept.
+    rules = "content-security-policy"
+    assert again.headers[rules] == first.headers[rules] == client.get("/").headers[rules]
 
 
 def test_the_policy_forbids_all_that_does_not_come_from_the_service(client: httpx2.Client) -> None:
