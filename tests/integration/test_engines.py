@@ -48,7 +48,7 @@ class Bench:
         setup = WorkerSetup(os.getpid(), self.store.folder, assets.folder, 1 << 20, 4 << 30)
         self.engine = engine_of(Settings.model_validate({"engine": kind, "workers": 1}), setup)
         self.reports: queue.Queue[tuple[Task, Outcome]] = queue.Queue()
-        request = JobRequest.model_validate({"scene": scene(128, 64, samples=81, light_samples=64)})
+        request = JobRequest.model_validate({"scene": scene(128, 64, samples=256, light_samples=64)})
         self.plan = renderer.compile_scene(request.scene)
         self.store.put_spec("job", request.model_dump_json(exclude_none=True).encode())
         self.engine.start(lambda task, outcome: self.reports.put((task, outcome)))
@@ -160,10 +160,14 @@ def _again(bench: Bench, task: Task) -> Outcome:
     return bench.run(task)
 
 
-def test_an_interrupted_task_is_not_blamed(bench: Bench) -> None:
-    task = bench.tile()
+def test_a_running_task_that_is_interrupted_is_not_blamed_and_its_process_is_killed(bench: Bench) -> None:
+    until(lambda: len(bench.slots()) == 1)
+    (slot,) = bench.slots()
+    before, task = _cpu_seconds(slot), bench.tile()
     bench.engine.submit(task)
+    until(lambda: _cpu_seconds(slot) > before)
     assert _interrupted(bench, task) == Interrupted()
+    until(lambda: slot not in bench.slots())
 
 
 def test_a_task_that_waits_is_interrupted_and_the_one_that_runs_goes_on(bench: Bench) -> None:
