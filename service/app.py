@@ -35,6 +35,7 @@ from service.feed import Feed
 from service.held import Held
 from service.keeper import Keeper
 from service.prices import QuotedPrices
+from service.relay import Relay
 from service.routes import (
     assets,
     comparisons,
@@ -97,8 +98,8 @@ READERS = 4
 def create_app(settings: Settings) -> FastAPI:
     """Make the application; its parts start when its server does, and stop with it.
 
-    No other service may use the data folder meanwhile: two dispatchers would hand out the same tiles.
-    ``service.server.run`` sees to that.
+    Unless they share a database that can be shared, no other service may use the data folder meanwhile: two
+    dispatchers would hand out the same tiles. ``service.server.run`` sees to that.
     """
 
     @asynccontextmanager
@@ -110,6 +111,7 @@ def create_app(settings: Settings) -> FastAPI:
         finally:
             service.feed.close()
             await run_in_threadpool(service.keeper.stop)
+            await run_in_threadpool(service.relay.stop)
             await run_in_threadpool(service.dispatcher.stop)
             service.database.close()
 
@@ -149,6 +151,8 @@ def _assemble(settings: Settings, feed: Feed) -> Service:
     dispatcher = Dispatcher(database, store, engine_of(settings, setup), feed, settings)
     dispatcher.start()
     keeper.start()
+    relay = Relay(database, dispatcher, feed)
+    relay.start()
     return Service(
         settings=settings,
         database=database,
@@ -162,6 +166,7 @@ def _assemble(settings: Settings, feed: Feed) -> Service:
         comparison_seats=Seats(settings.max_comparisons, "comparisons"),
         prices=QuotedPrices(),
         known=Known(database),
+        relay=relay,
         bodies=Held(BODIES * settings.limits.max_body_bytes),
         readers=CapacityLimiter(READERS),
     )

@@ -17,6 +17,7 @@ from service.feed import Feed
 from service.held import Held
 from service.keeper import Keeper
 from service.prices import QuotedPrices
+from service.relay import Relay
 from service.seats import Seats
 from service.settings import Settings
 from service.store.assets import AssetStore
@@ -43,6 +44,7 @@ class Service:
     comparison_seats: Seats
     prices: QuotedPrices
     known: Known
+    relay: Relay
     bodies: Held
     readers: CapacityLimiter
 

@@ -2,6 +2,8 @@
 
 It sleeps until something happens: a job arrives, a task ends, a job is cancelled. Then one round writes all
 results and claims in one transaction, gives the claimed tasks to the engine, and tells the watchers.
+
+Of several servers on one database that of the leader works on jobs; the others answer calls alone.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ from concurrent.futures import Future
 import structlog
 from sqlalchemy import select
 from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.orm import Session
 
 from schemas.jobs import JobState
 from service import ledger
@@ -34,11 +37,12 @@ from service.engines.tasks import (
 )
 from service.errors import UnavailableError
 from service.feed import Feed
+from service.leadership import BEAT_SECONDS, Leadership
 from service.metrics import Metrics
 from service.pace import Pace
 from service.rounds import Round, merging
 from service.settings import Settings
-from service.store.tiles import TileStore
+from service.store.tiles import UNFINISHED_SECONDS, TileStore
 
 # How long to leave the database or a full disk alone before the next try, seconds.
 RETRY_SECONDS = 1.0
@@ -85,17 +89,20 @@ class Dispatcher:
         self._deadline: float | None = None
         self._starved = False
         self.pace = Pace(settings.workers)
+        self._leadership = Leadership(database)
+        self._term: int | None = None
+        self._next_stand = 0.0
+        self._stale: set[JobTask] = set()
+        self._in_doubt = False
 
     def start(self) -> None:
         """Take back what an earlier service left unfinished, and begin."""
         with self._database.writing() as session:
-            ledger.recover(session)
-        with self._database.reading() as session:
-            states = dict(session.execute(select(RenderRow.id, RenderRow.state)).all())
-        self._store.sweep(set(states))
-        for render, state in states.items():
-            if state.final:
-                self._store.drop_tiles(render)
+            term = self._leadership.stand(session)
+            if term is not None:
+                ledger.recover(session)
+        self._lead(term)
+        self._tidy()
         self._thread.start()
         self.wake()
 
@@ -145,6 +152,7 @@ class Dispatcher:
                 self._round()
         finally:
             self._engine.close()
+            self._resign()
             for answer in (*self._answers.values(), *(answer for _, answer in self._calls)):
                 answer.cancel()
 
@@ -162,21 +170,27 @@ class Dispatcher:
         except queue.Empty:
             pass
         while self._cancelled:
-            self._leave(self._cancelled.popleft(), self._settings.cancel_grace_seconds)
+            render = self._cancelled.popleft()
+            if self._term is not None:
+                self._leave(render, self._settings.cancel_grace_seconds)
         return not self._stopping.is_set()
 
     def _patience(self) -> float | None:
-        if self._leaving:
+        if self._leaving or self._stale:
             return LEAVING_SECONDS
         if self._pause_until:
             return max(0.0, self._pause_until - time.monotonic())
         waits = [EMPTY_SECONDS] if self._starved else []
+        waits += [BEAT_SECONDS] if self._database.shared else []
         if self._deadline:
             waits.append(self._deadline - time.monotonic())
         return max(0.0, min(waits)) if waits else None
 
     def _take_note(self, task: Task, outcome: Outcome) -> None:
         if not isinstance(task, CallTask):
+            if task in self._stale:
+                self._stale.discard(task)
+                return
             self._flying.discard(task)
             self.metrics.note(task, outcome)
             self.pace.note(getattr(outcome, "cpu_seconds", 0.0))
@@ -197,11 +211,52 @@ class Dispatcher:
     def _round(self) -> None:
         self._interrupt()
         self._answer_calls()
-        if time.monotonic() < self._pause_until:
+        if time.monotonic() < self._pause_until or not self._is_due():
             return
         self._pause_until = 0.0
+        # Outside of the transaction: it may start processes.
         room = self._engine.room()
         self._starved = room == 0 and not self._flying
+        try:
+            with self._database.writing() as session:
+                term = self._leadership.stand(session)
+                if term != self._term:
+                    self._forget_tasks()
+                result = None if term is None else self._decide(session, term, room)
+        except SQLAlchemyError as error:
+            log.warning("database not usable, trying again", error=type(error).__name__)
+            self._pause()
+            # The transaction may have been committed, and the answer lost with the connection.
+            self._in_doubt = True
+            return
+        if self._in_doubt:
+            self._in_doubt = False
+            self._feed.publish_all()
+        if term != self._term:
+            self._lead(term)
+            if term is not None:
+                threading.Thread(target=self._tidy, name="tidy", daemon=True).start()
+        if result is not None:
+            self._reports = []
+            left = result.deadline_in
+            self._deadline = None if left is None else time.monotonic() + left
+            self._act(result)
+
+    def _is_due(self) -> bool:
+        """Whether to look into the database: always, or now and then where another server leads."""
+        if self._term is None:
+            if time.monotonic() < self._next_stand:
+                return False
+            self._next_stand = time.monotonic() + BEAT_SECONDS
+        return True
+
+    def _decide(self, session: Session, term: int, room: int) -> Round:
+        """Write what follows from all that has come in; what others have cancelled is looked for, too."""
+        if term != self._term:
+            ledger.recover(session)
+            self._database.tell(session, anything=True)
+        elif self._in_doubt:
+            ledger.take_back_unknown(session, {*self._flying, *(task for task, _ in self._reports)})
         result = Round(
             reports=self._reports,
             flying=self._flying,
@@ -210,26 +265,59 @@ class Dispatcher:
             max_attempts=self._settings.max_attempts,
             picture_deaths=self._picture_deaths,
         )
+        result.decide(session)
+        self._database.tell_of(session, result.news)
+        if self._database.shared:
+            for render in set(ledger.unwanted(session)) - set(self._leaving):
+                self.cancel(render)
+        return result
+
+    def _lead(self, term: int | None) -> None:
+        """Begin to hand out work, or leave that to another server from now on."""
+        if self._database.shared and term is not None:
+            log.info("leads", term=term)
+            self._feed.publish_all()
+        elif self._term is not None:
+            log.warning("leads no more", term=self._term)
+        self._term = term
+        self.metrics.leads.set(term is not None)
+
+    def _forget_tasks(self) -> None:
+        """Stop what was handed out in an earlier term: the database expects no more of it."""
+        self._stale |= self._flying
+        self._flying, self._reports, self._leaving, self._deadline = set(), [], {}, None
+
+    def _resign(self) -> None:
+        if not self._database.shared:
+            return
         try:
             with self._database.writing() as session:
-                result.decide(session)
+                self._leadership.resign(session)
+                self._database.tell(session, anything=True)
         except SQLAlchemyError as error:
-            log.warning("database not usable, trying again", error=type(error).__name__)
-            self._pause()
-        else:
-            self._reports = []
-            left = result.deadline_in
-            self._deadline = None if left is None else time.monotonic() + left
-            self._act(result)
+            log.warning("another server leads when the time is up", error=type(error).__name__)
+
+    def _tidy(self) -> None:
+        """Remove the files that nothing in the database refers to, and the tiles of what has ended."""
+        try:
+            with self._database.reading() as session:
+                states = dict(session.execute(select(RenderRow.id, RenderRow.state)).all())
+            self._store.sweep(set(states), UNFINISHED_SECONDS if self._database.shared else 0.0)
+        except (SQLAlchemyError, OSError) as error:
+            log.warning("data folder not tidied", error=type(error).__name__)
+            return
+        for render, state in states.items():
+            if state.final:
+                self._store.drop_tiles(render)
 
     def _interrupt(self) -> None:
         """Stop the tasks of renders that have ended, and calls that nobody waits for."""
         now = time.monotonic()
         late = {render for render, deadline in self._leaving.items() if deadline <= now}
-        unwanted = {task for task, answer in self._answers.items() if answer.cancelled()}
+        unwanted = {task for task, answer in self._answers.items() if answer.cancelled()} | self._stale
         if late or unwanted:
             self._engine.interrupt(
-                lambda task: task in unwanted if isinstance(task, CallTask) else task.job in late
+                lambda task: task in unwanted or (not isinstance(task, CallTask) and task.job in late)
             )
 
     def _answer_calls(self) -> None:

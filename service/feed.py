@@ -59,6 +59,11 @@ class Feed:
         with suppress(RuntimeError):  # the loop is closed: nobody waits any more
             self._loop.call_soon_threadsafe(self._wake, tuple(jobs))
 
+    def publish_all(self) -> None:
+        """Say that any job may have changed. May be called by any thread."""
+        with suppress(RuntimeError):
+            self._loop.call_soon_threadsafe(lambda: self._wake(tuple(self._watchers)))
+
     def close(self) -> None:
         """Send everybody away who waits, now and from now on."""
         self.closed = True

@@ -120,6 +120,9 @@ def cancel(service: Service, job_id: str) -> None:
     with service.database.writing() as session:
         row = find(session, job_id)
         stopping = None if row.state.final else _end(session, row)
+        service.database.tell_of(session, (job_id,))
+        if stopping:
+            service.database.tell(session, work=True)
     if stopping:
         service.dispatcher.cancel(stopping)
     service.feed.publish((job_id,))
@@ -145,6 +148,7 @@ def pause(service: Service, job_id: str) -> Job:
         row = find(session, job_id)
         if not row.state.final:
             pausing.pause(session, row)
+        service.database.tell_of(session, (job_id,))
     service.feed.publish((job_id,))
     return show(service, job_id)
 
@@ -155,6 +159,8 @@ def resume(service: Service, job_id: str) -> Job:
         row = find(session, job_id)
         if not row.state.final:
             pausing.resume(session, row)
+        service.database.tell(session, work=True)
+        service.database.tell_of(session, (job_id,))
     service.dispatcher.wake()
     service.feed.publish((job_id,))
     return show(service, job_id)
@@ -185,6 +191,7 @@ async def remove(service: Service, job_id: str) -> None:
 def _forget(service: Service, job_id: str) -> None:
     with service.database.writing() as session:
         unused = sharing.forget(session, find(session, job_id))
+        service.database.tell_of(session, (job_id,))
     if unused:
         service.store.drop_job(unused)
     service.feed.publish((job_id,))

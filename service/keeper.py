@@ -14,7 +14,7 @@ from service.database.connection import Database
 from service.database.models import AssetRow
 from service.retention import Rules, Swept
 from service.store.assets import AssetStore
-from service.store.tiles import TileStore
+from service.store.tiles import UNFINISHED_SECONDS, TileStore
 
 SWEEP_SECONDS = 60.0
 """How often to look for what was kept long enough."""
@@ -42,7 +42,8 @@ class Keeper:
         """Remove what an earlier service left behind, and begin."""
         with self._database.reading() as session:
             known = set(session.scalars(select(AssetRow.sha256)))
-        self._assets.sweep(known, self._unused_since(self.rules))
+        age = UNFINISHED_SECONDS if self._database.shared else 0.0
+        self._assets.sweep(known, self._unused_since(self.rules), age)
         self._thread.start()
 
     def stop(self) -> None:

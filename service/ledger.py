@@ -69,6 +69,23 @@ def recover(session: Session) -> None:
             rows.end(session, render, JobState.CANCELLED)
 
 
+def take_back_unknown(session: Session, known: Collection[JobTask]) -> None:
+    """Let the steps wait again that were handed out, but of which no task is known."""
+    tasks = (task for task in known if isinstance(task, TileTask))
+    found = {(task.job, task.pass_.index, task.tile.index, task.attempt) for task in tasks}
+    handed_out = select(TileRow, RenderRow).join(RenderRow, TileRow.render == RenderRow.number)
+    for step, render in session.execute(handed_out.where(TileRow.state == RUNNING)).all():
+        if (render.id, step.pass_index, step.tile, step.attempt) not in found:
+            step.state = WAITING
+            fairness.settle(session, step, 0.0)
+            fairness.activate_all_of(session, render)
+
+
+def unwanted(session: Session) -> Sequence[str]:
+    """Give the ids of the renders that run and were cancelled, by whatever server."""
+    return session.scalars(select(RenderRow.id).where(_STARTED, RenderRow.cancel_requested)).all()
+
+
 def render_of(session: Session, render_id: str) -> RenderRow | None:
     """Find a render and keep others from changing it until the transaction ends."""
     return session.scalar(_RENDER, {"id": render_id})

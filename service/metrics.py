@@ -10,7 +10,7 @@ import threading
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 
-from prometheus_client import CollectorRegistry, Counter, ProcessCollector, generate_latest
+from prometheus_client import CollectorRegistry, Counter, Gauge, ProcessCollector, generate_latest
 from prometheus_client.core import GaugeMetricFamily
 from prometheus_client.registry import Collector
 from sqlalchemy import func, select
@@ -42,6 +42,7 @@ class Metrics:
         here = self.registry = CollectorRegistry()
         ProcessCollector(registry=here)
         self.tiles = Counter("penumbra_tiles", "Tiles that were rendered, in all passes.", registry=here)
+        self.leads = Gauge("penumbra_leads", "1 where this server hands out work.", registry=here)
         self.deaths = Counter("penumbra_worker_deaths", "Tasks that lost their worker.", registry=here)
         self.failures = Counter("penumbra_task_failures", "Tasks that failed.", ["code"], registry=here)
         self.cpu_seconds = Counter("penumbra_user_cpu_seconds", "Work of workers.", ["user"], registry=here)

@@ -28,6 +28,7 @@ from service.app import create_app
 from service.context import Service
 from service.database.connection import Database
 from service.database.migrations import upgrade
+from service.database.urls import is_shared
 from service.engines.choosing import check_engine
 from service.errors import (
     DatabaseUrlError,
@@ -40,7 +41,8 @@ from service.headers import SafeHeaders
 from service.patience import patient
 from service.request_ids import RequestIds
 from service.settings import Settings
-from service.store.lock import alone
+from service.store import belonging
+from service.store.lock import held
 
 # Requests in progress have this long to end when the service stops, seconds. Watchers are sent away at once.
 FAREWELL_SECONDS = 5
@@ -81,7 +83,8 @@ def run(settings: Settings) -> None:
     logs.configure(settings.log_level)
     with ExitStack() as stack:
         try:
-            stack.enter_context(alone(settings.data))
+            shared = is_shared(settings.database_url)
+            stack.enter_context(held(settings.data, shared=shared))
             _prepare_database(settings)
             check_engine(settings)
         except (
@@ -106,6 +109,8 @@ def _prepare_database(settings: Settings) -> None:
     database = Database(settings.database_url)
     try:
         upgrade(database)
+        if database.shared:
+            belonging.check(database, settings.data)
         if settings.behind_proxy or is_loopback(settings.host):
             return
         with database.reading() as session:

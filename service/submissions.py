@@ -11,7 +11,7 @@ from typing import Any
 
 import structlog
 from sqlalchemy import bindparam, insert, select, text
-from sqlalchemy.exc import IntegrityError
+from sqlalchemy.exc import DBAPIError, IntegrityError
 from sqlalchemy.orm import Session
 
 from renderer import progressive, tiling
@@ -124,8 +124,11 @@ def _enter(service: Service, sent: Submission, admitted: Admitted) -> Taken:
             taken = (
                 Taken(known, replayed=True) if known else _take(service, session, sent, admitted, job, spec)
             )
-    except BaseException:
-        service.store.drop_job(job.id)
+            service.database.tell(session, work=True)
+    except BaseException as error:
+        # Where the connection was lost nobody knows whether the job was entered.
+        if not (isinstance(error, DBAPIError) and error.connection_invalidated):
+            service.store.drop_job(job.id)
         raise
     service.dispatcher.wake()
     log.info("job taken", job=taken.job, user=sent.asker.name, shared=taken.shared, replayed=taken.replayed)

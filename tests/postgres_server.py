@@ -89,8 +89,9 @@ class PostgresServer:
             return database
         database = Database(self._used)
         with database.writing() as session:
-            tables = ", ".join(Base.metadata.tables)
+            tables = ", ".join(set(Base.metadata.tables) - {"leader"})
             session.execute(text(f"TRUNCATE {tables} RESTART IDENTITY CASCADE"))
+            session.execute(text("UPDATE leader SET server = NULL, folder = NULL"))
         return database
 
     def close(self) -> None:

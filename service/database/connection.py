@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import json
+import secrets
 import sqlite3
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from sqlalchemy import Connection, Engine, event, text
 from sqlalchemy.engine.interfaces import DBAPIConnection
+from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 from sqlalchemy.orm import Session
 from sqlalchemy.pool import ConnectionPoolEntry
@@ -20,6 +24,13 @@ BUSY_TIMEOUT_MS = 10_000
 SILENCE_TIMEOUT_MS = 3_000
 # Any number that other programs on the same database do not use.
 WRITERS = 0x50454E554D425241
+CHANNEL = "penumbra"
+# A notice has room for 8,000 bytes.
+MOST_TOLD = 200
+# How soon a service that ends stops listening, seconds.
+LISTEN_SECONDS = 0.5
+
+_TELL = text("SELECT pg_notify(:channel, :document)")
 
 
 class Database:
@@ -59,6 +70,7 @@ class Database:
             event.listen(self.engine, "connect", _prepare_sqlite)
             event.listen(self.engine, "begin", _begin_sqlite)
             self._reader = self.engine
+        self._name = secrets.token_hex(8)
         self._lock = threading.Lock()
         self._writer = self.engine.execution_options(writes=True)
 
@@ -82,6 +94,43 @@ class Database:
             yield
         finally:
             self._lock.release()
+
+    def tell(self, session: Session, **notice: Any) -> None:
+        """Tell the other servers on this database, if there may be some, once it is committed."""
+        if self.shared:
+            document = json.dumps(notice | {"from": self._name})
+            session.execute(_TELL, {"channel": CHANNEL, "document": document})
+
+    def tell_of(self, session: Session, jobs: Iterable[str]) -> None:
+        """Tell the other servers that jobs have changed."""
+        ids = sorted(jobs) if self.shared else []
+        for start in range(0, len(ids), MOST_TOLD):
+            self.tell(session, jobs=ids[start : start + MOST_TOLD])
+
+    def notices(self, stopping: threading.Event) -> Iterator[dict[str, Any]]:
+        """Wait for what other servers tell. An empty notice comes first: something may have been missed.
+
+        Raises
+        ------
+        Exception
+            One of ``errors``, when the connection is lost.
+        """
+        with self.engine.connect().execution_options(isolation_level="AUTOCOMMIT") as connection:
+            driver: Any = connection.connection.dbapi_connection
+            # Who listened once shall not be among those who answer requests.
+            connection.detach()
+            connection.exec_driver_sql(f"LISTEN {CHANNEL}")
+            yield {}
+            while not stopping.is_set():
+                for notice in driver.notifies(timeout=LISTEN_SECONDS):
+                    document = json.loads(notice.payload)
+                    if document.pop("from") != self._name:
+                        yield document
+
+    @property
+    def errors(self) -> tuple[type[Exception], ...]:
+        """What ``notices`` may raise."""
+        return SQLAlchemyError, self.engine.dialect.loaded_dbapi.Error
 
     def check(self) -> None:
         """Raise what the database raises when it cannot be written now."""
@@ -112,11 +161,13 @@ def _begin_sqlite(connection: Connection) -> None:
 
 
 def _begin_postgresql(connection: Connection) -> None:
-    if not connection.get_execution_options().get("writes", False):
+    options = connection.get_execution_options()
+    if not options.get("writes", False):
         return
+    silence_ms = options.get("silence_ms", SILENCE_TIMEOUT_MS)
     # Set for this transaction alone, so that connections may come from a pool that others use too.
     connection.exec_driver_sql(
         f"SELECT set_config('lock_timeout', '{BUSY_TIMEOUT_MS}', true),"
-        f" set_config('idle_in_transaction_session_timeout', '{SILENCE_TIMEOUT_MS}', true),"
+        f" set_config('idle_in_transaction_session_timeout', '{silence_ms}', true),"
         f" pg_advisory_xact_lock({WRITERS})"
     )

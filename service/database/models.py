@@ -291,6 +291,22 @@ class TileRow(Base):
     charge: Mapped[float] = mapped_column(Float, default=0.0)
 
 
+class LeaderRow(Base):
+    """The server that hands out work, where several use this database; one row.
+
+    ``term`` counts how often another one has begun to; the time of ``expires_at`` is that of the database's
+    clock. ``folder`` is the name that the data folder bears which belongs to this database.
+    """
+
+    __tablename__ = "leader"
+
+    id: Mapped[int] = mapped_column(Integer, primary_key=True, autoincrement=False)
+    term: Mapped[int] = mapped_column(Integer)
+    server: Mapped[str | None] = mapped_column(String(32))
+    expires_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    folder: Mapped[str | None] = mapped_column(String(32))
+
+
 class KeyRow(Base):
     """An API key: a name that may be shown, and the digest of a secret that nobody else has."""
 

@@ -50,6 +50,17 @@ def engine_of(url: str) -> Engine:
         ) from None
 
 
+def is_shared(url: str) -> bool:
+    """Whether several servers may use a database at the same time.
+
+    Raises
+    ------
+    DatabaseUrlError
+        If the URL cannot be used.
+    """
+    return parse(url).get_backend_name() == "postgresql"
+
+
 def parse(url: str) -> URL:
     """Read a URL; of PostgreSQL it names the driver afterwards, and how long to wait for a dead network.
 

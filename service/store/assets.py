@@ -94,9 +94,19 @@ class AssetStore:
                 if path.stat().st_mtime < before.timestamp():
                     path.unlink()
 
-    def sweep(self, known: set[str], before: datetime) -> None:
-        """Remove what a killed process left behind: parts of files, and files that nobody knows any more."""
-        sweep_temporary(self.folder)
+    def sweep(self, known: set[str], before: datetime, age_seconds: float) -> None:
+        """Remove what a killed process left behind: parts of files, and files that nobody knows any more.
+
+        Parameters
+        ----------
+        known : set of str
+            Those that there are.
+        before : datetime
+            Files that were sent later stay.
+        age_seconds : float
+            Parts of files that are younger stay.
+        """
+        sweep_temporary(self.folder, age_seconds)
         self.drop({path.name for path in self.folder.iterdir() if is_sha256(path.name)} - known, before)
 
     def _inspect(self, file: IO[bytes]) -> Header:

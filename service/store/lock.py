@@ -1,4 +1,4 @@
-"""One service at a time in a data folder."""
+"""Who may use a data folder: one service alone, or several that share a database."""
 
 from __future__ import annotations
 
@@ -11,8 +11,15 @@ from service.errors import StoreTakenError
 
 
 @contextmanager
-def alone(folder: Path) -> Iterator[None]:
+def held(folder: Path, *, shared: bool) -> Iterator[None]:
     """Make a folder, and keep other services off it until the block ends or the process dies.
+
+    Parameters
+    ----------
+    folder : Path
+        The data folder.
+    shared : bool
+        Whether others may use it that share it as well.
 
     Raises
     ------
@@ -25,8 +32,11 @@ def alone(folder: Path) -> Iterator[None]:
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     with (folder / "lock").open("w") as lock:
         try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(lock, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
         except BlockingIOError:
-            message = f"Another service uses {folder}. Stop it, or name another folder."
+            message = (
+                f"Another service uses {folder}. Stop it, or name another folder; "
+                "several services can share one on PostgreSQL alone."
+            )
             raise StoreTakenError(message) from None
         yield

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import shutil
 import tempfile
+import time
 import zipfile
 import zlib
 from collections.abc import Iterator
@@ -22,6 +23,8 @@ from service.errors import StoreDamagedError, StoreFullError, StoreReadOnlyError
 Pixels = NDArray[np.float32]
 Layers = dict[str, NDArray[Any]]
 LAYERS_SUFFIX = ".npz"
+UNFINISHED_SECONDS = 3600.0
+"""What is younger may be what another server writes at the moment."""
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 READ_ONLY = (errno.EROFS, errno.EACCES, errno.EPERM)
@@ -78,8 +81,8 @@ class TileStore(Protocol):
     def sizes(self) -> dict[str, int]:
         """Return the bytes that each job takes."""
 
-    def sweep(self, jobs: set[str]) -> None:
-        """Remove what a killed process left behind, and whatever belongs to no job in ``jobs``."""
+    def sweep(self, jobs: set[str], age_seconds: float) -> None:
+        """Remove what of this age a killed process left behind, or belongs to no job in ``jobs``."""
 
 
 class FileTileStore:
@@ -157,12 +160,12 @@ class FileTileStore:
         """Return the bytes that each job takes."""
         return {folder.name: _bytes_in(folder) for folder in self.folder.glob("*")}
 
-    def sweep(self, jobs: set[str]) -> None:
-        """Remove what a killed process left behind, and whatever belongs to no job in ``jobs``."""
+    def sweep(self, jobs: set[str], age_seconds: float) -> None:
+        """Remove what of this age a killed process left behind, or belongs to no job in ``jobs``."""
         for folder in self.folder.glob("*"):
-            if folder.name not in jobs:
+            if folder.name not in jobs and is_older(folder, age_seconds):
                 self.drop_job(folder.name)
-        sweep_temporary(self.folder)
+        sweep_temporary(self.folder, age_seconds)
 
     def _tile(self, job: str, tile: Tile, pass_: Pass, attempt: int) -> Path:
         return self.folder / job / "tiles" / f"{pass_.index}-{tile.index}.{attempt}"
@@ -227,7 +230,16 @@ def _told() -> Iterator[None]:
         raise
 
 
-def sweep_temporary(folder: Path) -> None:
-    """Remove the temporary files that a killed process left in a folder."""
+def sweep_temporary(folder: Path, age_seconds: float) -> None:
+    """Remove the temporary files of this age that a killed process left in a folder."""
     for path in folder.rglob(".*.tmp"):
-        path.unlink(missing_ok=True)
+        if is_older(path, age_seconds):
+            path.unlink(missing_ok=True)
+
+
+def is_older(path: Path, age_seconds: float) -> bool:
+    """Whether nothing was written here for so long; of age 0 is everything."""
+    try:
+        return not age_seconds or path.stat().st_mtime < time.time() - age_seconds
+    except FileNotFoundError:
+        return False

@@ -115,6 +115,17 @@ def test_passes_come_one_after_the_other_and_the_coarse_one_first(table: Table) 
     assert steps == [(0, 0), *((1, tile) for tile in range(4)), *((2, tile) for tile in range(4))]
 
 
+def test_after_a_doubtful_transaction_steps_wait_again_of_which_nobody_knows_a_task(table: Table) -> None:
+    table.add("a")
+    done, lost, flying = (table.next() for _ in range(3))
+    table.round((done, DONE))
+    with table.database.writing() as session:
+        ledger.take_back_unknown(session, [flying])
+    again = table.next()
+    assert (again.tile, again.pass_, again.attempt) == (lost.tile, lost.pass_, lost.attempt + 1)
+    assert table.next().attempt == 1
+
+
 def test_a_new_job_shows_its_coarse_picture_before_older_jobs_go_on(table: Table) -> None:
     table.add("a")
     table.round(room=2)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import httpx2
 import pytest
 
 import renderer
 from service.database.connection import Database
-from service.errors import DatabaseUrlError
+from service.errors import DatabaseUrlError, StoreTakenError
+from service.store import belonging
+from service.store.lock import held
 from tests.integration.conftest import Start
 from tests.integration.support import (
     PATIENCE,
@@ -38,6 +42,38 @@ def test_a_killed_server_resumes_and_tells_no_finished_tile_again(
         assert client.get(f"/v1/jobs/{job}/tiles").json()["events"][: len(done)] == done
         undisturbed = renderer.render(renderer.compile_scene(long_scene()), workers=2).image
         assert image(client, job).tobytes() == undisturbed.tobytes()
+
+
+def test_a_database_knows_its_data_folder_again_and_no_other(
+    postgres: PostgresServer, tmp_path: Path
+) -> None:
+    database = postgres.emptied()
+    own, other = tmp_path / "own", tmp_path / "other"
+    own.mkdir()
+    other.mkdir()
+    for _ in range(2):
+        belonging.check(database, own)
+    with pytest.raises(StoreTakenError, match="Is a disk not mounted"):
+        belonging.check(database, other)
+    database.close()
+
+
+def test_a_new_database_does_not_take_the_pictures_of_another(
+    postgres: PostgresServer, tmp_path: Path
+) -> None:
+    database = postgres.emptied()
+    (tmp_path / "jobs" / "ab").mkdir(parents=True)
+    with pytest.raises(StoreTakenError, match="pictures of another database"):
+        belonging.check(database, tmp_path)
+    database.close()
+
+
+def test_servers_share_a_folder_only_where_they_share_a_database(tmp_path: Path) -> None:
+    with held(tmp_path, shared=True):
+        with held(tmp_path, shared=True):
+            pass
+        with pytest.raises(StoreTakenError, match="on PostgreSQL alone"), held(tmp_path, shared=False):
+            pass
 
 
 @pytest.mark.parametrize(

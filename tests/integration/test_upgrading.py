@@ -72,7 +72,7 @@ def database(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Databas
 def _upgrade_to(database: Database, version: str, *, back: bool = False) -> None:
     config = Config()
     config.set_main_option("script_location", str(Path(migrations.__file__).parent))
-    with database.engine.execution_options(writes=True).begin() as connection:
+    with database.engine.execution_options(writes=True, silence_ms=60_000).begin() as connection:
         config.attributes["connection"] = connection
         (command.downgrade if back else command.upgrade)(config, version)
 

@@ -9,6 +9,9 @@ from alembic.config import Config
 
 from service.database.connection import Database
 
+# Between two statements a migration may think longer than a transaction of the service.
+SILENCE_MS = 60_000
+
 
 def upgrade(database: Database) -> None:
     """Run the migrations that the database has not had yet.
@@ -20,6 +23,7 @@ def upgrade(database: Database) -> None:
     """
     config = Config()
     config.set_main_option("script_location", str(Path(__file__).parent))
-    with database.engine.execution_options(writes=True).begin() as connection:
+    patient = database.engine.execution_options(writes=True, silence_ms=SILENCE_MS)
+    with patient.begin() as connection:
         config.attributes["connection"] = connection
         command.upgrade(config, "head")
