@@ -9,7 +9,7 @@ STUDIED := study/chess study/soft gallery/basic gallery/normal_texturing gallery
 STUDY_SECONDS ?= 250
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo serve test check audit fuzz gallery bench load bench-peers bench-references study clean
+.PHONY: help install demo serve test check audit fuzz gallery bench chaos load bench-peers bench-references study clean
 
 help:  ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-17s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -45,6 +45,9 @@ gallery: .venv/installed  ## render the gallery and the hard scenes into out
 
 bench: .venv/installed  ## measure times and errors on this machine, into out/bench.json
 	$(BIN)/python -m benchmarks
+
+chaos: .venv/installed  ## kill, stop and starve the service and see that it keeps its promises, into out/chaos.json
+	$(BIN)/python -m benchmarks.chaos
 
 load: .venv/installed  ## measure what the service promises under load, into out/load.json; 5 minutes
 	$(BIN)/python -m benchmarks.load

@@ -1,0 +1,56 @@
+"""Try every promise about faults: `make chaos`, or `python -m benchmarks.chaos --short`."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.chaos import jobs, processes, storage
+from benchmarks.load.promises import write
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from benchmarks.load.promises import Promise
+
+
+def findings(*, short: bool) -> Iterator[Promise]:
+    """Try one promise after another; a short run has few kills."""
+    expected = processes.undisturbed(2 if short else 8)
+    yield processes.workers_killed(3 if short else 200, 4 if short else 200, expected)
+    yield processes.server_killed(2 if short else 20, expected)
+    yield processes.server_terminated(expected)
+    yield processes.worker_stopped(expected)
+    yield jobs.ruinous(4 if short else 20)
+    yield jobs.clock_set()
+    yield storage.disk_full(expected)
+    yield storage.database_locked(expected)
+    yield storage.torn_reads(2_000 if short else 100_000)
+
+
+def main() -> None:
+    """Print a table of what was found, and keep it; fail if a promise was not held."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.chaos", description="Try faults.")
+    parser.add_argument("--short", action="store_true", help="few kills and reads")
+    parser.add_argument("--out", type=Path, default=Path("out/chaos.json"), help="where to write the figures")
+    options = parser.parse_args()
+    table = Table("promise", "measured", "limit", "held")
+    found = []
+    for finding in findings(short=options.short):
+        found.append(finding)
+        table.add_row(
+            finding["promise"], finding["measured"], finding["limit"], "yes" if finding["held"] else "NO"
+        )
+        Console(stderr=True).print(f"{finding['promise']}: {finding['measured']}")
+    Console().print(table)
+    write(found, options.out)
+    if not all(finding["held"] for finding in found):
+        raise SystemExit(1)
+
+
+if __name__ == "__main__":
+    main()
