@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def findings(*, short: bool) -> Iterator[Promise]:
     """Try one promise after another; a short run has few kills."""
     expected = processes.undisturbed(2 if short else 8)
-    yield processes.workers_killed(3 if short else 200, 4 if short else 200, expected)
+    yield processes.workers_killed(3 if short else 200, 4 if short else 100, expected)
     yield processes.server_killed(2 if short else 20, expected)
     yield processes.server_terminated(expected)
     yield processes.worker_stopped(expected)
