@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any, Literal
 
-from anyio import CapacityLimiter
 from fastapi import Depends, FastAPI
 from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel
@@ -21,21 +19,10 @@ from schemas.quotes import QuoteRequest
 from schemas.regions import Region
 from schemas.retention import PruneRequest
 from schemas.traces import TraceRequest
-from service import problems, retention
+from service import problems
 from service.access.asking import asker
-from service.access.known import Known
-from service.context import Service
-from service.database.connection import Database
-from service.database.migrations import upgrade
-from service.dispatcher import Dispatcher
-from service.engines.choosing import engine_of
-from service.engines.heartbeats import Lease
-from service.engines.worker import WorkerSetup
+from service.assembly import started, stop
 from service.feed import Feed
-from service.held import Held
-from service.keeper import Keeper
-from service.prices import QuotedPrices
-from service.relay import Relay
 from service.routes import (
     assets,
     comparisons,
@@ -58,11 +45,7 @@ from service.routes import (
 )
 from service.routes.parameters import COMPONENTS, problem
 from service.routes.session import REFUSED
-from service.seats import Seats
 from service.settings import Settings
-from service.store.assets import AssetStore
-from service.store.passes import PassStore
-from service.store.tiles import FileTileStore
 
 DESCRIPTION = "Send a scene as JSON, watch its tiles arrive, fetch the picture by the job's id."
 PUBLIC = (operations, page)
@@ -89,12 +72,6 @@ ROUTERS = (
 )
 
 
-BODIES = 16
-"""As many requests of the largest size are held in memory at once, or more smaller ones."""
-READERS = 4
-"""Documents that are read at once: the largest take some hundred megabytes each, and Python reads one."""
-
-
 def create_app(settings: Settings) -> FastAPI:
     """Make the application; its parts start when its server does, and stop with it.
 
@@ -104,16 +81,13 @@ def create_app(settings: Settings) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        service = await run_in_threadpool(_assemble, settings, Feed())
+        service = await run_in_threadpool(started, settings, Feed())
         app.state.service = service
         try:
             yield
         finally:
             service.feed.close()
-            await run_in_threadpool(service.keeper.stop)
-            await run_in_threadpool(service.relay.stop)
-            await run_in_threadpool(service.dispatcher.stop)
-            service.database.close()
+            await run_in_threadpool(stop, service)
 
     # The framework's own pages for the document load scripts from elsewhere.
     app = FastAPI(
@@ -131,45 +105,6 @@ def create_app(settings: Settings) -> FastAPI:
         app.include_router(module.router, dependencies=asked, responses=answers)
     _document_bodies(app)
     return app
-
-
-def _assemble(settings: Settings, feed: Feed) -> Service:
-    database = Database(settings.database_url)
-    upgrade(database)
-    store = FileTileStore(settings.data / "jobs")
-    textures = AssetStore(settings.data / "assets", settings.max_asset_pixels)
-    keeper = Keeper(database, store, textures, retention.rules_of(settings))
-    setup = WorkerSetup(
-        parent=os.getpid(),
-        jobs=store.folder,
-        assets=textures.folder,
-        max_asset_pixels=settings.max_asset_pixels,
-        memory_bytes=settings.worker_memory_bytes,
-        lease=Lease(silent_seconds=settings.worker_silence_seconds, task_seconds=settings.max_task_seconds),
-        log_level=settings.log_level,
-    )
-    dispatcher = Dispatcher(database, store, engine_of(settings, setup), feed, settings)
-    dispatcher.start()
-    keeper.start()
-    relay = Relay(database, dispatcher, feed)
-    relay.start()
-    return Service(
-        settings=settings,
-        database=database,
-        store=store,
-        passes=PassStore(store.folder),
-        assets=textures,
-        dispatcher=dispatcher,
-        keeper=keeper,
-        feed=feed,
-        quote_seats=Seats(settings.max_quotes, "quotes"),
-        comparison_seats=Seats(settings.max_comparisons, "comparisons"),
-        prices=QuotedPrices(),
-        known=Known(database),
-        relay=relay,
-        bodies=Held(BODIES * settings.limits.max_body_bytes),
-        readers=CapacityLimiter(READERS),
-    )
 
 
 def _document_bodies(app: FastAPI) -> None:

@@ -97,10 +97,10 @@ def submit(service: Service, sent: Submission) -> Taken:
     admitted = admit(service, sent.asker, sent.body)
     for _ in range(TRIES - 1):
         try:
-            return _enter(service, sent, admitted)
+            return enter(service, sent, admitted)
         except IntegrityError:
             log.debug("entered by another request at the same moment")
-    return _enter(service, sent, admitted)
+    return enter(service, sent, admitted)
 
 
 def _replayed(session: Session, sent: Submission) -> str | None:
@@ -115,7 +115,8 @@ def _replayed(session: Session, sent: Submission) -> str | None:
     return session.scalars(select(JobRow.id).where(JobRow.number == row.job)).one()
 
 
-def _enter(service: Service, sent: Submission, admitted: Admitted) -> Taken:
+def enter(service: Service, sent: Submission, admitted: Admitted) -> Taken:
+    """Keep a job that was admitted, or find that it came before."""
     job = _job(sent.asker, admitted)
     spec = None if sent.anew else canonical.spec_of(admitted.request)
     try:

@@ -51,9 +51,10 @@ def _let_clock_be_set() -> None:
             vars(module)["datetime"] = _Set
 
 
-vars(renderer)["render_tile"] = _render_tile
+if __name__ in {"__main__", "__mp_main__"}:
+    vars(renderer)["render_tile"] = _render_tile
 if __name__ == "__main__":
-    # Workers import this, too, and start without the server.
+    # Workers import this under the other name, and start without the server.
     from service.server import run
     from service.settings import Settings
 

@@ -14,7 +14,8 @@ from service.client import DEFAULT_SERVER as CLIENT_DEFAULT
 
 CONTRACT = {
     "render", "validate", "explain", "quote", "trace", "study", "serve", "submit", "wait", "watch", "get",
-    "cancel", "pause", "resume", "ls", "logs", "demo", "doctor", "compare", "grade", "convert",
+    "cancel", "pause", "resume", "pin", "unpin", "prune", "ls", "logs", "demo", "doctor", "compare", "grade",
+    "convert",
 }  # fmt: skip
 HEAVY = ("numpy", "PIL", "fastapi", "sqlalchemy", "httpx2", "uvicorn", "renderer", "schemas")
 PROBE = """

@@ -1,0 +1,168 @@
+"""Events on a simulated clock, which stands still for nothing but the service's own decisions.
+
+Accepting a job and a round of the dispatcher are real: they take turns at the database, and what they need of
+the processor passes on the clock too. Rendering is not: a tile ends when its time is over.
+"""
+
+from __future__ import annotations
+
+import heapq
+import time
+from collections import Counter, defaultdict
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from sqlalchemy import event
+
+from benchmarks.capacity import parts
+from schemas.access import Role
+from service import rows
+from service.access.askers import Asker
+from service.engines.tasks import ComposeDone, JobTask, Outcome, TileDone, TileTask
+from service.rounds import Round
+from service.submissions import Submission, enter
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from benchmarks.capacity.workloads import Workload
+    from service.admission import Admitted
+    from service.context import Service
+
+COMPOSING = 0.005
+"""Seconds for which a slot puts a small picture together."""
+TURN = 64
+"""Jobs that are accepted, at most, before the dispatcher has its turn."""
+WINDOW = 2
+"""Tasks that a slot holds: the second starts the moment the first one ends."""
+
+
+@dataclass
+class Outcomes:
+    """What a simulation has seen.
+
+    Attributes
+    ----------
+    waits, totals : ndarray
+        Seconds from a job's arrival to the start of its first tile, and to its end, (jobs,).
+    senders : ndarray
+        Number of the user who sent it, (jobs,).
+    seconds, rendered : float
+        On the simulated clock, from the first arrival to the last end; and the sum of what tasks took.
+    busy : dict
+        CPU seconds of accepting and of rounds.
+    done : Counter
+        Jobs accepted, rounds, tasks, and statements sent to the database.
+    """
+
+    waits: NDArray[np.float64]
+    totals: NDArray[np.float64]
+    senders: NDArray[np.int64]
+    seconds: float = 0.0
+    rendered: float = 0.0
+    busy: defaultdict[str, float] = field(default_factory=lambda: defaultdict(float))
+    done: Counter[str] = field(default_factory=Counter)
+
+
+class Simulation:
+    """One run of a workload; ``run`` it once."""
+
+    def __init__(self, workload: Workload, folder: Path, url: str | None = None) -> None:
+        self.here: Service = parts.service(folder, url)
+        self._admitted: Admitted = parts.admitted(self.here, workload.cpu_seconds)
+        self._arrivals, self._factors = workload.arrivals(), workload.factors()
+        nothing = np.full(workload.jobs, np.nan)
+        self.found = Outcomes(nothing, nothing.copy(), workload.senders())
+        self._seconds, self._slots = workload.cpu_seconds, workload.slots
+        self._all_work = parts.work(self._admitted)
+        self._numbers: dict[str, int] = {}
+        self._next = 0
+        self._clock = 0.0
+        # When each slot is free, and what ends when; numbers tell tasks apart that end together.
+        self._free = [0.0] * workload.slots
+        self._running: list[tuple[float, int, JobTask, Outcome]] = []
+        self._flying: set[JobTask] = set()
+
+    def run(self, tell: Callable[[int], None] = lambda _: None) -> Outcomes:
+        """Run until every job is finished; ``tell`` receives how many have arrived."""
+        event.listen(self.here.database.engine, "before_cursor_execute", self._count)
+        while self._next < len(self._arrivals) or self._running:
+            self._clock = max(self._clock, self._soonest())
+            self._accept()
+            self._round()
+            tell(self._next)
+        self.here.database.close()
+        self.found.seconds = self._clock - float(self._arrivals[0])
+        return self.found
+
+    def _count(self, *_: object) -> None:
+        self.found.done["statements"] += 1
+
+    def _soonest(self) -> float:
+        arrival = self._arrivals[self._next] if self._next < len(self._arrivals) else np.inf
+        return float(min(arrival, self._running[0][0] if self._running else np.inf))
+
+    @contextmanager
+    def _passing(self, what: str) -> Iterator[None]:
+        """Let the clock run while the service decides something."""
+        begun = time.thread_time()
+        yield
+        spent = time.thread_time() - begun
+        self._clock += spent
+        self.found.busy[what] += spent
+
+    def _accept(self) -> None:
+        for _ in range(TURN):
+            if self._next >= len(self._arrivals) or self._arrivals[self._next] > self._clock:
+                return
+            asker = Asker(f"user {self.found.senders[self._next]}", Role.SUBMIT)
+            with self._passing("accepting"):
+                taken = enter(self.here, Submission(asker, b"{}", anew=True), self._admitted)
+            self._numbers[taken.job] = self._next
+            self._next += 1
+            self.found.done["accepted"] += 1
+
+    def _round(self) -> None:
+        reports = list(self._ended())
+        room = WINDOW * self._slots - len(self._flying)
+        round_ = Round(reports=reports, flying=self._flying, leaving={}, room=room, max_attempts=3)
+        with self._passing("rounds"), self.here.database.writing() as session:
+            round_.decide(session)
+        self.found.done["rounds"] += 1
+        for render in round_.ended:
+            number = self._numbers.pop(render)
+            self.found.totals[number] = self._clock - self._arrivals[number]
+        for task in round_.tasks:
+            self._start(task)
+
+    def _ended(self) -> Iterator[tuple[JobTask, Outcome]]:
+        while self._running and self._running[0][0] <= self._clock:
+            _, _, task, outcome = heapq.heappop(self._running)
+            self._flying.discard(task)
+            yield task, outcome
+
+    def _start(self, task: JobTask) -> None:
+        begun = max(self._clock, heapq.heappop(self._free))
+        number = self._numbers[task.job]
+        if np.isnan(self.found.waits[number]):
+            self.found.waits[number] = begun - self._arrivals[number]
+        seconds, outcome = self._rendered(task)
+        self.found.rendered += seconds
+        heapq.heappush(self._free, begun + seconds)
+        self.found.done["tasks"] += 1
+        heapq.heappush(self._running, (begun + seconds, self.found.done["tasks"], task, outcome))
+        self._flying.add(task)
+
+    def _rendered(self, task: JobTask) -> tuple[float, Outcome]:
+        """Say how long a task takes, and how it ends."""
+        if not isinstance(task, TileTask):
+            return COMPOSING, ComposeDone(sha256="0" * 64, numerics={})
+        work = rows.work(task.pass_, task.tile)
+        factor = self._factors[self.found.done["tasks"] % len(self._factors)]
+        seconds = float(self._seconds * work / self._all_work * factor)
+        return seconds, TileDone(crc32=0, counts={"camera": work}, cpu_seconds=seconds)

@@ -1,0 +1,94 @@
+"""The parts of a service: put together, started and stopped."""
+
+from __future__ import annotations
+
+import os
+
+from anyio import CapacityLimiter
+
+from service import retention
+from service.access.known import Known
+from service.context import Service
+from service.database.connection import Database
+from service.database.migrations import upgrade
+from service.dispatcher import Dispatcher
+from service.engines.choosing import engine_of
+from service.engines.heartbeats import Lease
+from service.engines.worker import WorkerSetup
+from service.feed import Feed
+from service.held import Held
+from service.keeper import Keeper
+from service.prices import QuotedPrices
+from service.relay import Relay
+from service.seats import Seats
+from service.settings import Settings
+from service.store.assets import AssetStore
+from service.store.passes import PassStore
+from service.store.tiles import FileTileStore
+
+BODIES = 16
+"""As many requests of the largest size are held in memory at once, or more smaller ones."""
+READERS = 4
+"""Documents that are read at once: the largest take some hundred megabytes each, and Python reads one."""
+
+
+def started(settings: Settings, feed: Feed) -> Service:
+    """Put a service together and start it."""
+    service = assemble(settings, feed)
+    service.dispatcher.start()
+    service.keeper.start()
+    service.relay.start()
+    return service
+
+
+def stop(service: Service) -> None:
+    """Stop all that was started, and close the database."""
+    service.keeper.stop()
+    service.relay.stop()
+    service.dispatcher.stop()
+    service.database.close()
+
+
+def assemble(settings: Settings, feed: Feed, store: FileTileStore | None = None) -> Service:
+    """Put a service together, with a database of this version; nothing runs yet.
+
+    Parameters
+    ----------
+    store
+        Keeps the pixels; by default files in the data folder.
+    """
+    database = Database(settings.database_url)
+    upgrade(database)
+    store = store or FileTileStore(settings.data / "jobs")
+    assets = AssetStore(settings.data / "assets", settings.max_asset_pixels)
+    engine = engine_of(settings, _setup(settings, store, assets))
+    dispatcher = Dispatcher(database, store, engine, feed, settings)
+    return Service(
+        settings=settings,
+        database=database,
+        store=store,
+        passes=PassStore(store.folder),
+        assets=assets,
+        dispatcher=dispatcher,
+        keeper=Keeper(database, store, assets, retention.rules_of(settings)),
+        feed=feed,
+        quote_seats=Seats(settings.max_quotes, "quotes"),
+        comparison_seats=Seats(settings.max_comparisons, "comparisons"),
+        prices=QuotedPrices(),
+        known=Known(database),
+        relay=Relay(database, dispatcher, feed),
+        bodies=Held(BODIES * settings.limits.max_body_bytes),
+        readers=CapacityLimiter(READERS),
+    )
+
+
+def _setup(settings: Settings, store: FileTileStore, assets: AssetStore) -> WorkerSetup:
+    return WorkerSetup(
+        parent=os.getpid(),
+        jobs=store.folder,
+        assets=assets.folder,
+        max_asset_pixels=settings.max_asset_pixels,
+        memory_bytes=settings.worker_memory_bytes,
+        lease=Lease(silent_seconds=settings.worker_silence_seconds, task_seconds=settings.max_task_seconds),
+        log_level=settings.log_level,
+    )
