@@ -325,14 +325,14 @@ def test_a_page_goes_on_when_the_service_is_killed_and_comes_back(chromium: Brow
         assert asked.value.response().ok
         os.kill(first.process.pid, signal.SIGKILL)
         first.process.wait()
-        expect(page.get_by_text("does not answer")).to_be_visible()
+        expect(page.get_by_text("does not answer. Trying again")).to_be_visible()
     with (
         running(settings.model_copy(update={"port": port})) as again,
         httpx2.Client(base_url=again.url, timeout=60) as client,
     ):
         finish(client, job)
         expect(page.locator(".state")).to_contain_text("finished", timeout=20_000)
-        expect(page.get_by_text("does not answer")).to_be_hidden()
+        expect(page.get_by_text("does not answer. Trying again")).to_be_hidden()
         np.testing.assert_array_equal(codes_of(page), served(client, job))
         events = client.get(f"/v1/jobs/{job}/tiles").json()["events"]
         last = [event for event in events if event["pass_index"] == events[-1]["pass_index"]]

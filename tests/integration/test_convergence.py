@@ -242,7 +242,7 @@ def test_what_the_client_has_already_costs_nothing(client: httpx2.Client, target
         path_of(target_job), params={"format": form}, headers={"If-None-Match": whole.headers["ETag"]}
     )
     assert (again.status_code, again.content) == (304, b"")
-    assert whole.headers["Cache-Control"] == "no-cache"
+    assert whole.headers["Cache-Control"] == "private, no-cache"
     head = client.head(path_of(target_job), params={"format": form})
     assert (head.status_code, head.content, head.headers["ETag"]) == (200, b"", whole.headers["ETag"])
 

@@ -16,7 +16,7 @@ import pytest
 
 from service.server import RunningServer, running
 from service.settings import Settings
-from service.store.lock import alone
+from service.store.lock import held
 from tests.integration.support import PATIENCE, scene
 from tests.integration.test_bad_requests import problem_of
 
@@ -126,7 +126,7 @@ def test_an_answer_before_the_end_of_a_body_does_not_keep_the_connection(strict:
 
 
 def test_a_data_folder_is_closed_to_other_users_of_the_machine(tmp_path: Path) -> None:
-    with alone(tmp_path / "new"):
+    with held(tmp_path / "new", shared=False):
         assert stat.S_IMODE((tmp_path / "new").stat().st_mode) == 0o700
 
 

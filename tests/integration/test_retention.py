@@ -19,7 +19,7 @@ from service.database.migrations import upgrade
 from service.server import RunningServer, running
 from service.settings import Settings
 from tests.integration.conftest import Start
-from tests.integration.support import PATIENCE, scene
+from tests.integration.support import PATIENCE, scene, until
 from tests.integration.test_assets import png, put, textured
 
 Users = dict[str, httpx2.Client]
@@ -63,7 +63,8 @@ def data(keeping: tuple[RunningServer, dict[str, str]]) -> Path:
 
 
 def files(data: Path) -> dict[str, int]:
-    """Every file that is kept for jobs, with its bytes."""
+    """Every file that is kept for jobs, with its bytes, once the tiles of finished ones are gone."""
+    until(lambda: not any((data / "jobs").glob("*/tiles")))
     found = [path for name in ("jobs", "assets") for path in (data / name).rglob("*") if path.is_file()]
     return {str(path.relative_to(data)): path.stat().st_size for path in found}
 

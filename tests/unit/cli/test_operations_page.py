@@ -13,9 +13,12 @@ PAGE = (Path(__file__).parents[3] / "docs" / "operations.md").read_text()
 
 
 def test_the_page_tells_every_metric_that_is_counted() -> None:
-    counted = {f"{family.name}_total" for family in Metrics().registry.collect() if family.name[:3] == "pen"}
+    ours = [family for family in Metrics().registry.collect() if family.name.startswith("penumbra_")]
+    counted = {f"{family.name}_total" for family in ours if family.type == "counter"}
     told = set(re.findall(r"`(penumbra_\w+_total)(?:\{\w+\})?` \| counter", PAGE))
     assert told == counted
+    shown = set(re.findall(r"`(penumbra_\w+)(?:\{\w+\})?` \| gauge", PAGE))
+    assert shown >= {family.name for family in ours if family.type == "gauge"}
 
 
 def test_the_file_that_the_page_shows_is_taken() -> None:
