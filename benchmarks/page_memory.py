@@ -19,6 +19,7 @@ from playwright.sync_api import CDPSession, Page, sync_playwright
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.page_scene import ball
 from service.server import running
 from service.settings import Settings
 
@@ -92,22 +93,9 @@ def _memory(session: CDPSession) -> Memory:
 
 
 def _scene(side: int, seed: int) -> dict[str, Any]:
-    """A ball under a light; the seed makes it another, so that it is not answered from a stored result."""
-    return {
-        "version": 1,
-        "name": f"job {seed}",
-        "camera": {
-            "position": [0, 0, 4],
-            "look_at": [0, 0, 0],
-            "vertical_fov": 40,
-            "width": side,
-            "height": side,
-        },
-        "materials": {"red": {"type": "phong", "color": [0.8, 0.2, 0.1], "diffuse": 1.0}},
-        "shapes": [{"type": "ellipsoid", "center": [0, 0, 0], "radius": 1, "material": "red"}],
-        "lights": [{"type": "point", "position": [2, 3, 4], "color": [1, 1, 1]}],
-        "sampling": {"antialiasing": {"pattern": "random", "samples": 4}, "seed": seed},
-    }
+    """The seed makes it another, so that it is not answered from a stored result."""
+    sampling = {"antialiasing": {"pattern": "random", "samples": 4}, "seed": seed}
+    return ball(side, name=f"job {seed}", sampling=sampling)
 
 
 def _print(measured: list[Memory]) -> None:

@@ -13,12 +13,13 @@ import statistics
 import sys
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import httpx2
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from benchmarks.machine import Machine, describe
+from benchmarks.page_scene import ball
 from service.server import running
 from service.settings import Settings
 
@@ -27,6 +28,12 @@ if TYPE_CHECKING:
 
 SIDE = 512
 """Pixels along a side of what is painted and exposed."""
+
+SCENE = ball(
+    SIDE,
+    background=[0.1, 0.1, 0.1],
+    sampling={"antialiasing": {"pattern": "center"}, "light": {"samples": 1}},
+)
 
 # The whole picture is on the canvas: no pixel is transparent any more.
 COVERED = """() => {
@@ -116,31 +123,11 @@ def _exposed(page: Page, run: int) -> float:
 
 def _finished(url: str) -> str:
     with httpx2.Client(base_url=url, timeout=120) as client:
-        job = client.post("/v1/jobs", json={"scene": _scene()}, headers={"Prefer": "wait=60"})
+        job = client.post("/v1/jobs", json={"scene": SCENE}, headers={"Prefer": "wait=60"})
         document = job.raise_for_status().json()
     if document["state"] != "succeeded":
         raise SystemExit("The picture to look at was not finished within a minute.")
     return str(document["id"])
-
-
-def _scene() -> dict[str, Any]:
-    """A ball before a dark background."""
-    return {
-        "version": 1,
-        "name": "ball",
-        "background": [0.1, 0.1, 0.1],
-        "camera": {
-            "position": [0, 0, 4],
-            "look_at": [0, 0, 0],
-            "vertical_fov": 40,
-            "width": SIDE,
-            "height": SIDE,
-        },
-        "materials": {"red": {"type": "phong", "color": [0.8, 0.2, 0.1], "diffuse": 1.0}},
-        "shapes": [{"type": "ellipsoid", "center": [0, 0, 0], "radius": 1, "material": "red"}],
-        "lights": [{"type": "point", "position": [2, 3, 4], "color": [1, 1, 1]}],
-        "sampling": {"antialiasing": {"pattern": "center"}, "light": {"samples": 1}},
-    }
 
 
 def _lines(machine: Machine, times: dict[str, list[float]]) -> Iterator[str]:

@@ -76,8 +76,8 @@ class UnknownHostError(RequestError):
 
     def __init__(self) -> None:
         super().__init__(
-            "This service asks for no keys, and answers under its own names alone: 127.0.0.1, localhost, and "
-            "those in the setting `hosts`. Use one of them."
+            "This service answers under its own names alone: those in the setting `hosts` and, where it asks "
+            "for no keys, 127.0.0.1 and localhost. Use one of them, or have this one added."
         )
 
 

@@ -50,9 +50,12 @@ DENSER = 0.75
 FURTHER = 4
 """Looks of the next finer lattice for each of this one."""
 
-ROUNDS = 1.15
-"""Times the samples foretold that are taken: samples come in rounds, and each may find what was not
-expected."""
+ROUNDS, OF_MORE = 1.15, 0.5
+"""Times the samples foretold that are taken. Samples come in rounds, and each may find what was not
+expected. A part of a picture asks for too many: its error is less sure than that of the whole."""
+
+PASSES = 0.08
+"""CPU seconds of the passes themselves, however few rays they have."""
 
 FORETOLD, OF_A_PART = 0.15, 0.3
 """Standard deviations of the logarithm of the CPU time where its samples are foretold, by the whole picture
@@ -125,9 +128,9 @@ class Rehearsal:
         trial = Trial(plan if seen is None else part(plan, seen), seen, whole.deadline, self.ray_seconds)
         while trial.more and not trial.probed:
             trial.step()
-        rays = trial.rays + Counter({SAMPLES: round(ROUNDS * trial.outlook())})
+        rays = trial.rays + Counter({SAMPLES: round(OF_MORE * trial.outlook())})
         seconds = sum(count * prices[kind] for kind, count in rays.items())
-        self._tell(seconds * plan.width * plan.height / trial.pixels, OF_A_PART)
+        self._tell(PASSES + seconds * plan.width * plan.height / trial.pixels, OF_A_PART)
 
     def _tell(self, found: float, unsure: float) -> None:
         self.found, self.unsure = found, float(np.hypot(unsure, UNSTEADY))

@@ -12,7 +12,7 @@ import pytest
 
 from service.server import running
 from service.settings import Settings
-from tests.integration.support import PATIENCE, scene
+from tests.integration.support import PATIENCE, scene, until
 from tests.integration.test_assets import put
 from tests.integration.test_meshes import FILES, with_mesh
 
@@ -56,6 +56,8 @@ def test_what_a_request_logs_has_its_name(talk: Talk) -> None:
     answer = client.post("/v1/jobs", json={"scene": scene()}, headers={"X-Request-ID": "mine"})
     (taken,) = logged(log, request="mine", event="job taken")
     assert taken["job"] == answer.json()["id"]
+    # The answer is here before the service has logged that it is out.
+    until(lambda: len(logged(log, request="mine", event="request")) == 1)
     (ended,) = logged(log, request="mine", event="request")
     assert (ended["method"], ended["path"], ended["status"]) == ("POST", "/v1/jobs", 202)
 
