@@ -2,7 +2,8 @@
 
 import hashlib
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -36,6 +37,7 @@ QUICK = {"blinn", "far_single", "hard_shadow", "no_shadows", "texture_upside_dow
 """Mistakes that are tried in every run of the tests, in one file each."""
 
 
+@cache
 def manifest(name: str = "manifest.yaml") -> Manifest:
     return read_manifest((FOLDER / name).read_bytes(), yaml=True)
 
@@ -46,26 +48,33 @@ TESTS = {test.id.replace("-", "_"): test for test in manifest().tests}
 @pytest.fixture(scope="module", autouse=True)
 def _scenes_with_mistakes_are_drawn_once() -> Iterator[None]:
     """Let submissions share the pictures that they are compared with: all are tried on the same scenes."""
-    draw = counterfactuals._rendered  # noqa: SLF001 - the pictures are the same, drawn once or each time
-    drawn: dict[tuple[str, str, bool, int], Floats] = {}
+    draw, change = counterfactuals._rendered, counterfactuals.shading_changes  # noqa: SLF001 - drawn once or each time, the pictures are the same
+    drawn: dict[tuple[str, bool, int], Floats] = {}
+    changed: dict[str, list[tuple[str, Callable[[], Floats]]]] = {}
 
-    def once(scene: LoadedScene, shadows: bool, samples: int) -> Floats:
-        textures = scene.document.textures.values()
-        files = [scene.assets.read(each.asset) for each in textures if isinstance(each, ImageTexture)]
-        place = (
-            scene.document.model_dump_json(),
-            hashlib.sha256(b"".join(files)).hexdigest(),
-            shadows,
-            samples,
-        )
+    def drawn_once(scene: LoadedScene, shadows: bool, samples: int) -> Floats:
+        place = (words(scene), shadows, samples)
         if place not in drawn:
             drawn[place] = draw(scene, shadows, samples)
             drawn[place].flags.writeable = False
         return drawn[place]
 
-    with pytest.MonkeyPatch.context() as changed:
-        changed.setattr(counterfactuals, "_rendered", once)
+    def changed_once(scene: LoadedScene) -> list[tuple[str, Callable[[], Floats]]]:
+        if words(scene) not in changed:
+            changed[words(scene)] = list(change(scene))
+        return changed[words(scene)]
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(counterfactuals, "_rendered", drawn_once)
+        patched.setattr(counterfactuals, "shading_changes", changed_once)
         yield
+
+
+def words(scene: LoadedScene) -> str:
+    """What scenes with the same pictures have in common."""
+    textures = scene.document.textures.values()
+    files = [scene.assets.read(each.asset) for each in textures if isinstance(each, ImageTexture)]
+    return scene.document.model_dump_json() + hashlib.sha256(b"".join(files)).hexdigest()
 
 
 def test_points_are_those_of_the_rubric() -> None:
