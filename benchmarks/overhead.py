@@ -52,7 +52,7 @@ def measure(runs: int) -> Overhead:
     workers = describe()["cores"]
     with (
         TemporaryDirectory() as folder,
-        running(Settings(data=Path(folder) / "data", port=0, workers=workers)) as server,
+        running(Settings(data=Path(folder) / "data", port=0, workers=workers, log_level="error")) as server,
         Client(server.url) as client,
     ):
         _service(client)
