@@ -6,8 +6,10 @@ import itertools
 import os
 import pwd
 import shutil
+import signal
 import subprocess
 import tempfile
+import time
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +24,8 @@ PLACES = ("/usr/lib/postgresql/*/bin", "/usr/pgsql-*/bin", "/opt/homebrew/opt/po
 START_SECONDS = 30
 # It refuses to run as root.
 ACCOUNTS = ("postgres", "nobody")
+LEASH = ("setpriv", "--pdeathsig", "INT") if shutil.which("setpriv") else ()
+"""Has Linux end a program when the process that has started it is gone."""
 
 
 def programs() -> Path | None:
@@ -40,6 +44,8 @@ def _release(folder: Path) -> float:
 
 class PostgresServer:
     """A server that listens to a socket in its folder alone. What it keeps need not outlast the machine.
+
+    On Linux it ends with the thread that has started it, even where that is killed.
 
     Parameters
     ----------
@@ -64,12 +70,25 @@ class PostgresServer:
 
     def start(self) -> None:
         """Start it, and wait until it answers."""
-        options = f"-c listen_addresses= -c unix_socket_directories={self.folder} -c fsync=off"
-        self._control("start", "--log", str(self.folder / "log"), "--options", options)
+        options = ("listen_addresses=", f"unix_socket_directories={self.folder}", "fsync=off")
+        words = [str(self.folder / "data"), *(word for option in options for word in ("-c", option))]
+        with (self.folder / "log").open("ab") as log:
+            self._process = subprocess.Popen(
+                [*LEASH, self._programs / "postgres", "-D", *words],
+                stdout=log,
+                stderr=log,
+                cwd=self.folder,
+                **self._account,
+            )
+        deadline = time.monotonic() + START_SECONDS
+        while not self._answers():
+            assert self._process.poll() is None, (self.folder / "log").read_text()
+            assert time.monotonic() < deadline, "it did not answer in time"
+            time.sleep(0.05)
 
     def stop(self) -> None:
         """End all connections and the server; what was committed is kept."""
-        self._control("stop", "--mode", "fast")
+        self._end(signal.SIGINT)
 
     def database(self) -> str:
         """Make an empty database and return its URL."""
@@ -96,17 +115,21 @@ class PostgresServer:
 
     def close(self) -> None:
         """Stop it and remove all that it has kept."""
-        self._control("stop", "--mode", "immediate")
+        self._end(signal.SIGQUIT)
         shutil.rmtree(self.folder)
 
     def _url(self, name: str) -> str:
         return f"postgresql+psycopg://postgres@/{name}?host={self.folder}"
 
-    def _control(self, *words: str) -> None:
-        self._call("pg_ctl", "--pgdata", str(self.folder / "data"), "--wait", *words)
+    def _answers(self) -> bool:
+        asked = [self._programs / "pg_isready", "--quiet", "--host", self.folder]
+        return subprocess.run(asked, check=False, timeout=START_SECONDS).returncode == 0
+
+    def _end(self, how: signal.Signals) -> None:
+        self._process.send_signal(how)
+        self._process.wait(START_SECONDS)
 
     def _call(self, program: str, *words: str) -> None:
-        # A server that keeps the pipe of its standard output open would keep its starter waiting.
         with (self.folder / "calls").open("ab") as told:
             ended = subprocess.run(
                 [self._programs / program, *words],

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import httpx2
+import psutil
 import pytest
 
 import renderer
@@ -19,9 +23,10 @@ from tests.integration.support import (
     image,
     long_scene,
     submit,
+    until,
     wait,
 )
-from tests.postgres_server import PostgresServer
+from tests.postgres_server import LEASH, PostgresServer
 
 
 @pytest.mark.slow
@@ -87,3 +92,19 @@ def test_servers_share_a_folder_only_where_they_share_a_database(tmp_path: Path)
 def test_an_address_that_cannot_be_used_is_refused_with_one_that_can(url: str, cure: str) -> None:
     with pytest.raises(DatabaseUrlError, match=cure):
         Database(url)
+
+
+@pytest.mark.skipif(not LEASH, reason="only Linux, with the program setpriv, ends what a process has started")
+@pytest.mark.usefixtures("postgres")
+def test_a_test_run_that_is_killed_leaves_no_database_server_behind() -> None:
+    script = (
+        "import tests.postgres_server as here; print(here.PostgresServer(here.programs()).folder); input()"
+    )
+    words = [sys.executable, "-u", "-c", script]
+    with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as run:
+        assert run.stdout is not None
+        folder = Path(run.stdout.readline().strip())
+        server = psutil.Process(int((folder / "data" / "postmaster.pid").read_text().split()[0]))
+        run.kill()
+    until(lambda: not server.is_running() or server.status() == psutil.STATUS_ZOMBIE)
+    shutil.rmtree(folder)
