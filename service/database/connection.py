@@ -17,7 +17,7 @@ from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 from sqlalchemy.orm import Session
 from sqlalchemy.pool import ConnectionPoolEntry
 
-from service.database.urls import engine_of
+from service.database.urls import ANSWER_SECONDS, engine_of
 
 BUSY_TIMEOUT_MS = 10_000
 # A server that was stopped in the middle of a transaction, or cut off, keeps others waiting so long at most.
@@ -162,6 +162,8 @@ def _begin_sqlite(connection: Connection) -> None:
 
 def _begin_postgresql(connection: Connection) -> None:
     options = connection.get_execution_options()
+    driver: Any = connection.connection.dbapi_connection
+    driver.answer_seconds = options.get("answer_seconds", ANSWER_SECONDS)
     if not options.get("writes", False):
         return
     silence_ms = options.get("silence_ms", SILENCE_TIMEOUT_MS)

@@ -27,6 +27,8 @@ _LIFE = {
     "keepalives_count": "3",
     "tcp_user_timeout": "10000",
 }
+ANSWER_SECONDS = 15.0
+"""An answer of PostgreSQL that takes longer never comes: no statement waits as long for other writers."""
 POSTGRESQL = {"postgres", "postgresql", "postgresql+psycopg"}
 """Ways to name the driver; the first is that of PostgreSQL's own tools."""
 
@@ -43,11 +45,14 @@ def engine_of(url: str) -> Engine:
     if parsed.get_backend_name() == "sqlite":
         return create_engine(parsed, **_SQLITE)
     try:
-        return create_engine(parsed, **_POSTGRESQL)
+        from service.database import answers  # noqa: PLC0415 - the driver is in an extra
     except ImportError:
         raise DatabaseUrlError(
             "PostgreSQL needs a driver that is not installed: pip install 'penumbra-render[postgres]'."
         ) from None
+    engine = create_engine(parsed, **_POSTGRESQL)
+    answers.limit(engine)
+    return engine
 
 
 def is_shared(url: str) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 from alembic import command
@@ -23,7 +24,7 @@ def upgrade(database: Database) -> None:
     """
     config = Config()
     config.set_main_option("script_location", str(Path(__file__).parent))
-    patient = database.engine.execution_options(writes=True, silence_ms=SILENCE_MS)
+    patient = database.engine.execution_options(writes=True, silence_ms=SILENCE_MS, answer_seconds=math.inf)
     with patient.begin() as connection:
         config.attributes["connection"] = connection
         command.upgrade(config, "head")
