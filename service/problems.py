@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sqlite3
 from collections.abc import Sequence
 from http import HTTPStatus
 from typing import Any, NamedTuple
@@ -21,6 +22,8 @@ from renderer.convergence import NothingToFitError
 from renderer.errors import ImageFileError, MissingExtraError
 from schemas.problems import Problem, ProblemDocument
 from service import errors
+from service.database.connection import PRIMARY
+from service.store.tiles import NO_ROOM, NOT_WRITABLE
 
 MEDIA_TYPE = "application/problem+json"
 RETRY_AFTER_SECONDS = 1
@@ -132,6 +135,7 @@ def install(app: FastAPI) -> None:
 
 
 def _known(request: Request, error: Exception) -> Response:
+    error = _by_cause(error)
     kind = kind_of(error)
     headers = {"Retry-After": str(RETRY_AFTER_SECONDS)} if kind.retry else {}
     if not kind.told:
@@ -145,6 +149,17 @@ def _known(request: Request, error: Exception) -> Response:
     if isinstance(error, renderer.SceneError):
         return answer(kind.status, str(error), code=kind.code, problems=error.errors, more=error.more)
     return answer(kind.status, _detail(kind, error), code=kind.code, headers=headers)
+
+
+def _by_cause(error: Exception) -> Exception:
+    """Tell of SQLite's disk as of that of the pictures: it is the same, and full or read-only."""
+    code = getattr(getattr(error, "orig", None), "sqlite_errorcode", sqlite3.SQLITE_OK)
+    match code & PRIMARY:
+        case sqlite3.SQLITE_FULL:
+            return errors.StoreFullError(NO_ROOM)
+        case sqlite3.SQLITE_READONLY:
+            return errors.StoreReadOnlyError(NOT_WRITABLE)
+    return error
 
 
 def _detail(kind: Kind, error: Exception) -> str:

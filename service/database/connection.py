@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from sqlalchemy import Connection, Engine, event, text
-from sqlalchemy.engine.interfaces import DBAPIConnection
+from sqlalchemy.engine.interfaces import DBAPIConnection, ExceptionContext
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 from sqlalchemy.orm import Session
@@ -29,6 +29,8 @@ CHANNEL = "penumbra"
 MOST_TOLD = 200
 # How soon a service that ends stops listening, seconds.
 LISTEN_SECONDS = 0.5
+PRIMARY = 0xFF
+"""The bits of an error code of SQLite that tell its kind."""
 
 _TELL = text("SELECT pg_notify(:channel, :document)")
 
@@ -69,6 +71,7 @@ class Database:
         else:
             event.listen(self.engine, "connect", _prepare_sqlite)
             event.listen(self.engine, "begin", _begin_sqlite)
+            event.listen(self.engine, "handle_error", _give_up_sqlite)
             self._reader = self.engine
         self._name = secrets.token_hex(8)
         self._lock = threading.Lock()
@@ -158,6 +161,13 @@ def _prepare_sqlite(connection: DBAPIConnection, _entry: ConnectionPoolEntry) ->
 def _begin_sqlite(connection: Connection) -> None:
     writes = connection.get_execution_options().get("writes", False)
     connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+
+
+def _give_up_sqlite(failure: ExceptionContext) -> None:
+    """Close a connection that may only read: one made while the disk was read-only stays so for ever."""
+    code = getattr(failure.original_exception, "sqlite_errorcode", sqlite3.SQLITE_OK)
+    if code & PRIMARY == sqlite3.SQLITE_READONLY:
+        failure.is_disconnect = True
 
 
 def _begin_postgresql(connection: Connection) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from importlib.metadata import version as installed
 
@@ -44,6 +45,7 @@ def _checks(service: Service) -> dict[str, bool]:
     return {
         "the database cannot be written": _database_writable(service),
         "no worker is running": service.dispatcher.alive(),
+        "the data folder cannot be written": os.access(service.settings.data, os.W_OK),
         "the disk is nearly full": _disk_free(service),
     }
 

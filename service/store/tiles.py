@@ -26,6 +26,9 @@ LAYERS_SUFFIX = ".npz"
 UNFINISHED_SECONDS = 3600.0
 """What is younger may be what another server writes at the moment."""
 
+NO_ROOM = "The disk is full. Try again when there is room."
+NOT_WRITABLE = "The data folder cannot be written now. Try again when its operator has seen to it."
+
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 READ_ONLY = (errno.EROFS, errno.EACCES, errno.EPERM)
 
@@ -223,10 +226,9 @@ def _told() -> Iterator[None]:
         yield
     except OSError as error:
         if error.errno in FULL:
-            raise StoreFullError("The disk is full. Try again when there is room.") from error
+            raise StoreFullError(NO_ROOM) from error
         if error.errno in READ_ONLY:
-            message = "The data folder cannot be written now. Try again when its operator has seen to it."
-            raise StoreReadOnlyError(message) from error
+            raise StoreReadOnlyError(NOT_WRITABLE) from error
         raise
 
 

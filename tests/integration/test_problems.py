@@ -9,6 +9,8 @@ from collections.abc import Iterator
 import httpx2
 import pytest
 from fastapi import FastAPI
+from sqlalchemy import create_engine
+from sqlalchemy.exc import DBAPIError
 
 import renderer
 import schemas
@@ -83,6 +85,33 @@ async def test_what_is_not_the_users_affair_is_not_told(error: Exception) -> Non
 async def test_what_may_work_later_says_when_to_try_again() -> None:
     answer = await ask(UnavailableError("Busy."))
     assert (answer.status_code, answer.json()["detail"]) == (503, "Busy.")
+    assert int(answer.headers["Retry-After"]) > 0
+
+
+def not_written(limit: str) -> DBAPIError:
+    """What SQLite says where it cannot write."""
+    with create_engine("sqlite://").connect() as connection:
+        connection.exec_driver_sql("CREATE TABLE pictures (pixels BLOB)")
+        connection.exec_driver_sql(limit)
+        with pytest.raises(DBAPIError) as caught:
+            connection.exec_driver_sql("INSERT INTO pictures VALUES (zeroblob(100000))")
+    return caught.value
+
+
+@pytest.mark.anyio
+@pytest.mark.parametrize(
+    ("limit", "status", "code"),
+    [
+        ("PRAGMA max_page_count = 4", 507, "store_full"),
+        ("PRAGMA query_only = ON", 503, "store_read_only"),
+    ],
+)
+async def test_a_database_on_a_disk_that_cannot_be_written_is_told_as_the_disk(
+    limit: str, status: int, code: str
+) -> None:
+    answer = await ask(not_written(limit))
+    assert (answer.status_code, answer.json()["code"]) == (status, code)
+    assert "Try again when" in answer.json()["detail"]
     assert int(answer.headers["Retry-After"]) > 0
 
 

@@ -1,0 +1,183 @@
+"""A disk that is full, and one that can only be read for a while: a file system of its own under a server."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import httpx2
+import numpy as np
+import pytest
+from sqlalchemy import select, update
+from sqlalchemy.exc import OperationalError
+
+import renderer
+from service.database.connection import Database
+from service.database.migrations import upgrade
+from service.database.models import LeaderRow
+from service.server import running
+from service.settings import Settings
+from tests.integration.support import (
+    PATIENCE,
+    ended,
+    finish,
+    image,
+    job_of,
+    scene,
+    submit,
+    until,
+    wait,
+)
+
+pytestmark = pytest.mark.slow
+
+SIZE, PAGE = 64 << 20, 4096
+MANY = 4
+"""Requests at once."""
+
+
+@pytest.fixture(scope="module")
+def disk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    folder = tmp_path_factory.mktemp("disk")
+    told = _mount("-t", "tmpfs", "-o", f"size={SIZE}", "tmpfs", str(folder))
+    if told is not None:
+        pytest.skip(f"no file system can be mounted here, which needs root: {told}")
+    yield folder
+    subprocess.run(["umount", "--lazy", folder], check=True)
+
+
+def _mount(*words: str) -> str | None:
+    """Mount something, or tell why that is not possible."""
+    if shutil.which("mount") is None:
+        return "there is no program mount"
+    tried = subprocess.run(["mount", *words], check=False, capture_output=True, text=True)
+    return tried.stderr.strip() if tried.returncode else None
+
+
+@pytest.fixture(scope="module")
+def client(disk: Path) -> Iterator[httpx2.Client]:
+    settings = Settings(data=disk, port=0, workers=1, tile_size=48, min_free_bytes=1 << 20, log_level="error")
+    with running(settings) as server, httpx2.Client(base_url=server.url, timeout=PATIENCE) as opened:
+        yield opened
+
+
+def work() -> dict[str, Any]:
+    """About a second of work in dozens of steps: there is time to disturb it."""
+    return scene(192, 192, samples=16, light_samples=36)
+
+
+@pytest.fixture(scope="module")
+def undisturbed() -> np.ndarray:
+    return renderer.render(renderer.compile_scene(work()), workers=2).image
+
+
+@contextmanager
+def full(disk: Path) -> Iterator[Callable[[], None]]:
+    """Leave no room on a disk; what is given fills it again, for those who failed have left theirs."""
+    ballast = disk / "ballast"
+
+    def fill() -> None:
+        with suppress(OSError), ballast.open("ab", buffering=0) as file:
+            while file.write(bytes(PAGE)):
+                pass
+
+    fill()
+    yield fill
+    ballast.unlink()
+
+
+@contextmanager
+def read_only(disk: Path) -> Iterator[None]:
+    """Let nobody write to what he has not opened yet.
+
+    A file system is not made read-only while somebody has a file of it open to write, as a database has.
+    """
+    assert _mount("--bind", "-o", "ro", str(disk), str(disk)) is None
+    try:
+        yield
+    finally:
+        subprocess.run(["umount", "--lazy", disk], check=True)
+
+
+def half_done(client: httpx2.Client) -> str:
+    job = submit(client, work())
+    wait(client, job, lambda found: found["progress"]["done"] >= 3)
+    return job
+
+
+def failed(client: httpx2.Client, code: str) -> bool:
+    """Whether a worker has failed so."""
+    return f'penumbra_task_failures_total{{code="{code}"}}' in client.get("/metrics").text
+
+
+def check_reads(client: httpx2.Client, finished: str, running: str) -> None:
+    """What is there is told and shown, finished or not."""
+    assert client.get(f"/v1/jobs/{finished}/image.png").status_code == 200
+    assert image(client, running).shape == (192, 192, 3)
+    assert len(client.get(f"/v1/jobs/{running}/tiles").json()["events"]) >= 3
+    assert not ended(job_of(client, running))
+
+
+def refused(client: httpx2.Client) -> set[tuple[int, str, str]]:
+    """How many submissions at once are answered."""
+    with ThreadPoolExecutor(MANY) as pool:
+        answers = list(pool.map(lambda _: client.post("/v1/jobs", json={"scene": scene()}), range(MANY)))
+    assert all(int(answer.headers["Retry-After"]) > 0 for answer in answers)
+    assert {answer.headers["Content-Type"] for answer in answers} == {"application/problem+json"}
+    return {(answer.status_code, answer.json()["code"], answer.json()["detail"]) for answer in answers}
+
+
+def test_on_a_full_disk_jobs_wait_and_readers_do_not(
+    disk: Path, client: httpx2.Client, undisturbed: np.ndarray
+) -> None:
+    finished, job = submit(client, scene()), half_done(client)
+    finish(client, finished)
+    with full(disk) as fill:
+        until(lambda: failed(client, "storage_full"))
+        fill()
+        check_reads(client, finished, job)
+        ((status, code, detail),) = refused(client)
+        assert (status, code) == (507, "store_full")
+        assert "Try again when there is room" in detail
+        assert "the disk is nearly full" in client.get("/readyz").json()["detail"]
+    finish(client, job)
+    assert image(client, job).tobytes() == undisturbed.tobytes()
+
+
+def test_on_a_disk_that_can_only_be_read_for_a_while_jobs_wait_and_readers_do_not(
+    disk: Path, client: httpx2.Client, undisturbed: np.ndarray
+) -> None:
+    finished, job = submit(client, scene()), half_done(client)
+    finish(client, finished)
+    with read_only(disk):
+        until(lambda: failed(client, "storage_read_only"))
+        check_reads(client, finished, job)
+        ((status, code, detail),) = refused(client)
+        assert (status, code) == (503, "store_read_only")
+        assert "its operator" in detail
+        assert "the data folder cannot be written" in client.get("/readyz").json()["detail"]
+    finish(client, job)
+    assert image(client, job).tobytes() == undisturbed.tobytes()
+
+
+def test_no_connection_stays_that_was_made_while_the_database_could_only_be_read(disk: Path) -> None:
+    database = Database(f"sqlite:///{disk / 'own.sqlite'}")
+    upgrade(database)
+    with read_only(disk), database.reading() as reader:
+        # While this one has the connection that there was, the next gets a new one.
+        assert reader.scalars(select(LeaderRow.term)).all()
+        with pytest.raises(OperationalError):
+            count_up(database)
+    for _ in range(3):
+        count_up(database)
+    database.close()
+
+
+def count_up(database: Database) -> None:
+    with database.writing() as session:
+        session.execute(update(LeaderRow).values(term=LeaderRow.term + 1))
