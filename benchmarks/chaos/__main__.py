@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.chaos import jobs, processes, storage
+from benchmarks.chaos import jobs, processes, reads, storage
 from benchmarks.load.promises import write
 
 if TYPE_CHECKING:
@@ -17,9 +17,11 @@ if TYPE_CHECKING:
 
     from benchmarks.load.promises import Promise
 
+MANY_READS = 100_000
 
-def findings(*, short: bool) -> Iterator[Promise]:
-    """Try one promise after another; a short run has few kills."""
+
+def findings(*, short: bool, read: int = MANY_READS) -> Iterator[Promise]:
+    """Try one promise after another; a short run has few kills, and ``read`` are the reads over HTTP."""
     expected = processes.undisturbed(2 if short else 8)
     yield processes.workers_killed(3 if short else 200, 4 if short else 100, expected)
     yield processes.server_killed(2 if short else 20, expected)
@@ -29,18 +31,22 @@ def findings(*, short: bool) -> Iterator[Promise]:
     yield jobs.clock_set()
     yield storage.disk_full(expected)
     yield storage.database_locked(expected)
-    yield storage.torn_reads(2_000 if short else 100_000)
+    yield storage.torn_reads(2_000 if short else MANY_READS)
+    yield reads.reads_over_http(1_000 if short else read)
 
 
 def main() -> None:
     """Print a table of what was found, and keep it; fail if a promise was not held."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.chaos", description="Try faults.")
     parser.add_argument("--short", action="store_true", help="few kills and reads")
+    parser.add_argument(
+        "--reads", type=int, default=MANY_READS, help="reads over HTTP; 100,000 take some 10 minutes"
+    )
     parser.add_argument("--out", type=Path, default=Path("out/chaos.json"), help="where to write the figures")
     options = parser.parse_args()
     table = Table("promise", "measured", "limit", "held")
     found = []
-    for finding in findings(short=options.short):
+    for finding in findings(short=options.short, read=options.reads):
         found.append(finding)
         table.add_row(
             finding["promise"], finding["measured"], finding["limit"], "yes" if finding["held"] else "NO"

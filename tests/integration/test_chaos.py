@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.chaos import jobs, processes, storage
+from benchmarks.chaos import jobs, processes, reads, storage
 
 pytestmark = pytest.mark.slow
 
@@ -41,4 +41,9 @@ def test_a_locked_database_makes_jobs_wait(expected: list[bytes]) -> None:
 
 def test_no_read_is_torn() -> None:
     found = storage.torn_reads(2_000)
+    assert found["held"], found
+
+
+def test_no_read_over_http_is_torn() -> None:
+    found = reads.reads_over_http(300, readers=2)
     assert found["held"], found
