@@ -40,6 +40,7 @@ from service.feed import Feed
 from service.leadership import BEAT_SECONDS, Leadership
 from service.metrics import Metrics
 from service.pace import Pace
+from service.retries import Cause
 from service.rounds import Round, merging
 from service.settings import Settings
 from service.store.tiles import UNFINISHED_SECONDS, TileStore
@@ -99,8 +100,8 @@ class Dispatcher:
         """Take back what an earlier service left unfinished, and begin."""
         with self._database.writing() as session:
             term = self._leadership.stand(session)
-            if term is not None:
-                ledger.recover(session)
+            recovered = 0 if term is None else ledger.recover(session)
+        self.metrics.note_retries({Cause.SERVER_LOST: recovered})
         self._lead(term)
         self._tidy()
         self._thread.start()
@@ -237,6 +238,7 @@ class Dispatcher:
             if term is not None:
                 threading.Thread(target=self._tidy, name="tidy", daemon=True).start()
         if result is not None:
+            self.metrics.note_retries(result.retries)
             self._reports = []
             left = result.deadline_in
             self._deadline = None if left is None else time.monotonic() + left
@@ -252,11 +254,13 @@ class Dispatcher:
 
     def _decide(self, session: Session, term: int, room: int) -> Round:
         """Write what follows from all that has come in; what others have cancelled is looked for, too."""
+        taken_back = Counter[Cause]()
         if term != self._term:
-            ledger.recover(session)
+            taken_back[Cause.SERVER_LOST] = ledger.recover(session)
             self._database.tell(session, anything=True)
         elif self._in_doubt:
-            ledger.take_back_unknown(session, {*self._flying, *(task for task, _ in self._reports)})
+            known = {*self._flying, *(task for task, _ in self._reports)}
+            taken_back[Cause.DATABASE_LOST] = ledger.take_back_unknown(session, known)
         result = Round(
             reports=self._reports,
             flying=self._flying,
@@ -264,6 +268,7 @@ class Dispatcher:
             room=room,
             max_attempts=self._settings.max_attempts,
             picture_deaths=self._picture_deaths,
+            retries=taken_back,
         )
         result.decide(session)
         self._database.tell_of(session, result.news)

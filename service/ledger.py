@@ -57,28 +57,32 @@ _RENDERED = (
 )
 
 
-def recover(session: Session) -> None:
-    """Take back what a service that is gone had handed out: finished steps stay finished."""
-    session.execute(
-        update(TileRow).where(TileRow.state == RUNNING).values(state=WAITING, payer=None, charge=0.0)
-    )
+def recover(session: Session) -> int:
+    """Take back what a service that is gone had handed out, and count it: finished steps stay finished."""
+    handed_out = update(TileRow).where(TileRow.state == RUNNING)
+    waiting_again = handed_out.values(state=WAITING, payer=None, charge=0.0).returning(TileRow.tile)
+    taken_back = len(session.execute(waiting_again).all())
     fairness.activate(session, session.scalars(_OWNERS).all())
     for render in session.scalars(select(RenderRow).where(RenderRow.state == JobState.RUNNING)):
         render.compose_attempt = 0
         if render.cancel_requested:
             rows.end(session, render, JobState.CANCELLED)
+    return taken_back
 
 
-def take_back_unknown(session: Session, known: Collection[JobTask]) -> None:
-    """Let the steps wait again that were handed out, but of which no task is known."""
+def take_back_unknown(session: Session, known: Collection[JobTask]) -> int:
+    """Let the steps wait again that were handed out, but of which no task is known, and count them."""
+    taken_back = 0
     tasks = (task for task in known if isinstance(task, TileTask))
     found = {(task.job, task.pass_.index, task.tile.index, task.attempt) for task in tasks}
     handed_out = select(TileRow, RenderRow).join(RenderRow, TileRow.render == RenderRow.number)
     for step, render in session.execute(handed_out.where(TileRow.state == RUNNING)).all():
         if (render.id, step.pass_index, step.tile, step.attempt) not in found:
             step.state = WAITING
+            taken_back += 1
             fairness.settle(session, step, 0.0)
             fairness.activate_all_of(session, render)
+    return taken_back
 
 
 def unwanted(session: Session) -> Sequence[str]:
@@ -183,11 +187,14 @@ def _sum(so_far: dict[str, int], more: dict[str, int]) -> dict[str, int]:
     return {name: so_far.get(name, 0) + more.get(name, 0) for name in so_far | more}
 
 
-def take_back(session: Session, render: RenderRow, task: TileTask, *, death: bool) -> int:
-    """Let a step wait again, and return how many workers it has cost so far."""
+def take_back(session: Session, render: RenderRow, task: TileTask, *, death: bool) -> int | None:
+    """Let a step wait again, and return how many workers it has cost so far.
+
+    None if it is not the attempt that was waited for: nothing waits again then.
+    """
     step = _handed_out(session, render, task)
     if step is None:
-        return 0
+        return None
     step.state = WAITING
     step.deaths += death
     fairness.settle(session, step, 0.0)

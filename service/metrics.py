@@ -20,6 +20,7 @@ from schemas.jobs import JobState
 from service.database.connection import Database
 from service.database.models import JobRow, RenderRow
 from service.engines.tasks import JobTask, Outcome, TaskFailed, TileDone, WorkerDied
+from service.retries import Cause
 
 RECENT = 200
 """Pictures of target quality, the newest, of which the error is told."""
@@ -44,6 +45,9 @@ class Metrics:
         self.tiles = Counter("penumbra_tiles", "Tiles that were rendered, in all passes.", registry=here)
         self.leads = Gauge("penumbra_leads", "1 where this server hands out work.", registry=here)
         self.deaths = Counter("penumbra_worker_deaths", "Tasks that lost their worker.", registry=here)
+        self.retries = Counter("penumbra_retries", "Tasks that are tried again.", ["cause"], registry=here)
+        # Whoever looks for an increase finds none where a counter appears with its first retry.
+        self.note_retries(dict.fromkeys(Cause, 0))
         self.failures = Counter("penumbra_task_failures", "Tasks that failed.", ["code"], registry=here)
         self.cpu_seconds = Counter("penumbra_user_cpu_seconds", "Work of workers.", ["user"], registry=here)
         self._lock = threading.Lock()
@@ -64,6 +68,11 @@ class Metrics:
             self._unpaid[task.job] += getattr(outcome, "cpu_seconds", 0.0)
             while len(self._unpaid) > MOST_UNPAID:
                 self.cpu_seconds.labels(GONE).inc(self._unpaid.pop(next(iter(self._unpaid))))
+
+    def note_retries(self, causes: Mapping[Cause, int]) -> None:
+        """Count tasks that are tried again, by what was in the way."""
+        for cause, count in causes.items():
+            self.retries.labels(cause).inc(count)
 
     def text(self, database: Database) -> bytes:
         """Write all metrics.

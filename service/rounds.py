@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -18,6 +19,7 @@ from service.engines.tasks import (
     AdvanceTask,
     ComposeDone,
     ComposeTask,
+    Interrupted,
     JobTask,
     Outcome,
     TaskFailed,
@@ -25,6 +27,7 @@ from service.engines.tasks import (
     TileTask,
     WorkerDied,
 )
+from service.retries import Cause, cause_of
 
 _SHARING = select(JobRow.id).join(RenderRow).where(RenderRow.id.in_(bindparam("renders", expanding=True)))
 
@@ -72,6 +75,8 @@ class Round:
     """In how many seconds the time of some render will be spent, so that there is something to decide."""
     store_closed: bool = False
     """Whether a task could not write to the disk, so that there is no use in trying at once."""
+    retries: Counter[Cause] = field(default_factory=Counter)
+    """How many tasks are to be tried again, by what was in the way."""
 
     def decide(self, session: Session) -> None:
         """Land what was reported, end what was cancelled, hand out what is next."""
@@ -119,17 +124,24 @@ class Round:
                 ledger.land(session, render, task, outcome)
             case TaskFailed(code=code, message=message, passes=False):
                 _fail(session, render, code, message, retryable=False)
-            case WorkerDied():
-                if ledger.take_back(session, render, task, death=True) >= self.max_attempts:
-                    _fail(session, render, "worker_died", _died(self.max_attempts, task), retryable=True)
             case _:
-                ledger.take_back(session, render, task, death=False)
+                self._take_back(session, render, task, outcome)
+
+    def _take_back(self, session: Session, render: RenderRow, task: TileTask, outcome: Outcome) -> None:
+        death = isinstance(outcome, WorkerDied)
+        deaths = ledger.take_back(session, render, task, death=death)
+        if deaths is None:
+            return
+        if death and deaths >= self.max_attempts:
+            _fail(session, render, "worker_died", _died(self.max_attempts, task), retryable=True)
+        else:
+            self._count_retry(outcome)
 
     def _land_picture(
         self, session: Session, render: RenderRow, task: ComposeTask | AdvanceTask, outcome: Outcome
     ) -> None:
         match outcome:
-            case ComposeDone() if not render.cancel_requested and not render.state.final:
+            case ComposeDone() if not _ends(render):
                 ledger.complete(session, render, outcome)
             case AdvanceDone() if isinstance(task, AdvanceTask):
                 targets.merge(session, render, task, outcome)
@@ -137,9 +149,15 @@ class Round:
                 _fail(session, render, code, message, retryable=False)
             case TaskFailed(passes=False):
                 _fail(session, render, "storage_failed", NOT_PUT_TOGETHER, retryable=True)
-            case WorkerDied():
-                if self.picture_deaths.get(merging(task), 0) >= self.max_attempts:
-                    _fail(session, render, "worker_died", NOT_PUT_TOGETHER, retryable=True)
+            case WorkerDied() if self.picture_deaths.get(merging(task), 0) >= self.max_attempts:
+                _fail(session, render, "worker_died", NOT_PUT_TOGETHER, retryable=True)
+            case WorkerDied() | TaskFailed() | Interrupted() if not _ends(render):
+                self._count_retry(outcome)
+
+    def _count_retry(self, outcome: Outcome) -> None:
+        cause = cause_of(outcome)
+        if cause is not None:
+            self.retries[cause] += 1
 
     def _settle(self, session: Session) -> None:
         """End the cancelled renders that have no task left with the engine."""
@@ -157,8 +175,13 @@ def merging(task: ComposeTask | AdvanceTask) -> tuple[str, int]:
     return task.job, task.pass_.index if isinstance(task, AdvanceTask) else 0
 
 
+def _ends(render: RenderRow) -> bool:
+    """Whether nobody waits for more of a render."""
+    return render.state.final or render.cancel_requested
+
+
 def _fail(session: Session, render: RenderRow, code: str, message: str, *, retryable: bool) -> None:
-    if not render.state.final and not render.cancel_requested:
+    if not _ends(render):
         rows.end(session, render, JobState.FAILED, Failure(code=code, message=message, retryable=retryable))
 
 

@@ -33,7 +33,7 @@ class PassWorker:
     def sample(self, plan: RenderPlan, task: SampleTask) -> TileDone | Interrupted:
         """Render what the pass wants in a tile, unless the job's time is spent."""
         if task.until is not None and time.time() >= task.until:
-            return Interrupted()
+            return Interrupted(late=True)
         begun = time.process_time()
         have, want, before = self._demand(plan, task)
         around = self._around(task) if (want == COVERED).any() else None

@@ -230,7 +230,12 @@ class WorkerDied:
 
 @dataclass(frozen=True)
 class Interrupted:
-    """The task was taken from its worker, or never began; nothing is known against it."""
+    """The task was taken from its worker, or never began; nothing is known against it.
+
+    ``late`` says that the time of its job was spent, so that nobody wants it any more.
+    """
+
+    late: bool = False
 
 
 CallDone = TraceDone | QuoteDone | CompareDone | CompareRefused | InspectDone

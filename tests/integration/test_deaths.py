@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 from collections.abc import Iterator
 from pathlib import Path
@@ -179,4 +180,8 @@ def test_a_stopped_server_sends_its_watchers_away_and_resumes_later(start: Start
     assert first.process.wait(timeout=10) is not None
     with connect(start(workers=2)) as client:
         assert job_of(client, job)["state"] in {"running", "queued", "succeeded"}
+        # What its workers had in hand is told as tried again.
+        assert re.search(
+            r'^penumbra_retries_total\{cause="server_lost"\} [1-9]', client.get("/metrics").text, re.MULTILINE
+        )
         finish(client, job)

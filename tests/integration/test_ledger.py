@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict
 
@@ -120,7 +121,7 @@ def test_after_a_doubtful_transaction_steps_wait_again_of_which_nobody_knows_a_t
     done, lost, flying = (table.next() for _ in range(3))
     table.round((done, DONE))
     with table.database.writing() as session:
-        ledger.take_back_unknown(session, [flying])
+        assert ledger.take_back_unknown(session, [flying]) == 1
     again = table.next()
     assert (again.tile, again.pass_, again.attempt) == (lost.tile, lost.pass_, lost.attempt + 1)
     assert table.next().attempt == 1
@@ -155,10 +156,11 @@ def test_a_result_counts_once(table: Table) -> None:
 def test_a_result_of_an_older_attempt_does_not_count(table: Table) -> None:
     table.add("a")
     stale = table.next()
-    table.round((stale, Interrupted()))
+    assert table.round((stale, Interrupted())).retries == {"interrupted": 1}
     fresh = table.next()
     assert places([fresh]) == places([stale])
     table.round((stale, DONE))
+    assert not table.round((stale, WorkerDied())).retries
     assert table.render("a").done_steps == 0
     table.round((fresh, DONE))
     assert table.render("a").done_steps == 1
@@ -174,15 +176,18 @@ def test_nothing_counts_after_a_job_was_to_be_cancelled(table: Table, outcome: O
     result = table.round((task, outcome), leaving=["a"], room=5)
     assert result.tasks == []
     assert result.ended.keys() == {"a"}
+    assert not result.retries
     assert table.render("a").done_steps == 0
     assert table.job("a").state is JobState.CANCELLED
 
 
 def test_a_tile_may_cost_three_workers_and_no_more(table: Table) -> None:
     table.add("a")
+    retries = Counter[str]()
     for _ in range(MAX_ATTEMPTS):
         assert table.job("a").failure is None
-        table.round((table.next(), WorkerDied()))
+        retries += table.round((table.next(), WorkerDied())).retries
+    assert retries == {"worker_died": MAX_ATTEMPTS - 1}
     failure = table.job("a").failure
     assert failure is not None
     assert (failure["code"], failure["retryable"]) == ("worker_died", True)
@@ -239,7 +244,9 @@ def test_a_full_disk_makes_jobs_wait_and_not_fail(table: Table) -> None:
 def test_a_read_only_disk_makes_jobs_wait_and_not_fail(table: Table) -> None:
     table.add("a")
     task = table.next()
-    assert table.round((task, TaskFailed("storage_read_only", "Closed.")), room=5).store_closed
+    result = table.round((task, TaskFailed("storage_read_only", "Closed.")), room=5)
+    assert result.store_closed
+    assert result.retries == {"storage_read_only": 1}
     assert places([table.next()]) == places([task])
 
 
@@ -341,8 +348,11 @@ def test_putting_together_is_tried_again_after_a_death(table: Table) -> None:
         table.round((compose, TaskFailed("storage_full", "Full.")))
         (compose,) = table.round().tasks
     for deaths in range(1, MAX_ATTEMPTS):
-        (compose,) = table.round((compose, WorkerDied()), deaths=deaths).tasks
-    assert table.round((compose, WorkerDied()), deaths=MAX_ATTEMPTS).tasks == []
+        result = table.round((compose, WorkerDied()), deaths=deaths)
+        assert result.retries == {"worker_died": 1}
+        (compose,) = result.tasks
+    last = table.round((compose, WorkerDied()), deaths=MAX_ATTEMPTS)
+    assert (last.tasks, dict(last.retries)) == ([], {})
     assert table.job("a").state is JobState.FAILED
 
 
@@ -351,7 +361,7 @@ def test_after_a_restart_only_what_ran_is_handed_out_again(table: Table) -> None
     first, second = table.next(), table.next()
     table.round((first, DONE))
     with table.database.writing() as session:
-        ledger.recover(session)
+        assert ledger.recover(session) == 1
     again = table.next()
     assert places([again]) == places([second])
     assert again.attempt == second.attempt + 1

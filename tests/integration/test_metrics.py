@@ -16,9 +16,21 @@ from service.database.connection import Database
 from service.database.migrations import upgrade
 from service.settings import Settings
 from tests.integration.conftest import Start
-from tests.integration.support import ON_BOTH, PATIENCE, ended, finish, scene, submit, wait, workers_of
+from tests.integration.support import (
+    ON_BOTH,
+    PATIENCE,
+    ended,
+    finish,
+    job_of,
+    scene,
+    submit,
+    until,
+    wait,
+    workers_of,
+)
 
 Samples = dict[tuple[str, ...], float]
+RETRIES = "penumbra_retries_total"
 
 
 def watched(client: httpx2.Client) -> Samples:
@@ -31,6 +43,11 @@ def watched(client: httpx2.Client) -> Samples:
         for family in text_string_to_metric_families(answer.text)
         for sample in family.samples
     }
+
+
+def retries(samples: Samples) -> dict[str, float]:
+    """How often tasks were tried again, by the cause."""
+    return {name[1]: value for name, value in samples.items() if name[0] == RETRIES and value}
 
 
 @ON_BOTH
@@ -47,12 +64,21 @@ def test_tiles_and_cpu_seconds_of_a_job_are_counted(client: httpx2.Client) -> No
 
 
 @pytest.mark.slow
-def test_the_queue_is_as_deep_as_the_jobs_that_wait(start: Start) -> None:
-    with httpx2.Client(base_url=start(workers=1).url, timeout=PATIENCE) as client:
+def test_the_queue_is_as_deep_as_the_jobs_that_wait_and_what_is_tried_again_is_counted(start: Start) -> None:
+    server = start(workers=1)
+    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
         assert watched(client)["penumbra_jobs", "queued"] == 0
         jobs = [submit(client, scene(256, 256, samples=256, light_samples=64)) for _ in range(3)]
         samples = watched(client)
         assert samples["penumbra_jobs", "queued"] + samples["penumbra_jobs", "running"] == len(jobs)
+        assert retries(samples) == {}
+        until(lambda: any(job_of(client, job)["progress"]["done"] for job in jobs))
+        (worker,) = workers_of(server.process.pid)
+        os.kill(worker, signal.SIGKILL)
+        until(lambda: bool(retries(watched(client))))
+        # What waited behind the tile in the worker is taken back, too.
+        assert {"worker_died": 1}.items() <= retries(watched(client)).items()
+        assert retries(watched(client)).keys() <= {"worker_died", "interrupted"}
         for job in jobs:
             client.post(f"/v1/jobs/{job}/cancel")
             wait(client, job, ended)
@@ -71,6 +97,7 @@ def test_a_worker_that_dies_is_counted_and_the_job_that_fails_of_it_by_its_code(
         failure = wait(client, job, ended)["failure"]
         samples = watched(client)
     assert samples["penumbra_worker_deaths_total",] == 1
+    assert retries(samples) == {}
     assert samples["penumbra_failed_jobs", failure["code"]] == 1
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import asdict
 from datetime import UTC, datetime, timedelta
 
@@ -52,6 +53,7 @@ class Table:
     def __init__(self, database: Database) -> None:
         self.database = database
         self.flying: list[JobTask] = []
+        self.retries = Counter[str]()
 
     def add(self, time_limit: float | None = None) -> None:
         render = RenderRow(
@@ -84,6 +86,7 @@ class Table:
         with self.database.writing() as session:
             result.decide(session)
         self.flying += result.tasks
+        self.retries += result.retries
         return result.tasks
 
     def merging(self) -> AdvanceTask:
@@ -204,7 +207,8 @@ def test_when_the_time_is_spent_no_tile_begins_and_the_finished_ones_are_merged(
     running, unstarted = table.round(room=2)
     table.spend(11)
     # One runs, one had not begun when its turn came.
-    (task,) = table.round((running, DONE), (unstarted, Interrupted()))
+    (task,) = table.round((running, DONE), (unstarted, Interrupted(late=True)))
+    assert not table.retries
     assert isinstance(task, AdvanceTask)
     assert task.last
     assert [part.tile.index for part in task.parts] == [1]

@@ -7,6 +7,7 @@ import tomllib
 from pathlib import Path
 
 from service.metrics import Metrics
+from service.retries import Cause
 from service.settings import Settings
 
 PAGE = (Path(__file__).parents[3] / "docs" / "operations.md").read_text()
@@ -19,6 +20,11 @@ def test_the_page_tells_every_metric_that_is_counted() -> None:
     assert told == counted
     shown = set(re.findall(r"`(penumbra_\w+)(?:\{\w+\})?` \| gauge", PAGE))
     assert shown >= {family.name for family in ours if family.type == "gauge"}
+
+
+def test_the_page_tells_every_cause_for_which_something_is_tried_again() -> None:
+    (sentence,) = re.findall(r"^Causes of .*?\n\n", PAGE, re.MULTILINE | re.DOTALL)
+    assert set(re.findall(r"`([a-z_]+)`", sentence)) - {"penumbra_retries_total"} == set(Cause)
 
 
 def test_the_file_that_the_page_shows_is_taken() -> None:
