@@ -53,7 +53,8 @@ class Service:
         return await to_thread.run_sync(partial(function, *args, **kwargs), limiter=self.readers)
 
 
-def _service(request: Request) -> Service:
+async def _service(request: Request) -> Service:
+    # Asynchronous, so that no thread is waited for: all may be busy.
     service = request.app.state.service
     assert isinstance(service, Service)
     return service

@@ -34,6 +34,7 @@ from service.engines.tasks import (
     TaskFailed,
     TileTask,
     WorkerDied,
+    log_names,
 )
 from service.errors import UnavailableError
 from service.feed import Feed
@@ -359,8 +360,7 @@ class Dispatcher:
 
 
 def _log(task: JobTask, outcome: Outcome) -> None:
-    place = {"tile": task.tile.index, "pass_index": task.pass_.index} if isinstance(task, TileTask) else {}
-    details = {"job": task.job, "attempt": task.attempt} | place
+    details = log_names(task)
     if isinstance(outcome, WorkerDied):
         log.warning("worker died", **details)
     elif isinstance(outcome, TaskFailed):

@@ -68,11 +68,13 @@ class Submission:
 class Taken:
     """A job that was taken, now or when the same request came before; how full the queue is with it.
 
-    ``shared`` says that its picture is there, or was being made.
+    ``render`` names the render that it has, by the job which that was made for; ``shared`` says that the
+    picture is there, or was being made.
     """
 
     job: str
     replayed: bool
+    render: str | None = None
     shared: bool = False
     queue: Queue | None = None
 
@@ -132,7 +134,14 @@ def enter(service: Service, sent: Submission, admitted: Admitted) -> Taken:
             service.store.drop_job(job.id)
         raise
     service.dispatcher.wake()
-    log.info("job taken", job=taken.job, user=sent.asker.name, shared=taken.shared, replayed=taken.replayed)
+    log.info(
+        "job taken",
+        job=taken.job,
+        user=sent.asker.name,
+        render=taken.render,
+        shared=taken.shared,
+        replayed=taken.replayed,
+    )
     return taken
 
 
@@ -160,7 +169,8 @@ def _take(
         pausing.follow(session, found)
     if not job.state.final:
         fairness.activate(session, [job.owner])
-    return Taken(job.id, replayed=False, shared=found is not None, queue=queue)
+    render = found.id if found else job.id
+    return Taken(job.id, replayed=False, render=render, shared=found is not None, queue=queue)
 
 
 def _enter_parts(session: Session, sent: Submission, job: JobRow) -> None:

@@ -195,12 +195,17 @@ def _settings(config: Path | None) -> Iterator[dict[str, Any]]:
 
 def _without_password(url: str | None) -> str | None:
     from sqlalchemy.engine import make_url
-    from sqlalchemy.exc import SQLAlchemyError
+    from sqlalchemy.exc import ArgumentError
 
+    if url is None:
+        return None
     try:
-        return None if url is None else make_url(url).render_as_string(hide_password=True)
-    except SQLAlchemyError:
+        parsed = make_url(url)
+    except (ArgumentError, ValueError):
         return "no database URL"
+    # PostgreSQL takes passwords among the options, too.
+    query = {name: "***" if "pass" in name else value for name, value in parsed.query.items()}
+    return parsed.set(query=query).render_as_string(hide_password=True)
 
 
 def _source(setting: str) -> str:

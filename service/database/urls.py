@@ -76,7 +76,7 @@ def parse(url: str) -> URL:
     """
     try:
         parsed = make_url(url)
-    except ArgumentError:
+    except (ArgumentError, ValueError):
         raise DatabaseUrlError("The address of the database is not a URL like sqlite:///file.") from None
     if parsed.drivername in POSTGRESQL:
         wanted: dict[str, Any] = _LIFE | dict(parsed.query)

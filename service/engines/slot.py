@@ -12,7 +12,16 @@ from multiprocessing.context import SpawnProcess
 import structlog
 
 from service.engines.heartbeats import beats
-from service.engines.tasks import TOOK_TOO_LONG, Interrupted, Outcome, Report, Task, TaskFailed, WorkerDied
+from service.engines.tasks import (
+    TOOK_TOO_LONG,
+    Interrupted,
+    Outcome,
+    Report,
+    Task,
+    TaskFailed,
+    WorkerDied,
+    log_names,
+)
 from service.engines.worker import WorkerSetup, work
 
 # A process that could not even start is not replaced sooner than this, seconds.
@@ -125,7 +134,7 @@ class Slot:
             first = self._first()
             spent, task = (spent + passed.seconds if first is task else 0.0), first
             if passed.silent >= self._patience():
-                log.warning("worker silent", process=process.pid, seconds=passed.silent)
+                log.warning("worker silent", process=process.pid, seconds=passed.silent, **log_names(task))
                 process.kill()
             elif task is not None and spent > self._lease.task_seconds:
                 self._end_late(task)

@@ -238,6 +238,18 @@ class Interrupted:
     late: bool = False
 
 
+def log_names(task: Task | None) -> dict[str, str | int]:
+    """Name a task in a log: its job, tile, pass and attempt, as far as it has them."""
+    names: dict[str, str | int] = {}
+    if isinstance(task, JobTask):
+        names |= {"job": task.job, "attempt": task.attempt}
+    if isinstance(task, TileTask | AdvanceTask):
+        names["pass_index"] = task.pass_.index
+    if isinstance(task, TileTask):
+        names["tile"] = task.tile.index
+    return names
+
+
 CallDone = TraceDone | QuoteDone | CompareDone | CompareRefused | InspectDone
 Outcome = TileDone | AdvanceDone | ComposeDone | CallDone | TaskFailed | WorkerDied | Interrupted
 

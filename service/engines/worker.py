@@ -52,6 +52,7 @@ from service.engines.tasks import (
     TileTask,
     TraceDone,
     TraceTask,
+    log_names,
 )
 from service.errors import StoreFullError, StoreReadOnlyError
 from service.specs import compile_inspected, compile_spec
@@ -226,7 +227,7 @@ def _failure(task: Task, error: Exception) -> TaskFailed:
     import structlog  # noqa: PLC0415 - workers start without it, and few ever log
 
     log = structlog.get_logger()
-    log.error("task failed", task=type(task).__name__, job=getattr(task, "job", None), exc_info=error)
+    log.error("task failed", task=type(task).__name__, exc_info=error, **log_names(task))
     if isinstance(error, renderer.SceneError):
         first = error.errors[0]
         return TaskFailed("scene_not_usable", f"/scene{first.pointer}: {first.detail}")

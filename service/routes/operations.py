@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 from importlib.metadata import version as installed
 
@@ -12,7 +11,7 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from schemas.jobs import Version
 from service.context import Here, Service
-from service.errors import UnavailableError
+from service.errors import StoreError, UnavailableError
 from service.routes.parameters import problem
 
 router = APIRouter(tags=["operations"])
@@ -25,8 +24,9 @@ class Condition(BaseModel):
 
 
 @router.get("/livez", responses=problem(503, "It needs to be started again."))
-def livez(here: Here) -> Condition:
+async def livez(here: Here) -> Condition:
     """Say whether the process can still do what it is for; if not, only starting it again helps."""
+    # On the event loop: all threads may be waiting for a database that is away, and will go on with it.
     if not here.dispatcher.lives():
         raise UnavailableError("No work is handed out any more. Start the service again.")
     return Condition()
@@ -43,10 +43,11 @@ def readyz(here: Here) -> Condition:
 
 def _checks(service: Service) -> dict[str, bool]:
     return {
+        "the service is being stopped": not service.feed.closed,
         "the database cannot be written": _database_writable(service),
         "no worker is running": service.dispatcher.alive(),
-        "the data folder cannot be written": os.access(service.settings.data, os.W_OK),
         "the disk is nearly full": _disk_free(service),
+        "the data folder cannot be written": _folder_writable(service),
     }
 
 
@@ -54,6 +55,14 @@ def _database_writable(service: Service) -> bool:
     try:
         service.database.check()
     except SQLAlchemyError:
+        return False
+    return True
+
+
+def _folder_writable(service: Service) -> bool:
+    try:
+        service.store.check()
+    except (StoreError, OSError):
         return False
     return True
 

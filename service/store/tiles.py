@@ -51,6 +51,9 @@ class StoredTile:
 class TileStore(Protocol):
     """Keeps the pixels of jobs. Every write is atomic: a reader sees all of it or nothing."""
 
+    def check(self) -> None:
+        """Raise a StoreError or an OSError where nothing can be kept now."""
+
     def put_spec(self, job: str, spec: bytes) -> None:
         """Keep what a job was asked to render."""
 
@@ -99,6 +102,13 @@ class FileTileStore:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+
+    def check(self) -> None:
+        """Raise a StoreError or an OSError where nothing can be kept now."""
+        with _told():
+            self.folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=self.folder) as file:
+                file.write(b"whether there is room for this")
 
     def put_spec(self, job: str, spec: bytes) -> None:
         """Keep what a job was asked to render."""

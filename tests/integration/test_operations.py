@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import sqlite3
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from importlib.metadata import version
 from pathlib import Path
@@ -15,7 +18,10 @@ from starlette.testclient import TestClient
 from service.app import create_app
 from service.settings import Settings
 from tests.integration.conftest import Start
-from tests.integration.support import PATIENCE, scene
+from tests.integration.support import PATIENCE, scene, until, workers_of
+
+# As many requests are answered at once as there are threads for them.
+REQUEST_THREADS = 40
 
 
 def test_a_running_service_says_that_it_is_well(client: httpx2.Client) -> None:
@@ -38,9 +44,44 @@ def test_a_service_whose_disk_is_nearly_full_takes_no_jobs_and_lives(tmp_path: P
     # More than any disk has.
     app = create_app(Settings(data=tmp_path, workers=1, min_free_bytes=1 << 62))
     with TestClient(app) as client:
-        answer = client.get("/readyz")
-        assert (answer.status_code, client.get("/livez").status_code) == (503, 200)
-    assert "the disk is nearly full" in answer.json()["detail"]
+        assert "the disk is nearly full" in missing(client)
+
+
+def test_a_service_whose_folder_takes_no_files_takes_no_jobs_and_lives(tmp_path: Path) -> None:
+    app = create_app(Settings(data=tmp_path, workers=1))
+    with TestClient(app) as client:
+        until(lambda: client.get("/readyz").status_code == 200)
+        (tmp_path / "jobs").rmdir()
+        (tmp_path / "jobs").touch()
+        assert missing(client) == "Not ready: the data folder cannot be written."
+        (tmp_path / "jobs").unlink()
+        assert client.get("/readyz").status_code == 200
+
+
+def test_a_service_that_is_being_stopped_takes_no_jobs_and_lives(tmp_path: Path) -> None:
+    app = create_app(Settings(data=tmp_path, workers=1))
+    with TestClient(app) as client:
+        app.state.service.feed.close()
+        assert "the service is being stopped" in missing(client)
+
+
+def test_a_service_without_a_worker_takes_no_jobs_and_lives(start: Start) -> None:
+    server = start(workers=1)
+    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+        (worker,) = workers_of(server.process.pid)
+        os.kill(worker, signal.SIGKILL)
+        # Another one is started at once, which takes a while.
+        until(lambda: client.get("/readyz").status_code == 503)
+        assert missing(client) == "Not ready: no worker is running."
+        until(lambda: client.get("/readyz").status_code == 200)
+
+
+def missing(client: httpx2.Client) -> str:
+    """What a service says that lives and is not ready."""
+    answer = client.get("/readyz")
+    assert (answer.status_code, client.get("/livez").status_code) == (503, 200)
+    detail: str = answer.json()["detail"]
+    return detail
 
 
 @pytest.mark.slow
@@ -49,10 +90,29 @@ def test_a_service_whose_database_takes_no_writes_is_not_ready(start: Start, tmp
         with closing(sqlite3.connect(tmp_path / "penumbra.sqlite")) as connection:
             connection.execute("PRAGMA busy_timeout = 10000")
             connection.execute("BEGIN IMMEDIATE")
-            answer = client.get("/readyz")
-            assert "the database cannot be written" in answer.json()["detail"]
+            assert "the database cannot be written" in missing(client)
             connection.rollback()
         assert client.get("/readyz").status_code == 200
+
+
+@pytest.mark.slow
+def test_a_service_of_which_all_threads_wait_for_the_database_lives(start: Start, tmp_path: Path) -> None:
+    server = start(workers=1)
+    threads = Path(f"/proc/{server.process.pid}/task")
+    with (
+        httpx2.Client(base_url=server.url, timeout=PATIENCE) as client,
+        ThreadPoolExecutor(REQUEST_THREADS) as pool,
+        closing(sqlite3.connect(tmp_path / "penumbra.sqlite")) as connection,
+    ):
+        connection.execute("PRAGMA busy_timeout = 10000")
+        before = len(list(threads.iterdir()))
+        connection.execute("BEGIN IMMEDIATE")
+        waiting = [pool.submit(client.get, "/readyz") for _ in range(REQUEST_THREADS)]
+        until(lambda: len(list(threads.iterdir())) >= max(before, REQUEST_THREADS))
+        assert client.get("/livez").status_code == 200
+        assert not any(request.done() for request in waiting)
+        connection.rollback()
+        assert {request.result().status_code for request in waiting} == {200}
 
 
 def test_a_service_that_hands_out_no_work_any_more_asks_to_be_started_again(tmp_path: Path) -> None:

@@ -60,6 +60,11 @@ def test_what_a_request_logs_has_its_name(talk: Talk) -> None:
     until(lambda: len(logged(log, request="mine", event="request")) == 1)
     (ended,) = logged(log, request="mine", event="request")
     assert (ended["method"], ended["path"], ended["status"]) == ("POST", "/v1/jobs", 202)
+    # Tiles are logged under the job that the picture was made for, whoever else asks for it.
+    client.post("/v1/jobs", json={"scene": scene()}, headers={"X-Request-ID": "again"})
+    (again,) = logged(log, request="again", event="job taken")
+    assert (again["job"] != taken["job"], again["render"]) == (True, taken["render"])
+    assert taken["render"] == taken["job"]
 
 
 def test_what_happens_to_a_tile_is_logged_with_job_and_tile(talk: Talk) -> None:
@@ -67,8 +72,8 @@ def test_what_happens_to_a_tile_is_logged_with_job_and_tile(talk: Talk) -> None:
     job = client.post("/v1/jobs", json={"scene": scene(24, 24)}, headers={"Prefer": "wait=30"}).json()
     assert job["state"] == "succeeded"
     done = logged(log, job=job["id"], event="task done", outcome="TileDone")
-    assert {(line["tile"], line["pass_index"]) for line in done} == {
-        (event["tile"], event["pass_index"])
+    assert {(line["tile"], line["pass_index"], line["attempt"]) for line in done} == {
+        (event["tile"], event["pass_index"], 1)
         for event in client.get(f"/v1/jobs/{job['id']}/tiles").json()["events"]
     }
 
@@ -82,5 +87,6 @@ def test_what_fails_in_a_worker_is_logged_without_what_was_in_it(talk: Talk) -> 
     assert job["failure"]["code"] == "scene_not_usable"
     (failed,) = logged(log, event="task failed", job=job["id"], task="TileTask")
     assert "exception" in failed
+    assert {"tile": 0, "pass_index": 0, "attempt": 1}.items() <= failed.items()
     assert "locals" not in json.dumps(failed["exception"])
     assert "not-for-logs" not in log.read_text()

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from service.cli.doctor import Check, _service
+from service.cli.exits import ExitCode
 from tests.unit.cli.conftest import Penumbra
 
 NAMES = {"penumbra", "python", "libraries", "numpy simd", "processors", "memory", "data folder", "database"}
@@ -40,6 +41,36 @@ def test_a_password_is_not_shown(monkeypatch: pytest.MonkeyPatch) -> None:
     assert check.level == "fail"
     assert "PENUMBRA_DATABASE" in check.found
     assert "secret" not in check.found + check.advice
+
+
+@pytest.mark.parametrize(
+    "url",
+    [
+        "postgresql://me:s3cret@127.0.0.1:9/x",
+        "postgresql://me@127.0.0.1:9/x?password=s3cret&sslpassword=s3cret",
+        "postgresql://me:s3cret@127.0.0.1:port/x",
+        "postgresql://me:s3cret@127.0.0.1:9/x?no_such_option=1",
+        "mysql://me:s3cret@127.0.0.1/x",
+        "me:s3cret@127.0.0.1/x",
+    ],
+)
+@pytest.mark.parametrize("form", [(), ("--json",)], ids=["for people", "as JSON"])
+@pytest.mark.parametrize("place", ["variable", "file"])
+def test_no_password_is_told_however_it_is_given(
+    here: Penumbra,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    url: str,
+    form: tuple[str, ...],
+    place: str,
+) -> None:
+    (tmp_path / "p.toml").write_text(f'database = "{url}"\n')
+    told = ("PENUMBRA_CONFIG", "p.toml") if place == "file" else ("PENUMBRA_DATABASE", url)
+    monkeypatch.setenv(*told)
+    outcome = here("doctor", *form)
+    assert "s3cret" not in outcome.out + outcome.err
+    assert outcome.code == ExitCode.SERVER
+    assert ("p.toml" if place == "file" else "PENUMBRA_DATABASE") in outcome.out
 
 
 @pytest.mark.parametrize("name", ["PENUMBRA_PORT", "PENUMBRA_WORKERS"])
