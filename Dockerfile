@@ -4,7 +4,7 @@ FROM python:3.11-slim AS build
 WORKDIR /source
 COPY . .
 RUN python -m venv /opt/penumbra \
- && /opt/penumbra/bin/pip install --no-cache-dir --constraint constraints.txt '.[mesh,exr,study,postgres,dask]'
+ && /opt/penumbra/bin/pip install --no-cache-dir --constraint constraints.txt '.[mesh,exr,study,postgres,dask,s3]'
 
 FROM python:3.11-slim
 LABEL org.opencontainers.image.title="Penumbra" \

@@ -24,7 +24,8 @@ from service.seats import Seats
 from service.settings import Settings
 from service.store.assets import AssetStore
 from service.store.passes import PassStore
-from service.store.tiles import FileTileStore
+from service.store.places import ASSETS, JOBS, place_of
+from service.store.tiles import TileStore
 
 BODIES = 16
 """As many requests of the largest size are held in memory at once, or more smaller ones."""
@@ -49,25 +50,26 @@ def stop(service: Service) -> None:
     service.database.close()
 
 
-def assemble(settings: Settings, feed: Feed, store: FileTileStore | None = None) -> Service:
+def assemble(settings: Settings, feed: Feed, store: TileStore | None = None) -> Service:
     """Put a service together, with a database of this version; nothing runs yet.
 
     Parameters
     ----------
     store
-        Keeps the pixels; by default files in the data folder.
+        Keeps the pixels; by default where the settings say.
     """
     database = Database(settings.database_url)
     upgrade(database)
-    store = store or FileTileStore(settings.data / "jobs")
-    assets = AssetStore(settings.data / "assets", settings.max_asset_pixels)
-    engine = engine_of(settings, _setup(settings, store, assets))
+    place = place_of(settings.place)
+    store = store or TileStore(place.within(JOBS))
+    assets = AssetStore(place.within(ASSETS), settings.max_asset_pixels)
+    engine = engine_of(settings, _setup(settings))
     dispatcher = Dispatcher(database, store, engine, feed, settings)
     return Service(
         settings=settings,
         database=database,
         store=store,
-        passes=PassStore(store.folder),
+        passes=PassStore(store.objects),
         assets=assets,
         dispatcher=dispatcher,
         keeper=Keeper(database, store, assets, retention.rules_of(settings)),
@@ -82,11 +84,10 @@ def assemble(settings: Settings, feed: Feed, store: FileTileStore | None = None)
     )
 
 
-def _setup(settings: Settings, store: FileTileStore, assets: AssetStore) -> WorkerSetup:
+def _setup(settings: Settings) -> WorkerSetup:
     return WorkerSetup(
         parent=os.getpid(),
-        jobs=store.folder,
-        assets=assets.folder,
+        store=settings.place,
         max_asset_pixels=settings.max_asset_pixels,
         memory_bytes=settings.worker_memory_bytes,
         lease=Lease(silent_seconds=settings.worker_silence_seconds, task_seconds=settings.max_task_seconds),

@@ -36,7 +36,7 @@ from service.engines.tasks import (
     WorkerDied,
     log_names,
 )
-from service.errors import UnavailableError
+from service.errors import StoreError, UnavailableError
 from service.feed import Feed
 from service.leadership import BEAT_SECONDS, Leadership
 from service.metrics import Metrics
@@ -205,7 +205,10 @@ class Dispatcher:
         if isinstance(outcome, Interrupted):
             self._calls.appendleft((task, answer))
         elif answer.set_running_or_notify_cancel():
-            answer.set_result(outcome)
+            if isinstance(outcome, TaskFailed) and outcome.passes:
+                answer.set_exception(UnavailableError(outcome.message))
+            else:
+                answer.set_result(outcome)
 
     def _leave(self, render: str, grace: float) -> None:
         self._leaving.setdefault(render, time.monotonic() + grace)
@@ -308,13 +311,11 @@ class Dispatcher:
         try:
             with self._database.reading() as session:
                 states = dict(session.execute(select(RenderRow.id, RenderRow.state)).all())
-            self._store.sweep(set(states), UNFINISHED_SECONDS if self._database.shared else 0.0)
-        except (SQLAlchemyError, OSError) as error:
-            log.warning("data folder not tidied", error=type(error).__name__)
-            return
-        for render, state in states.items():
-            if state.final:
-                self._store.drop_tiles(render)
+            ended = {render for render, state in states.items() if state.final}
+            age = UNFINISHED_SECONDS if self._database.shared else 0.0
+            self._store.sweep(states.keys(), ended, age)
+        except (SQLAlchemyError, OSError, StoreError) as error:
+            log.warning("store not tidied", error=type(error).__name__)
 
     def _interrupt(self) -> None:
         """Stop the tasks of renders that have ended, and calls that nobody waits for."""

@@ -30,8 +30,10 @@ ServiceError
 ├── StoreError
 │   ├── StoreFullError          the disk is full
 │   ├── StoreReadOnlyError      the data folder may not be written
+│   ├── StoreAwayError          it cannot be reached
+│   ├── StoreMissingError       the packages for a bucket are not installed
 │   ├── StoreDamagedError       a stored file is not what was written
-│   └── StoreTakenError         another service uses the data folder
+│   └── StoreTakenError         another service uses the data folder or the bucket
 ├── TraceFailedError
 ├── QuoteFailedError
 ├── ComparisonFailedError
@@ -235,7 +237,7 @@ class UnusableWorkerError(EngineError):
 
 
 class StoreError(ServiceError):
-    """Base of what can be wrong with the data folder."""
+    """Base of what can be wrong with the place of pictures and textures, a folder or a bucket."""
 
 
 class StoreFullError(StoreError):
@@ -246,12 +248,23 @@ class StoreReadOnlyError(StoreError):
     """The data folder cannot be written now."""
 
 
+class StoreAwayError(StoreError):
+    """The place of pictures and textures cannot be reached now."""
+
+
+class StoreMissingError(StoreError):
+    """The packages for a bucket are not installed."""
+
+    def __init__(self) -> None:
+        super().__init__("A bucket needs another package: pip install 'penumbra-render[s3]'")
+
+
 class StoreDamagedError(StoreError):
     """A stored file is not what was written."""
 
 
 class StoreTakenError(StoreError):
-    """Another service uses the same data folder."""
+    """Another service uses the same data folder or bucket."""
 
 
 class TraceFailedError(ServiceError):

@@ -12,6 +12,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from service import retention
 from service.database.connection import Database
 from service.database.models import AssetRow
+from service.errors import StoreError
 from service.retention import Rules, Swept
 from service.store.assets import AssetStore
 from service.store.tiles import UNFINISHED_SECONDS, TileStore
@@ -78,7 +79,7 @@ class Keeper:
         while not self._stopping.wait(pause):
             try:
                 swept = self.prune(self.rules)
-            except SQLAlchemyError as error:
+            except (SQLAlchemyError, StoreError) as error:
                 log.warning("nothing swept, trying again", error=type(error).__name__)
                 continue
             if swept.expired or swept.forgotten or swept.assets:

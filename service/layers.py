@@ -40,9 +40,11 @@ def composed(
         Finished steps of the job, tile by tile, each in the order of its passes.
     """
     sheets = Sheets([LAYERS[name] for name in names], *size)
-    for _, passes in groupby(recorded(parts, names), key=lambda part: part.tile.index):
-        for part in passes:
-            sheets.take(part.tile, store.get_layers(job, part))
+    known = recorded(parts, names)
+    found = zip(known, store.get_layers(job, known), strict=True)
+    for _, passes in groupby(found, key=lambda one: one[0].tile.index):
+        for part, arrays in passes:
+            sheets.take(part.tile, arrays)
         sheets.settle()
     return sheets.finished()
 

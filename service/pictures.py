@@ -5,10 +5,9 @@ Final they come from their files, before that they are put together from the til
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -24,12 +23,14 @@ from service.database.models import JobRow, RenderRow
 from service.errors import (
     PictureGoneError,
     PictureNotReadyError,
+    StoreAwayError,
     StoreFullError,
     StoreReadOnlyError,
     UnknownLayerError,
 )
 from service.job_documents import work_of
 from service.jobs import find
+from service.store.objects import Stored
 from service.store.tiles import Layers, Pixels, StoredTile, TileStore
 
 Kind = Literal["png", "npy", "exr"]
@@ -56,11 +57,11 @@ class Wanted:
 class Picture:
     """A picture ready to be sent.
 
-    ``content`` is a file once the picture is final. ``etag`` changes with every byte; ``share`` of the
-    samples are in it, 0 to 1.
+    ``content`` lies in the store once the picture is final. ``etag`` changes with every byte; ``share`` of
+    the samples are in it, 0 to 1.
     """
 
-    content: bytes | Path
+    content: bytes | Stored
     etag: str
     share: float
 
@@ -146,17 +147,18 @@ def _etag(job: str, render: RenderRow, wanted: Wanted) -> str:
     return f'"{render.image_sha256 or f"{job}-{render.last_seq}"}-{wanted.name}"'
 
 
-def _final(store: TileStore, render: RenderRow, wanted: Wanted) -> bytes | Path:
-    path = store.file(render.id, wanted.name)
-    if path.exists():
-        return path
-    pixels = np.load(store.file(render.id, "image.npy"))
+def _final(store: TileStore, render: RenderRow, wanted: Wanted) -> bytes | Stored:
+    found = store.find(render.id, wanted.name)
+    if found is not None:
+        return found
+    pixels = store.get_array(render.id, "image.npy")
     names = render.layers if wanted.kind == "exr" else ()
-    sheets = {name: np.load(store.file(render.id, layers.file_name(name))) for name in names}
+    sheets = {name: store.get_array(render.id, layers.file_name(name)) for name in names}
     data = _encode(pixels, sheets, render, wanted)
     try:
-        return store.put_file(render.id, wanted.name, data)
-    except (StoreFullError, StoreReadOnlyError):
+        store.put_file(render.id, wanted.name, data)
+        return store.find(render.id, wanted.name) or data
+    except (StoreFullError, StoreReadOnlyError, StoreAwayError):
         # The next one who asks has it made again.
         return data
 
@@ -196,13 +198,14 @@ def _so_far(service: Service, finished: _Finished) -> Pixels:
         image[:] = film.enlarge(
             store.get_tile(render.id, finished.coarse), stride, render.height, render.width
         )
-    for _, group in groupby(finished.parts, key=lambda part: part.tile.index):
-        parts = list(group)
-        tile = parts[0].tile
-        image[tile.y0 : tile.y1, tile.x0 : tile.x1] = mean_of(store, render.id, parts)
+    for tile, pixels in means(store, render.id, finished.parts):
+        image[tile.y0 : tile.y1, tile.x0 : tile.x1] = pixels
     return image
 
 
-def mean_of(store: TileStore, job_id: str, parts: list[StoredTile]) -> Pixels:
-    """Return the mean of all samples in the finished passes of one tile, given in their order."""
-    return film.compose([(part.pass_, store.get_tile(job_id, part)) for part in parts])
+def means(store: TileStore, job_id: str, parts: Sequence[StoredTile]) -> Iterator[tuple[Tile, Pixels]]:
+    """Give the mean of all samples of each tile in its finished passes, given tile by tile in their order."""
+    found = zip(parts, store.get_tiles(job_id, parts), strict=True)
+    for _, group in groupby(found, key=lambda one: one[0].tile.index):
+        steps = list(group)
+        yield steps[0][0].tile, film.compose([(part.pass_, pixels) for part, pixels in steps])

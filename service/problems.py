@@ -23,7 +23,7 @@ from renderer.errors import ImageFileError, MissingExtraError
 from schemas.problems import Problem, ProblemDocument
 from service import errors
 from service.database.connection import PRIMARY
-from service.store.tiles import NO_ROOM, NOT_WRITABLE
+from service.store.folder import NO_ROOM, NOT_WRITABLE
 
 MEDIA_TYPE = "application/problem+json"
 RETRY_AFTER_SECONDS = 1
@@ -81,6 +81,8 @@ KINDS: dict[type[Exception], Kind] = {
     errors.StoreError: Kind(500, "store", told=False),
     errors.StoreFullError: Kind(507, "store_full", retry=True),
     errors.StoreReadOnlyError: Kind(503, "store_read_only", retry=True),
+    errors.StoreAwayError: Kind(503, "store_away", retry=True),
+    errors.StoreMissingError: Kind(500, "store_missing", told=False),
     errors.StoreDamagedError: Kind(500, "store_damaged", told=False),
     errors.StoreTakenError: Kind(500, "store_taken", told=False),
     errors.TraceFailedError: Kind(422, "trace_failed"),

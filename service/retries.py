@@ -5,6 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 
 from service.engines.tasks import (
+    STORAGE_AWAY,
     STORAGE_FULL,
     STORAGE_READ_ONLY,
     Interrupted,
@@ -21,6 +22,7 @@ class Cause(StrEnum):
     INTERRUPTED = "interrupted"
     STORAGE_FULL = STORAGE_FULL
     STORAGE_READ_ONLY = STORAGE_READ_ONLY
+    STORAGE_AWAY = STORAGE_AWAY
     SERVER_LOST = "server_lost"
     DATABASE_LOST = "database_lost"
 

@@ -34,7 +34,7 @@ from service.errors import (
     DatabaseUrlError,
     EngineError,
     OpenDoorsError,
-    StoreTakenError,
+    StoreError,
     UnavailableError,
 )
 from service.headers import SafeHeaders
@@ -43,6 +43,7 @@ from service.request_ids import RequestIds
 from service.settings import Settings
 from service.store import belonging
 from service.store.lock import held
+from service.store.places import place_of
 
 # Requests in progress have this long to end when the service stops, seconds. Watchers are sent away at once.
 FAREWELL_SECONDS = 5
@@ -88,7 +89,7 @@ def run(settings: Settings) -> None:
             _prepare_database(settings)
             check_engine(settings)
         except (
-            StoreTakenError,
+            StoreError,
             OpenDoorsError,
             DatabaseUrlError,
             EngineError,
@@ -109,8 +110,10 @@ def _prepare_database(settings: Settings) -> None:
     database = Database(settings.database_url)
     try:
         upgrade(database)
-        if database.shared:
-            belonging.check(database, settings.data)
+        if database.shared or settings.store:
+            place = place_of(settings.place)
+            place.check()
+            belonging.check(database, place)
         if settings.behind_proxy or is_loopback(settings.host):
             return
         with database.reading() as session:

@@ -44,6 +44,12 @@ class Settings(BaseSettings):
     data: Path = Field(
         default=Path("penumbra-data"), description="Folder for everything kept: database, pictures, textures."
     )
+    store: str | None = Field(
+        default=None,
+        pattern=r"^s3://[a-z0-9][a-z0-9.-]{1,61}[a-z0-9](/[A-Za-z0-9._/-]*)?$",
+        description="Bucket for pictures and textures, s3://bucket/prefix; by default they are in the data "
+        "folder. Where it is and who may use it is in AWS_ENDPOINT_URL, AWS_ACCESS_KEY_ID and their like.",
+    )
     host: str = Field(default="127.0.0.1", description="Address to listen on.")
     behind_proxy: bool = Field(
         default=False,
@@ -187,3 +193,8 @@ class Settings(BaseSettings):
     def database_url(self) -> str:
         """URL of the database in use."""
         return self.database or f"sqlite:///{self.data.absolute() / 'penumbra.sqlite'}"
+
+    @property
+    def place(self) -> str:
+        """Address of pictures and textures, for `service.store.places`."""
+        return self.store or str(self.data)

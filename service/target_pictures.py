@@ -25,9 +25,9 @@ def so_far(service: Service, render: RenderRow, fresh: Sequence[StoredTile]) -> 
     image = np.zeros((render.height, render.width, 3), np.float32)
     if render.merges:
         image[:] = _merged(service, render)
-    for part in fresh:
+    for part, found in zip(fresh, service.store.get_tiles(render.id, fresh), strict=True):
         tile = part.tile
-        image[tile.y0 : tile.y1, tile.x0 : tile.x1] = service.store.get_tile(render.id, part)
+        image[tile.y0 : tile.y1, tile.x0 : tile.x1] = found
     return image
 
 
@@ -47,13 +47,17 @@ def pixels(
     fresh
         As in `so_far`.
     """
-    newest = {part.tile.index: part for part in fresh}
-    return [(event, _pixels(service, render, event, newest)) for event in painted(events)]
+    shown = painted(events)
+    wanted = {event.tile for event in shown if event.pass_index == len(render.merges)}
+    parts = [part for part in fresh if part.tile.index in wanted]
+    tiles = service.store.get_tiles(render.id, parts)
+    newest = {part.tile.index: found for part, found in zip(parts, tiles, strict=True)}
+    return [(event, _pixels(service, render, event, newest)) for event in shown]
 
 
-def _pixels(service: Service, render: RenderRow, event: TileEvent, fresh: Mapping[int, StoredTile]) -> Pixels:
+def _pixels(service: Service, render: RenderRow, event: TileEvent, fresh: Mapping[int, Pixels]) -> Pixels:
     if event.pass_index == len(render.merges):
-        return service.store.get_tile(render.id, fresh[event.tile])
+        return fresh[event.tile]
     return _merged(service, render)[event.y0 : event.y1, event.x0 : event.x1]
 
 

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import groupby
 
-import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
@@ -19,7 +17,7 @@ from service.context import Service
 from service.database.models import JobRow, RenderRow, TileRow
 from service.job_documents import failure_of, progress_of
 from service.jobs import find
-from service.pictures import mean_of
+from service.pictures import means
 from service.store.tiles import Pixels, StoredTile, TileStore
 
 ENCODINGS = {"float32": FLOAT32, "rgb8": RGB8}
@@ -123,7 +121,7 @@ def _news(session: Session, row: JobRow, after: int, limit: int) -> _News:
 def _pixels(service: Service, render: RenderRow, news: _News) -> list[tuple[TileEvent, Pixels]]:
     events = news.events.events
     if news.state is JobState.SUCCEEDED:
-        image = np.load(service.store.file(render.id, "image.npy"), mmap_mode="r")
+        image = service.store.get_array(render.id, "image.npy")
         shown = _newest(render, events)
         return [(event, image[event.y0 : event.y1, event.x0 : event.x1]) for event in shown]
     if news.state.final:
@@ -146,8 +144,7 @@ def _so_far(store: TileStore, render: RenderRow, news: _News) -> list[tuple[Tile
     found: list[tuple[TileEvent, Pixels]] = []
     if news.coarse is not None:
         found.append((news.events.events[0], store.get_tile(render.id, news.coarse)))
-    for tile, group in groupby(news.parts, key=lambda part: part.tile.index):
-        found.append((newest[tile], mean_of(store, render.id, list(group))))
+    found += [(newest[tile.index], pixels) for tile, pixels in means(store, render.id, news.parts)]
     return sorted(found, key=lambda one: one[0].seq)
 
 

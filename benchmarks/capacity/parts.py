@@ -14,7 +14,8 @@ from service.admission import Admitted, admit
 from service.assembly import assemble
 from service.feed import Feed
 from service.settings import Settings
-from service.store.tiles import FileTileStore
+from service.store.folder import Folder
+from service.store.tiles import TileStore
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 MANY = 10**9
 
 
-class Nowhere(FileTileStore):
+class Nowhere(TileStore):
     """Forgets what jobs ask for: in a simulation nobody renders it."""
 
     def put_spec(self, job: str, spec: bytes) -> None:
@@ -51,7 +52,7 @@ def service(folder: Path, url: str | None) -> Service:
 
 async def _assembled(settings: Settings) -> Service:
     # The feed asks for the loop that its readers run on; here nobody reads.
-    return assemble(settings, Feed(), Nowhere(settings.data / "jobs"))
+    return assemble(settings, Feed(), Nowhere(Folder(settings.data / "jobs")))
 
 
 def admitted(here: Service, cpu_seconds: float) -> Admitted:

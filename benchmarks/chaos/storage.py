@@ -17,7 +17,8 @@ from benchmarks.chaos.ground import PATIENCE, ended, image, picture, settings, s
 from benchmarks.load.promises import Promise
 from schemas.tiles import Pass, Tile
 from service.server import running
-from service.store.tiles import FileTileStore, StoredTile
+from service.store.folder import Folder
+from service.store.tiles import StoredTile, TileStore
 
 SIDE = 32
 # Each pass is read so often, lest the disk fill with passes.
@@ -88,7 +89,7 @@ def torn_reads(reads: int) -> Promise:
     """Read a tile again and again while passes and stale attempts are written in another process."""
     tile, torn, older, newest, done = Tile(0, 0, 0, SIDE, SIDE), 0, 0, 0, 0
     with TemporaryDirectory() as folder:
-        store = FileTileStore(Path(folder))
+        store = TileStore(Folder(Path(folder)))
         store.put_spec("job", b"{}")
         context = multiprocessing.get_context("spawn")
         here, there = context.Pipe()
@@ -116,7 +117,7 @@ def torn_reads(reads: int) -> Promise:
 
 def _write(folder: str, told: multiprocessing.connection.Connection) -> None:
     """Write one pass after another, and then what an attempt that was given up writes too late."""
-    store, tile, number = FileTileStore(Path(folder)), Tile(0, 0, 0, SIDE, SIDE), 0
+    store, tile, number = TileStore(Folder(Path(folder))), Tile(0, 0, 0, SIDE, SIDE), 0
     while True:
         number += 1
         pass_ = Pass(index=number % 4, stride=1, first=0, last=1)

@@ -133,6 +133,8 @@ def _service(config: Path | None = None) -> Iterator[Check]:
         yield Check("settings", "fail", str(error), "Correct the variables PENUMBRA_..., or the file.")
         return
     yield _data_folder(settings)
+    if settings.store:
+        yield _store(settings)
     yield _database(settings)
 
 
@@ -150,6 +152,18 @@ def _data_folder(settings: Settings) -> Check:
     if free < settings.min_free_bytes:
         return Check("data folder", "fail", f"{shown}, {state}", "The disk is too full for the service.")
     return Check("data folder", "ok", f"{shown}, {state}")
+
+
+def _store(settings: Settings) -> Check:
+    from service.errors import StoreError
+    from service.store.places import place_of
+
+    shown = f"{settings.store} (from {_source('store')})"
+    try:
+        place_of(settings.place).check()
+    except StoreError as error:
+        return Check("store", "fail", shown, str(error))
+    return Check("store", "ok", f"{shown}, reachable")
 
 
 def _database(settings: Settings) -> Check:

@@ -19,6 +19,12 @@ PortOption = Annotated[
     int | None, typer.Option(min=0, max=65535, help="Port; 8000 by default, 0 takes a free one.")
 ]
 DataOption = Annotated[Path | None, typer.Option(help="Folder for everything that is kept.")]
+StoreOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS", help="Bucket for pictures and textures, s3://bucket/prefix; else the data folder."
+    ),
+]
 WorkersOption = Annotated[
     int | None, typer.Option(min=1, help="Worker processes; by default one for each processor.")
 ]
@@ -44,6 +50,7 @@ def serve(  # noqa: PLR0913, PLR0917 - one argument for each option
     host: HostOption = None,
     port: PortOption = None,
     data: DataOption = None,
+    store: StoreOption = None,
     workers: WorkersOption = None,
     database: DatabaseOption = None,
     engine: EngineOption = None,
@@ -58,6 +65,7 @@ def serve(  # noqa: PLR0913, PLR0917 - one argument for each option
         "host": host,
         "port": port,
         "data": data,
+        "store": store,
         "workers": workers,
         "database": database,
     }

@@ -5,8 +5,6 @@ from __future__ import annotations
 import base64
 import json
 
-import numpy as np
-
 import renderer
 from renderer.comparison import Comparison, NotComparableError, Picture, Policy, compare, heat, picture_of
 from renderer.comparison.shown import names_of, shapes_shown
@@ -40,8 +38,8 @@ def compared(
 def _picture(asked: ComparedPicture, role: str, store: TileStore) -> Picture:
     if asked.job is None:
         return picture_of(asked.content, role, asked.encoding)
-    content = store.file(asked.render, "image.npy").read_bytes()
-    sheets = {name: np.load(store.file(asked.render, layers.file_name(name))) for name in asked.layers}
+    content = store.get_file(asked.render, "image.npy")
+    sheets = {name: store.get_array(asked.render, layers.file_name(name)) for name in asked.layers}
     return picture_of(content, f"job:{asked.job}", asked.encoding, sheets)
 
 

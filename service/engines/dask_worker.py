@@ -14,7 +14,8 @@ from distributed import Worker, WorkerPlugin, get_worker
 from service.engines.slots import SlotEngine
 from service.engines.tasks import Interrupted, Outcome, Task
 from service.engines.worker import WorkerSetup
-from service.errors import UnusableWorkerError
+from service.errors import StoreError, UnusableWorkerError
+from service.store.places import ASSETS, place_of
 
 NAME = "penumbra"
 BEGUN = "penumbra-begun"
@@ -124,10 +125,10 @@ class SlotPlugin(WorkerPlugin):
                 "This worker may not start the process that renders. "
                 "Set DASK_DISTRIBUTED__WORKER__DAEMON=False for it, or start it with --no-nanny."
             )
-        if not self._setup.assets.is_dir():
-            raise UnusableWorkerError(
-                f"This worker does not see {self._setup.assets}. Mount the service's data folder there."
-            )
+        try:
+            place_of(self._setup.store).within(ASSETS).check()
+        except StoreError as error:
+            raise UnusableWorkerError(f"This worker does not see the pictures. {error}") from error
 
 
 def execute(key: str, task: Task) -> Outcome:

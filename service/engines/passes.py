@@ -101,8 +101,8 @@ class PassWorker:
         else:
             arrays = self.passes.get_state(task.job, task.pass_.index - 1, task.merged)
             estimate = Estimate.restored(plan, arrays)
-        for part in task.parts:
-            arrays = self.passes.get_samples(task.job, task.pass_.index, part.tile, part.attempt)
+        found = self.passes.get_samples(task.job, task.pass_.index, task.parts)
+        for part, arrays in zip(task.parts, found, strict=True):
             estimate.take(part.tile, Samples(**arrays, counts={}, work={}, cpu_seconds=0.0))
         return estimate
 

@@ -16,7 +16,7 @@ from schemas.scene import Scene
 from schemas.tiles import Pass, Tile
 from service.store.tiles import StoredTile
 
-STORAGE_FULL, STORAGE_READ_ONLY = "storage_full", "storage_read_only"
+STORAGE_FULL, STORAGE_READ_ONLY, STORAGE_AWAY = "storage_full", "storage_read_only", "storage_away"
 OUT_OF_MEMORY, TOOK_TOO_LONG = "out_of_memory", "took_too_long"
 
 
@@ -220,7 +220,7 @@ class TaskFailed:
     @property
     def passes(self) -> bool:
         """Whether the reason goes away without the task's doing; else a second try would end the same way."""
-        return self.code in (STORAGE_FULL, STORAGE_READ_ONLY)
+        return self.code in (STORAGE_FULL, STORAGE_READ_ONLY, STORAGE_AWAY)
 
 
 @dataclass(frozen=True)

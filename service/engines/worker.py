@@ -15,7 +15,6 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import singledispatchmethod
 from itertools import groupby
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,6 +29,7 @@ from service.engines.heartbeats import Lease, beat
 from service.engines.passes import PassWorker
 from service.engines.tasks import (
     OUT_OF_MEMORY,
+    STORAGE_AWAY,
     STORAGE_FULL,
     STORAGE_READ_ONLY,
     AdvanceDone,
@@ -54,26 +54,31 @@ from service.engines.tasks import (
     TraceTask,
     log_names,
 )
-from service.errors import StoreFullError, StoreReadOnlyError
+from service.errors import StoreAwayError, StoreFullError, StoreReadOnlyError
 from service.specs import compile_inspected, compile_spec
 from service.store.assets import AssetStore
 from service.store.passes import PassStore
-from service.store.tiles import FileTileStore, Layers
+from service.store.places import ASSETS, JOBS, place_of
+from service.store.tiles import Layers, TileStore
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
+PASSING: dict[type[Exception], str] = {
+    StoreFullError: STORAGE_FULL,
+    StoreReadOnlyError: STORAGE_READ_ONLY,
+    StoreAwayError: STORAGE_AWAY,
+}
 PR_SET_PDEATHSIG = 1
 PLANS_KEPT = 4
 
 
 @dataclass(frozen=True)
 class WorkerSetup:
-    """What a worker process is told when it starts."""
+    """What a worker process is told when it starts; ``store`` is the address of `service.store.places`."""
 
     parent: int
-    jobs: Path
-    assets: Path
+    store: str
     max_asset_pixels: int
     memory_bytes: int
     lease: Lease = field(default_factory=Lease)
@@ -84,9 +89,11 @@ class Worker:
     """Executes tasks one after another; keeps the plans of the last few jobs."""
 
     def __init__(self, setup: WorkerSetup) -> None:
-        self._store = FileTileStore(setup.jobs)
-        self._assets = AssetStore(setup.assets, setup.max_asset_pixels)
-        self._passes = PassWorker(self._store, PassStore(setup.jobs))
+        place = place_of(setup.store)
+        objects = place.within(JOBS)
+        self._store = TileStore(objects)
+        self._assets = AssetStore(place.within(ASSETS), setup.max_asset_pixels)
+        self._passes = PassWorker(self._store, PassStore(objects))
         self._plans: OrderedDict[str, renderer.RenderPlan] = OrderedDict()
 
     @singledispatchmethod
@@ -115,10 +122,11 @@ class Worker:
         image = np.empty((task.height, task.width, 3), np.float32)
         clamped = 0
         squares = []
-        for _, group in groupby(task.parts, key=lambda part: part.tile.index):
+        tiles = zip(task.parts, self._store.get_tiles(task.job, task.parts), strict=True)
+        for _, group in groupby(tiles, key=lambda one: one[0].tile.index):
             parts = list(group)
-            tile = parts[0].tile
-            pixels = [(part.pass_, self._store.get_tile(task.job, part)) for part in parts]
+            tile = parts[0][0].tile
+            pixels = [(part.pass_, found) for part, found in parts]
             image[tile.y0 : tile.y1, tile.x0 : tile.x1] = film.compose(pixels)
             clamped += film.clamped(pixels)
             if task.compared:
@@ -220,10 +228,9 @@ def _outcome(worker: Worker, task: Task) -> Outcome:
 
 
 def _failure(task: Task, error: Exception) -> TaskFailed:
-    if isinstance(error, StoreFullError):
-        return TaskFailed(STORAGE_FULL, str(error))
-    if isinstance(error, StoreReadOnlyError):
-        return TaskFailed(STORAGE_READ_ONLY, str(error))
+    for kind, code in PASSING.items():
+        if isinstance(error, kind):
+            return TaskFailed(code, str(error))
     import structlog  # noqa: PLC0415 - workers start without it, and few ever log
 
     log = structlog.get_logger()

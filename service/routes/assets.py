@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Path, Request
 from fastapi.concurrency import run_in_threadpool
-from fastapi.responses import FileResponse, Response
+from fastapi.responses import Response
 from sqlalchemy.exc import IntegrityError
 
 from schemas.jobs import Asset
@@ -19,6 +19,7 @@ from service.context import Here, Service
 from service.database.models import AssetRow
 from service.errors import BodyTooLargeError, UnknownAssetError, UploadQuotaError
 from service.routes.parameters import not_modified, problem
+from service.routes.stored import stored_response
 from service.store.assets import PREFIX
 
 router = APIRouter(prefix="/v1/assets", tags=["assets"])
@@ -103,6 +104,10 @@ def get_asset(here: Here, request: Request, sha256: Sha256, asking: Asking) -> R
             asset_uses.note(session, sha256)
     etag = f'"{sha256}"'
     headers = {"ETag": etag, "Content-Disposition": "attachment", "X-Content-Type-Options": "nosniff"}
-    return not_modified(request, etag) or FileResponse(
-        here.assets.path(sha256), media_type=row.media_type, headers=headers
-    )
+    unchanged = not_modified(request, etag)
+    if unchanged:
+        return unchanged
+    stored = here.assets.find(sha256)
+    if stored is None:
+        raise UnknownAssetError
+    return stored_response(request, stored, row.media_type, headers)

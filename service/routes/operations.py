@@ -47,7 +47,7 @@ def _checks(service: Service) -> dict[str, bool]:
         "the database cannot be written": _database_writable(service),
         "no worker is running": service.dispatcher.alive(),
         "the disk is nearly full": _disk_free(service),
-        "the data folder cannot be written": _folder_writable(service),
+        _where(service): _store_usable(service),
     }
 
 
@@ -59,7 +59,13 @@ def _database_writable(service: Service) -> bool:
     return True
 
 
-def _folder_writable(service: Service) -> bool:
+def _where(service: Service) -> str:
+    return (
+        "the object store cannot be used" if service.settings.store else "the data folder cannot be written"
+    )
+
+
+def _store_usable(service: Service) -> bool:
     try:
         service.store.check()
     except (StoreError, OSError):

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import pathlib
-import re
 from enum import IntEnum
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Path, Query, Request
-from fastapi.responses import FileResponse, Response
+from fastapi.responses import Response
 
 from service import pictures
 from service.context import Here, Service
-from service.errors import RangeError
 from service.pictures import Wanted
 from service.routes.parameters import JobId, not_modified, problem
+from service.routes.stored import stored_response
 
 router = APIRouter(prefix="/v1/jobs/{job_id}", tags=["pictures"])
 
@@ -32,8 +30,6 @@ ThumbnailWidth = Annotated[
     Query(description="Columns of a thumbnail, at most; rows follow. Without it the whole picture."),
 ]
 LayerPart = Annotated[str, Path(description="Name of the layer.", max_length=64)]
-ONE_RANGE = r"\s*(?:\d{1,18}-\d{0,18}|-\d{1,18})\s*"
-RANGE = re.compile(f"bytes={ONE_RANGE}(?:,{ONE_RANGE}){{0,9}}")
 
 
 def _responses(kind: pictures.Kind) -> dict[int | str, dict[str, Any]]:
@@ -92,24 +88,4 @@ def _answer(service: Service, request: Request, job_id: str, wanted: Wanted) -> 
     media_type = pictures.MEDIA_TYPES[wanted.kind]
     if isinstance(picture.content, bytes):
         return Response(picture.content, media_type=media_type, headers=headers)
-    _check_range(request, picture.content)
-    return FileResponse(picture.content, media_type=media_type, headers=headers)
-
-
-def _check_range(request: Request, path: pathlib.Path) -> None:
-    """Refuse ranges that make no sense or begin after the end; the others are the response's work."""
-    asked = request.headers.get("range")
-    if asked is None:
-        return
-    size = path.stat().st_size
-    if not RANGE.fullmatch(asked):
-        raise RangeError(size)
-    ranges = [part.strip().partition("-") for part in asked.removeprefix("bytes=").split(",")]
-    if not all(_satisfiable(first, last, size) for first, _, last in ranges):
-        raise RangeError(size)
-
-
-def _satisfiable(first: str, last: str, size: int) -> bool:
-    if not first:
-        return int(last) > 0
-    return int(first) < size and (not last or int(first) <= int(last))
+    return stored_response(request, picture.content, media_type, headers)

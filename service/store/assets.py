@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import threading
 from collections.abc import AsyncIterator, Iterable
-from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -17,7 +16,7 @@ from PIL import Image
 from renderer.assets import FORMATS, AssetError
 from renderer.shapes.mesh_files import announced, file_kind
 from service.errors import UploadMismatchError, UploadUnusableError
-from service.store.tiles import replacing, sweep_temporary
+from service.store.objects import Objects, Stored
 
 PREFIX = "sha256:"
 _MESHES = {"glb": "model/gltf-binary", "obj": "model/obj", "ply": "application/x-ply"}
@@ -34,25 +33,25 @@ class Header:
 
 
 class AssetStore:
-    """One file for each asset. Satisfies ``renderer.AssetSource``.
+    """One object for each asset. Satisfies ``renderer.AssetSource``.
 
     Parameters
     ----------
-    folder : Path
-        Made if it is not there.
+    objects : Objects
+        Where they lie.
     max_pixels : int
         Larger pictures are refused before they are decoded: a few kilobytes can unpack to gigabytes.
     """
 
-    def __init__(self, folder: Path, max_pixels: int) -> None:
-        self.folder = folder
+    def __init__(self, objects: Objects, max_pixels: int) -> None:
+        self._objects = objects
         self._max_pixels = max_pixels
         self._inspecting = threading.Lock()
-        folder.mkdir(parents=True, exist_ok=True)
+        objects.begin("")
 
-    def path(self, sha256: str) -> Path:
-        """Return where an asset lies, or would lie."""
-        return self.folder / sha256
+    def find(self, sha256: str) -> Stored | None:
+        """Tell of an asset, or None."""
+        return self._objects.find(sha256)
 
     def read(self, name: str) -> bytes:
         """Return the bytes of the asset that a scene names ``sha256:<hex>``; KeyError if there is none."""
@@ -60,7 +59,7 @@ class AssetStore:
         if name == sha256 or not is_sha256(sha256):
             raise KeyError(name)
         try:
-            return self.path(sha256).read_bytes()
+            return self._objects.get(sha256)
         except FileNotFoundError:
             raise KeyError(name) from None
 
@@ -75,7 +74,7 @@ class AssetStore:
             If they are neither picture nor mesh, or announce too many pixels or triangles; nothing is kept.
         """
         digest, size = hashlib.sha256(), 0
-        with replacing(self.path(sha256)) as file:
+        with self._objects.draft(sha256) as file:
             async for chunk in chunks:
                 digest.update(chunk)
                 size += len(chunk)
@@ -84,15 +83,15 @@ class AssetStore:
                 raise UploadMismatchError("The body does not have the SHA-256 that is in the address.")
             file.flush()
             header = await to_thread.run_sync(self._inspect, file)
+            await to_thread.run_sync(self._objects.keep, file, sha256)
         return size, header
 
     def drop(self, hashes: Iterable[str], before: datetime) -> None:
         """Remove assets, except those that were sent since."""
-        for sha256 in hashes:
-            path = self.path(sha256)
-            with suppress(FileNotFoundError):
-                if path.stat().st_mtime < before.timestamp():
-                    path.unlink()
+        found = {sha256: self._objects.find(sha256) for sha256 in hashes}
+        self._objects.delete(
+            sha256 for sha256, stored in found.items() if stored and stored.modified < before.timestamp()
+        )
 
     def sweep(self, known: set[str], before: datetime, age_seconds: float) -> None:
         """Remove what a killed process left behind: parts of files, and files that nobody knows any more.
@@ -102,12 +101,16 @@ class AssetStore:
         known : set of str
             Those that there are.
         before : datetime
-            Files that were sent later stay.
+            Those that were sent later stay.
         age_seconds : float
             Parts of files that are younger stay.
         """
-        sweep_temporary(self.folder, age_seconds)
-        self.drop({path.name for path in self.folder.iterdir() if is_sha256(path.name)} - known, before)
+        self._objects.tidy(age_seconds)
+        self._objects.delete(
+            found.name
+            for found in self._objects.found()
+            if is_sha256(found.name) and found.name not in known and found.modified < before.timestamp()
+        )
 
     def _inspect(self, file: IO[bytes]) -> Header:
         # One at a time: a mesh is read wholly, and its description takes several times its length.

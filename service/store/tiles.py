@@ -1,36 +1,29 @@
-"""The store of pixels: what it must do, and how files do it."""
+"""The store of pixels: what workers and the service keep of jobs."""
 
 from __future__ import annotations
 
-import errno
-import shutil
-import tempfile
+import io
 import time
 import zipfile
 import zlib
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections import defaultdict
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import IO, Any, Protocol
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from schemas.tiles import Pass, Tile
-from service.errors import StoreDamagedError, StoreFullError, StoreReadOnlyError
+from service.errors import StoreDamagedError
+from service.store.objects import Objects, Stored
 
 Pixels = NDArray[np.float32]
 Layers = dict[str, NDArray[Any]]
 LAYERS_SUFFIX = ".npz"
+TILES = "tiles"
 UNFINISHED_SECONDS = 3600.0
 """What is younger may be what another server writes at the moment."""
-
-NO_ROOM = "The disk is full. Try again when there is room."
-NOT_WRITABLE = "The data folder cannot be written now. Try again when its operator has seen to it."
-
-FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-READ_ONLY = (errno.EROFS, errno.EACCES, errno.EPERM)
 
 
 @dataclass(frozen=True)
@@ -48,210 +41,153 @@ class StoredTile:
         return _shape(self.tile, self.pass_)
 
 
-class TileStore(Protocol):
-    """Keeps the pixels of jobs. Every write is atomic: a reader sees all of it or nothing."""
+class TileStore:
+    """Keeps the pixels of jobs. Every write is atomic: a reader sees all of it or nothing.
 
-    def check(self) -> None:
-        """Raise a StoreError or an OSError where nothing can be kept now."""
-
-    def put_spec(self, job: str, spec: bytes) -> None:
-        """Keep what a job was asked to render."""
-
-    def get_spec(self, job: str) -> bytes:
-        """Return what ``put_spec`` was given."""
-
-    def put_tile(self, job: str, tile: Tile, pass_: Pass, attempt: int, pixels: Pixels) -> int:
-        """Keep the pixels of one step and return their CRC-32."""
-
-    def get_tile(self, job: str, stored: StoredTile) -> Pixels:
-        """Return the pixels of one step; raise StoreDamagedError if they are not what was written."""
-
-    def put_layers(self, job: str, tile: Tile, pass_: Pass, attempt: int, layers: Layers) -> None:
-        """Keep the layers that one step recorded, before its pixels."""
-
-    def get_layers(self, job: str, stored: StoredTile) -> Layers:
-        """Return the layers of one step; raise StoreDamagedError if they are not what was written."""
-
-    def put_file(self, job: str, name: str, data: bytes) -> Path:
-        """Keep a result of a job under a name and return where it lies."""
-
-    def file(self, job: str, name: str) -> Path:
-        """Return where a result of a job lies, or would lie."""
-
-    def drop_tiles(self, job: str) -> None:
-        """Forget the tiles of a job; nothing happens if there are none."""
-
-    def drop_job(self, job: str) -> None:
-        """Forget everything about a job; nothing happens if there is nothing."""
-
-    def sizes(self) -> dict[str, int]:
-        """Return the bytes that each job takes."""
-
-    def sweep(self, jobs: set[str], age_seconds: float) -> None:
-        """Remove what of this age a killed process left behind, or belongs to no job in ``jobs``."""
-
-
-class FileTileStore:
-    """One folder a job; in it one file for each tile and pass.
+    What an attempt writes has its number in the name, so that one that was given up overwrites nothing.
 
     Parameters
     ----------
-    folder : Path
-        Made when the first job arrives.
+    objects : Objects
+        Where all of it lies: under the name of each job its results, and under ``tiles`` there one entry for
+        each tile and pass.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, objects: Objects) -> None:
+        self.objects = objects
 
     def check(self) -> None:
         """Raise a StoreError or an OSError where nothing can be kept now."""
-        with _told():
-            self.folder.mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryFile(dir=self.folder) as file:
-                file.write(b"whether there is room for this")
+        self.objects.begin("")
+        self.objects.check()
+        with self.objects.draft("room") as draft:
+            draft.write(b"whether there is room for this")
 
     def put_spec(self, job: str, spec: bytes) -> None:
         """Keep what a job was asked to render."""
-        with _told():
-            (self.folder / job / "tiles").mkdir(parents=True, exist_ok=True)
+        self.objects.begin(f"{job}/{TILES}")
         self.put_file(job, "spec.json", spec)
 
     def get_spec(self, job: str) -> bytes:
         """Return what ``put_spec`` was given."""
-        return self.file(job, "spec.json").read_bytes()
+        return self.get_file(job, "spec.json")
 
     def put_tile(self, job: str, tile: Tile, pass_: Pass, attempt: int, pixels: Pixels) -> int:
         """Keep the pixels of one step and return their CRC-32."""
         data = pixels.astype("<f4", copy=False).tobytes()
-        with replacing(self._tile(job, tile, pass_, attempt)) as file:
-            file.write(data)
+        self.objects.put(_name(job, tile, pass_, attempt), data)
         return zlib.crc32(data)
 
     def get_tile(self, job: str, stored: StoredTile) -> Pixels:
         """Return the pixels of one step; raise StoreDamagedError if they are not what was written."""
-        data = self._tile(job, stored.tile, stored.pass_, stored.attempt).read_bytes()
-        if zlib.crc32(data) != stored.crc32:
-            raise StoreDamagedError(f"Tile {stored.tile.index} of pass {stored.pass_.index} is damaged.")
-        return np.frombuffer(data, dtype="<f4").reshape(stored.shape)
+        return next(self.get_tiles(job, [stored]))
+
+    def get_tiles(self, job: str, parts: Sequence[StoredTile]) -> Iterator[Pixels]:
+        """Give the pixels of several steps in their order, as ``get_tile`` does."""
+        found = self.objects.many([_name_of(job, part) for part in parts])
+        return (_pixels(part, data) for part, data in zip(parts, found, strict=True))
 
     def put_layers(self, job: str, tile: Tile, pass_: Pass, attempt: int, layers: Layers) -> None:
         """Keep the layers that one step recorded, before its pixels."""
-        with replacing(self._layers(job, tile, pass_, attempt)) as file:
-            members: dict[str, Any] = dict(layers)
-            np.savez(file, **members)
+        put_arrays(self.objects, f"{_name(job, tile, pass_, attempt)}{LAYERS_SUFFIX}", layers)
 
-    def get_layers(self, job: str, stored: StoredTile) -> Layers:
-        """Return the layers of one step; raise StoreDamagedError if they are not what was written."""
-        path = self._layers(job, stored.tile, stored.pass_, stored.attempt)
-        try:
-            # Every member of the archive has a CRC-32 of its own, which is checked.
-            with path.open("rb") as file, np.load(file, allow_pickle=False) as found:
-                return dict(found)
-        except (ValueError, EOFError, zipfile.BadZipFile) as error:
-            raise StoreDamagedError(f"Layers of tile {stored.tile.index} are damaged.") from error
+    def get_layers(self, job: str, parts: Sequence[StoredTile]) -> Iterator[Layers]:
+        """Give the layers of several steps; raise StoreDamagedError if they are not what was written."""
+        return get_arrays(self.objects, [f"{_name_of(job, part)}{LAYERS_SUFFIX}" for part in parts])
 
-    def put_file(self, job: str, name: str, data: bytes) -> Path:
-        """Keep a result of a job under a name and return where it lies."""
-        path = self.file(job, name)
-        with replacing(path) as file:
-            file.write(data)
-        return path
+    def put_file(self, job: str, name: str, data: bytes) -> None:
+        """Keep a result of a job under a name."""
+        self.objects.put(f"{job}/{name}", data)
 
-    def file(self, job: str, name: str) -> Path:
-        """Return where a result of a job lies, or would lie."""
-        return self.folder / job / name
+    def get_file(self, job: str, name: str) -> bytes:
+        """Return a result of a job."""
+        return self.objects.get(f"{job}/{name}")
+
+    def get_array(self, job: str, name: str) -> NDArray[Any]:
+        """Return a result of a job that is an .npy file, for reading."""
+        return self.objects.array(f"{job}/{name}")
+
+    def find(self, job: str, name: str) -> Stored | None:
+        """Tell of a result of a job, or None."""
+        return self.objects.find(f"{job}/{name}")
 
     def drop_tiles(self, job: str) -> None:
         """Forget the tiles of a job; nothing happens if there are none."""
-        shutil.rmtree(self.folder / job / "tiles", ignore_errors=True)
+        self.objects.drop(f"{job}/{TILES}")
 
     def drop_job(self, job: str) -> None:
         """Forget everything about a job; nothing happens if there is nothing."""
-        shutil.rmtree(self.folder / job, ignore_errors=True)
+        self.objects.drop(job)
 
     def sizes(self) -> dict[str, int]:
         """Return the bytes that each job takes."""
-        return {folder.name: _bytes_in(folder) for folder in self.folder.glob("*")}
+        sizes: defaultdict[str, int] = defaultdict(int)
+        for found in self.objects.found():
+            sizes[found.name.partition("/")[0]] += found.size
+        return dict(sizes)
 
-    def sweep(self, jobs: set[str], age_seconds: float) -> None:
-        """Remove what of this age a killed process left behind, or belongs to no job in ``jobs``."""
-        for folder in self.folder.glob("*"):
-            if folder.name not in jobs and is_older(folder, age_seconds):
-                self.drop_job(folder.name)
-        sweep_temporary(self.folder, age_seconds)
+    def sweep(self, jobs: Collection[str], ended: Collection[str], age_seconds: float) -> None:
+        """Remove what a killed process left behind.
 
-    def _tile(self, job: str, tile: Tile, pass_: Pass, attempt: int) -> Path:
-        return self.folder / job / "tiles" / f"{pass_.index}-{tile.index}.{attempt}"
+        Parameters
+        ----------
+        jobs
+            All that there are; what belongs to no other is removed once it has this age.
+        ended
+            Those of them that need no tiles any more.
+        """
+        newest: defaultdict[str, float] = defaultdict(float)
+        tiled = set()
+        for found in self.objects.found():
+            job, _, rest = found.name.partition("/")
+            newest[job] = max(newest[job], found.modified)
+            if rest.startswith(f"{TILES}/"):
+                tiled.add(job)
+        for job in tiled & set(ended):
+            self.drop_tiles(job)
+        since = time.time() - age_seconds
+        for job in newest.keys() - set(jobs):
+            if not age_seconds or newest[job] < since:
+                self.drop_job(job)
+        self.objects.tidy(age_seconds)
 
-    def _layers(self, job: str, tile: Tile, pass_: Pass, attempt: int) -> Path:
-        path = self._tile(job, tile, pass_, attempt)
-        return path.with_name(f"{path.name}{LAYERS_SUFFIX}")
+
+def put_arrays(objects: Objects, name: str, arrays: Layers) -> None:
+    """Keep arrays as one .npz file."""
+    members: dict[str, Any] = dict(arrays)
+    with objects.draft(name) as draft:
+        np.savez(draft, **members)
+        objects.keep(draft, name)
 
 
-def _bytes_in(folder: Path) -> int:
-    # Files come and go while others render, and read, and delete.
-    return sum(size for path in folder.rglob("*") if (size := _size(path)))
+def get_arrays(objects: Objects, names: Sequence[str]) -> Iterator[Layers]:
+    """Give the arrays of several .npz files; raise StoreDamagedError if one is not what was written."""
+    return (_arrays(name, io.BytesIO(data)) for name, data in zip(names, objects.many(names), strict=True))
 
 
-def _size(path: Path) -> int:
+def _arrays(name: str, file: IO[bytes]) -> Layers:
     try:
-        return path.stat().st_size if path.is_file() else 0
-    except OSError:
-        return 0
+        # Every member of the archive has a CRC-32 of its own, which is checked.
+        with np.load(file, allow_pickle=False) as found:
+            return dict(found)
+    except (ValueError, EOFError, zipfile.BadZipFile) as error:
+        raise StoreDamagedError(f"{name.rpartition('/')[2]} is damaged.") from error
+
+
+def _name(job: str, tile: Tile, pass_: Pass, attempt: int) -> str:
+    return f"{job}/{TILES}/{pass_.index}-{tile.index}.{attempt}"
+
+
+def _name_of(job: str, part: StoredTile) -> str:
+    return _name(job, part.tile, part.pass_, part.attempt)
+
+
+def _pixels(part: StoredTile, data: bytes) -> Pixels:
+    if zlib.crc32(data) != part.crc32:
+        raise StoreDamagedError(f"Tile {part.tile.index} of pass {part.pass_.index} is damaged.")
+    return np.frombuffer(data, dtype="<f4").reshape(part.shape)
 
 
 def _shape(tile: Tile, pass_: Pass) -> tuple[int, int, int]:
     height, width = tile.y1 - tile.y0, tile.x1 - tile.x0
     return -(-height // pass_.stride), -(-width // pass_.stride), 3
-
-
-@contextmanager
-def replacing(path: Path) -> Iterator[IO[bytes]]:
-    """Open a temporary file that takes the place of ``path`` when the block ends well.
-
-    Raises
-    ------
-    StoreFullError
-        If the disk is full.
-    StoreReadOnlyError
-        If the folder may not be written.
-    """
-    with (
-        _told(),
-        tempfile.NamedTemporaryFile(dir=path.parent, prefix=".", suffix=".tmp", delete=False) as file,
-    ):
-        try:
-            yield file
-            file.flush()
-            Path(file.name).replace(path)
-        except BaseException:
-            Path(file.name).unlink(missing_ok=True)
-            raise
-
-
-@contextmanager
-def _told() -> Iterator[None]:
-    """Tell a disk that cannot be written now, which passes, from all other errors."""
-    try:
-        yield
-    except OSError as error:
-        if error.errno in FULL:
-            raise StoreFullError(NO_ROOM) from error
-        if error.errno in READ_ONLY:
-            raise StoreReadOnlyError(NOT_WRITABLE) from error
-        raise
-
-
-def sweep_temporary(folder: Path, age_seconds: float) -> None:
-    """Remove the temporary files of this age that a killed process left in a folder."""
-    for path in folder.rglob(".*.tmp"):
-        if is_older(path, age_seconds):
-            path.unlink(missing_ok=True)
-
-
-def is_older(path: Path, age_seconds: float) -> bool:
-    """Whether nothing was written here for so long; of age 0 is everything."""
-    try:
-        return not age_seconds or path.stat().st_mtime < time.time() - age_seconds
-    except FileNotFoundError:
-        return False

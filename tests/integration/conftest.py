@@ -18,6 +18,7 @@ from service.server import RunningServer, running
 from service.settings import Settings
 from tests.integration.support import PATIENCE
 from tests.postgres_server import REQUIRED, PostgresServer, programs
+from tests.s3_server import S3Server
 
 Start = Callable[..., RunningServer]
 
@@ -26,7 +27,7 @@ def _settings(data: Path, **changes: Any) -> Settings:
     return Settings(**({"data": data, "port": 0, "workers": 2, "log_level": "error"} | changes))
 
 
-def _typical(data: Path, **changes: Any) -> Settings:
+def typical(data: Path, **changes: Any) -> Settings:
     return _settings(
         data,
         tile_size=32,
@@ -42,7 +43,7 @@ def _typical(data: Path, **changes: Any) -> Settings:
 
 @pytest.fixture(scope="session")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
-    with running(_typical(tmp_path_factory.mktemp("service"))) as started:
+    with running(typical(tmp_path_factory.mktemp("service"))) as started:
         yield started
 
 
@@ -50,7 +51,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
 def server_on_postgres(
     tmp_path_factory: pytest.TempPathFactory, postgres: PostgresServer
 ) -> Iterator[RunningServer]:
-    settings = _typical(tmp_path_factory.mktemp("service"), database=postgres.database())
+    settings = typical(tmp_path_factory.mktemp("service"), database=postgres.database())
     with running(settings) as started:
         yield started
 
@@ -98,3 +99,14 @@ def database(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Databas
         database = request.getfixturevalue("postgres").emptied()
     yield database
     database.close()
+
+
+@pytest.fixture(scope="module")
+def object_store() -> Iterator[S3Server]:
+    """An S3-compatible server, which this process and all that it starts find by their variables."""
+    server = S3Server()
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in server.environment().items():
+            patch.setenv(name, value)
+        yield server
+    server.close()

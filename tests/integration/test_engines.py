@@ -31,8 +31,8 @@ from service.engines.tasks import (
 )
 from service.engines.worker import WorkerSetup
 from service.settings import Settings
-from service.store.assets import AssetStore
-from service.store.tiles import FileTileStore, StoredTile
+from service.store.folder import Folder
+from service.store.tiles import StoredTile, TileStore
 from tests.integration.support import scene, until
 
 PATIENCE = 60.0
@@ -43,9 +43,9 @@ class Bench:
 
     def __init__(self, kind: str, folder: Path) -> None:
         self.before = _processes()
-        self.store = FileTileStore(folder / "jobs")
-        assets = AssetStore(folder / "assets", 1 << 20)
-        setup = WorkerSetup(os.getpid(), self.store.folder, assets.folder, 1 << 20, 4 << 30)
+        self.store = TileStore(Folder(folder / "jobs"))
+        Folder(folder).begin("assets")
+        setup = WorkerSetup(os.getpid(), str(folder), 1 << 20, 4 << 30)
         self.engine = engine_of(Settings.model_validate({"engine": kind, "workers": 1}), setup)
         self.reports: queue.Queue[tuple[Task, Outcome]] = queue.Queue()
         request = JobRequest.model_validate({"scene": scene(128, 64, samples=256, light_samples=64)})

@@ -15,7 +15,8 @@ from renderer.image_files import decode_exr
 from schemas.layers import LAYER_NAMES
 from schemas.tiles import Pass, Tile
 from service.errors import StoreDamagedError
-from service.store.tiles import FileTileStore, StoredTile
+from service.store.folder import Folder
+from service.store.tiles import StoredTile, TileStore
 from tests.integration.conftest import Start
 from tests.integration.support import (
     PATIENCE,
@@ -185,14 +186,14 @@ def test_layers_outlast_a_killed_server(start: Start) -> None:
 
 @pytest.mark.parametrize("harm", ["bit", "end"])
 def test_damaged_layers_of_a_tile_are_noticed(tmp_path: Path, harm: str) -> None:
-    store, tile, pass_ = FileTileStore(tmp_path), Tile(0, 0, 0, 4, 3), Pass(1, 1, 0, 1)
+    store, tile, pass_ = TileStore(Folder(tmp_path)), Tile(0, 0, 0, 4, 3), Pass(1, 1, 0, 1)
     store.put_spec("job", b"{}")
     store.put_layers("job", tile, pass_, 1, {"depth": np.ones((3, 4), np.float32)})
     stored = StoredTile(tile, pass_, 1, 0)
-    assert np.all(store.get_layers("job", stored)["depth"] == 1)
+    assert np.all(next(store.get_layers("job", [stored]))["depth"] == 1)
     (file,) = (tmp_path / "job" / "tiles").iterdir()
     data = bytearray(file.read_bytes())
     place = data.index(np.float32(1).tobytes())
     file.write_bytes(data[:place] if harm == "end" else data[:place] + b"\x01" + data[place + 1 :])
     with pytest.raises(StoreDamagedError):
-        store.get_layers("job", stored)
+        next(store.get_layers("job", [stored]))

@@ -11,6 +11,7 @@ import pytest
 
 import renderer
 from service.store.assets import AssetStore
+from service.store.folder import Folder
 from tests.images.test_mesh_files import FILES, HUGE
 from tests.integration.support import ended, finish, image, scene, submit, wait
 from tests.integration.test_assets import png, put
@@ -32,7 +33,7 @@ def test_a_scene_is_rendered_with_an_uploaded_mesh(client: httpx2.Client, server
     assert (sent.json()["width"], sent.json()["height"]) == (0, 0)
     job = submit(client, with_mesh(content))
     finish(client, job)
-    assets = AssetStore(server.data / "assets", 1)
+    assets = AssetStore(Folder(server.data / "assets"), 1)
     expected = renderer.render(renderer.compile_scene(renderer.load_scene(with_mesh(content), assets=assets)))
     np.testing.assert_array_equal(image(client, job), expected.image)
 

@@ -15,6 +15,7 @@ import renderer
 from service.database.connection import Database
 from service.errors import DatabaseUrlError, StoreTakenError
 from service.store import belonging
+from service.store.folder import Folder
 from service.store.lock import held
 from tests.integration.conftest import Start
 from tests.integration.support import (
@@ -57,9 +58,9 @@ def test_a_database_knows_its_data_folder_again_and_no_other(
     own.mkdir()
     other.mkdir()
     for _ in range(2):
-        belonging.check(database, own)
+        belonging.check(database, Folder(own))
     with pytest.raises(StoreTakenError, match="Is a disk not mounted"):
-        belonging.check(database, other)
+        belonging.check(database, Folder(other))
     database.close()
 
 
@@ -68,8 +69,9 @@ def test_a_new_database_does_not_take_the_pictures_of_another(
 ) -> None:
     database = postgres.emptied()
     (tmp_path / "jobs" / "ab").mkdir(parents=True)
+    (tmp_path / "jobs" / "ab" / "spec.json").write_text("{}")
     with pytest.raises(StoreTakenError, match="pictures of another database"):
-        belonging.check(database, tmp_path)
+        belonging.check(database, Folder(tmp_path))
     database.close()
 
 

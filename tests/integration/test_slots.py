@@ -32,7 +32,8 @@ from service.engines.tasks import (
     WorkerDied,
 )
 from service.engines.worker import WorkerSetup
-from service.store.tiles import FileTileStore, StoredTile
+from service.store.folder import Folder
+from service.store.tiles import StoredTile, TileStore
 from tests.integration.support import scene, until
 
 REPORT_SECONDS = 60.0
@@ -48,10 +49,8 @@ class Bench:
         memory_bytes: int = 4 << 30,
         lease: Lease | None = None,
     ) -> None:
-        self.store = FileTileStore(folder / "jobs")
-        setup = WorkerSetup(
-            os.getpid(), self.store.folder, folder / "assets", 1 << 20, memory_bytes, lease or Lease()
-        )
+        self.store = TileStore(Folder(folder / "jobs"))
+        setup = WorkerSetup(os.getpid(), str(folder), 1 << 20, memory_bytes, lease or Lease())
         self.engine = SlotEngine(1, setup)
         self.reports: queue.Queue[tuple[Task, Outcome]] = queue.Queue()
         request = JobRequest.model_validate({"scene": document})
@@ -122,9 +121,9 @@ def test_a_task_that_never_ends_fails_alone(tmp_path: Path) -> None:
     bench = Bench(tmp_path, scene(128, 64, samples=1), lease=Lease(silent_seconds=1.0, task_seconds=1.0))
     after = bench.tile(1)
     os.mkfifo(tmp_path / "pipe")
-    bench.store.file("endless", "spec.json").parent.mkdir(parents=True)
+    (tmp_path / "jobs" / "endless").mkdir()
     # Whoever opens it to read waits for a writer, who never comes.
-    bench.store.file("endless", "spec.json").symlink_to(tmp_path / "pipe")
+    (tmp_path / "jobs" / "endless" / "spec.json").symlink_to(tmp_path / "pipe")
     endless = replace(bench.tile(0), job="endless", spec_sha256="other")
     bench.engine.submit(endless)
     bench.engine.submit(after)

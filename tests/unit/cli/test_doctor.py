@@ -73,6 +73,24 @@ def test_no_password_is_told_however_it_is_given(
     assert ("p.toml" if place == "file" else "PENUMBRA_DATABASE") in outcome.out
 
 
+def test_a_bucket_that_does_not_answer_is_a_failure_with_its_source(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PENUMBRA_STORE", "s3://pictures/here")
+    for name, value in {"ENDPOINT_URL": "http://127.0.0.1:9", "ACCESS_KEY_ID": "a"}.items():
+        monkeypatch.setenv(f"AWS_{name}", value)
+    monkeypatch.setenv("AWS_SECRET_ACCESS_KEY", "secret")
+    check = _checks()["store"]
+    assert check.level == "fail"
+    assert "PENUMBRA_STORE" in check.found
+    assert "AWS_ENDPOINT_URL" in check.advice
+    assert "secret" not in check.advice
+
+
+@pytest.mark.parametrize("address", ["file:///srv", "s3:/pictures", "s3://", "pictures"])
+def test_an_address_that_names_no_bucket_is_a_failure(monkeypatch: pytest.MonkeyPatch, address: str) -> None:
+    monkeypatch.setenv("PENUMBRA_STORE", address)
+    assert {check.level for check in _service()} == {"fail"}
+
+
 @pytest.mark.parametrize("name", ["PENUMBRA_PORT", "PENUMBRA_WORKERS"])
 def test_settings_that_make_no_sense_are_a_failure(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     monkeypatch.setenv(name, "many")

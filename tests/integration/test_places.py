@@ -1,0 +1,244 @@
+"""A folder and a bucket keep bytes in the same way, and so do the stores over them."""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+import io
+from collections.abc import AsyncIterator
+from datetime import UTC, datetime, timedelta
+from itertools import count
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from schemas.jobs import JobState
+from schemas.tiles import Pass, Tile
+from service.database.connection import Database
+from service.database.models import RenderRow
+from service.errors import StoreAwayError, StoreDamagedError, StoreTakenError, UploadMismatchError
+from service.store import belonging
+from service.store.assets import AssetStore
+from service.store.objects import Objects
+from service.store.passes import PassStore
+from service.store.places import place_of
+from service.store.tiles import StoredTile, TileStore
+from tests.integration.support import until
+from tests.s3_server import BUCKET, S3Server
+
+NUMBERS = count()
+TILE, PASS = Tile(0, 0, 0, 4, 3), Pass(1, 1, 0, 1)
+LATER = timedelta(hours=1)
+
+
+@pytest.fixture(params=["folder", "bucket"])
+def place(request: pytest.FixtureRequest, tmp_path: Path) -> Objects:
+    """An empty place of each kind."""
+    if request.param == "folder":
+        found = place_of(str(tmp_path))
+        found.begin("")
+        return found
+    request.getfixturevalue("object_store")
+    return place_of(f"s3://{BUCKET}/places-{next(NUMBERS)}")
+
+
+def names(place: Objects, prefix: str = "") -> set[str]:
+    return {found.name for found in place.found(prefix)}
+
+
+def test_bytes_come_back_whole_in_part_and_many_at_once(place: Objects) -> None:
+    place.begin("a/b")
+    sent = {f"a/b/{number}": bytes([number]) * number for number in range(70)}
+    for name, data in sent.items():
+        place.put(name, data)
+    assert place.get("a/b/7") == sent["a/b/7"]
+    assert list(place.many(list(sent))) == list(sent.values())
+    stored = place.find("a/b/69")
+    assert stored is not None
+    assert (stored.size, stored.read(3, 9)) == (69, bytes([69]) * 6)
+    assert abs(stored.modified - datetime.now(UTC).timestamp()) < 600
+    assert {(found.name, found.size) for found in place.found("a")} == {
+        (name, len(data)) for name, data in sent.items()
+    }
+    assert names(place.within("a")) == {name.removeprefix("a/") for name in sent}
+
+
+def test_what_is_not_there_is_told_as_that(place: Objects) -> None:
+    assert place.find("a") is None
+    assert names(place, "a") == set()
+    for read in (place.get, place.array, lambda name: list(place.many([name]))):
+        with pytest.raises(FileNotFoundError):
+            read("a")
+    place.delete(["a"])
+
+
+def test_names_beside_a_name_stay_when_it_is_dropped(place: Objects) -> None:
+    for job in ("a", "ab"):
+        place.begin(f"{job}/tiles")
+        place.put(f"{job}/tiles/1", b"x")
+        place.put(f"{job}/spec", b"y")
+    place.drop("a/tiles")
+    until(lambda: names(place) == {"a/spec", "ab/tiles/1", "ab/spec"})
+    place.drop("ab")
+    until(lambda: names(place) == {"a/spec"})
+
+
+def test_a_draft_is_seen_when_it_is_kept_and_goes_otherwise(place: Objects) -> None:
+    for kept in (False, True):
+        with place.draft("a") as draft:
+            draft.write(b"abc")
+            assert place.find("a") is None
+            if kept:
+                place.keep(draft, "a")
+    assert place.get("a") == b"abc"
+    assert names(place) == {"a"}
+
+
+def test_an_array_is_read_whatever_was_written_before_it(place: Objects) -> None:
+    array = np.arange(24, dtype=np.float32).reshape(2, 4, 3)
+    with place.draft("a.npy") as draft:
+        np.save(draft, array)
+        place.keep(draft, "a.npy")
+    for _ in range(2):
+        np.testing.assert_array_equal(place.array("a.npy")[:, 1:3], array[:, 1:3])
+    with pytest.raises(ValueError, match="read-only"):
+        place.array("a.npy")[0, 0, 0] = 1
+
+
+def test_an_old_attempt_overwrites_nothing(place: Objects) -> None:
+    store = TileStore(place)
+    store.put_spec("job", b"{}")
+    newest, stale = (np.full((3, 4, 3), value, np.float32) for value in (2, 1))
+    part = StoredTile(TILE, PASS, 2, store.put_tile("job", TILE, PASS, 2, newest))
+    store.put_tile("job", TILE, PASS, 1, stale)
+    np.testing.assert_array_equal(store.get_tile("job", part), newest)
+    assert store.get_spec("job") == b"{}"
+
+
+def test_a_damaged_tile_is_noticed(place: Objects) -> None:
+    store = TileStore(place)
+    store.put_spec("job", b"{}")
+    part = StoredTile(TILE, PASS, 1, store.put_tile("job", TILE, PASS, 1, np.ones((3, 4, 3), np.float32)))
+    store.put_layers("job", TILE, PASS, 1, {"depth": np.ones((3, 4), np.float32)})
+    for name in ("1-0.1", "1-0.1.npz"):
+        data = place.get(f"job/tiles/{name}")
+        place.put(f"job/tiles/{name}", data[: len(data) // 2])
+    with pytest.raises(StoreDamagedError):
+        store.get_tile("job", part)
+    with pytest.raises(StoreDamagedError):
+        next(store.get_layers("job", [part]))
+
+
+def test_a_sweep_leaves_what_jobs_need(place: Objects) -> None:
+    store = TileStore(place)
+    for job in ("running", "ended", "unknown"):
+        store.put_spec(job, b"{}")
+        store.put_tile(job, TILE, PASS, 1, np.ones((3, 4, 3), np.float32))
+    assert store.sizes() == dict.fromkeys(("running", "ended", "unknown"), 2 + 4 * 36)
+    store.sweep({"running", "ended"}, {"ended"}, 3600.0)
+    until(lambda: "ended/tiles/1-0.1" not in names(place))
+    assert "unknown/spec.json" in names(place)
+    store.sweep({"running", "ended"}, {"ended"}, 0.0)
+    until(lambda: names(place) == {"running/spec.json", "running/tiles/1-0.1", "ended/spec.json"})
+
+
+def test_passes_that_are_merged_go_and_their_layers_stay(place: Objects) -> None:
+    store, passes = TileStore(place), PassStore(place)
+    store.put_spec("job", b"{}")
+    for index in (9, 10):
+        store.put_layers("job", TILE, Pass(index, 1, 0, 1), 1, {"depth": np.ones((3, 4))})
+        passes.put_samples("job", index, TILE, 1, {"colors": np.full(5, index)})
+        passes.put_state("job", index, 1, {"have": np.full(5, index)})
+        passes.put_picture("job", index, 1, np.full((3, 4, 3), index, np.float32))
+    passes.drop_before("job", 10)
+    assert names(place, "job/tiles") == {
+        f"job/tiles/{name}"
+        for name in ("9-0.1.npz", "10-0.1.npz", "10-0.1.samples", "10-state.1", "10-picture.1")
+    }
+    [samples] = passes.get_samples("job", 10, [StoredTile(TILE, PASS, 1, 0)])
+    assert samples["colors"].tolist() == [10] * 5
+    assert passes.get_state("job", 10, 1)["have"].tolist() == [10] * 5
+    assert float(passes.get_picture("job", 10, 1).mean()) == 10
+
+
+def png() -> bytes:
+    file = io.BytesIO()
+    Image.new("RGB", (2, 2), (9, 8, 7)).save(file, "PNG")
+    return file.getvalue()
+
+
+async def pieces(data: bytes) -> AsyncIterator[bytes]:
+    for place in range(0, len(data), 10):
+        yield data[place : place + 10]
+
+
+def test_an_asset_is_kept_under_its_hash_alone(place: Objects) -> None:
+    store, data = AssetStore(place, 100), png()
+    sha256 = hashlib.sha256(data).hexdigest()
+    with pytest.raises(UploadMismatchError):
+        asyncio.run(store.receive("0" * 64, pieces(data)))
+    assert names(place) == set()
+    size, header = asyncio.run(store.receive(sha256, pieces(data)))
+    assert (size, header.media_type, header.width) == (len(data), "image/png", 2)
+    assert store.read(f"sha256:{sha256}") == data
+    with pytest.raises(KeyError):
+        store.read(f"sha256:{'0' * 64}")
+    now = datetime.now(UTC)
+    store.drop([sha256], now - LATER)
+    store.sweep(set(), now - LATER, 3600.0)
+    store.sweep({sha256}, now + LATER, 3600.0)
+    assert names(place) == {sha256}
+    store.sweep(set(), now + LATER, 3600.0)
+    assert names(place) == set()
+
+
+def test_a_place_belongs_to_one_database(place: Objects, database: Database) -> None:
+    for _ in range(2):
+        belonging.check(database, place)
+    with pytest.raises(StoreTakenError, match="Is a disk not mounted"):
+        belonging.check(database, place.within("other"))
+
+
+@pytest.mark.parametrize("name", ["jobs/ab/spec.json", "database-id"])
+def test_a_new_database_takes_no_place_of_another(place: Objects, database: Database, name: str) -> None:
+    place.begin("jobs/ab")
+    place.put(name, b"{}")
+    with pytest.raises(StoreTakenError, match="pictures of another database"):
+        belonging.check(database, place)
+
+
+def test_a_database_that_has_pictures_takes_the_place_to_which_they_were_copied(
+    place: Objects, database: Database
+) -> None:
+    with database.writing() as session:
+        session.add(
+            RenderRow(
+                id="ab",
+                state=JobState.SUCCEEDED,
+                width=1,
+                height=1,
+                spec_sha256="",
+                passes=[],
+                display={},
+                total_steps=0,
+                total_work=1,
+                predicted_cpu_seconds=1.0,
+                numerics={},
+                pass_costs=[],
+            )
+        )
+    with pytest.raises(StoreTakenError, match="Copy what is in the folders"):
+        belonging.check(database, place)
+    place.begin("jobs/ab")
+    place.put("jobs/ab/image.npy", b"")
+    belonging.check(database, place)
+    assert place.find(belonging.MARK)
+
+
+def test_a_bucket_that_is_not_there_is_told(object_store: S3Server) -> None:
+    with pytest.raises(StoreAwayError, match="AWS_ENDPOINT_URL"):
+        place_of("s3://penumbra-nowhere").check()
+    with pytest.raises(StoreAwayError):
+        place_of("s3://penumbra-nowhere").put("a", b"")
