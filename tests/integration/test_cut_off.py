@@ -45,7 +45,10 @@ def between(postgres: PostgresServer) -> Iterator[Between]:
 
 @dataclass
 class Pair:
-    """Two servers on one database, of which the far one reaches it through a process between them."""
+    """Two servers on one database, of which the far one reaches it through a process between them.
+
+    The far one renders for ever what is called endless.
+    """
 
     far: RunningServer
     near: RunningServer
@@ -58,7 +61,10 @@ def pair(
 ) -> Iterator[Pair]:
     data, url = tmp_path_factory.mktemp("shared"), postgres.database()
     database = Database(url)
-    with running(_settings(data, through(between, url))) as far, running(_settings(data, url)) as near:
+    with (
+        running(_settings(data, through(between, url)), module="benchmarks.chaos.faulty") as far,
+        running(_settings(data, url)) as near,
+    ):
         yield Pair(far, near, database)
     database.close()
 
@@ -88,16 +94,19 @@ def steps(database: Database) -> list[tuple[object, ...]]:
 
 
 @pytest.mark.slow
-def test_a_leader_that_is_cut_off_is_followed_and_writes_nothing_when_it_is_back(
+def test_a_leader_that_is_cut_off_is_followed_and_gives_up_all_it_has_when_it_is_back(
     pair: Pair, between: Between, undisturbed: np.ndarray
 ) -> None:
     assert leads(pair.far)
     with client_of(pair.near) as client:
         job = submit(client, work())
         wait(client, job, lambda found: found["progress"]["done"] >= 3)
+        endless = submit(client, scene() | {"name": "endless"})
+        wait(client, endless, lambda found: found["state"] == "running")
         between.swallow()
         until(lambda: leads(pair.near))
         finish(client, job)
+        finish(client, endless)
         assert image(client, job).tobytes() == undisturbed.tobytes()
         rows = steps(pair.database)
         between.pass_on()
@@ -106,6 +115,9 @@ def test_a_leader_that_is_cut_off_is_followed_and_writes_nothing_when_it_is_back
     assert leads(pair.near)
     with client_of(pair.far) as client:
         assert image(client, job).tobytes() == undisturbed.tobytes()
+        # Its worker is free: what it had in hand was given up.
+        rays = {"scene": scene(), "origins": [[0.0, 2.0, 6.0]], "directions": [[0.0, -1.0, -5.0]]}
+        assert client.post("/v1/traces", json=rays).status_code == 200
 
 
 @pytest.mark.slow
