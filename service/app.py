@@ -46,6 +46,7 @@ from service.routes import (
 from service.routes.parameters import COMPONENTS, problem
 from service.routes.session import REFUSED
 from service.settings import Settings
+from service.telemetry import spans
 
 DESCRIPTION = "Send a scene as JSON, watch its tiles arrive, fetch the picture by the job's id."
 PUBLIC = (operations, page)
@@ -78,16 +79,18 @@ def create_app(settings: Settings) -> FastAPI:
     Unless they share a database that can be shared, no other service may use the data folder meanwhile: two
     dispatchers would hand out the same tiles. ``service.server.run`` sees to that.
     """
+    telemetry = spans.begin()
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        service = await run_in_threadpool(started, settings, Feed())
+        service = await run_in_threadpool(started, settings, Feed(), telemetry)
         app.state.service = service
         try:
             yield
         finally:
             service.feed.close()
             await run_in_threadpool(stop, service)
+            await run_in_threadpool(telemetry.close)
 
     # The framework's own pages for the document load scripts from elsewhere.
     app = FastAPI(
@@ -97,6 +100,7 @@ def create_app(settings: Settings) -> FastAPI:
         lifespan=lifespan,
         docs_url=None,
         redoc_url=None,
+        telemetry=telemetry.of_requests(),
     )
     problems.install(app)
     for module in ROUTERS:

@@ -26,6 +26,7 @@ from service.store.assets import AssetStore
 from service.store.passes import PassStore
 from service.store.places import ASSETS, JOBS, place_of
 from service.store.tiles import TileStore
+from service.telemetry.spans import SILENT, Telemetry
 
 BODIES = 16
 """As many requests of the largest size are held in memory at once, or more smaller ones."""
@@ -33,9 +34,9 @@ READERS = 4
 """Documents that are read at once: the largest take some hundred megabytes each, and Python reads one."""
 
 
-def started(settings: Settings, feed: Feed) -> Service:
+def started(settings: Settings, feed: Feed, telemetry: Telemetry) -> Service:
     """Put a service together and start it."""
-    service = assemble(settings, feed)
+    service = assemble(settings, feed, telemetry=telemetry)
     service.dispatcher.start()
     service.keeper.start()
     service.relay.start()
@@ -50,13 +51,17 @@ def stop(service: Service) -> None:
     service.database.close()
 
 
-def assemble(settings: Settings, feed: Feed, store: TileStore | None = None) -> Service:
+def assemble(
+    settings: Settings, feed: Feed, store: TileStore | None = None, *, telemetry: Telemetry = SILENT
+) -> Service:
     """Put a service together, with a database of this version; nothing runs yet.
 
     Parameters
     ----------
     store
         Keeps the pixels; by default where the settings say.
+    telemetry
+        Takes spans; by default nobody does.
     """
     database = Database(settings.database_url)
     upgrade(database)
@@ -64,7 +69,8 @@ def assemble(settings: Settings, feed: Feed, store: TileStore | None = None) -> 
     store = store or TileStore(place.within(JOBS))
     assets = AssetStore(place.within(ASSETS), settings.max_asset_pixels)
     engine = engine_of(settings, _setup(settings))
-    dispatcher = Dispatcher(database, store, engine, feed, settings)
+    spans = telemetry.of_jobs(database)
+    dispatcher = Dispatcher(database, store, engine, feed, settings, spans)
     return Service(
         settings=settings,
         database=database,
@@ -79,6 +85,7 @@ def assemble(settings: Settings, feed: Feed, store: TileStore | None = None) -> 
         prices=QuotedPrices(),
         known=Known(database),
         relay=Relay(database, dispatcher, feed),
+        spans=spans,
         bodies=Held(BODIES * settings.limits.max_body_bytes),
         readers=CapacityLimiter(READERS),
     )

@@ -23,6 +23,7 @@ from service.settings import Settings
 from service.store.assets import AssetStore
 from service.store.passes import PassStore
 from service.store.tiles import TileStore
+from service.telemetry.spans import JobSpans
 
 P = ParamSpec("P")
 Answer = TypeVar("Answer")
@@ -45,6 +46,7 @@ class Service:
     prices: QuotedPrices
     known: Known
     relay: Relay
+    spans: JobSpans
     bodies: Held
     readers: CapacityLimiter
 

@@ -45,6 +45,7 @@ from service.retries import Cause
 from service.rounds import Round, merging
 from service.settings import Settings
 from service.store.tiles import UNFINISHED_SECONDS, TileStore
+from service.telemetry.spans import JobSpans
 
 # How long to leave the database or a full disk alone before the next try, seconds.
 RETRY_SECONDS = 1.0
@@ -67,13 +68,21 @@ class Dispatcher:
         The database is the only truth; the engine may lose anything at any time.
     settings : Settings
         Attempts and grace.
+    spans
+        Are told what was handed out and what became of it.
     """
 
     def __init__(
-        self, database: Database, store: TileStore, engine: Engine, feed: Feed, settings: Settings
+        self,
+        database: Database,
+        store: TileStore,
+        engine: Engine,
+        feed: Feed,
+        settings: Settings,
+        spans: JobSpans,
     ) -> None:
         self._database, self._store, self._engine, self._feed = database, store, engine, feed
-        self._settings = settings
+        self._settings, self._spans = settings, spans
         self._thread = threading.Thread(target=self._run, name="dispatcher", daemon=True)
         self._stopping = threading.Event()
         # From other threads: outcomes, and None where only attention is asked for.
@@ -195,6 +204,7 @@ class Dispatcher:
                 return
             self._flying.discard(task)
             self.metrics.note(task, outcome)
+            self._spans.came_back(task, outcome)
             self.pace.note(getattr(outcome, "cpu_seconds", 0.0))
             if isinstance(outcome, WorkerDied) and not isinstance(task, TileTask):
                 self._picture_deaths[merging(task)] += 1
@@ -339,7 +349,10 @@ class Dispatcher:
             self._pause()
         for task in result.tasks:
             self._flying.add(task)
+            self._spans.handed_out(task)
             self._engine.submit(task)
+        for render in result.ended:
+            self._spans.ended(render)
         self._feed.publish(result.news)
         self._clear(result.ended)
 

@@ -119,12 +119,15 @@ def cancel(service: Service, job_id: str) -> None:
     """End a job now, and have what runs for nobody else stopped; a job that has ended stays as it is."""
     with service.database.writing() as session:
         row = find(session, job_id)
+        render = None if row.state.final else row.render
         stopping = None if row.state.final else _end(session, row)
         service.database.tell_of(session, (job_id,))
         if stopping:
             service.database.tell(session, work=True)
     if stopping:
         service.dispatcher.cancel(stopping)
+    if render is not None and render.state.final:
+        service.spans.ended(render.id)
     service.feed.publish((job_id,))
 
 

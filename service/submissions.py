@@ -134,6 +134,7 @@ def enter(service: Service, sent: Submission, admitted: Admitted) -> Taken:
             service.store.drop_job(job.id)
         raise
     service.dispatcher.wake()
+    service.spans.taken(taken.job, taken.render, shared=taken.shared)
     log.info(
         "job taken",
         job=taken.job,
@@ -157,6 +158,7 @@ def _take(
     if found is None:
         steps, course = _course(admitted, service.settings.tile_size)
         job.render = _render(admitted, job.id, spec, steps, course)
+        job.render.traceparent = service.spans.here()
         # Workers look for it as soon as the transaction is over.
         service.store.put_spec(job.id, spec.content if spec else sent.body)
     session.add(job)

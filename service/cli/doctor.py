@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 Level = Literal["ok", "warn", "fail"]
 COLORS: dict[Level, str] = {"ok": "green", "warn": "yellow", "fail": "red"}
 LIBRARIES = ("numpy", "pillow", "pydantic", "fastapi", "uvicorn", "sqlalchemy", "alembic", "httpx2")
+TRACES = ("opentelemetry-sdk", "opentelemetry-exporter-otlp-proto-http")
 LITTLE_MEMORY = 1 << 30
 GIB = 1 << 30
 
@@ -136,6 +137,7 @@ def _service(config: Path | None = None) -> Iterator[Check]:
     if settings.store:
         yield _store(settings)
     yield _database(settings)
+    yield _traces()
 
 
 def _data_folder(settings: Settings) -> Check:
@@ -187,6 +189,23 @@ def _database(settings: Settings) -> Check:
     except SQLAlchemyError as error:
         return Check("database", "fail", shown, f"It cannot be reached: {str(error).splitlines()[0]}")
     return Check("database", "ok", f"{shown}, reachable")
+
+
+def _traces() -> Check:
+    """Where spans are sent to; what an address has beside its host may be a secret."""
+    from urllib.parse import urlsplit
+
+    from service.telemetry.spans import ENDPOINTS, MISSING, wanted_by
+
+    variable = wanted_by()
+    if variable is None:
+        return Check("traces", "ok", f"not sent: {ENDPOINTS[-1]} does not say where to")
+    address = urlsplit(os.environ[variable])
+    host = address.netloc.rpartition("@")[2]
+    shown = f"{address.scheme}://{host} (from {variable})"
+    if any(_missing(TRACES)):
+        return Check("traces", "warn", f"not sent to {shown}", MISSING)
+    return Check("traces", "ok", f"sent to {shown}")
 
 
 def _settings(config: Path | None) -> Iterator[dict[str, Any]]:

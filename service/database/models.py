@@ -79,6 +79,7 @@ class RenderRow(Base):
     ``counted_share`` of all. Any other has an entry for each of its passes in ``pass_costs``, and where these
     cannot tell the error of the picture, the reason in ``error_unknown``. ``focus`` is the rectangle that is
     wanted first. While it stands still it has ``paused_at``; ``paused_seconds`` are those of pauses before.
+    ``traceparent`` is the span of the request that it came with, where anybody collects spans.
     """
 
     __tablename__ = "renders"
@@ -133,6 +134,7 @@ class RenderRow(Base):
     pass_costs: Mapped[list[dict[str, Any]]] = mapped_column(JSON, default=list)
     error_unknown: Mapped[str | None] = mapped_column(Text)
 
+    traceparent: Mapped[str | None] = mapped_column(String(55))
     image_sha256: Mapped[str | None] = mapped_column(String(64))
     focus: Mapped[dict[str, int] | None] = mapped_column(JSON(none_as_null=True))
     started_at: Mapped[datetime | None] = mapped_column(UtcDateTime)

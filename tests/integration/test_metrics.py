@@ -72,7 +72,7 @@ def test_the_queue_is_as_deep_as_the_jobs_that_wait_and_what_is_tried_again_is_c
         samples = watched(client)
         assert samples["penumbra_jobs", "queued"] + samples["penumbra_jobs", "running"] == len(jobs)
         assert retries(samples) == {}
-        until(lambda: any(job_of(client, job)["progress"]["done"] for job in jobs))
+        until(lambda: any(job_of(client, job)["progress"]["done"] >= 2 for job in jobs))
         (worker,) = workers_of(server.process.pid)
         os.kill(worker, signal.SIGKILL)
         until(lambda: bool(retries(watched(client))))

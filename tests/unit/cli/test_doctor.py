@@ -91,6 +91,27 @@ def test_an_address_that_names_no_bucket_is_a_failure(monkeypatch: pytest.Monkey
     assert {check.level for check in _service()} == {"fail"}
 
 
+def test_where_traces_go_is_told_without_what_may_be_secret(
+    here: Penumbra, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    variable = "OTEL_EXPORTER_OTLP_ENDPOINT"
+    monkeypatch.delenv(variable, raising=False)
+    assert "not sent" in _traces(here)
+    monkeypatch.setenv(variable, "https://me:s3cret@collector:4318/s3cret?key=s3cret")
+    monkeypatch.setenv("OTEL_EXPORTER_OTLP_HEADERS", "authorization=s3cret")
+    assert _traces(here) == f"sent to https://collector:4318 (from {variable})"
+    monkeypatch.setenv("OTEL_SDK_DISABLED", "true")
+    assert "not sent" in _traces(here)
+
+
+def _traces(here: Penumbra) -> str:
+    outcome = here("doctor", "--json")
+    assert "s3cret" not in outcome.out + outcome.err
+    (check,) = (check for check in outcome.document["checks"] if check["name"] == "traces")
+    found: str = check["found"]
+    return found
+
+
 @pytest.mark.parametrize("name", ["PENUMBRA_PORT", "PENUMBRA_WORKERS"])
 def test_settings_that_make_no_sense_are_a_failure(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     monkeypatch.setenv(name, "many")

@@ -1,0 +1,1 @@
+"""Traces of requests, jobs and tiles, sent by OpenTelemetry where somebody collects them."""

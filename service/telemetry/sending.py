@@ -1,0 +1,114 @@
+"""Spans that are sent to a collector, by OTLP over HTTP. The variables of OpenTelemetry say where and how."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Sequence
+from importlib.metadata import version
+from typing import TYPE_CHECKING
+
+import structlog
+from opentelemetry.exporter.otlp.proto.http.trace_exporter import OTLPSpanExporter
+from opentelemetry.sdk.resources import OTELResourceDetector, Resource
+from opentelemetry.sdk.trace import ReadableSpan, SpanProcessor, TracerProvider
+from opentelemetry.sdk.trace.export import BatchSpanProcessor, SpanExporter, SpanExportResult
+
+from service.database.connection import Database
+from service.telemetry.jobs import Ids, SentJobSpans
+from service.telemetry.spans import Telemetry
+
+if TYPE_CHECKING:
+    from collections.abc import MutableMapping
+    from typing import Any
+
+    from fastapi.telemetry import TelemetryConfig
+    from opentelemetry.context import Context
+    from opentelemetry.sdk.trace import Span
+
+# How long sending the last spans may take when the service stops, seconds.
+FAREWELL_SECONDS = 3.0
+# Asked again and again by machines: nobody follows them.
+NOT_TRACED = {"/livez", "/readyz", "/metrics"}
+REQUEST = "penumbra.request"
+
+log = structlog.get_logger()
+
+
+class SentTelemetry(Telemetry):
+    """Spans of a service, sent in batches by a thread of their own."""
+
+    def __init__(self) -> None:
+        ids = Ids()
+        own = Resource({"service.name": "penumbra", "service.version": version("penumbra-render")})
+        self._provider = TracerProvider(
+            resource=own.merge(OTELResourceDetector().detect()), id_generator=ids, shutdown_on_exit=False
+        )
+        self._provider.add_span_processor(_RequestIds())
+        self._provider.add_span_processor(BatchSpanProcessor(_Collector(OTLPSpanExporter())))
+        self._ids = ids
+
+    def of_requests(self) -> TelemetryConfig:
+        """Say what the framework shall tell by itself: one span for each request."""
+        return {
+            "tracer_provider": self._provider,
+            "metrics": False,
+            "logs": False,
+            "operation_spans": False,
+            "auto_configure": False,
+            "exclude": _is_not_traced,
+        }
+
+    def of_jobs(self, database: Database) -> SentJobSpans:
+        """Give the spans of jobs in a database."""
+        return SentJobSpans(self._provider.get_tracer("penumbra"), self._ids, database)
+
+    def close(self) -> None:
+        """Send what was not sent yet, within a few seconds."""
+        # A collector that is away would be waited for longer than a service may take to stop.
+        farewell = threading.Thread(target=self._provider.shutdown, name="last spans", daemon=True)
+        farewell.start()
+        farewell.join(FAREWELL_SECONDS)
+
+
+def _is_not_traced(scope: MutableMapping[str, Any]) -> bool:
+    return scope.get("path") in NOT_TRACED
+
+
+class _RequestIds(SpanProcessor):
+    """Adds the name that a request has in the log to its span."""
+
+    def on_start(self, span: Span, parent_context: Context | None = None) -> None:  # noqa: ARG002  (an interface)
+        """Look which request is under way where the span begins."""
+        name = structlog.contextvars.get_contextvars().get("request")
+        if name is not None:
+            span.set_attribute(REQUEST, name)
+
+
+class _Collector(SpanExporter):
+    """Where spans are sent. What is wrong with it is told once, and not with each batch."""
+
+    def __init__(self, exporter: OTLPSpanExporter) -> None:
+        # It tells of each try of each batch.
+        logging.getLogger("opentelemetry.exporter").setLevel(logging.CRITICAL)
+        self._exporter = exporter
+        self._away = False
+
+    def export(self, spans: Sequence[ReadableSpan]) -> SpanExportResult:
+        """Send spans; those that nobody takes are lost."""
+        result = self._exporter.export(spans)
+        away = result is not SpanExportResult.SUCCESS
+        if away and not self._away:
+            log.warning("traces are not taken", lost=len(spans))
+        elif self._away and not away:
+            log.info("traces are taken again")
+        self._away = away
+        return result
+
+    def force_flush(self, timeout_millis: int = 30_000) -> bool:
+        """Wait until all is sent that was given."""
+        return bool(self._exporter.force_flush(timeout_millis))
+
+    def shutdown(self) -> None:
+        """Send no more."""
+        self._exporter.shutdown()

@@ -1,0 +1,85 @@
+"""What the service tells about its work as spans. Here nobody listens; ``sending.py`` sends them.
+
+A request that brings a job has a span, which is a part of the asker's trace where he names one. The job has
+one below it, from when it was taken until it has ended, and each attempt at a tile has one below that.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import structlog
+
+from service.database.connection import Database
+from service.engines.tasks import JobTask, Outcome
+
+if TYPE_CHECKING:
+    from fastapi.telemetry import TelemetryConfig
+
+# Where to send, by the names that all programs have for it; the first is for spans alone.
+ENDPOINTS = ("OTEL_EXPORTER_OTLP_TRACES_ENDPOINT", "OTEL_EXPORTER_OTLP_ENDPOINT")
+MISSING = "They need packages that are not installed: pip install 'penumbra-render[traces]'"
+
+log = structlog.get_logger()
+
+
+class JobSpans:
+    """Spans of jobs and of attempts at their tiles. Nobody wants them."""
+
+    def here(self) -> str | None:
+        """Name the span that is under way, as a ``traceparent``; None where there is none."""
+        return None
+
+    def taken(self, job: str, render: str | None, *, shared: bool) -> None:
+        """Tell in the span that is under way which job it has brought, and what that shares in."""
+
+    def handed_out(self, task: JobTask) -> None:
+        """Begin an attempt."""
+
+    def came_back(self, task: JobTask, outcome: Outcome) -> None:
+        """End an attempt."""
+
+    def ended(self, render: str) -> None:
+        """Tell of what was rendered, once it has ended and the database knows it."""
+
+
+class Telemetry:
+    """Spans of a service. Nobody wants them."""
+
+    def of_requests(self) -> TelemetryConfig:
+        """Say what the framework shall tell by itself."""
+        return {"tracing": False, "metrics": False, "logs": False, "auto_configure": False}
+
+    def of_jobs(self, database: Database) -> JobSpans:  # noqa: ARG002  (an interface)
+        """Give the spans of jobs in a database."""
+        return JobSpans()
+
+    def close(self) -> None:
+        """Send what was not sent yet, within a few seconds."""
+
+
+SILENT = Telemetry()
+"""For services of which nobody wants any spans."""
+
+
+def wanted_by(environment: Mapping[str, str] = os.environ) -> str | None:
+    """Name the variable that says where to send spans; None where none are wanted."""
+    if environment.get("OTEL_SDK_DISABLED", "").strip().lower() == "true":
+        return None
+    if environment.get("OTEL_TRACES_EXPORTER", "otlp").strip() == "none":
+        return None
+    return next((name for name in ENDPOINTS if environment.get(name)), None)
+
+
+def begin() -> Telemetry:
+    """Begin to send spans, where the environment says where to."""
+    if wanted_by() is None:
+        return SILENT
+    try:
+        from service.telemetry.sending import SentTelemetry  # noqa: PLC0415  (an extra)
+    except ImportError:
+        log.warning("no traces", reason=MISSING)
+        return SILENT
+    return SentTelemetry()
