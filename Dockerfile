@@ -1,10 +1,11 @@
 # Two stages: pip and the sources stay behind, the image holds the installed package alone.
 
+# A tag and no digest: whoever builds again gets what was mended in the system below.
 FROM python:3.11-slim AS build
 WORKDIR /source
 COPY . .
 RUN python -m venv /opt/penumbra \
- && /opt/penumbra/bin/pip install --no-cache-dir --constraint constraints.txt '.[mesh,exr,study,postgres,dask,s3]'
+ && /opt/penumbra/bin/pip install --no-cache-dir --constraint constraints.txt '.[mesh,exr,study,postgres,dask,s3,traces]'
 
 FROM python:3.11-slim
 LABEL org.opencontainers.image.title="Penumbra" \
@@ -16,7 +17,8 @@ RUN useradd --system --uid 10001 --create-home --home-dir /var/lib/penumbra penu
 ENV PATH=/opt/penumbra/bin:$PATH \
     PYTHONUNBUFFERED=1 \
     PENUMBRA_DATA=/var/lib/penumbra/data
-USER penumbra
+# A number: Kubernetes cannot tell from a name that it is not root.
+USER 10001
 WORKDIR /var/lib/penumbra
 VOLUME /var/lib/penumbra/data
 EXPOSE 8000

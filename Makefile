@@ -27,11 +27,12 @@ test: export PYTHONDONTWRITEBYTECODE :=
 test: .venv/installed-test  ## run all tests, the fast ones first
 	$(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadscope --no-loadscope-reorder
 
-check: .venv/installed-check  ## lint, format, types, which package may import which, known advisories
+check: .venv/installed-check  ## lint, format, types, which package may import which, images, known advisories
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/hadolint Dockerfile scenes/assignment/gradescope/Dockerfile
 	$(BIN)/python -m benchmarks.audit
 
 audit: .venv/installed-check  ## ask for advisories about the dependencies; fails where nobody answers

@@ -1,0 +1,213 @@
+"""What the Dockerfile does, without an engine: the same files, the same commands, one job, and the end."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shlex
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import sysconfig
+import time
+from collections.abc import Iterator
+from fnmatch import fnmatch
+from importlib.metadata import PackageNotFoundError, requires
+from pathlib import Path
+
+import httpx2
+import pytest
+import yaml
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+from tests.architecture.sources import ROOT
+
+PATIENCE = 60.0
+INSTALLED = "/opt/penumbra"
+Instruction = tuple[str, str]
+
+
+def instructions() -> list[list[Instruction]]:
+    """Instructions of the Dockerfile, stage by stage."""
+    text = re.sub(r"^#.*\n", "", (ROOT / "Dockerfile").read_text(), flags=re.MULTILINE)
+    lines = [line.split(maxsplit=1) for line in text.replace("\\\n", " ").splitlines() if line.strip()]
+    stages: list[list[Instruction]] = []
+    for name, rest in lines:
+        if name == "FROM":
+            stages.append([])
+        stages[-1].append((name, rest))
+    return stages
+
+
+BUILD, IMAGE = instructions()
+
+
+def only(stage: list[Instruction], name: str) -> str:
+    (rest,) = (rest for found, rest in stage if found == name)
+    return rest
+
+
+def variables() -> dict[str, str]:
+    return dict(part.split("=", 1) for part in shlex.split(only(IMAGE, "ENV")))
+
+
+def sent() -> Iterator[Path]:
+    """Files that an engine would send to a build: of the rules of .dockerignore the last that fits counts."""
+    rules = (ROOT / ".dockerignore").read_text().split("\n")
+    rules = [rule for rule in rules if rule and not rule.startswith("#")]
+    # Nobody is let in below a folder that no rule lets in.
+    tops = [ROOT / rule[1:] for rule in rules if rule.startswith("!")]
+    assert rules[0] == "*"
+    for top in tops:
+        for path in [top, *top.rglob("*")]:
+            name = path.relative_to(ROOT)
+            if path.is_file() and not _ignored(name, rules):
+                yield name
+
+
+def _ignored(name: Path, rules: list[str]) -> bool:
+    ignored = False
+    for rule in rules:
+        pattern = rule.removeprefix("!").removeprefix("**/")
+        parts = [*name.parts] if rule.startswith("**/") else [name.parts[0]]
+        if any(fnmatch(part, pattern) for part in parts):
+            ignored = not rule.startswith("!")
+    return ignored
+
+
+def test_nothing_is_sent_to_a_build_but_what_the_package_is_made_of() -> None:
+    files = list(sent())
+    alone = {str(file) for file in files if len(file.parts) == 1}
+    assert alone == {"pyproject.toml", "constraints.txt", "README.md", "LICENSE"}
+    assert {file.parts[0] for file in files} - alone == {"schemas", "renderer", "service", "scenes"}
+    assert not [file for file in files if "__pycache__" in file.parts or file.suffix == ".pyc"]
+
+
+def test_an_image_runs_as_somebody_who_is_not_root_and_looks_after_itself() -> None:
+    user = only(IMAGE, "USER")
+    assert int(user) > 0
+    (made,) = (rest for name, rest in IMAGE if name == "RUN")
+    assert f"--uid {user} " in made
+    pods = yaml.safe_load_all((ROOT / "deploy" / "kubernetes" / "penumbra.yaml").read_text())
+    contexts = [
+        pod["spec"]["template"]["spec"]["securityContext"] for pod in pods if pod["kind"] == "Deployment"
+    ]
+    assert {context["runAsUser"] for context in contexts} == {int(user)}
+    assert json.loads(only(IMAGE, "CMD"))[:2] == ["penumbra", "serve"]
+    assert probe()[0] == "python"
+    assert not {name for name, _ in (*BUILD, *IMAGE)} & {"ADD", "MAINTAINER", "SHELL"}
+
+
+def probe() -> list[str]:
+    """The command by which an engine asks whether the service is well."""
+    command: list[str] = json.loads(only(IMAGE, "HEALTHCHECK").partition("CMD")[2])
+    return command
+
+
+def test_every_package_of_an_image_has_its_version() -> None:
+    pinned = {
+        canonicalize_name(line.partition("==")[0])
+        for line in (ROOT / "constraints.txt").read_text().splitlines()
+    }
+    (extras,) = re.findall(r"'\.\[([a-z0-9,]+)\]'", only(BUILD, "RUN"))
+    needed: set[str] = set()
+    _collect("penumbra-render", {"", *extras.split(",")}, needed)
+    assert {"numpy", "opentelemetry-sdk"} <= needed
+    assert needed <= pinned
+
+
+def _collect(package: str, extras: set[str], needed: set[str]) -> None:
+    """Add what a package needs, and what that needs; of what is not installed no more is known."""
+    try:
+        told = requires(package) or []
+    except PackageNotFoundError:
+        return
+    for requirement in map(Requirement, told):
+        marker = requirement.marker
+        name = str(canonicalize_name(requirement.name))
+        asked = marker is None or any(marker.evaluate({"extra": extra}) for extra in extras)
+        if asked and name not in needed:
+            needed.add(name)
+            _collect(name, {"", *requirement.extras}, needed)
+
+
+@pytest.fixture
+def installed(tmp_path: Path) -> Path:
+    """The package, installed from what is sent to a build, as the build installs it.
+
+    What it needs is there already, in the versions of constraints.txt; nothing is fetched.
+    """
+    for file in sent():
+        there = tmp_path / "source" / file
+        there.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(ROOT / file, there)
+    (made, installing) = only(BUILD, "RUN").split("&&")
+    assert shlex.split(made) == ["python", "-m", "venv", INSTALLED]
+    pip, *words = shlex.split(installing)
+    assert pip == f"{INSTALLED}/bin/pip"
+    target = tmp_path / "opt"
+    here = ["--quiet", "--no-deps", "--no-build-isolation", "--target", str(target)]
+    subprocess.run([sys.executable, "-m", "pip", *words, *here], cwd=tmp_path / "source", check=True)
+    return target
+
+
+@pytest.mark.slow
+def test_the_image_would_render_a_job_and_end_when_it_is_told_to(installed: Path, tmp_path: Path) -> None:
+    data = tmp_path / "data"
+    port = _free_port()
+    environment = {
+        "PATH": f"{installed / 'bin'}:{sysconfig.get_path('scripts')}:{os.environ['PATH']}",
+        "PYTHONPATH": str(installed),
+        "PYTHONUNBUFFERED": variables()["PYTHONUNBUFFERED"],
+        "PENUMBRA_DATA": str(data),
+        # As compose.yaml has it.
+        **yaml.safe_load((ROOT / "compose.yaml").read_text())["services"]["penumbra"]["environment"],
+    }
+    command = [
+        {"0.0.0.0": "127.0.0.1", "8000": str(port)}.get(word, word)  # noqa: S104  (loopback takes its place)
+        for word in json.loads(only(IMAGE, "CMD"))
+    ]
+    with subprocess.Popen(command, cwd=tmp_path, env=environment) as service:
+        try:
+            _wait_until_well(port, environment)
+            _render(port)
+            assert str(installed) in _where(environment)
+            service.send_signal(signal.SIGTERM)
+            assert service.wait(PATIENCE) == 0
+        finally:
+            service.kill()
+    assert (data / "penumbra.sqlite").exists()
+
+
+def _where(environment: dict[str, str]) -> str:
+    """Where a Python of the image finds the service."""
+    command = [sys.executable, "-P", "-c", "import service; print(service.__file__)"]
+    return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
+
+
+def _wait_until_well(port: int, environment: dict[str, str]) -> None:
+    command = [word.replace(":8000/", f":{port}/") for word in probe()]
+    deadline = time.monotonic() + PATIENCE
+    while subprocess.run(command, env=environment, stderr=subprocess.DEVNULL, check=False).returncode:
+        assert time.monotonic() < deadline, "it was not well in time"
+        time.sleep(0.1)
+
+
+def _render(port: int) -> None:
+    scene = json.loads((ROOT / "scenes" / "gallery" / "basic.json").read_text())
+    scene["camera"] |= {"width": 24, "height": 24}
+    with httpx2.Client(base_url=f"http://127.0.0.1:{port}", timeout=PATIENCE) as client:
+        job = client.post("/v1/jobs", json={"scene": scene}, headers={"Prefer": "wait=30"}).json()
+        assert job["state"] == "succeeded", job
+        assert client.get(job["links"]["image_png"]).headers["Content-Type"] == "image/png"
+
+
+def _free_port() -> int:
+    with socket.socket() as probing:
+        probing.bind(("127.0.0.1", 0))
+        port: int = probing.getsockname()[1]
+        return port
