@@ -175,7 +175,7 @@ def test_the_image_would_render_a_job_and_end_when_it_is_told_to(installed: Path
         try:
             _wait_until_well(port, environment)
             _render(port)
-            assert str(installed) in _where(environment)
+            assert {where.parent.parent for where in _packages(environment)} == {installed}
             service.send_signal(signal.SIGTERM)
             assert service.wait(PATIENCE) == 0
         finally:
@@ -183,10 +183,13 @@ def test_the_image_would_render_a_job_and_end_when_it_is_told_to(installed: Path
     assert (data / "penumbra.sqlite").exists()
 
 
-def _where(environment: dict[str, str]) -> str:
-    """Where a Python of the image finds the service."""
-    command = [sys.executable, "-P", "-c", "import service; print(service.__file__)"]
-    return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
+def _packages(environment: dict[str, str]) -> list[Path]:
+    """Where a Python of the image finds the packages of the project."""
+    names = "service, renderer, schemas, scenes"
+    program = f"import {names}\nfor module in ({names}): print(module.__file__)"
+    command = [sys.executable, "-P", "-c", program]
+    told = subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
+    return [Path(line) for line in told.splitlines()]
 
 
 def _wait_until_well(port: int, environment: dict[str, str]) -> None:
