@@ -5,6 +5,8 @@ As in ``ledger.py`` every function works in a transaction of its caller.
 
 from __future__ import annotations
 
+from typing import Any
+
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
@@ -12,9 +14,10 @@ from schemas.jobs import Failure, JobState
 from service import pausing, rows, sharing
 from service.database.models import JobRow, RenderRow
 
-_LIMITED = select(JobRow).where(
-    JobRow.state == JobState.RUNNING, JobRow.time_limit.is_not(None), JobRow.paused_at.is_(None)
-)
+# Only what tells the time: with a limit for each, there are as many of them as there are jobs that wait.
+_LIMITED = select(
+    JobRow.number, JobRow.time_limit, JobRow.started_at, JobRow.paused_at, JobRow.paused_seconds
+).where(JobRow.state == JobState.RUNNING, JobRow.time_limit.is_not(None), JobRow.paused_at.is_(None))
 
 
 def end_late(session: Session) -> tuple[list[RenderRow], list[str], float | None]:
@@ -27,16 +30,18 @@ def end_late(session: Session) -> tuple[list[RenderRow], list[str], float | None
         many seconds the time of the next one will be spent.
     """
     ended, left, upcoming = [], [], []
-    for job in session.scalars(_LIMITED).all():
-        assert job.time_limit is not None
-        remaining = job.time_limit - pausing.ran_for(job)
+    limited: Any
+    for limited in session.execute(_LIMITED).all():
+        remaining = limited.time_limit - pausing.ran_for(limited)
         if remaining > 0:
             upcoming.append(remaining)
-        elif sharing.shared(session, job):
-            sharing.leave_ended(session, job, JobState.FAILED, _late(job.time_limit))
+            continue
+        job = session.get_one(JobRow, limited.number)
+        if sharing.shared(session, job):
+            sharing.leave_ended(session, job, JobState.FAILED, _late(limited.time_limit))
             left.append(job.id)
         elif job.render is not None and not job.render.cancel_requested:
-            rows.end(session, job.render, JobState.FAILED, _late(job.time_limit))
+            rows.end(session, job.render, JobState.FAILED, _late(limited.time_limit))
             ended.append(job.render)
     return ended, left, min(upcoming, default=None)
 

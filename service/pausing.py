@@ -40,7 +40,10 @@ def follow(session: Session, render: RenderRow | None) -> None:
 
 
 def ran_for(row: JobRow | RenderRow) -> float:
-    """Say for how many seconds a job or a render has run that has begun, without those it stood still."""
+    """Say for how many seconds a job or a render has run that has begun, without those it stood still.
+
+    Of its columns ``started_at``, ``paused_at`` and ``paused_seconds`` are enough.
+    """
     assert row.started_at is not None
     return moments.since(row.started_at) - _stood(row)
 

@@ -26,7 +26,14 @@ from service.target_tiles import WHOLE, pass_of, tiles
 
 Step = tuple[Pass, Tile]
 
-_LIMITED = select(RenderRow).where(
+# Only what tells the time: there may be as many of them as there are jobs that wait.
+_LIMITED = select(
+    RenderRow.number,
+    RenderRow.time_limit,
+    RenderRow.started_at,
+    RenderRow.paused_at,
+    RenderRow.paused_seconds,
+).where(
     RenderRow.state == JobState.RUNNING,
     RenderRow.time_limit.is_not(None),
     RenderRow.paused_at.is_(None),
@@ -76,11 +83,14 @@ def expire(session: Session) -> float | None:
     The first pass is rendered in any case: nothing is to be seen without it.
     """
     upcoming = []
-    for render in session.scalars(_LIMITED):
-        left = time_left(render)
+    limited: Any
+    for limited in session.execute(_LIMITED).all():
+        left = time_left(limited)
         if left is not None and left > 0:
             upcoming.append(left)
-        elif render.merges:
+            continue
+        render = session.get_one(RenderRow, limited.number)
+        if render.merges:
             unstarted = delete(TileRow).where(TileRow.render == render.number, TileRow.state == WAITING)
             render.total_steps -= len(session.execute(unstarted.returning(TileRow.tile)).all())
     return min(upcoming, default=None)
