@@ -7,12 +7,19 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 
+EACH_SECONDS, MOST_SECONDS = 0.01, 0.5
+"""For how long news of a job gather, for each watcher beside the first, and at most."""
+
 
 class Watcher:
-    """One waiting request. News that arrive before it waits are not lost."""
+    """One waiting request. News that arrive before it waits are not lost.
 
-    def __init__(self, feed: Feed) -> None:
-        self._feed = feed
+    Who watches alone hears of them at once. Of a crowd each lets news gather for a moment: many who look at
+    every tile would take the time that tiles need.
+    """
+
+    def __init__(self, feed: Feed, job: str) -> None:
+        self._feed, self._job = feed, job
         self._news = asyncio.Event()
 
     def wake(self) -> None:
@@ -26,6 +33,7 @@ class Watcher:
         with suppress(TimeoutError):
             async with asyncio.timeout(seconds):
                 await self._news.wait()
+                await asyncio.sleep(self._feed.pause(self._job))
         arrived = self._news.is_set() and not self._feed.closed
         self._news.clear()
         return arrived
@@ -45,7 +53,7 @@ class Feed:
     @contextmanager
     def watch(self, job: str) -> Iterator[Watcher]:
         """Receive news of a job from now on: begin before looking into the database."""
-        watcher = Watcher(self)
+        watcher = Watcher(self, job)
         self._watchers[job].add(watcher)
         try:
             yield watcher
@@ -53,6 +61,10 @@ class Feed:
             self._watchers[job].discard(watcher)
             if not self._watchers[job]:
                 del self._watchers[job]
+
+    def pause(self, job: str) -> float:
+        """For how long news of a job gather before its watchers look, seconds."""
+        return 0.0 if self.closed else min(EACH_SECONDS * (len(self._watchers[job]) - 1), MOST_SECONDS)
 
     def publish(self, jobs: Iterable[str]) -> None:
         """Say that these jobs have changed. May be called by any thread."""

@@ -79,7 +79,8 @@ async def get_events(
             if batch.complete:
                 yield ServerSentEvent(event="end", data=await run_in_threadpool(jobs.show, here, job_id))
                 return
-            if not batch.events and not await watcher.wait(here.settings.heartbeat_seconds):
+            more = len(batch.events) == here.settings.max_events
+            if not more and not await watcher.wait(here.settings.heartbeat_seconds):
                 if here.feed.closed:
                     return
                 yield ServerSentEvent(comment="still here")

@@ -1,0 +1,44 @@
+"""News of a job: at once for who watches alone, gathered for a crowd."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import ExitStack
+
+import pytest
+
+from service import feed
+from service.feed import Feed
+
+JOB = "a"
+
+
+async def heard(crowd: int) -> list[int]:
+    """How often each of a crowd is woken by two pieces of news that come one after the other."""
+    news = Feed()
+    with ExitStack() as stack:
+        watchers = [stack.enter_context(news.watch(JOB)) for _ in range(crowd)]
+        waits = [asyncio.create_task(watcher.wait(60.0)) for watcher in watchers]
+        for _ in range(2):
+            news.publish([JOB])
+            # Turns of the loop: whoever does not let news gather is through with them.
+            for _ in range(10):
+                await asyncio.sleep(0)
+        first = await asyncio.gather(*waits)
+        return [woken + await watcher.wait(0.0) for woken, watcher in zip(first, watchers, strict=True)]
+
+
+@pytest.mark.parametrize(("crowd", "times"), [(1, 2), (2, 1), (50, 1)])
+def test_a_crowd_lets_news_gather(monkeypatch: pytest.MonkeyPatch, crowd: int, times: int) -> None:
+    monkeypatch.setattr(feed, "EACH_SECONDS", 0.5)
+    assert asyncio.run(heard(crowd)) == [times] * crowd
+
+
+def test_nobody_waits_for_more_news_of_a_service_that_ends() -> None:
+    async def ended() -> bool:
+        news = Feed()
+        with news.watch(JOB) as watcher, news.watch(JOB):
+            news.close()
+            return await watcher.wait(60.0)
+
+    assert not asyncio.run(ended())
