@@ -112,7 +112,7 @@ def test_the_right_submission_has_full_marks_with_16_random_samples(name: str) -
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("samples", [4, 64])
+@pytest.mark.parametrize("samples", [4, 36])
 @pytest.mark.parametrize("name", ["phong_matte", "shadow_soft", "antialiasing"])
 def test_more_or_fewer_samples_cost_nothing(name: str, samples: int, tmp_path: Path) -> None:
     submissions.save(tmp_path, name, samples=samples, seed=samples)
