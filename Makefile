@@ -47,7 +47,7 @@ gallery: .venv/installed  ## render the gallery and the hard scenes into out
 bench: .venv/installed  ## measure times and errors on this machine, into out/bench.json
 	$(BIN)/python -m benchmarks
 
-chaos: .venv/installed  ## kill, stop and starve the service and see that it keeps its promises, into out/chaos.json
+chaos: .venv/installed  ## kill, stop and starve the service and see that it keeps its promises, into out/chaos.json; up to half an hour
 	$(BIN)/python -m benchmarks.chaos
 
 load: .venv/installed  ## measure what the service promises under load, into out/load.json; 5 minutes

@@ -40,7 +40,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.chaos", description="Try faults.")
     parser.add_argument("--short", action="store_true", help="few kills and reads")
     parser.add_argument(
-        "--reads", type=int, default=MANY_READS, help="reads over HTTP; 100,000 take some 10 minutes"
+        "--reads", type=int, default=MANY_READS, help="reads over HTTP; 100,000 may take 20 minutes"
     )
     parser.add_argument("--out", type=Path, default=Path("out/chaos.json"), help="where to write the figures")
     options = parser.parse_args()
