@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import statistics
 import subprocess
 import sys
 import time
@@ -34,7 +35,8 @@ class Overhead(TypedDict):
 
     `command` is `penumbra render`, start of Python and of its workers included; `call` is `renderer.render`
     with workers of its own; `service` is a job sent to a service that is running already, until its linear
-    image has arrived. The ratios are service / command and service / call. `first_pixels` is from sending the
+    image has arrived. The ratios are service / command and service / call, the middle of those of each turn:
+    what slows the machine down for a while slows both down. `first_pixels` is from sending the
     job to having the pixels of its first tile event.
     """
 
@@ -64,8 +66,8 @@ def measure(runs: int) -> Overhead:
         command=command,
         call=call,
         service=service,
-        ratio_to_command=round(service["median"] / command["median"], 3),
-        ratio_to_call=round(service["median"] / call["median"], 3),
+        ratio_to_command=round(statistics.median(sent / run for run, _, sent, _ in rounds), 3),
+        ratio_to_call=round(statistics.median(sent / called for _, called, sent, _ in rounds), 3),
         first_pixels=first,
     )
 

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 from typing import Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
+from pydantic_core import PydanticCustomError
 from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict
 
 from schemas.limits import Limits
 from service.settings_file import FileSource
 
 MIB = 1024 * 1024
+
+_BUCKET = re.compile(r"s3://[a-z0-9][a-z0-9.-]{1,61}[a-z0-9](/[A-Za-z0-9._/-]*)?")
 
 
 def _processors() -> int:
@@ -46,7 +50,6 @@ class Settings(BaseSettings):
     )
     store: str | None = Field(
         default=None,
-        pattern=r"^s3://[a-z0-9][a-z0-9.-]{1,61}[a-z0-9](/[A-Za-z0-9._/-]*)?$",
         description="Bucket for pictures and textures, s3://bucket/prefix; by default they are in the data "
         "folder. Where it is and who may use it is in AWS_ENDPOINT_URL, AWS_ACCESS_KEY_ID and their like.",
     )
@@ -193,6 +196,14 @@ class Settings(BaseSettings):
     def database_url(self) -> str:
         """URL of the database in use."""
         return self.database or f"sqlite:///{self.data.absolute() / 'penumbra.sqlite'}"
+
+    @field_validator("store")
+    @classmethod
+    def _is_a_bucket(cls, store: str | None) -> str | None:
+        if store is None or _BUCKET.fullmatch(store):
+            return store
+        names = "a bucket has 3 to 63 small letters, digits, dots and hyphens"
+        raise PydanticCustomError("store", f"write s3://BUCKET or s3://BUCKET/PREFIX; {names}")
 
     @property
     def place(self) -> str:

@@ -65,3 +65,17 @@ def test_the_doctor_tells_where_each_setting_comes_from(penumbra: Penumbra, tmp_
     assert settings["database"] == ("postgresql://me:***@localhost/x", "p.toml")
     told = set(Settings.model_fields) - {"limits"}
     assert told == {name for name in settings if "." not in name}
+
+
+@pytest.mark.parametrize(
+    "store", ["gs://bucket", "s3://", "s3://ab", "s3://Bucket", "bucket", "s3://bucket/a b"]
+)
+def test_a_store_that_is_no_bucket_is_told_with_what_to_write(store: str) -> None:
+    with pytest.raises(CommandError) as caught:
+        read_settings({"store": store})
+    assert "write s3://BUCKET or s3://BUCKET/PREFIX" in str(caught.value)
+
+
+@pytest.mark.parametrize("store", ["s3://abc", "s3://my-bucket.x/renders/2026", "s3://bucket/"])
+def test_a_bucket_is_taken_with_its_prefix(store: str) -> None:
+    assert read_settings({"store": store}).place == store
