@@ -2,8 +2,6 @@ import ast
 from pathlib import Path
 
 import pytest
-from importlinter.application.use_cases import lint_imports
-from importlinter.configuration import configure
 
 from tests.architecture.sources import ROOT, modules, tree
 
@@ -13,12 +11,6 @@ RENDERING = {"execute", "render", "render_tile", "rendering", "trace", "tracing"
 @pytest.fixture(autouse=True)
 def _in_the_root(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
-
-
-def test_packages_import_each_other_in_one_direction(capsys: pytest.CaptureFixture[str]) -> None:
-    configure()
-    kept = lint_imports(config_filename=str(ROOT / "pyproject.toml"), is_debug_mode=False, cache_dir=None)
-    assert kept, capsys.readouterr().out
 
 
 @pytest.mark.parametrize("path", [m for m in modules() if m.parts[:2] == ("service", "routes")], ids=str)
