@@ -167,7 +167,11 @@ class Mesh(_Mesh):
 
 
 class MeshFile(_Mesh):
-    """A mesh in a file: OBJ, PLY or binary glTF (GLB)."""
+    """A mesh in a file: OBJ, PLY or glTF 2.0.
+
+    glTF is a GLB, or a `.gltf` file with its buffers inside it or beside it. Its triangles and texture
+    coordinates are read, in the places of its nodes; materials, pictures, animations and skins are left out.
+    """
 
     type: Literal["mesh"]
     asset: Asset = Field(
