@@ -6,6 +6,7 @@ Coordinates stay below 1e15, so that squares and cubes of them are finite in flo
 
 from __future__ import annotations
 
+from numbers import Integral
 from typing import Annotated
 
 from pydantic import AfterValidator, BeforeValidator, Field
@@ -30,8 +31,15 @@ SHORTEST, LONGEST = 1e-200, 1e200
 
 
 def whole(number: object) -> object:
-    """Read 32.0 as 32, for JSON has one kind of number; what is no whole number stays as it is."""
-    return int(number) if isinstance(number, float) and number.is_integer() else number
+    """Read 32.0 as 32, for JSON has one kind of number; what is no whole number stays as it is.
+
+    Integers of NumPy become those of Python: a strict `int` takes no others.
+    """
+    # Meshes have a million of them, so what most are comes first.
+    if type(number) is int or isinstance(number, bool):
+        return number
+    is_whole = number.is_integer() if isinstance(number, float) else isinstance(number, Integral)
+    return int(number) if is_whole else number  # type: ignore[call-overload]
 
 
 def _not_zero(vector: Vector) -> Vector:

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from pydantic import BaseModel
 
@@ -106,3 +107,36 @@ def test_the_bounds_of_a_whole_number_hold_with_a_point(scene: dict[str, Any], b
     with pytest.raises(SceneError) as caught:
         read_scene(json.dumps(scene))
     assert [found.code for found in caught.value.errors] == ["out_of_range"]
+
+
+NUMPY = [np.int8, np.int32, np.int64, np.uint8, np.uint64, np.intp]
+
+
+@pytest.mark.parametrize("kind", NUMPY, ids=lambda kind: kind.__name__)
+def test_integers_of_numpy_are_whole_numbers(scene: dict[str, Any], kind: type[np.integer[Any]]) -> None:
+    scene["version"] = kind(1)
+    scene["camera"] |= {"width": kind(32), "height": kind(16)}
+    scene["sampling"] = {"antialiasing": {"samples": kind(9)}, "light": {"samples": kind(4)}, "seed": kind(7)}
+    scene["shapes"].append(
+        {
+            "type": "mesh",
+            "vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]],
+            "triangles": [[kind(0), kind(1), kind(2)]],
+            "material": "plain",
+        }
+    )
+    read, _ = read_scene(scene)
+    numbers = [read.version, read.camera.width, read.sampling.seed, read.sampling.light.samples]
+    assert numbers == [1, 32, 7, 4]
+    assert {type(number) for number in numbers} == {int}
+    assert json.loads(read.model_dump_json())["camera"]["width"] == 32
+
+
+@pytest.mark.parametrize("wrong", [True, np.True_, np.int64(0), np.int64(-1), np.float64(1.5), "1"], ids=repr)
+def test_a_boolean_is_no_whole_number_and_bounds_hold_for_numpy_too(
+    scene: dict[str, Any], wrong: object
+) -> None:
+    scene["camera"]["width"] = wrong
+    with pytest.raises(SceneError) as caught:
+        read_scene(scene)
+    assert [problem.pointer for problem in caught.value.errors] == ["/camera/width"]
