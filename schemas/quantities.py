@@ -98,4 +98,7 @@ Index = Annotated[int, Field(strict=True, ge=0, lt=1 << 31), WHOLE]
 Asset = Annotated[str, Field(strict=True, min_length=1, max_length=1024)]
 """The name of a file."""
 
-Name = Annotated[str, Field(strict=True, min_length=1, max_length=200)]
+LONGEST_NAME = 200
+"""Characters of a name in a scene."""
+
+Name = Annotated[str, Field(strict=True, min_length=1, max_length=LONGEST_NAME)]

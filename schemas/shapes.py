@@ -83,9 +83,8 @@ class Ellipsoid(_Shape):
         if worst > PERPENDICULAR:
             raise PydanticCustomError(
                 "not_perpendicular",
-                "The three axes are not perpendicular: the cosine of an angle between two of them is "
-                "{cosine}, "
-                "at most 1e-6 is allowed. Write them with more digits, or turn them.",
+                "The three axes must be perpendicular: the cosine of an angle between two of them is "
+                "{cosine}, and at most 1e-6 is allowed. Write them with more digits, or turn them.",
                 {"cosine": f"{worst:.3g}"},
             )
         return axes

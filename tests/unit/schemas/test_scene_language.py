@@ -182,7 +182,7 @@ def test_axes_that_are_not_perpendicular_are_refused_at_any_scale(
 
 
 def test_the_message_about_axes_says_by_how_much(scene: dict[str, Any]) -> None:
-    with pytest.raises(SceneError, match=r"is 0\.0003, at most 1e-6") as caught:
+    with pytest.raises(SceneError, match=r"is 0\.0003, and at most 1e-6") as caught:
         read_scene(changed(scene, "/shapes/3/axes", [[1, 0, 0], [3e-4, 1, 0], [0, 0, 1]]))
     assert "digits" in caught.value.errors[0].detail
 
