@@ -1,6 +1,7 @@
 """Files that a scene names: where they come from, and pictures among them."""
 
 import io
+import os
 import struct
 import warnings
 from pathlib import Path
@@ -9,6 +10,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
+
+from schemas.file_kinds import recognise
 
 MAX_PIXELS = 64 * 1024 * 1024
 """Largest picture that is decoded, by the size that its header states."""
@@ -49,6 +52,13 @@ class NoAssets:
         raise KeyError(name)
 
 
+class NoSuchAssetError(KeyError):
+    """A source has no file of a name; the text says why and what to do."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
 class FolderAssets:
     """Files in a folder and below it, never outside.
 
@@ -62,15 +72,59 @@ class FolderAssets:
         self.folder = folder.resolve()
 
     def read(self, name: str) -> bytes:
-        """Content of the file; KeyError if it is missing, no plain file, or outside of the folder."""
+        """Content of the file; NoSuchAssetError if it is missing, no plain file, or outside the folder."""
         try:
             path = (self.folder / name).resolve()
-            if path.is_relative_to(self.folder) and path.is_file():
+            if not path.is_relative_to(self.folder):
+                raise NoSuchAssetError(_outside(name))
+            if path.is_file():
                 return path.read_bytes()
+            raise NoSuchAssetError(_not_a_file(name, path))
+        except PermissionError as error:
+            raise NoSuchAssetError("This file may not be read. Change its permissions.") from error
         except (OSError, RuntimeError, ValueError) as error:
-            # A loop of links, a name too long or one that no file can have, a file that may not be read.
-            raise KeyError(name) from error
-        raise KeyError(name)
+            # A loop of links, a name too long or one that no file can have.
+            raise NoSuchAssetError(MISSING) from error
+
+
+MISSING = (
+    "There is no such file. Name one in the scene's folder, or upload it first and name it by its sha256."
+)
+_INSIDE = "Files are read in the scene's folder and below it only: copy this one there."
+
+
+def _outside(name: str) -> str:
+    if Path(name).is_absolute():
+        return f"This absolute path leads outside the scene's folder. {_INSIDE}"
+    if os.path.normpath(name).startswith(os.pardir):
+        return f"This path leads outside the scene's folder by '..'. {_INSIDE}"
+    return f"A symbolic link on this path leads outside the scene's folder. {_INSIDE}"
+
+
+def _not_a_file(name: str, path: Path) -> str:
+    if path.is_dir():
+        return "This is a folder. Name a file in it."
+    if "://" in name:
+        return "Nothing is fetched from an address. Download the file into the scene's folder and name it."
+    if "\\" in name:
+        return f"{MISSING} Folders are separated by '/', not by '\\'."
+    return MISSING
+
+
+def content_of(name: str, assets: AssetSource) -> bytes:
+    """Content of a file that a scene names.
+
+    Raises
+    ------
+    AssetError
+        If there is none of that name.
+    """
+    try:
+        return assets.read(name)
+    except NoSuchAssetError as error:
+        raise AssetError(str(error)) from None
+    except KeyError:
+        raise AssetError(MISSING) from None
 
 
 def image_size(content: bytes, max_pixels: int = MAX_PIXELS) -> tuple[int, int]:
@@ -113,6 +167,14 @@ def _values(image: Image.Image) -> NDArray[np.float32]:
         return np.asarray(image.convert("RGB"), dtype=np.float32) / np.float32(255)
 
 
+def _no_picture(content: bytes) -> str:
+    kind = recognise(content)
+    # A file that begins as a PNG does, and is none, is no picture whatever it begins with.
+    another = kind is not None and kind.name.upper() not in FORMATS
+    given = f"This is {kind.phrase}" if kind and another else "This is no picture that can be read"
+    return f"{given}. Use one of {', '.join(FORMATS)}."
+
+
 def _opened(content: bytes, max_pixels: int) -> Image.Image:
     try:
         with warnings.catch_warnings():
@@ -123,7 +185,7 @@ def _opened(content: bytes, max_pixels: int) -> Image.Image:
             f"The picture has more than the {max_pixels} pixels allowed. Make it smaller."
         ) from error
     except _DAMAGE as error:
-        raise AssetError(f"This is no picture that can be read. Use one of {', '.join(FORMATS)}.") from error
+        raise AssetError(_no_picture(content)) from error
     width, height = image.size
     if width * height > max_pixels:
         image.close()

@@ -73,9 +73,8 @@ def _up(scene: Scene) -> Iterator[Finding]:
     camera = scene.camera
     if parallel(difference(camera.look_at, camera.position), camera.up):
         detail = (
-            "'up' is parallel to the view. In its place the world axis is used which has the smallest "
-            "share of "
-            "the view direction. Choose another direction to set how the picture is turned."
+            "'up' is parallel to the view, so the world axis that is farthest from the view takes its place. "
+            "Choose another direction to set how the picture is turned."
         )
         yield Finding(("camera", "up"), "up_parallel_to_view", detail)
 
@@ -86,10 +85,10 @@ def _unused(scene: Scene) -> Iterator[Finding]:
     textures = {name for _, name in used_textures(parts)}
     for name in scene.materials:
         if name not in materials:
-            yield Finding(("materials", name), "unused", "No shape has this material. Use it or remove it.")
+            yield Finding(("materials", name), "unused", "No shape uses this material. Use it or remove it.")
     for name in scene.textures:
         if name not in textures:
-            yield Finding(("textures", name), "unused", "No material has this texture. Use it or remove it.")
+            yield Finding(("textures", name), "unused", "No material uses this texture. Use it or remove it.")
 
 
 def _poor_shapes(scene: Scene) -> Iterator[Finding]:

@@ -15,7 +15,9 @@ from dataclasses import dataclass, field
 from itertools import accumulate
 
 from schemas.errors import SceneError
+from schemas.file_kinds import BEGINNING, mistaken
 from schemas.findings import Finding, refusal
+from schemas.json_syntax import explain
 from schemas.limits import Limits
 from schemas.pointers import Parts
 from schemas.positions import Find, line_and_column, locate
@@ -32,20 +34,9 @@ _UNFIT = re.compile("[\x00\ud800-\udfff]")
 # An integer with more digits than the largest float64 is infinite for every field.
 _MOST_DIGITS = 309
 
-_TWICE = "Its object has this field more than once. Keep one of them."
-_NO_TEXT = "This has half of a surrogate pair or the character U+0000. Remove it."
-_SYNTAX = {
-    "Expecting property name": "A field name in double quotes belongs here. Is there a comma too many?",
-    "Expecting ':'": "A colon belongs here, between a field name and its value.",
-    "Expecting ','": "A comma or the closing bracket belongs here.",
-    "Expecting value": "A value belongs here. Is there a comma too many, or a word without double quotes?",
-    "Illegal trailing comma": "There is a comma too many before the closing bracket. Remove it.",
-    "Extra data": "The document ended before this. Remove what follows.",
-    "Unterminated string": "This string has no closing double quote.",
-    "Invalid control character": "A line break or control character is in a string. Write \\n or \\u00XX.",
-    "Invalid \\escape": "This escape is not known. Write a backslash as \\\\.",
-    "Invalid \\uXXXX": "After \\u four hexadecimal digits belong.",
-}
+_TWICE = "This object has the same field more than once. Keep one of them."
+_NO_TEXT = "This text has half of a surrogate pair, or the character U+0000. Remove it."
+_UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 @dataclass(slots=True)
@@ -60,8 +51,17 @@ class Document:
     """Where in the text the places are."""
 
 
-def read_text(source: Source, limits: Limits) -> Document:
+def read_text(source: Source, limits: Limits, *, wanted: str = "a JSON document") -> Document:
     """Parse a document.
+
+    Parameters
+    ----------
+    source
+        Bytes or text of the document, or its parsed content.
+    limits
+        How large it may be.
+    wanted
+        What it is to be, for the message about a file of another kind.
 
     Raises
     ------
@@ -72,12 +72,23 @@ def read_text(source: Source, limits: Limits) -> Document:
         document = Document(source, None)
         _check_texts(document, limits)
         return document
-    text = _decoded(source, limits)
-    _check_nesting(text, limits)
-    document = _parsed(text, limits)
+    try:
+        text = _decoded(source, limits)
+        _check_nesting(text, limits)
+        document = _parsed(text, limits)
+    except SceneError as error:
+        raise _another_kind(source, wanted) or error from None
     if _ESCAPED_UNFIT.search(text):
         _check_texts(document, limits)
     return document
+
+
+def _another_kind(source: bytes | str, wanted: str) -> SceneError | None:
+    """The error about a file that is no JSON at all; None if it may be meant as JSON."""
+    beginning = source[:BEGINNING]
+    content = beginning if isinstance(beginning, bytes) else beginning.encode(errors="replace")
+    detail = mistaken(content, wanted)
+    return _refused("wrong_file", detail) if detail else None
 
 
 def _refused(code: str, detail: str, text: str | None = None, offset: int | None = None) -> SceneError:
@@ -99,6 +110,9 @@ def _decoded(source: bytes | str, limits: Limits) -> str:
     except UnicodeEncodeError:
         raise _refused("not_utf8", "Half of a surrogate pair is here, which is not a character.") from None
     data = data.removeprefix(codecs.BOM_UTF8)
+    # JSON begins with an ASCII character, so without a mark UTF-16 has a zero byte in its first two.
+    if data.startswith(_UTF_16) or b"\0" in data[:2]:
+        raise _refused("not_utf8", "The document is UTF-16, or no text at all. Save it as UTF-8.")
     try:
         return data.decode()
     except UnicodeDecodeError as error:
@@ -140,8 +154,7 @@ def _integer(digits: str) -> int | float:
 def _not_json(text: str, error: json.JSONDecodeError) -> SceneError:
     if not text.strip():
         return _refused("empty", "The document is empty. It must be a JSON object.")
-    sentence = next((said for start, said in _SYNTAX.items() if error.msg.startswith(start)), "")
-    return _refused("not_json", f"This is not JSON. {sentence}".strip(), text, error.pos)
+    return _refused("not_json", f"This is not JSON. {explain(text, error)}".strip(), text, error.pos)
 
 
 @dataclass(slots=True)

@@ -6,16 +6,19 @@ version reads the answers of a later one and passes over what it does not know.
 
 from __future__ import annotations
 
+import re
 from datetime import datetime
 from enum import StrEnum
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic_core import PydanticCustomError
 
 from schemas.base import Closed
 from schemas.layers import LayerNames
 from schemas.problems import Problem
 from schemas.quality import FixedQuality, Quality, TargetQuality
+from schemas.quantities import WHOLE
 from schemas.scene import Scene
 
 
@@ -25,7 +28,23 @@ class Message(BaseModel):
     model_config = ConfigDict(frozen=True, extra="ignore")
 
 
-LabelName = Annotated[str, Field(strict=True, pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,62}$")]
+LABEL_NAME = r"[A-Za-z0-9][A-Za-z0-9_.-]{0,62}"
+"""What the name of a label is, as a regular expression."""
+LABEL_NAMES = (
+    "A label's name has 1 to 63 characters: letters from A to Z, digits, '_', '.' and '-', with a letter or "
+    "digit first."
+)
+
+
+def _label_name(name: str) -> str:
+    if not re.fullmatch(LABEL_NAME, name):
+        raise PydanticCustomError("label_name", LABEL_NAMES)
+    return name
+
+
+LabelName = Annotated[
+    str, Field(strict=True, json_schema_extra={"pattern": f"^{LABEL_NAME}$"}), AfterValidator(_label_name)
+]
 LabelValue = Annotated[str, Field(strict=True, max_length=200)]
 
 
@@ -37,13 +56,14 @@ class JobRequest(Closed):
     layers: LayerNames = Field(
         default=(), description="What to tell about each pixel beside its colour; each layer is an image."
     )
-    priority: Annotated[int, Field(strict=True, ge=-10, le=10)] = Field(
+    priority: Annotated[int, Field(strict=True, ge=-10, le=10), WHOLE] = Field(
         default=0, description="Your jobs of a higher priority go first; those of others are not concerned."
     )
     labels: Annotated[dict[LabelName, LabelValue], Field(max_length=16)] = Field(
         default_factory=dict,
-        description="Words of your own to find the job by: at most 16 names of letters, digits, `_`, `.` "
-        "and `-`, each with a text.",
+        description="Words of your own to find the job by: at most 16. A name has 1 to 63 characters, "
+        "letters from A to Z, digits, `_`, `.` and `-`, with a letter or digit first; a value is a text of "
+        "at most 200.",
     )
     time_limit: Annotated[float, Field(strict=True, gt=0, le=86400)] | None = Field(
         default=None,

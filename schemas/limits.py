@@ -50,6 +50,6 @@ def refuse_above(count: int, info: ValidationInfo, limit: str, things: str) -> N
         Names both numbers.
     """
     if isinstance(info.context, Limits) and count > getattr(info.context, limit):
-        message = "These are {count} {things}; at most {most} are allowed here."
+        message = "There are {count} {things}; at most {most} are allowed here."
         context = {"count": count, "things": things, "most": getattr(info.context, limit)}
         raise PydanticCustomError("over_limit", message, context)

@@ -6,9 +6,10 @@ Coordinates stay below 1e15, so that squares and cubes of them are finite in flo
 
 from __future__ import annotations
 
+from numbers import Integral
 from typing import Annotated
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from schemas.vectors import Vector, length
@@ -27,6 +28,18 @@ FARTHEST = 1e30
 
 SHORTEST, LONGEST = 1e-200, 1e200
 """Bounds of the largest component of a ray's direction: counted in it, t is neither 0 nor infinite."""
+
+
+def whole(number: object) -> object:
+    """Read 32.0 as 32, for JSON has one kind of number; what is no whole number stays as it is.
+
+    Integers of NumPy become those of Python: a strict `int` takes no others.
+    """
+    # Meshes have a million of them, so what most are comes first.
+    if type(number) is int or isinstance(number, bool):
+        return number
+    is_whole = number.is_integer() if isinstance(number, float) else isinstance(number, Integral)
+    return int(number) if is_whole else number  # type: ignore[call-overload]
 
 
 def _not_zero(vector: Vector) -> Vector:
@@ -73,13 +86,19 @@ RayDirection = Annotated[tuple[Number, Number, Number], AfterValidator(_not_zero
 TextureCoordinate = tuple[Coordinate, Coordinate]
 Color = tuple[Intensity, Intensity, Intensity]
 
-Count = Annotated[int, Field(strict=True, ge=1, le=1 << 16)]
+WHOLE = BeforeValidator(whole)
+"""Goes with every strict `int`: a whole number may be written 32.0, as JSON Schema's `integer` allows."""
+
+Count = Annotated[int, Field(strict=True, ge=1, le=1 << 16), WHOLE]
 """Pixels of one side, or samples of one kind: 1 to 65536."""
 
-Index = Annotated[int, Field(strict=True, ge=0, lt=1 << 31)]
+Index = Annotated[int, Field(strict=True, ge=0, lt=1 << 31), WHOLE]
 """A number in a list, from 0."""
 
 Asset = Annotated[str, Field(strict=True, min_length=1, max_length=1024)]
 """The name of a file."""
 
-Name = Annotated[str, Field(strict=True, min_length=1, max_length=200)]
+LONGEST_NAME = 200
+"""Characters of a name in a scene."""
+
+Name = Annotated[str, Field(strict=True, min_length=1, max_length=LONGEST_NAME)]

@@ -13,6 +13,7 @@ from pydantic import BaseModel, ValidationError
 from schemas.advice import advise
 from schemas.documents import Document, Source, read_text
 from schemas.errors import SceneError
+from schemas.file_kinds import mistaken_object
 from schemas.findings import Finding, refusal, show
 from schemas.limits import Limits
 from schemas.problems import Problem
@@ -54,7 +55,11 @@ def read_document(
 
     Parameters and errors are those of `read_scene`; pointers lead into the whole document.
     """
-    document = read_text(data, limits)
+    wants_scene = issubclass(model, Scene)
+    document = read_text(data, limits, wanted="a scene" if wants_scene else "a JSON document")
+    other = mistaken_object(document.content) if wants_scene else None
+    if other:
+        raise _refused([Finding((), "wrong_file", other)], document)
     read = checked(document, model, limits=limits)
     return read, _warnings(read, document)
 

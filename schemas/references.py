@@ -8,9 +8,10 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from schemas.base import member
 from schemas.pointers import Parts
+from schemas.quantities import LONGEST_NAME
 
 MAPS = {
-    "normal_map": "A normal map must be a texture of type 'image': the colours of a checker are no normals.",
+    "normal_map": "A normal map must be a texture of type 'image': a checker's colours are no normals.",
     "bump_map": "A bump map must be a texture of type 'image': a checker has no slopes.",
     "displacement_map": "A displacement map must be a texture of type 'image': a checker has no slopes.",
 }
@@ -50,13 +51,18 @@ def used_textures(scene: Mapping[str, object]) -> Uses:
 def _undefined(kind: str, uses: Uses, defined: object) -> Iterator[InitErrorDetails]:
     if not isinstance(defined, Mapping):
         return
-    message = (
-        f"The scene has no {kind} of this name. Use one of the names under '{kind}s', or define it there."
-    )
-    error = PydanticCustomError(f"unknown_{kind}", message, {"names": tuple(defined)})
+    places: dict[str, list[Parts]] = {}
     for location, name in uses:
-        if isinstance(name, str) and name not in defined:
-            yield InitErrorDetails(type=error, loc=location, input=None)
+        if isinstance(name, str) and 0 < len(name) <= LONGEST_NAME and name not in defined:
+            places.setdefault(name, []).append(location)
+    for first, *others in places.values():
+        message = (
+            f"The scene has no {kind} of this name. Use one of the names under '{kind}s', or define it there."
+        )
+        if others:
+            message += f" It is used in {len(others)} more place{'s' if len(others) > 1 else ''}."
+        error = PydanticCustomError(f"unknown_{kind}", message, {"names": tuple(defined)})
+        yield InitErrorDetails(type=error, loc=first, input=None)
 
 
 def _checker_maps(scene: Mapping[str, object]) -> Iterator[InitErrorDetails]:
@@ -74,11 +80,13 @@ def _unknown_vertices(scene: Mapping[str, object]) -> Iterator[InitErrorDetails]
     shapes = scene.get("shapes", ())
     for index, shape in enumerate(shapes if isinstance(shapes, list | tuple) else ()):
         vertices, triangles = member(shape, "vertices"), member(shape, "triangles")
-        if isinstance(vertices, list | tuple) and isinstance(triangles, list | tuple):
+        # Where there are no vertices at all, that is the mistake.
+        if isinstance(vertices, list | tuple) and vertices and isinstance(triangles, list | tuple):
             place = _beyond(triangles, len(vertices))
             if place is not None:
-                message = "There is no such vertex: the mesh has {count}, numbered from 0."
-                error = PydanticCustomError("no_such_vertex", message, {"count": len(vertices)})
+                message = "There is no such vertex: the mesh has {count}, numbered from 0 to {last}."
+                numbers = {"count": len(vertices), "last": len(vertices) - 1}
+                error = PydanticCustomError("no_such_vertex", message, numbers)
                 yield InitErrorDetails(type=error, loc=("shapes", index, "triangles", *place), input=None)
 
 

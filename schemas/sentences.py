@@ -7,20 +7,26 @@ from typing import Any, get_args
 
 from pydantic_core.core_schema import ErrorType
 
+from schemas.quantities import SMALLEST
+
 _ARRAY = ("not_an_array", "This must be an array in square brackets, such as [0, 1, 0].")
 _OBJECT = ("not_an_object", 'This must be an object in braces, such as {{"name": value}}.')
 _NUMBER = ("not_a_number", "This must be a number, such as 1 or 0.5, without quotes.")
-_WHOLE = ("not_whole", "This must be a whole number, without quotes, decimal point or exponent.")
+_WHOLE = ("not_whole", "This must be a whole number, such as 4, without quotes.")
 _TEXT = ("not_text", "This must be text in double quotes.")
 _TRUTH = ("not_a_boolean", "This must be true or false, without quotes.")
 
+# Who gives a size of 0 looks for "more than 0"; the true bound is that below which squares vanish.
+_MORE_THAN_0 = ("out_of_range", f"This must be more than 0: {SMALLEST:g} or more.")
+_EMPTY = ("wrong_length", "This text must not be empty.")
+
 SENTENCES: dict[str, tuple[str, str]] = {
     "missing": ("missing_field", "The field '{field}' is missing. Add it."),
-    "extra_forbidden": ("unknown_field", "This field is not known here. The fields are {fields}."),
+    "extra_forbidden": ("unknown_field", "There is no such field here. The fields are {fields}."),
     "invalid_key": ("unknown_field", "A field name must be text."),
     "tuple_type": _ARRAY,
-    "too_short": ("wrong_length", "This array has too few entries: at least {min_length} are needed."),
-    "too_long": ("wrong_length", "This array has too many entries: {max_length} are allowed."),
+    "too_short": ("wrong_length", "This has {actual_length} entries; at least {min_length} are needed."),
+    "too_long": ("wrong_length", "This has {actual_length} entries; at most {max_length} are allowed."),
     "dict_type": _OBJECT,
     "model_type": _OBJECT,
     "model_attributes_type": _OBJECT,
@@ -33,19 +39,16 @@ SENTENCES: dict[str, tuple[str, str]] = {
     "bool_parsing": _TRUTH,
     "string_type": _TEXT,
     "string_unicode": _TEXT,
-    "string_too_short": (
-        "wrong_length",
-        "This text is too short: at least {min_length} characters are needed.",
-    ),
+    "string_too_short": ("wrong_length", "This text is too short: it needs {min_length} or more characters."),
     "string_too_long": (
         "wrong_length",
-        "This text is too long: at most {max_length} characters are allowed.",
+        "This text is too long: it may have {max_length} characters at most.",
     ),
     "literal_error": ("not_a_choice", "This must be {expected}."),
-    "greater_than": ("out_of_range", "This must be more than {gt:.16g}."),
-    "greater_than_equal": ("out_of_range", "This must be {ge:.16g} or more."),
-    "less_than": ("out_of_range", "This must be less than {lt:.16g}."),
-    "less_than_equal": ("out_of_range", "This must be {le:.16g} or less."),
+    "greater_than": ("out_of_range", "This must be more than {gt}."),
+    "greater_than_equal": ("out_of_range", "This must be at least {ge}."),
+    "less_than": ("out_of_range", "This must be less than {lt}."),
+    "less_than_equal": ("out_of_range", "This must be at most {le}."),
 }
 """For each of pydantic's error types that the scene language can cause: a code and a sentence."""
 
@@ -67,7 +70,20 @@ def say(kind: str, message: str, context: Mapping[str, Any]) -> tuple[str, str]:
     context
         Values for the sentence: bounds and names, never what the user wrote.
     """
+    if context.get("ge") == SMALLEST:
+        return _MORE_THAN_0
+    if context.get("min_length") == 1 and kind == "string_too_short":
+        return _EMPTY
     if kind in SENTENCES:
         code, sentence = SENTENCES[kind]
-        return code, sentence.format_map(context)
+        return code, sentence.format_map({name: _written(value) for name, value in context.items()})
     return OTHERWISE if kind in BUILT_IN else (kind, message)
+
+
+def _written(value: object) -> object:
+    """A bound as people write it: 180 and 1e15, not 180.0 and 1000000000000000.
+
+    >>> [_written(bound) for bound in (180.0, -1e15, 1e-6, 0.5, 1 << 53)]
+    ['180', '-1e15', '1e-6', '0.5', 9007199254740992]
+    """
+    return f"{value:g}".replace("e+", "e").replace("e-0", "e-") if isinstance(value, float) else value

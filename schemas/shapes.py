@@ -83,9 +83,8 @@ class Ellipsoid(_Shape):
         if worst > PERPENDICULAR:
             raise PydanticCustomError(
                 "not_perpendicular",
-                "The three axes are not perpendicular: the cosine of an angle between two of them is "
-                "{cosine}, "
-                "at most 1e-6 is allowed. Write them with more digits, or turn them.",
+                "The three axes must be perpendicular: the cosine of an angle between two of them is "
+                "{cosine}, and at most 1e-6 is allowed. Write them with more digits, or turn them.",
                 {"cosine": f"{worst:.3g}"},
             )
         return axes
@@ -167,7 +166,11 @@ class Mesh(_Mesh):
 
 
 class MeshFile(_Mesh):
-    """A mesh in a file: OBJ, PLY or binary glTF (GLB)."""
+    """A mesh in a file: OBJ, PLY or glTF 2.0.
+
+    glTF is a GLB, or a `.gltf` file with its buffers inside it or beside it. Its triangles and texture
+    coordinates are read, in the places of its nodes; materials, pictures, animations and skins are left out.
+    """
 
     type: Literal["mesh"]
     asset: Asset = Field(

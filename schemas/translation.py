@@ -5,9 +5,8 @@ from __future__ import annotations
 import difflib
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Sized
 from itertools import islice
-from typing import get_args
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -15,9 +14,10 @@ from pydantic_core import ErrorDetails
 from schemas.base import fields_of
 from schemas.errors import SHOWN
 from schemas.findings import Finding
+from schemas.merging import Merged, merge
 from schemas.pointers import Parts, existing, value_at
 from schemas.sentences import say
-from schemas.unions import MARK, MODELS
+from schemas.unions import FORMS, deciding_fields, form_with, model_at, untagged
 
 _QUOTED = re.compile(r"'([^']*)'")
 
@@ -38,12 +38,14 @@ def translate(error: ValidationError, model: type[BaseModel], content: object) -
     content
         The document that was validated.
     """
-    short, told = _sorted_out(error.errors(include_url=False, include_input=False), content)
+    details = error.errors(include_url=False, include_input=False)
+    short, others = _sorted_out(details, content)
+    merged = merge(others, model, lambda parent, name: _suggested(parent, name, model, content))
     findings = [
         _short_array(location, lacking, content) for location, lacking in islice(short.items(), SHOWN)
     ]
-    findings += [_finding(detail, model, content) for detail in told[: SHOWN - len(findings)]]
-    return findings, len(short) + len(told) - len(findings)
+    findings += [_finding(each, model, content) for each in merged[: SHOWN - len(findings)]]
+    return findings, len(short) + len(merged) - len(findings)
 
 
 def _sorted_out(
@@ -51,44 +53,54 @@ def _sorted_out(
 ) -> tuple[Counter[Parts], list[ErrorDetails]]:
     """Count the missing entries of each array, and give the other errors as they are."""
     short: Counter[Parts] = Counter()
-    told = []
+    others = []
     for detail in details:
         if detail["type"] == "missing" and isinstance(detail["loc"][-1], int):
-            short[_untagged(detail["loc"][:-1])] += 1
+            short[untagged(detail["loc"][:-1])] += 1
         # A default that depends on a field which is itself wrong is no mistake of the user's.
         elif detail["type"] != "default_factory_not_called" and not _long_enough(detail, content):
-            told.append(detail)
-    return short, told
+            others.append(detail)
+    return short, others
 
 
 def _long_enough(detail: ErrorDetails, content: object) -> bool:
     """Whether an array that is called too short has entries enough: pydantic counts only the right ones."""
     if detail["type"] != "too_short":
         return False
-    array = value_at(content, _untagged(detail["loc"]))
+    array = value_at(content, untagged(detail["loc"]))
     return isinstance(array, Sequence) and len(array) >= detail["ctx"]["min_length"]
 
 
 def _short_array(location: Parts, lacking: int, content: object) -> Finding:
     array = value_at(content, location)
     length = len(array) if isinstance(array, Sequence) else 0
-    detail = f"This array has too few entries: {length}, where {length + lacking} are needed."
-    return Finding(location, "wrong_length", detail)
+    entries = "1 entry" if length == 1 else f"{length} entries"
+    return Finding(
+        location, "wrong_length", f"This array has {entries}, where {length + lacking} are needed."
+    )
 
 
-def _finding(detail: ErrorDetails, model: type[BaseModel], content: object) -> Finding:
-    location = _untagged(detail["loc"])
+def _finding(merged: Merged, model: type[BaseModel], content: object) -> Finding:
+    detail, others = merged
+    location = untagged(detail["loc"])
     context = dict(detail.get("ctx", {}))
     match detail["type"]:
         case "missing":
-            context["field"] = location[-1]
+            return _missing_field(location, model_at(model, detail["loc"]), content)
         case "extra_forbidden":
             return _unknown_field(location, model_at(model, detail["loc"]), content)
         case "unknown_type":
             return _unknown_type(location, detail["msg"], content)
         case "literal_error":
             context["names"] = _QUOTED.findall(context["expected"])
+        case "too_short" | "too_long" if isinstance(given := value_at(content, location), Sized):
+            # Pydantic leaves the length of an object open where it stops at its limit.
+            context["actual_length"] = len(given)
     code, sentence = say(detail["type"], detail["msg"], context)
+    if others:
+        sentence += (
+            f" The same is true of {others} more {'entry' if others == 1 else 'entries'} of this array."
+        )
     suggestion = None
     if "names" in context:
         suggestion = nearest(value_at(content, location), context["names"])
@@ -97,16 +109,48 @@ def _finding(detail: ErrorDetails, model: type[BaseModel], content: object) -> F
     return Finding(location, code, sentence, suggestion)
 
 
-def _untagged(location: Iterable[str | int]) -> Parts:
-    return tuple(part for part in location if not (isinstance(part, str) and part.startswith(MARK)))
+def _missing_field(location: Parts, model: type[BaseModel] | None, content: object) -> Finding:
+    code, sentence = say("missing", "", {"field": location[-1]})
+    deciding = [deciding_fields(form) for form in FORMS.get(model, ())] if model else []
+    present = value_at(content, location[:-1])
+    if len(deciding) > 1 and not any(_has(present, field) for fields in deciding for field in fields):
+        offer = ", or ".join(_listed(fields) for fields in deciding)
+        sentence = f"Fields are missing: add {offer}."
+    return Finding(location, code, sentence)
 
 
 def _unknown_field(location: Parts, model: type[BaseModel] | None, content: object) -> Finding:
     fields = fields_of(model) if model else []
     code, sentence = say("extra_forbidden", "", {"fields": ", ".join(f"'{name}'" for name in fields)})
+    other = form_with(str(location[-1]), model)
+    if model and other:
+        ours, theirs = _listed(deciding_fields(model)), _listed(deciding_fields(other))
+        sentence = f"This field goes with {theirs}, not with {ours}. Remove it."
+        if location[-1] in deciding_fields(other):
+            sentence = f"Give {theirs}, or {ours}, but not both."
+        return Finding(location, code, sentence, about_key=True)
     present = value_at(content, location[:-1])
-    absent = [name for name in fields if not (isinstance(present, Mapping) and name in present)]
-    return Finding(location, code, sentence, nearest(location[-1], absent), about_key=True)
+    return Finding(location, code, sentence, _nearest_field(location[-1], model, present), about_key=True)
+
+
+def _suggested(parent: Sequence[str | int], name: str, model: type[BaseModel], content: object) -> str | None:
+    return _nearest_field(name, model_at(model, (*parent, name)), value_at(content, untagged(parent)))
+
+
+def _nearest_field(name: object, model: type[BaseModel] | None, present: object) -> str | None:
+    """The field that an object lacks and that was probably meant, in whichever form of its type."""
+    forms = FORMS.get(model, (model,)) if model else ()
+    fields = [field for form in (model, *forms) if form for field in fields_of(form)]
+    return nearest(name, [field for field in dict.fromkeys(fields) if not _has(present, field)])
+
+
+def _has(present: object, field: str) -> bool:
+    return isinstance(present, Mapping) and field in present
+
+
+def _listed(names: Sequence[str]) -> str:
+    *most, last = (f"'{name}'" for name in names)
+    return f"{', '.join(most)} and {last}" if most else last
 
 
 def _unknown_type(location: Parts, message: str, content: object) -> Finding:
@@ -116,24 +160,6 @@ def _unknown_type(location: Parts, message: str, content: object) -> Finding:
     if field not in value:
         return Finding(location, "missing_field", message.replace("must be", "is missing. It must be"))
     return Finding((*location, field), f"unknown_{field}", message, nearest(value[field], names))
-
-
-def model_at(model: type[BaseModel] | None, location: Sequence[str | int]) -> type[BaseModel] | None:
-    """Find the model that holds the last part of a location with tags; None where no model does."""
-    for part in location[:-1]:
-        if isinstance(part, str) and part.startswith(MARK):
-            model = MODELS[part]
-        elif model is not None and isinstance(part, str):
-            field = model.model_fields.get(part)
-            model = _model_in(field.annotation) if field else None
-    return model
-
-
-def _model_in(annotation: object) -> type[BaseModel] | None:
-    for candidate in (annotation, *get_args(annotation)):
-        if isinstance(candidate, type) and issubclass(candidate, BaseModel):
-            return candidate
-    return None
 
 
 def nearest(written: object, names: Iterable[str]) -> str | None:

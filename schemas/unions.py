@@ -6,16 +6,19 @@ level, so tags begin with a character that cannot be meant and are taken out aga
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, get_args
 
-from pydantic import Discriminator, Tag
+from pydantic import BaseModel, Discriminator, Tag
 
 from schemas.base import Closed
+from schemas.pointers import Parts
 
 MARK = "\x00"
 MODELS: dict[str, type[Closed]] = {}
 """Every tag with its class, for suggestions."""
+FORMS: dict[type[BaseModel], tuple[type[Closed], ...]] = {}
+"""Every class with all forms of its type, such as the rectangle by its centre with that by its edges."""
 
 
 def tag(model: type[Closed]) -> Tag:
@@ -35,7 +38,8 @@ def chosen_by(forms: Mapping[str, tuple[type[Closed], ...]], *, field: str = "ty
     field
         What is looked at in place of `type`.
     """
-    required = {model: _required(model) for models in forms.values() for model in models}
+    required = {model: required_fields(model) for models in forms.values() for model in models}
+    FORMS.update({model: models for models in forms.values() for model in models})
 
     def choose(value: Any) -> str | None:
         if isinstance(value, Closed):
@@ -44,7 +48,7 @@ def chosen_by(forms: Mapping[str, tuple[type[Closed], ...]], *, field: str = "ty
         candidates = forms.get(kind) if isinstance(kind, str) else None
         if not candidates:
             return None
-        best = max(candidates, key=lambda model: sum(name in value for name in required[model]))
+        best = max(candidates, key=lambda model: fullness(value, required[model]))
         return MARK + best.__name__
 
     return Discriminator(
@@ -54,10 +58,51 @@ def chosen_by(forms: Mapping[str, tuple[type[Closed], ...]], *, field: str = "ty
     )
 
 
-def _required(model: type[Closed]) -> tuple[str, ...]:
+def fullness(value: Mapping[str, Any], names: Sequence[str]) -> float:
+    """Share of some fields that an object has, 0 to 1."""
+    return sum(name in value for name in names) / len(names) if names else 0.0
+
+
+def required_fields(model: type[BaseModel]) -> tuple[str, ...]:
+    """Fields that an object of this class cannot do without."""
     return tuple(name for name, field in model.model_fields.items() if field.is_required())
 
 
 def _offer(field: str, names: tuple[str, ...]) -> str:
     quoted = [f"'{name}'" for name in names]
     return f"The field '{field}' must be {'one of ' if len(names) > 1 else ''}{', '.join(quoted)}."
+
+
+def deciding_fields(model: type[BaseModel]) -> tuple[str, ...]:
+    """Required fields that some other form of the same type does not require: those that choose the form."""
+    shared = set.intersection(*(set(required_fields(form)) for form in FORMS.get(model, (model,))))
+    return tuple(name for name in required_fields(model) if name not in shared)
+
+
+def form_with(field: str, model: type[BaseModel] | None) -> type[BaseModel] | None:
+    """The form of the same type that has a field which this one lacks; None if there is none."""
+    forms = FORMS.get(model, ()) if model else ()
+    return next((form for form in forms if form is not model and field in form.model_fields), None)
+
+
+def model_at(model: type[BaseModel] | None, location: Sequence[str | int]) -> type[BaseModel] | None:
+    """Find the model that holds the last part of a location with tags; None where no model does."""
+    for part in location[:-1]:
+        if isinstance(part, str) and part.startswith(MARK):
+            model = MODELS[part]
+        elif model is not None and isinstance(part, str):
+            field = model.model_fields.get(part)
+            model = _model_in(field.annotation) if field else None
+    return model
+
+
+def _model_in(annotation: object) -> type[BaseModel] | None:
+    for candidate in (annotation, *get_args(annotation)):
+        if isinstance(candidate, type) and issubclass(candidate, BaseModel):
+            return candidate
+    return None
+
+
+def untagged(location: Iterable[str | int]) -> Parts:
+    """A location as the user's document has it."""
+    return tuple(part for part in location if not (isinstance(part, str) and part.startswith(MARK)))

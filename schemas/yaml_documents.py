@@ -29,7 +29,7 @@ _USUAL = {
     yaml.MappingNode: "tag:yaml.org,2002:map",
 }
 
-_TWICE = "Its mapping has this field more than once. Keep one of them."
+_TWICE = "This mapping has the same field more than once. Keep one of them."
 
 
 def read_yaml(data: bytes, limits: Limits) -> Document:
@@ -112,7 +112,7 @@ class _Walk:
             most = self.limits.max_depth
             raise _at(node.start_mark, "too_deep", f"At most {most} levels may lie inside each other.")
         if node.tag != _USUAL[type(node)]:
-            raise _at(node.start_mark, "tagged", "Tags are not known here. Remove what begins with '!'.")
+            raise _at(node.start_mark, "tagged", "Tags are not read here. Remove what begins with '!'.")
 
 
 def _plain(text: str) -> object:

@@ -28,8 +28,8 @@ from service.store.assets import PREFIX, is_mesh, is_sha256
 
 Model = TypeVar("Model", bound=BaseModel)
 
-NO_PICTURE = "This is no picture. Use one of PNG, JPEG, WEBP, TIFF, BMP, GIF, PPM."
-NO_MESH = "This is no mesh that can be read. Use OBJ, PLY or binary glTF (GLB)."
+NO_PICTURE = "This is a mesh, not a picture. Use one of PNG, JPEG, WEBP, TIFF, BMP, GIF, PPM."
+NO_MESH = "This is a picture, not a mesh. Use OBJ, PLY or glTF (GLB)."
 
 
 @dataclass(frozen=True)

@@ -1,33 +1,38 @@
-"""Reading mesh files: OBJ, PLY and binary glTF, through trimesh.
+"""Reading mesh files: OBJ, PLY and glTF, through trimesh.
 
-Nothing but the file itself is read. What it announces is counted before anything is allocated for it.
+Nothing but the file itself is read, and the buffers beside a glTF file. What a file announces is counted
+before anything is allocated for it.
 """
 
 import io
+import posixpath
 import re
 import warnings
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from renderer.arrays import Floats, Integers
-from renderer.assets import AssetError, AssetSource
-from renderer.shapes import gltf
+from renderer.assets import MISSING, AssetError, AssetSource, content_of
+from renderer.shapes import gltf, gltf_packing
+from schemas.file_kinds import recognise
 from schemas.limits import MAX_TRIANGLES
 from schemas.quantities import LARGEST
 
 # A number of more digits is too large, and too long for Python to read.
 _PLY_COUNTS = re.compile(rb"(?m)^element[ \t]+(?:face|vertex)[ \t]+(\d{1,18})")
-_OBJ_VERTEX = re.compile(rb"(?m)^[ \t]*v[ \t]+[-+.\d]")
 _OBJ_GROUP = re.compile(rb"(?m)^[ \t]*(?:mtllib|usemtl|o|g|s)(?:[ \t].*)?$")
+# No other mesh format is JSON.
+_JSON = re.compile(rb"(?:\xef\xbb\xbf)?\s*\{")
 _BEGINNING = 1 << 16
+_FORMATS = "Use OBJ, PLY or glTF (GLB, or .gltf with its buffers)."
+_GLTF = frozenset({"glb", "gltf"})
 
 
 def read_mesh(name: str, assets: AssetSource) -> tuple[Floats, Integers, Floats | None]:
     """Vertices (3, V), triangles (3, T) and texture coordinates (2, V) or None of a file.
 
-    Materials and all other files that a mesh names are left out.
+    Materials, and all other files that a mesh names but buffers of glTF, are left out.
 
     Raises
     ------
@@ -37,30 +42,62 @@ def read_mesh(name: str, assets: AssetSource) -> tuple[Floats, Integers, Floats 
     content = content_of(name, assets)
     kind = file_kind(content)
     announced(content)
-    return _arrays(_load(kind, _GEOMETRY[kind](content)))
+    if kind in _GLTF:
+        return _arrays(_load("glb", glb_of(name, content, assets)))
+    return _arrays(_load(kind, _without_groups(content) if kind == "obj" else content))
+
+
+def glb_of(name: str, content: bytes, assets: AssetSource) -> bytes:
+    """A glTF file and its buffers as one GLB of geometry alone.
+
+    Parameters
+    ----------
+    name
+        Name of the file, from whose folder the buffers are named.
+    content
+        Its bytes.
+    assets
+        Where the buffers come from.
+
+    Raises
+    ------
+    AssetError
+        If it is damaged, or a buffer cannot be had.
+    """
+
+    def read(uri: str) -> bytes:
+        try:
+            return content_of(posixpath.join(posixpath.dirname(name), uri), assets)
+        except AssetError as error:
+            why = f". {error}" if str(error) != MISSING else f", which is not there. {_BESIDE}"
+            raise AssetError(f"The mesh needs the file {uri[:_LONGEST_SHOWN]!r}{why}") from error
+
+    return gltf_packing.packed(gltf.opened(content), read)
+
+
+def self_contained(name: str, content: bytes, assets: AssetSource) -> bytes:
+    """A mesh file as one that needs no other: a `.gltf` file with its buffers becomes a GLB.
+
+    Other files stay as they are, byte for byte, and so do those that are no meshes. Parameters and errors
+    are those of `glb_of`.
+    """
+    needs_packing = _JSON.match(content) or needs_other_files(content)
+    return glb_of(name, content, assets) if needs_packing else content
+
+
+def needs_other_files(content: bytes) -> bool:
+    """Whether a file is glTF with buffers that lie elsewhere; AssetError if it is glTF and damaged."""
+    is_gltf = content.startswith(b"glTF") or _JSON.match(content) is not None
+    return is_gltf and bool(gltf.external_files(gltf.opened(content)))
+
+
+_LONGEST_SHOWN = 100
+_BESIDE = "Put it beside the mesh, or save the mesh as GLB."
 
 
 def _without_groups(content: bytes) -> bytes:
     """An OBJ file as one mesh, its triangles in the order in which they stand."""
     return _OBJ_GROUP.sub(b"", content)
-
-
-_GEOMETRY: dict[str, Callable[[bytes], bytes]] = {
-    "glb": gltf.geometry_alone,
-    "obj": _without_groups,
-    "ply": bytes,
-}
-
-
-def content_of(name: str, assets: AssetSource) -> bytes:
-    """Bytes of a file; raises AssetError if there is none of that name."""
-    try:
-        return assets.read(name)
-    except KeyError:
-        raise AssetError(
-            "There is no such file. "
-            "Name one in the scene's folder, or upload it first and name it by its sha256."
-        ) from None
 
 
 def file_kind(content: bytes) -> str:
@@ -69,20 +106,20 @@ def file_kind(content: bytes) -> str:
     Returns
     -------
     str
-        `glb`, `ply` or `obj`.
+        `glb`, `gltf`, `ply` or `obj`.
 
     Raises
     ------
     AssetError
         If it is none of these.
     """
-    if content.startswith(b"glTF"):
-        return "glb"
-    if content.startswith(b"ply"):
-        return "ply"
-    if _OBJ_VERTEX.search(content[:_BEGINNING]):
-        return "obj"
-    raise AssetError("This is no mesh that can be read. Use OBJ, PLY or binary glTF (GLB).")
+    kind = recognise(content)
+    if kind and kind.group == "mesh":
+        return kind.name
+    if _JSON.match(content):
+        return "gltf"
+    given = f"This is {kind.phrase}, not a mesh." if kind else "This is no mesh that can be read."
+    raise AssetError(f"{given} {_FORMATS}")
 
 
 def announced(content: bytes) -> int:
@@ -94,8 +131,8 @@ def announced(content: bytes) -> int:
         If it is no mesh, or promises more triangles than are allowed.
     """
     kind = file_kind(content)
-    if kind == "glb":
-        count = gltf.triangle_count(content)
+    if kind in _GLTF:
+        count = gltf.triangle_count(gltf.opened(content))
     elif kind == "ply":
         header = content[: content.find(b"end_header")][:_BEGINNING]
         count = max((int(found) for found in _PLY_COUNTS.findall(header)), default=0)

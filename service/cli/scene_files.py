@@ -105,7 +105,8 @@ def _showing(name: str, text: bytes) -> Iterator[None]:
     try:
         yield
     except SceneError as error:
-        missing_line = any(problem.line is None for problem in error.errors)
+        # A problem with a pointer is in a document that was parsed: any other text has no places to look up.
+        missing_line = any(problem.line is None and problem.pointer for problem in error.errors)
         problems = located(text.decode("utf-8-sig"), error.errors) if missing_line else error.errors
         raise UnusableSceneError(name, text, problems, error.more) from error
 
@@ -126,7 +127,7 @@ def parsed(text: bytes) -> Mapping[str, Any]:
     from schemas.documents import read_text
     from schemas.limits import Limits
 
-    content = read_text(text, Limits()).content
+    content = read_text(text, Limits(), wanted="a scene").content
     return content if isinstance(content, Mapping) else {}
 
 

@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 SceneSource = str | PathLike[str] | bytes | Mapping[str, Any]
 PREFIX = "sha256:"
 SCENE = "/scene"
-MISSING = "This file is not there, or not inside the folder of the scene."
+NO_FOLDER = (
+    "This scene comes without a folder, so there is no such file. Give the path of the scene, or 'assets'."
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +75,7 @@ def pack(scene: SceneSource, *, assets: AssetSource | None = None) -> Parcel:
     if isinstance(scene, str | PathLike):
         assets = assets or _beside(Path(scene))
         scene = Path(scene).read_bytes()
-    read = read_text(scene, Limits())
+    read = read_text(scene, Limits(), wanted="a scene")
     if not isinstance(read.content, Mapping):
         raise refusal([Finding((), "not_an_object", "A scene is a JSON object.")], read.content, read.text)
     contents, missing = _contents(read.content, assets)
@@ -113,12 +115,22 @@ def _contents(scene: Mapping[str, Any], assets: AssetSource | None) -> tuple[dic
     missing = []
     for part, key, name in _local_files(scene):
         try:
-            if assets is None:
-                raise KeyError(name)
-            contents[name] = assets.read(name)
-        except (KeyError, OSError):
-            missing.append(Finding((part, key, "asset"), "missing_asset", MISSING))
+            contents[name] = _content(name, assets, is_mesh=part == "shapes")
+        except (ValueError, OSError) as error:
+            missing.append(Finding((part, key, "asset"), "missing_asset", str(error)))
     return contents, missing
+
+
+def _content(name: str, assets: AssetSource | None, *, is_mesh: bool) -> bytes:
+    """Bytes of a file as they are uploaded: one file, though a glTF mesh may have its buffers in others."""
+    if assets is None:
+        raise ValueError(NO_FOLDER)
+    # Most uses of a client have no files and need nothing of the renderer.
+    from renderer.assets import content_of  # noqa: PLC0415
+    from renderer.shapes.mesh_files import self_contained  # noqa: PLC0415
+
+    content = content_of(name, assets)
+    return self_contained(name, content, assets) if is_mesh else content
 
 
 def _renamed(scene: Mapping[str, Any], names: Mapping[str, str]) -> Mapping[str, Any]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from renderer.assets import AssetError
+from renderer.shapes.gltf_containers import DAMAGED, split_glb
 from schemas.documents import read_text
 from schemas.errors import SceneError
 from schemas.limits import MAX_TRIANGLES, Limits
@@ -28,9 +29,6 @@ from service.importing.surroundings import bounding_sphere
 from service.importing.task import Task
 
 KNOWN_EXTENSIONS = frozenset({"KHR_lights_punctual", "KHR_materials_ior", "KHR_materials_transmission"})
-_HEADER = struct.Struct("<4sIIII")
-_JSON, _BINARY = 0x4E4F534A, 0x004E4942
-_DAMAGED = "This is no binary glTF 2.0 file, or it is damaged. Save it again as GLB."
 
 
 def convert_gltf(task: Task, content: object) -> dict[str, Any]:
@@ -47,29 +45,18 @@ def convert_gltf(task: Task, content: object) -> dict[str, Any]:
 def convert_glb(task: Task) -> dict[str, Any]:
     """The scene of a `.glb` file; raises as `convert_gltf`."""
     try:
-        magic, version, _, length, kind = _HEADER.unpack_from(task.content)
-    except struct.error:
-        raise wrong_at(task.notes.file, "", _DAMAGED) from None
-    if (magic, version, kind) != (b"glTF", 2, _JSON):
-        raise wrong_at(task.notes.file, "", _DAMAGED)
-    end = _HEADER.size + length
-    try:
-        content = read_text(task.content[_HEADER.size : end], Limits()).content
+        text, binary = split_glb(task.content)
+        content = read_text(text, Limits()).content
+    except AssetError as error:
+        raise wrong_at(task.notes.file, "", str(error)) from error
     except SceneError as error:
         raise ConversionError(task.notes.file, b"", error.errors, error.more) from None
-    return _scene(task, content, None, _binary(task.content[end:]))
-
-
-def _binary(rest: bytes) -> bytes | None:
-    if len(rest) < 8:
-        return None
-    length, kind = struct.unpack_from("<II", rest)
-    return rest[8 : 8 + length] if kind == _BINARY else None
+    return _scene(task, content, None, binary)
 
 
 def _scene(task: Task, content: object, text: str | None, binary: bytes | None) -> dict[str, Any]:
     if not isinstance(content, Mapping):
-        raise wrong_at(task.notes.file, "", _DAMAGED)
+        raise wrong_at(task.notes.file, "", DAMAGED)
     document = read_known(content, Document, task.notes, text)
     _refuse_unknown(task, document)
     nodes = placed_nodes(task.notes.file, document)

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import base64
-import binascii
 from collections.abc import Sequence
 from pathlib import PurePosixPath
 from typing import TypeVar
-from urllib.parse import unquote
 
 import numpy as np
 
 from renderer.arrays import Floats
+from renderer.shapes.gltf_containers import embedded, file_name, is_embedded
 from service.importing.errors import FileAwayError, wrong_at
 from service.importing.gltf_document import Accessor, Document, Image
 from service.importing.task import Task
@@ -109,12 +107,9 @@ class Buffers:
         return self.read[number]
 
     def _uri(self, uri: str) -> bytes:
-        if uri.startswith("data:"):
-            try:
-                return base64.b64decode(uri.partition(",")[2], validate=True)
-            except binascii.Error as error:
-                raise ValueError("This data URI is not base64. Save the file again.") from error
-        return self.task.found.read(self.task.folder, unquote(uri))[1]
+        return (
+            embedded(uri) if is_embedded(uri) else self.task.found.read(self.task.folder, file_name(uri))[1]
+        )
 
     def picture(self, image: Image, number: int) -> tuple[str, str, bytes]:
         """Stem, ending and bytes of a picture.
@@ -130,8 +125,8 @@ class Buffers:
             return stem, ending, self.view(image.buffer_view, f"/images/{number}/bufferView")
         if image.uri is None:
             raise ValueError("The picture has neither 'uri' nor 'bufferView'.")
-        if image.uri.startswith("data:"):
+        if is_embedded(image.uri):
             ending = _ENDINGS.get(image.uri[5:].partition(";")[0], ending)
             return stem, ending, self._uri(image.uri)
-        path = PurePosixPath(unquote(image.uri))
+        path = PurePosixPath(file_name(image.uri))
         return path.stem, path.suffix, self._uri(image.uri)

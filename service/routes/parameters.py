@@ -7,8 +7,10 @@ from typing import Annotated, Any
 
 from fastapi import Header, Query, Request
 from fastapi.responses import Response
-from pydantic import BaseModel, StringConstraints
+from pydantic import AfterValidator, BaseModel, Field
+from pydantic_core import PydanticCustomError
 
+from schemas.jobs import LABEL_NAME, LABEL_NAMES
 from schemas.problems import ProblemDocument
 from service.access.asking import SeenJob
 from service.problems import MEDIA_TYPE
@@ -20,16 +22,34 @@ Wait = Annotated[
 ]
 Prefer = Annotated[str | None, Header(description="`wait=N` waits up to N seconds for the job to end.")]
 
+_KEY = r"[\x21-\x7e]{1,255}"
+_LABEL = rf"{LABEL_NAME}:[\s\S]{{0,200}}"
+
+
+def _key(key: str | None) -> str | None:
+    if key is not None and not re.fullmatch(_KEY, key):
+        message = "It has 1 to 255 characters: letters from A to Z, digits and punctuation, without spaces"
+        raise PydanticCustomError("idempotency_key", message)
+    return key
+
+
+def _label(label: str) -> str:
+    if not re.fullmatch(_LABEL, label):
+        message = f"It is name:value, with a value of at most 200 characters. {LABEL_NAMES.removesuffix('.')}"
+        raise PydanticCustomError("label", message)
+    return label
+
+
 IdempotencyKey = Annotated[
     str | None,
     Header(
-        min_length=1,
-        max_length=255,
-        pattern=r"^[\x21-\x7e]+$",
-        description="Words of your own: for 24 hours the same request with them makes no second job.",
+        json_schema_extra={"pattern": f"^{_KEY}$"},
+        description="Words of your own, 1 to 255 printable characters of ASCII without spaces: for 24 hours "
+        "the same request with them makes no second job.",
     ),
+    AfterValidator(_key),
 ]
-LabelFilter = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,62}:", max_length=264)]
+LabelFilter = Annotated[str, Field(json_schema_extra={"pattern": f"^{_LABEL}$"}), AfterValidator(_label)]
 
 WAIT = re.compile(r"(?:^|[,;])\s*wait\s*=\s*(\d{1,6}(?:\.\d{1,6})?)\s*(?:$|[,;])", re.IGNORECASE)
 COMPONENTS = "#/components/schemas/{model}"

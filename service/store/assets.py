@@ -14,12 +14,18 @@ from anyio import to_thread
 from PIL import Image
 
 from renderer.assets import FORMATS, AssetError
-from renderer.shapes.mesh_files import announced, file_kind
+from renderer.shapes.mesh_files import announced, file_kind, needs_other_files
+from schemas.file_kinds import recognise
 from service.errors import UploadMismatchError, UploadUnusableError
 from service.store.objects import Objects, Stored
 
 PREFIX = "sha256:"
-_MESHES = {"glb": "model/gltf-binary", "obj": "model/obj", "ply": "application/x-ply"}
+_MESHES = {
+    "glb": "model/gltf-binary",
+    "gltf": "model/gltf+json",
+    "obj": "model/obj",
+    "ply": "application/x-ply",
+}
 _BEGINNING = 1 << 16
 
 
@@ -145,7 +151,13 @@ def _mesh_kind(beginning: bytes) -> str | None:
 
 def _mesh_header(path: Path, kind: str) -> Header:
     try:
-        announced(path.read_bytes())
+        content = path.read_bytes()
+        announced(content)
+        if needs_other_files(content):
+            raise UploadUnusableError(
+                "This glTF file has its buffers in other files, and an upload is one file. Save it as GLB, "
+                "or submit the scene with 'penumbra submit' or the Python client, which put them together."
+            )
     except AssetError as error:
         raise UploadUnusableError(str(error)) from error
     return Header(_MESHES[kind], 0, 0)
@@ -159,8 +171,14 @@ def _image_header(path: Path) -> Header:
         raise UploadUnusableError("The picture has too many pixels.") from error
     except (OSError, ValueError, SyntaxError) as error:
         raise UploadUnusableError(
-            f"The body is neither a picture nor a mesh. Send one of {', '.join(FORMATS)}, OBJ, PLY, GLB."
+            f"{_given(path)} neither a picture nor a mesh. Send one of {', '.join(FORMATS)}, OBJ, PLY, GLB."
         ) from error
+
+
+def _given(path: Path) -> str:
+    with path.open("rb") as file:
+        kind = recognise(file.read(_BEGINNING))
+    return f"This is {kind.phrase}," if kind and kind.group not in {"picture", "mesh"} else "The body is"
 
 
 def is_mesh(media_type: str) -> bool:

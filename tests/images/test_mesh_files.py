@@ -180,8 +180,9 @@ def test_other_files_that_a_mesh_names_are_not_opened(
     assert [name for name in opened if "m.mtl" in name or "picture" in name or "passwd" in name] == []
 
 
-def test_a_glb_whose_numbers_are_elsewhere_is_refused() -> None:
-    assert "names other files" in refusal(changed_glb(buffers=[{"uri": "other.bin", "byteLength": 100}]))
+def test_a_glb_whose_numbers_are_in_a_file_that_is_not_there_names_it() -> None:
+    elsewhere = changed_glb(buffers=[{"uri": "other.bin", "byteLength": 100}])
+    assert "needs the file 'other.bin', which is not there" in refusal(elsewhere)
 
 
 DAMAGED = {

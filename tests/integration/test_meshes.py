@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import base64
 import hashlib
+import json
+from pathlib import Path
 from typing import Any
 
 import httpx2
@@ -10,9 +13,11 @@ import numpy as np
 import pytest
 
 import renderer
+from service.client import Client
 from service.store.assets import AssetStore
 from service.store.folder import Folder
-from tests.images.test_mesh_files import FILES, HUGE
+from tests.images.test_gltf_files import placed, with_buffers, written
+from tests.images.test_mesh_files import FILES, HUGE, solid
 from tests.integration.support import ended, finish, image, scene, submit, wait
 from tests.integration.test_assets import png, put
 from tests.integration.test_bad_requests import problem_of
@@ -62,3 +67,27 @@ def test_a_damaged_mesh_fails_its_job_and_is_named(client: httpx2.Client) -> Non
     assert failed["state"] == "failed"
     assert failed["failure"]["code"] == "scene_not_usable"
     assert failed["failure"]["message"].startswith("/scene/shapes/1/asset: ")
+
+
+def test_a_gltf_file_whose_buffers_lie_elsewhere_is_refused_with_what_to_send(client: httpx2.Client) -> None:
+    made = placed()
+    told = problem_of(put(client, with_buffers(made, uri="m.bin")), 422)["detail"]
+    assert "Save it as GLB" in told
+    assert "penumbra submit" in told
+    embedded = "data:;base64," + base64.b64encode(made.binary).decode()
+    sent = put(client, with_buffers(made, uri=embedded))
+    assert sent.status_code == 200
+    assert sent.json()["media_type"] == "model/gltf+json"
+
+
+def test_a_scene_with_a_gltf_file_is_submitted_with_its_buffers(server: Any, tmp_path: Path) -> None:
+    for name, content in written(solid()).items():
+        (tmp_path / name).write_bytes(content)
+    document = scene() | {"name": "a mesh beside its buffers"}
+    document["shapes"][1] = {"type": "mesh", "asset": "model.gltf", "material": "ball"}
+    path = tmp_path / "scene.json"
+    path.write_text(json.dumps(document))
+    with Client(server.url) as client:
+        found = client.submit(path).wait().image()
+    expected = renderer.render(renderer.compile_scene(renderer.load_scene(path)))
+    np.testing.assert_array_equal(found, expected.image)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -20,6 +21,7 @@ from tests.integration.support import (
     submit,
     wait,
 )
+from tests.integration.test_bad_requests import problem_of
 
 SMALL = {"scene": scene(16, 16, samples=1, light_samples=1)}
 
@@ -109,6 +111,15 @@ def test_a_key_is_refused_with_another_request_and_named(client: httpx2.Client) 
     assert "'reused'" in answer.json()["detail"]
 
 
+def test_a_key_knows_its_request_however_its_json_is_written(client: httpx2.Client) -> None:
+    first = post(client, SMALL, **{"Idempotency-Key": "written"})
+    text = json.dumps(json.loads(json.dumps(SMALL), parse_int=float), indent=2, sort_keys=True)
+    headers = {"Content-Type": "application/json", "Idempotency-Key": "written"}
+    again = client.post("/v1/jobs", content=text, headers=headers)
+    assert (again.status_code, again.json()["id"]) == (202, first.json()["id"])
+    assert again.headers["Idempotency-Replayed"] == "true"
+
+
 def test_a_request_that_was_refused_leaves_its_key_free(client: httpx2.Client) -> None:
     assert post(client, {"scene": {}}, **{"Idempotency-Key": "free"}).status_code == 422
     answer = post(client, SMALL, **{"Idempotency-Key": "free"})
@@ -168,3 +179,29 @@ def test_a_picture_is_kept_as_long_as_the_service_says_and_its_job_as_long_again
             pass
         assert not folder.exists()
         assert client.get("/v1/jobs").json()["jobs"] == []
+
+
+@pytest.mark.parametrize("name", ["", "-first", "two words", "a/b", "ä", "x" * 64, "a\n"])
+def test_what_the_name_of_a_label_may_be_is_said_where_it_is_wrong(client: httpx2.Client, name: str) -> None:
+    (error,) = problem_of(post(client, SMALL | {"labels": {name: "x"}}), 422)["errors"]
+    assert error["detail"].startswith("A label's name has 1 to 63 characters: letters from A to Z, digits")
+    assert error["pointer"] == "/labels/" + name.replace("/", "~1")
+
+
+def test_how_many_and_how_long_labels_may_be_is_said(client: httpx2.Client) -> None:
+    (error,) = problem_of(post(client, SMALL | {"labels": {f"a{n}": "" for n in range(17)}}), 422)["errors"]
+    assert error["detail"] == "This has 17 entries; at most 16 are allowed."
+    (error,) = problem_of(post(client, SMALL | {"labels": {"a": "x" * 201}}), 422)["errors"]
+    assert error["detail"] == "This text is too long: it may have 200 characters at most."
+
+
+@pytest.mark.parametrize("key", ["", "two words", "x" * 256, "tab\there"])
+def test_what_an_idempotency_key_may_be_is_said(client: httpx2.Client, key: str) -> None:
+    told = problem_of(post(client, SMALL, **{"Idempotency-Key": key}), 422)["detail"]
+    assert "It has 1 to 255 characters: letters from A to Z, digits and punctuation, without spaces." in told
+
+
+@pytest.mark.parametrize("label", ["found", ":x", "two words:x", "a:" + "x" * 201])
+def test_what_a_label_to_look_for_may_be_is_said(client: httpx2.Client, label: str) -> None:
+    told = problem_of(client.get("/v1/jobs", params={"label": label}), 422)["detail"]
+    assert "It is name:value, with a value of at most 200 characters. A label's name has 1 to 63" in told

@@ -1,6 +1,7 @@
 """Files that a scene names: where they may come from, and what may be in them."""
 
 import io
+import json
 import os
 import struct
 import zlib
@@ -169,6 +170,36 @@ def test_all_else_is_not_there(folder: Path, name: str) -> None:
     """Outside of the folder, a link that leads out of it, a folder, a pipe, an impossible name."""
     with pytest.raises(KeyError):
         FolderAssets(folder).read(name)
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("../secret.png", "This path leads outside the scene's folder by '..'."),
+        ("below/../../secret.png", "This path leads outside the scene's folder by '..'."),
+        ("/etc/passwd", "This absolute path leads outside the scene's folder."),
+        ("out.png", "A symbolic link on this path leads outside the scene's folder."),
+        ("away/secret.png", "A symbolic link on this path leads outside the scene's folder."),
+        ("below", "This is a folder."),
+        ("http://localhost/a.png", "Nothing is fetched from an address."),
+        ("below\\b.png", "There is no such file."),
+        ("nowhere.png", "There is no such file."),
+    ],
+)
+def test_why_a_file_is_not_read_is_a_problem_of_the_scene(folder: Path, name: str, reason: str) -> None:
+    scene = json.loads(json.dumps(TEXTURED).replace("picture.png", name.replace("\\", "\\\\")))
+    with pytest.raises(renderer.SceneError) as caught:
+        renderer.compile_scene(renderer.load_scene(scene, assets=FolderAssets(folder)))
+    (problem,) = caught.value.errors
+    assert problem.pointer == "/textures/a~1b/asset"
+    assert problem.detail.startswith(reason)
+    assert "\\" not in name or "separated by '/'" in problem.detail
+
+
+def test_a_picture_of_a_format_that_is_not_read_is_called_what_it_is() -> None:
+    for content, phrase in ((b"\x76\x2f\x31\x01", "an OpenEXR picture"), (b"%PDF-1.7", "a PDF document")):
+        with pytest.raises(AssetError, match=rf"This is {phrase}\. Use one of PNG, JPEG"):
+            decode_image(content)
 
 
 def test_a_folder_reached_by_a_link_holds_its_files(folder: Path, tmp_path: Path) -> None:

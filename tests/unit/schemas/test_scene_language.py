@@ -125,7 +125,7 @@ def test_extreme_fields_of_view_are_accepted(scene: dict[str, Any], angle: float
     assert read_scene(changed(scene, "/camera/vertical_fov", angle))[0].camera.vertical_fov == angle
 
 
-@pytest.mark.parametrize("count", [0, -1, 1.5, 2.0, True, "4", 10**9, 10**300, None], ids=repr)
+@pytest.mark.parametrize("count", [0, -1, 1.5, True, "4", 10**9, 10**300, None], ids=repr)
 @pytest.mark.parametrize("place", ["/camera/width", "/camera/height", "/sampling/light/samples"])
 def test_a_count_is_a_whole_number_from_1(scene: dict[str, Any], place: str, count: object) -> None:
     assert list(problems(changed(scene, place, count))) == [place]
@@ -182,7 +182,7 @@ def test_axes_that_are_not_perpendicular_are_refused_at_any_scale(
 
 
 def test_the_message_about_axes_says_by_how_much(scene: dict[str, Any]) -> None:
-    with pytest.raises(SceneError, match=r"is 0\.0003, at most 1e-6") as caught:
+    with pytest.raises(SceneError, match=r"is 0\.0003, and at most 1e-6") as caught:
         read_scene(changed(scene, "/shapes/3/axes", [[1, 0, 0], [3e-4, 1, 0], [0, 0, 1]]))
     assert "digits" in caught.value.errors[0].detail
 
