@@ -1,7 +1,8 @@
 """A ray tracer on NumPy arrays that runs only what a scene calls for."""
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from schemas.exports import lazy_names
 
 if TYPE_CHECKING:
     from renderer.assets import AssetSource
@@ -43,11 +44,6 @@ HOMES = {
     "scenes": ("LoadedScene", "load_scene"),
     "tracing": ("Hits", "trace"),
 }
-"""Modules that are loaded when one of their names is first asked for: comparing pictures renders nothing."""
+"""Modules that are loaded when one of their names is first used: comparing pictures renders nothing."""
 
-
-def __getattr__(name: str) -> Any:
-    home = next((module for module, names in HOMES.items() if name in names), None)
-    if home is None:
-        raise AttributeError(f"module 'renderer' has no attribute {name!r}")
-    return getattr(import_module(f"renderer.{home}"), name)
+__getattr__, __dir__ = lazy_names(__name__, HOMES)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
 """float64 array."""
@@ -87,3 +87,27 @@ def lengths(v: Floats) -> Floats:
 def magnitude(v: Floats) -> Floats:
     """Sum of the absolute components, (3, N) -> (N,): the scale that rounding errors follow."""
     return np.abs(v[0]) + np.abs(v[1]) + np.abs(v[2])
+
+
+def vectors(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """What somebody gives as N vectors, as an array (N, 3) of float64; an empty list is no vectors.
+
+    Raises
+    ------
+    ValueError
+        If it has another shape or does not hold real numbers; the message begins with `name`.
+    """
+    try:
+        array = np.asarray(values)
+        # Text and truth would become numbers without a word, and complex numbers half of themselves.
+        real = array.dtype.kind in "fiu" or (array.dtype.kind == "O" and array.ndim > 0)
+        array = array.astype(np.float64) if real else array
+    except (TypeError, ValueError):
+        real = False
+    if not real:
+        raise ValueError(f"{name} must be an array of real numbers of the shape (N, 3).")
+    if array.shape == (0,):
+        return np.empty((0, 3))
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"{name} must have the shape (N, 3), not {array.shape}.")
+    return array

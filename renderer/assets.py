@@ -1,5 +1,6 @@
 """Files that a scene names: where they come from, and pictures among them."""
 
+import errno
 import io
 import os
 import struct
@@ -125,6 +126,27 @@ def content_of(name: str, assets: AssetSource) -> bytes:
         raise AssetError(str(error)) from None
     except KeyError:
         raise AssetError(MISSING) from None
+
+
+def asset_source(assets: AssetSource | str | os.PathLike[str]) -> AssetSource:
+    """Give the source of a scene's files: the files of a folder, or a source as it is.
+
+    Raises
+    ------
+    NotADirectoryError
+        The path is not that of a folder.
+    TypeError
+        It is neither a path nor a source.
+    """
+    if isinstance(assets, str | os.PathLike):
+        folder = Path(assets)
+        if not folder.is_dir():
+            raise NotADirectoryError(errno.ENOTDIR, "This is no folder of a scene's files", str(folder))
+        return FolderAssets(folder)
+    if not callable(getattr(assets, "read", None)):
+        kind = type(assets).__name__
+        raise TypeError(f"'assets' must be a folder or have a method read(name); {kind} has none.")
+    return assets
 
 
 def image_size(content: bytes, max_pixels: int = MAX_PIXELS) -> tuple[int, int]:

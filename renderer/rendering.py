@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from renderer.adaptive.rendering import render_adaptively
+from renderer.arguments import LARGEST_TILE, MOST_WORKERS, check_callable, check_plan, checked_count
 from renderer.compile import compile_scene
 from renderer.convergence import trend
 from renderer.errors import told
@@ -19,9 +20,10 @@ from renderer.layers import Sheets
 from renderer.plan import RenderPlan
 from renderer.progressive import errors_of, squares_of, unknown_error
 from renderer.results import RenderResult, TileEvent
+from renderer.scenes import QualitySource
 from renderer.tiling import tiles
 from renderer.workers import shared_out
-from schemas.quality import Quality, TargetQuality
+from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
 
 
@@ -73,7 +75,7 @@ class _Picture:
 
 def render(
     plan: RenderPlan,
-    quality: Quality | None = None,
+    quality: QualitySource | None = None,
     on_tile: Callable[[TileEvent], None] | None = None,
     workers: int | None = None,
     tile_size: int | None = None,
@@ -83,15 +85,15 @@ def render(
     Parameters
     ----------
     plan : RenderPlan
-    quality : Quality, optional
-        Takes the place of the plan's.
+    quality : FixedQuality, TargetQuality or dict, optional
+        Takes the place of the plan's; a dict is one as a request over HTTP has it.
     on_tile : callable, optional
         Called with a `TileEvent` for every finished tile, the coarse preview first.
     workers : int, optional
-        Worker processes. By default the picture is rendered in this process. As always with processes,
-        a script that asks for workers does so under `if __name__ == "__main__":`.
+        Worker processes, 1 to 1024. By default the picture is rendered in this process. As always with
+        processes, a script that asks for workers does so under `if __name__ == "__main__":`.
     tile_size : int, optional
-        Pixels. No pixel depends on it, nor on `workers`.
+        Side of a tile, pixels, 1 to 65536. No pixel depends on it, nor on `workers`.
 
     Returns
     -------
@@ -99,9 +101,17 @@ def render(
 
     Raises
     ------
+    TypeError, ValueError
+        If an argument is of the wrong kind, or out of range.
+    SceneError
+        If the quality cannot be used.
     RenderError
         If a worker process dies, or a tile cannot be rendered.
     """
+    check_plan(plan, "render")
+    check_callable("on_tile", on_tile)
+    workers = checked_count("workers", workers, MOST_WORKERS, "this process alone")
+    tile_size = checked_count("tile_size", tile_size, LARGEST_TILE, "the renderer's choice")
     if quality is not None:
         names = [layer.name for layer in plan.layers]
         plan = compile_scene(plan.scene, quality, layers=names, culling=plan.culling)

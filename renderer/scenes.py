@@ -5,14 +5,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from renderer.assets import AssetSource, FolderAssets, NoAssets
+from renderer.assets import AssetSource, FolderAssets, NoAssets, asset_source
+from schemas.errors import SceneError
 from schemas.limits import Limits
 from schemas.problems import Problem
-from schemas.reading import DEFAULT_LIMITS, read_scene
+from schemas.quality import Quality
+from schemas.reading import DEFAULT_LIMITS, read_quality, read_scene
 from schemas.scene import Scene
 
 Source = str | os.PathLike[str] | bytes | Mapping[str, object] | Scene
 """A path, JSON as bytes, a parsed document, or a checked scene."""
+
+QualitySource = Quality | Mapping[str, object]
+"""A checked quality, or one as a request over HTTP has it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +38,10 @@ class LoadedScene:
 
 
 def load_scene(
-    source: Source | LoadedScene, *, assets: AssetSource | None = None, limits: Limits = DEFAULT_LIMITS
+    source: Source | LoadedScene,
+    *,
+    assets: AssetSource | str | os.PathLike[str] | None = None,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> LoadedScene:
     """Read and check a scene.
 
@@ -42,7 +50,7 @@ def load_scene(
     source
         A path (its files are then looked for in its folder), JSON as bytes, a dict, or a `schemas.Scene`.
     assets
-        Source of the files that the scene names; needed where `source` is no path.
+        Folder of the files that the scene names, or an `AssetSource`; needed where `source` is no path.
     limits
         How large the scene may be.
 
@@ -51,7 +59,9 @@ def load_scene(
     SceneError
         With every problem in `.errors`.
     OSError
-        If the path cannot be read.
+        If the path cannot be read, or `assets` is no folder.
+    TypeError
+        If `source` or `assets` is of another kind.
 
     Examples
     --------
@@ -72,11 +82,47 @@ def load_scene(
     """
     if isinstance(source, LoadedScene):
         return source
+    given = None if assets is None else asset_source(assets)
     if isinstance(source, Scene):
-        return LoadedScene(source, NoAssets() if assets is None else assets)
+        return LoadedScene(source, NoAssets() if given is None else given)
     if isinstance(source, (bytes, Mapping)):
         document, warnings = read_scene(source, limits=limits)
-        return LoadedScene(document, NoAssets() if assets is None else assets, warnings)
-    path = Path(source)
+        return LoadedScene(document, NoAssets() if given is None else given, warnings)
+    path = _path(source)
     document, warnings = read_scene(path.read_bytes(), limits=limits)
-    return LoadedScene(document, FolderAssets(path.parent) if assets is None else assets, warnings)
+    return LoadedScene(document, FolderAssets(path.parent) if given is None else given, warnings)
+
+
+def _path(source: object) -> Path:
+    if not isinstance(source, str | os.PathLike):
+        kind = type(source).__name__
+        raise TypeError(f"A scene is a path, JSON as bytes, a dict or a schemas.Scene, not {kind}.")
+    if isinstance(source, str) and source.lstrip().startswith("{"):
+        raise ValueError("This text is a scene, not the path of one. Encode it: load_scene(text.encode()).")
+    return Path(source)
+
+
+def load_request(
+    scene: Source | LoadedScene, quality: QualitySource | None
+) -> tuple[LoadedScene, Quality | None]:
+    """Read and check a scene, and the quality to render it with.
+
+    Raises
+    ------
+    SceneError
+        With every problem of both; pointers into the quality begin with ``/quality``.
+    """
+    problems: list[Problem] = []
+    more = 0
+    loaded = asked = None
+    try:
+        loaded = load_scene(scene)
+    except SceneError as error:
+        problems, more = [*error.errors], error.more
+    try:
+        asked = None if quality is None else read_quality(quality)
+    except SceneError as error:
+        problems, more = [*problems, *error.errors], more + error.more
+    if loaded is None or problems:
+        raise SceneError(problems, more)
+    return loaded, asked

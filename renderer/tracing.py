@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from renderer.arrays import Floats, Integers
+from renderer.arguments import check_plan
+from renderer.arrays import Floats, Integers, vectors
 from renderer.compile import compile_visibility
 from renderer.execute import chunks, shaded_points, workspace
 from renderer.interaction import Points, Rays
@@ -51,7 +52,7 @@ def trace(plan: RenderPlan, origins: ArrayLike, directions: ArrayLike) -> Hits:
     Parameters
     ----------
     plan : RenderPlan
-    origins, directions : (N, 3) array_like of float64
+    origins, directions : (N, 3) array_like of real numbers, taken as float64
         Coordinates of origins may be up to 1e30, the largest component of a direction 1e-200 to 1e200. A ray
         that is not finite, or whose direction is 0, misses.
 
@@ -63,10 +64,17 @@ def trace(plan: RenderPlan, origins: ArrayLike, directions: ArrayLike) -> Hits:
 
     Raises
     ------
+    TypeError
+        If `plan` is no plan.
     ValueError
-        If an array does not have the shape (N, 3), the two differ in N, or a number is beyond these bounds.
+        If an array does not have the shape (N, 3) or does not hold real numbers, the two differ in N, or a
+        number is beyond these bounds.
     """
-    start, along = _vectors("origins", origins), _vectors("directions", directions)
+    check_plan(plan, "trace")
+    start, along = (
+        np.ascontiguousarray(vectors(name, given).T)
+        for name, given in (("origins", origins), ("directions", directions))
+    )
     if start.shape != along.shape:
         raise ValueError(
             f"origins have {start.shape[1]} rows and directions {along.shape[1]}; they must be as many."
@@ -81,18 +89,9 @@ def trace(plan: RenderPlan, origins: ArrayLike, directions: ArrayLike) -> Hits:
     return hits
 
 
-def _vectors(name: str, values: ArrayLike) -> Floats:
-    array = np.asarray(values, dtype=np.float64)
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise ValueError(f"{name} must have the shape (N, 3), not {array.shape}.")
-    return np.ascontiguousarray(array.T)
-
-
-def _refuse_beyond(
-    name: str, vectors: Floats, usable: Integers, bounds: tuple[float, float], cure: str
-) -> None:
+def _refuse_beyond(name: str, rows: Floats, usable: Integers, bounds: tuple[float, float], cure: str) -> None:
     least, most = bounds
-    largest = np.abs(vectors[:, usable]).max(axis=0)
+    largest = np.abs(rows[:, usable]).max(axis=0)
     wrong = usable[(largest < least) | (largest > most)]
     if wrong.size:
         place = f"The largest component in row {wrong[0]} of '{name}'"

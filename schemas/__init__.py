@@ -1,1 +1,25 @@
 """The language of scenes, jobs, tiles, plans and problems."""
+
+from typing import TYPE_CHECKING
+
+from schemas.exports import lazy_names
+
+if TYPE_CHECKING:
+    from schemas.errors import SceneError
+    from schemas.limits import Limits
+    from schemas.problems import Problem
+    from schemas.quality import FixedQuality, TargetQuality
+    from schemas.scene import Scene
+
+__all__ = ["FixedQuality", "Limits", "Problem", "Scene", "SceneError", "TargetQuality"]
+
+HOMES = {
+    "errors": ("SceneError",),
+    "limits": ("Limits",),
+    "problems": ("Problem",),
+    "quality": ("FixedQuality", "TargetQuality"),
+    "scene": ("Scene",),
+}
+"""Modules that are loaded when one of their names is first used: an error's class needs no scene language."""
+
+__getattr__, __dir__ = lazy_names(__name__, HOMES)

@@ -19,6 +19,7 @@ from schemas.file_kinds import BEGINNING, mistaken
 from schemas.findings import Finding, refusal
 from schemas.json_syntax import explain
 from schemas.limits import Limits
+from schemas.plain import plain
 from schemas.pointers import Parts
 from schemas.positions import Find, line_and_column, locate
 from schemas.problems import Problem
@@ -66,10 +67,11 @@ def read_text(source: Source, limits: Limits, *, wanted: str = "a JSON document"
     Raises
     ------
     SceneError
-        It is too large, not UTF-8, not JSON, or too deeply nested; or it has text that cannot be shown.
+        It is too large, not UTF-8, not JSON, or too deeply nested; or it has text that cannot be shown. A
+        document that Python made may have arrays and numbers of NumPy, but nothing else that JSON has not.
     """
     if isinstance(source, Mapping):
-        document = Document(source, None)
+        document = Document(plain(source, max_depth=limits.max_depth), None)
         _check_texts(document, limits)
         return document
     try:

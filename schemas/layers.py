@@ -30,6 +30,8 @@ def checked_layers(names: Iterable[str]) -> tuple[LayerName, ...]:
 
     Raises
     ------
+    TypeError
+        It is one text and not several.
     ValueError
         Says which name is none of a layer, and which was probably meant.
 
@@ -41,6 +43,9 @@ def checked_layers(names: Iterable[str]) -> tuple[LayerName, ...]:
     Traceback (most recent call last):
     ValueError: There is no layer 'dept'. Did you mean 'depth'?
     """
+    if isinstance(names, str):
+        # Its letters would be taken for names.
+        raise TypeError(f"Several layers may be asked for: write [{names!r}].")
     asked = list(names)
     for name in asked:
         if name not in LAYER_NAMES:

@@ -17,7 +17,7 @@ CONFIDENCE = 0.95
 class FixedQuality(Closed):
     """Exactly the samples asked for: every sample is evaluated, every pixel is their mean."""
 
-    mode: Literal["fixed"] = Field(description="`fixed`.")
+    mode: Literal["fixed"] = Field(default="fixed", description="`fixed`.")
     antialiasing: Antialiasing | None = Field(
         default=None, description="Camera samples; by default those of the scene."
     )
@@ -37,7 +37,9 @@ class TargetQuality(Closed):
     the time is spent.
     """
 
-    mode: Literal["target"] = Field(description="`target`.")
+    mode: Literal["target"] = Field(
+        default="target", description="`target`; without a mode, an `error` says so."
+    )
     error: Annotated[float, Field(strict=True, ge=1e-6, le=1)] = Field(
         description="Root mean square error of the linear picture, clipped to 0..1, over its pixels and "
         "channels, 1e-6 to 1. One step of a picture of 8 bits is 0.0039.",

@@ -11,12 +11,14 @@ from typing import TypeVar
 from pydantic import BaseModel, ValidationError
 
 from schemas.advice import advise
+from schemas.base import Closed
 from schemas.documents import Document, Source, read_text
 from schemas.errors import SceneError
 from schemas.file_kinds import mistaken_object
 from schemas.findings import Finding, refusal, show
 from schemas.limits import Limits
 from schemas.problems import Problem
+from schemas.quality import FixedQuality, Quality, TargetQuality
 from schemas.scene import Scene
 from schemas.translation import translate
 
@@ -62,6 +64,25 @@ def read_document(
         raise _refused([Finding((), "wrong_file", other)], document)
     read = checked(document, model, limits=limits)
     return read, _warnings(read, document)
+
+
+class _QualityMember(Closed):
+    """The part of a request that `read_quality` reads, so that its pointers are those of a request."""
+
+    quality: Quality
+
+
+def read_quality(data: object, *, limits: Limits = DEFAULT_LIMITS) -> FixedQuality | TargetQuality:
+    """Read the quality of a request: a finished one stays as it is, a dict is validated as over HTTP.
+
+    Raises
+    ------
+    SceneError
+        With every problem; pointers begin with ``/quality``.
+    """
+    if isinstance(data, FixedQuality | TargetQuality):
+        return data
+    return read_document({"quality": data}, _QualityMember, limits=limits)[0].quality
 
 
 def checked(document: Document, model: type[Model], *, limits: Limits) -> Model:

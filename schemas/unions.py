@@ -36,16 +36,22 @@ def chosen_by(forms: Mapping[str, tuple[type[Closed], ...]], *, field: str = "ty
     forms
         For each value of `type` its classes; the first is taken where no field decides.
     field
-        What is looked at in place of `type`.
+        What is looked at in place of `type`. Where all forms have a default for it, it may be missing: the
+        fields that only one of them requires decide then.
     """
     required = {model: required_fields(model) for models in forms.values() for model in models}
     FORMS.update({model: models for models in forms.values() for model in models})
+    optional = not any(field in names for names in required.values())
 
     def choose(value: Any) -> str | None:
         if isinstance(value, Closed):
             return MARK + type(value).__name__
-        kind = value.get(field) if isinstance(value, Mapping) else None
+        if not isinstance(value, Mapping):
+            return None
+        kind = value.get(field)
         candidates = forms.get(kind) if isinstance(kind, str) else None
+        if optional and field not in value:
+            candidates = tuple(required)
         if not candidates:
             return None
         best = max(candidates, key=lambda model: fullness(value, required[model]))

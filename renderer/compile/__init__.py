@@ -22,15 +22,15 @@ from renderer.cost import COSTS
 from renderer.lights import surfaces as light_surfaces
 from renderer.materials import phong
 from renderer.plan import RenderPlan
-from renderer.scenes import LoadedScene, Source, load_scene
+from renderer.scenes import LoadedScene, QualitySource, Source, load_request
 from renderer.stages import Lighting
 from schemas.layers import checked_layers
-from schemas.quality import Quality, TargetQuality
+from schemas.quality import TargetQuality
 
 
 def compile_scene(
     scene: Source | LoadedScene,
-    quality: Quality | None = None,
+    quality: QualitySource | None = None,
     *,
     layers: Iterable[str] = (),
     culling: bool = True,
@@ -42,7 +42,8 @@ def compile_scene(
     scene
         What `load_scene` takes or gives.
     quality
-        Takes the place of the scene's own sampling.
+        Takes the place of the scene's own sampling: `schemas.FixedQuality`, `schemas.TargetQuality`, or a
+        dict as a request over HTTP has it.
     layers
         What to tell about each pixel beside its colour, by names of `schemas.layers.LAYER_NAMES`.
     culling
@@ -55,12 +56,13 @@ def compile_scene(
     Raises
     ------
     SceneError
-        If the scene, or a file that it names, cannot be used.
+        If the scene, a file that it names, or the quality cannot be used; pointers into the quality begin
+        with ``/quality``.
     ValueError
         If there is no layer of some name.
     """
     names = checked_layers(layers)
-    request = Request(load_scene(scene), quality, culling, names)
+    request = Request(*load_request(scene, quality), culling, names)
     plan = _plan(request)
     if request.target is None or request.document.camera.lens_radius > 0:
         return plan

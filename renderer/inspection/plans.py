@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from renderer.compile import compile_scene
 from renderer.plan import RenderPlan
-from renderer.scenes import LoadedScene, Source, load_scene
+from renderer.scenes import LoadedScene, QualitySource, Source, load_request
 from schemas.quality import FixedQuality, Quality, TargetQuality
 from schemas.sampling import Antialiasing, LightSampling
 
@@ -12,7 +12,7 @@ POINTS = 64
 """Points on each light where the picture takes as many as an error asks for: shares to a percent or two."""
 
 
-def inspection_plan(scene: Source | LoadedScene, quality: Quality | None = None) -> RenderPlan:
+def inspection_plan(scene: Source | LoadedScene, quality: QualitySource | None = None) -> RenderPlan:
     """Compile a scene for `inspect`.
 
     Parameters
@@ -28,7 +28,7 @@ def inspection_plan(scene: Source | LoadedScene, quality: Quality | None = None)
     SceneError
         If the scene, or a file that it names, cannot be used.
     """
-    loaded = load_scene(scene)
+    loaded, quality = load_request(scene, quality)
     camera = loaded.document.camera.model_copy(update={"lens_radius": 0.0})
     sharp = replace(loaded, document=loaded.document.model_copy(update={"camera": camera}))
     return compile_scene(sharp, _one_ray(quality))

@@ -66,7 +66,7 @@ def quote(
     before = monotonic()
     plan = compile_scene(scene, quality)
     begun = monotonic()
-    pilot = Pilot(scene, quality, target_error, plan)
+    pilot = Pilot(scene, plan.quality, target_error, plan)
     pilot.run(limit, begun - before)
     fixed, adaptive = pilot.fixed(workers), pilot.adaptive(workers)
     known: list[Fixed | Adaptive] = [*fixed, adaptive]

@@ -4,10 +4,12 @@ import inspect
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
 import renderer
+import schemas
 from renderer.errors import SceneError
 from service.app import create_app
 from service.cli.main import COMMANDS
@@ -80,12 +82,19 @@ def test_a_scene_that_cannot_be_used_raises_the_error_of_the_scene_language() ->
     assert caught.value.errors
 
 
-def test_every_name_of_the_renderer_is_in_the_module_that_it_is_taken_from() -> None:
-    homes = [name for names in renderer.HOMES.values() for name in names]
-    assert sorted(homes) == sorted(renderer.__all__)
-    assert all(getattr(renderer, name).__name__ == name for name in renderer.__all__ if name != "AssetSource")
+@pytest.mark.parametrize("package", [renderer, schemas], ids=["renderer", "schemas"])
+def test_a_package_lists_its_names_and_takes_each_from_its_module(package: ModuleType) -> None:
+    homes = [name for names in package.HOMES.values() for name in names]
+    assert sorted(homes) == sorted(package.__all__) == dir(package)
+    assert all(getattr(package, name).__name__ == name for name in package.__all__ if name != "AssetSource")
     with pytest.raises(AttributeError, match="no_such_name"):
-        _ = renderer.no_such_name
+        _ = package.no_such_name
+
+
+def test_the_classes_of_a_request_are_names_of_the_schemas() -> None:
+    assert schemas.Scene.model_fields.keys() >= {"camera", "shapes"}
+    assert schemas.FixedQuality().mode == "fixed"
+    assert schemas.TargetQuality(error=0.01).mode == "target"
 
 
 def test_comparing_pictures_loads_nothing_that_renders() -> None:

@@ -267,7 +267,11 @@ def test_these_render_something_else(change: Callable[[dict[str, Any]], Any]) ->
     assert edited(change) != edited(lambda _: None)
 
 
-def test_what_is_kept_to_be_rendered_can_be_read_again() -> None:
-    spec = edited(lambda request: request.update(quality={"mode": "fixed", "precision": "double"}))
+QUALITIES: tuple[dict[str, Any], ...] = ({"precision": "double"}, {"error": 0.01}, {"mode": "fixed"})
+
+
+@pytest.mark.parametrize("quality", QUALITIES, ids=str)
+def test_what_is_kept_to_be_rendered_can_be_read_again(quality: dict[str, Any]) -> None:
+    spec = edited(lambda request: request.update(quality=quality))
     again = JobRequest.model_validate_json(spec)
     assert spec_of(again).content == spec

@@ -76,6 +76,17 @@ def test_a_scene_inside_a_request_has_pointers_into_the_request(scene: dict[str,
     }
 
 
+@pytest.mark.parametrize(
+    ("quality", "mode"), [({}, "fixed"), ({"light": {"samples": 4}}, "fixed"), ({"error": 0.1}, "target")]
+)
+def test_a_quality_without_a_mode_is_of_the_mode_that_its_fields_belong_to(
+    scene: dict[str, Any], quality: dict[str, Any], mode: str
+) -> None:
+    request, _ = read_document({"scene": scene, "quality": quality}, JobRequest)
+    assert request.quality is not None
+    assert request.quality.mode == mode
+
+
 def test_warnings_inside_a_request_have_pointers_into_the_request(scene: dict[str, Any]) -> None:
     scene["lights"] = []
     text = json.dumps({"scene": scene}, indent=1)
