@@ -25,7 +25,7 @@ from schemas.quality import Quality, TargetQuality
 from schemas.tiles import Pass, Tile
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class _Picture:
     """Tiles as they come in."""
 

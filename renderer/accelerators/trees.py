@@ -23,7 +23,7 @@ KEPT = 4
 Value = TypeVar("Value")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Tree(Bvh):
     """A tree of triangles.
 

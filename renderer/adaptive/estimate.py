@@ -35,7 +35,7 @@ COVERS, PROBES = 1, 2
 """The rounds that look at borders and that send probes."""
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Estimate:
     """An adaptive picture.
 
