@@ -15,7 +15,7 @@ Hundreds of roundings, so that they tell the sides of all planes at its end from
 """
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Departure:
     """The surfaces that N rays leave.
 

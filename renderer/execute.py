@@ -28,7 +28,7 @@ WORK = ("shading_points", "texture_lookups")
 _local = threading.local()
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class TileResult:
     """One tile of one pass.
 

@@ -16,7 +16,7 @@ EMITTER = 1 << 40
 """Shape numbers from here on name lights that the camera sees."""
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Rays:
     """Rays worked on at once, and their nearest hits so far.
 
@@ -95,7 +95,7 @@ class Rays:
             row[rays] = places[nearer]
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Points:
     """Places where rays met shapes: what shading needs of them, M points.
 

@@ -17,7 +17,7 @@ from schemas.scene import Scene
 from schemas.tiles import Pass
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class RenderPlan:
     """All that rendering a scene needs; made by `compile_scene`, changed by nobody.
 

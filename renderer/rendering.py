@@ -27,7 +27,7 @@ from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class _Picture:
     """Tiles as they come in."""
 

@@ -11,7 +11,7 @@ from renderer.layers import Layers
 from schemas.tiles import Pass, Tile
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class TileEvent:
     """A finished tile of a pass.
 
@@ -32,7 +32,7 @@ class TileEvent:
     total: int
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class RenderResult:
     """A finished picture.
 

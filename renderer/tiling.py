@@ -69,7 +69,7 @@ def tiles(picture: Picture, pass_: Pass, tile_size: int | None = None) -> list[T
     ]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Block:
     """Pixels worked on at once.
 

@@ -17,7 +17,7 @@ from renderer.tiling import BLOCK_RAYS
 from schemas.quantities import FARTHEST, LONGEST, SHORTEST
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Hits:
     """What N rays hit.
 

@@ -16,7 +16,7 @@ KINDS = ("mirror", "reflection", "refraction")
 """Ways in which a path goes on; the place of each names its random numbers."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Wave:
     """Rays (N,) that have bounced equally often, and alike.
 

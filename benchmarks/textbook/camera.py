@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from renderer.arrays import Floats, Integers
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class TextbookCamera(Pinhole):
     """A pinhole camera whose vectors are float32."""
 

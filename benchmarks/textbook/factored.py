@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from renderer.lights.view import LightView
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class BareFlatShadows(GridPolygonShadows):
     """Shadow stage: polygons in float32 between points and the light points that they share."""
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from renderer.interaction import Points, Rays
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class TextbookTriangles(Triangles):
     """Triangles in float32."""
 
@@ -50,7 +50,7 @@ class TextbookTriangles(Triangles):
         put(points.coordinates, chosen, (1 - u - v) * corners[0] + u * corners[1] + v * corners[2])
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class TextbookRectangles(Rectangles):
     """Rectangles in float32."""
 
@@ -76,7 +76,7 @@ class TextbookRectangles(Rectangles):
         put(points.coordinates, chosen, taken(points.hits, chosen))
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class TextbookEllipsoids(Ellipsoids):
     """Ellipsoids in float32."""
 

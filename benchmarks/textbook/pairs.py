@@ -33,7 +33,7 @@ class InSingle:
         points.shading_normals = points.normals
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class SingleEmitter(Emitter):
     """A light whose vectors are float32."""
 

@@ -8,7 +8,7 @@ import numpy as np
 from renderer.arrays import Floats
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Boxes:
     """K boxes.
 

@@ -29,7 +29,7 @@ NOTHING = -1
 """Item number of an empty place in a leaf."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Level:
     """Boxes of the children of all nodes of a level.
 
@@ -77,7 +77,7 @@ class Level:
         return Visits(rays, nodes, *(np.take(way.reshape(-1), place) for way in ways))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Bvh:
     """The tree.
 
@@ -147,7 +147,7 @@ def _levels(low: Floats, high: Floats, splits: int) -> tuple[Level, ...]:
             return tuple(reversed(levels))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Visits:
     """Nodes that rays may meet, in no order.
 

@@ -14,7 +14,7 @@ from renderer.numerics import gamma
 from renderer.shapes.triangles import Triangles
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Discs:
     """Bounds of the triangles below M nodes.
 

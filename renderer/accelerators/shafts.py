@@ -9,7 +9,7 @@ from renderer.arrays import Floats, Masks
 from renderer.numerics import gamma
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Shafts:
     """All segments from each of N points to anywhere on a light.
 

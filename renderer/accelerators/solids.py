@@ -27,7 +27,7 @@ ROUNDING = 2.0**-50
 """Grain of a vertex, in shares of the largest coordinate: what forming it from a sine or two costs."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Solid:
     """A closed mesh.
 

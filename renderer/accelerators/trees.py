@@ -1,6 +1,7 @@
 """What helps to find the few triangles that a ray may meet, built once for the same triangles."""
 
 import hashlib
+import threading
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -23,7 +24,7 @@ KEPT = 4
 Value = TypeVar("Value")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Tree(Bvh):
     """A tree of triangles.
 
@@ -36,22 +37,30 @@ class Tree(Bvh):
     discs: tuple[Discs, ...]
 
 
-class _Kept(Generic[Value]):
-    """What was made of the last families, by the content of their vertices."""
+class Kept(Generic[Value]):
+    """What was made of the last families, by the content of their vertices. Used by many threads."""
 
     def __init__(self, make: Callable[[Triangles], Value]) -> None:
         self._make = make
+        self._lock = threading.Lock()
         self._values: OrderedDict[bytes, Value] = OrderedDict()
 
     def __call__(self, family: Triangles) -> Value:
+        """The value of a family, made unless it is among the last."""
         key = hashlib.sha256(np.ascontiguousarray(family.vertices).data)
         key.update(np.ascontiguousarray(family.numbers).data)
         name = key.digest()
-        value = self._values.pop(name, None)
-        self._values[name] = self._make(family) if value is None else value
-        while len(self._values) > KEPT:
-            self._values.popitem(last=False)
-        return self._values[name]
+        with self._lock:
+            if name in self._values:
+                self._values.move_to_end(name)
+                return self._values[name]
+        # Without the lock: others need not wait for a large mesh. Two threads may make the same value.
+        value = self._make(family)
+        with self._lock:
+            self._values[name] = value
+            while len(self._values) > KEPT:
+                self._values.popitem(last=False)
+        return value
 
 
 def build(family: Triangles) -> Tree:
@@ -64,7 +73,7 @@ def build(family: Triangles) -> Tree:
     return Tree(tree.levels, tree.items, tuple(discs))
 
 
-_trees, _solids = _Kept(build), _Kept(solids_of)
+_trees, _solids = Kept(build), Kept(solids_of)
 
 
 def tree_of(family: Triangles) -> Tree:

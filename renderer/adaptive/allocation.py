@@ -19,7 +19,7 @@ BINS = 256
 """Of the logarithm of variances, four an octave, for the search of the multiplier."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Allocation:
     """Levels that are wanted.
 

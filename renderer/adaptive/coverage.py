@@ -36,7 +36,7 @@ RINGS = (np.array([4]), np.array([1, 3, 5, 7]), np.array([0, 2, 6, 8]))
 """Places in `Nearby`: the pixel itself, those beside it, and those at its corners."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Nearby:
     """First looks at pixels and their eight neighbours, row by row.
 
@@ -50,7 +50,7 @@ class Nearby:
     labels: NDArray[np.int32]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Surroundings:
     """First looks at a tile and the pixels around it; beyond the picture those at its rim once more.
 
@@ -78,7 +78,7 @@ def surroundings(tile: Tile, values: NDArray[np.float32], labels: NDArray[np.int
     return Surroundings(values[:, y, x], labels[y, x])
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Cover:
     """What n pixels show.
 
@@ -113,7 +113,7 @@ def places(seed: int, pixels: Integers, count: int) -> tuple[Floats, Floats]:
     return across - np.floor(across), along - np.floor(along)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class _Parts:
     """What pixels show: m parts, those of one pixel together.
 
@@ -132,7 +132,7 @@ class _Parts:
     rays: Integers
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class _Known:
     """What first looks tell of m parts.
 

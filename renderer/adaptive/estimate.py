@@ -4,7 +4,7 @@ All sums are formed in the order of pixels, so that nothing depends on tiles.
 """
 
 from collections.abc import Iterable
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -35,7 +35,7 @@ COVERS, PROBES = 1, 2
 """The rounds that look at borders and that send probes."""
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Estimate:
     """An adaptive picture.
 
@@ -112,17 +112,23 @@ class Estimate:
 
     @classmethod
     def restored(cls, plan: RenderPlan, arrays: dict[str, NDArray[Any]]) -> "Estimate":
-        """The estimate that gave `arrays`."""
-        known = dict(arrays)
-        error = known.pop("error", None)
-        return cls(plan, **known, error=None if error is None else ErrorEstimate(*error.tolist()))
+        """The estimate that gave `arrays`.
+
+        Raises
+        ------
+        ValueError
+            If they are not those of an estimate, as another version may have written.
+        """
+        odd = set(_ARRAYS) ^ (arrays.keys() - {ERROR})
+        if odd:
+            raise ValueError(f"Not the arrays of an estimate: {', '.join(sorted(odd))} missing or unknown.")
+        error = ErrorEstimate.restored(arrays[ERROR]) if ERROR in arrays else None
+        return cls(plan=plan, **{name: arrays[name] for name in _ARRAYS}, error=error)
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """All that it knows beside the plan."""
-        known = {item.name: getattr(self, item.name) for item in fields(self)[1:-1]}
-        if self.error is not None:
-            known["error"] = np.array(astuple(self.error))
-        return known
+        known = {name: getattr(self, name) for name in _ARRAYS}
+        return known if self.error is None else known | {ERROR: self.error.array()}
 
     @property
     def target(self) -> float:
@@ -266,3 +272,9 @@ class Estimate:
 
     def _findings(self, shown: Masks, telling: Masks) -> Findings:
         return findings_of(self.halves, self.squares, self.have, shown, telling, self.values, self.strata)
+
+
+ERROR = "error"
+"""Name of the array of an estimate's error, where it is known."""
+
+_ARRAYS = tuple(item.name for item in fields(Estimate) if item.name not in {"plan", ERROR})

@@ -10,7 +10,7 @@ from renderer.adaptive.strata import COUNT, Survey, survey, typical_error
 from renderer.arrays import Floats, Integers, Masks
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Findings:
     """Numbers about the n sampled pixels that show their samples, and the m probes that show a first look.
 

@@ -26,7 +26,7 @@ def places(seed: int, pixels: Integers, samples: Integers) -> tuple[Floats, Floa
     return PATTERNS["sobol"](keys(seed, PIXEL_DIMENSIONS, pixels, half), index, 0)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class SequenceEmitter(Emitter):
     """A light whose points go on from sample to sample of a half."""
 
@@ -45,7 +45,7 @@ def in_sequence(emitter: Emitter) -> SequenceEmitter:
     return SequenceEmitter(**{item.name: getattr(emitter, item.name) for item in fields(emitter)})
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class SequenceLens(ThinLens):
     """A lens with a sequence of places a half: those of one set in turns would be far from independent."""
 

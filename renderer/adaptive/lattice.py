@@ -22,7 +22,7 @@ Picture = NDArray[np.float32]
 """(3, H, W) float32, linear."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Cells:
     """What lies between the nodes of a lattice of (a, b) nodes: where it may be interpolated.
 

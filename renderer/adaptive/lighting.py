@@ -26,7 +26,7 @@ CORNERS = 4
 for convex occluders larger than the gaps between them nobody is taken to see a light that he sees in part."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class ProbingEmitter(Emitter):
     """A light whose points lie on a grid that reaches up to its edges."""
 
@@ -36,7 +36,7 @@ class ProbingEmitter(Emitter):
         return along, along
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class FirstLook:
     """All that one light does at the first look.
 

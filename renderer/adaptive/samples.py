@@ -24,7 +24,7 @@ BATCH = 32768
 """Rays worked on at once: twice those of a block, as they are scattered and calls are most of their price."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Samples:
     """What a pass has found in a tile.
 

@@ -108,7 +108,7 @@ def lots(seed: int, shape: tuple[int, int]) -> Floats:
     return uniforms(bits(keys(seed, PROBES, numbers), 0)).reshape(shape)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Survey:
     """What probes tell of each stratum; all (COUNT,).
 

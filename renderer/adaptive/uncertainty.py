@@ -1,9 +1,11 @@
 """How far the picture is from the converged one, and how sure that is."""
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, fields
 from statistics import NormalDist
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from schemas.quality import CONFIDENCE
 
@@ -29,9 +31,29 @@ class ErrorEstimate:
     high: float
     bound: float
 
+    @classmethod
+    def restored(cls, array: NDArray[Any]) -> Self:
+        """The error that gave an `array`.
+
+        Raises
+        ------
+        ValueError
+            If the array does not name just these numbers.
+        """
+        if array.dtype != _NUMBERS:
+            raise ValueError(f"These are not the numbers of an error: {array.dtype} is not {_NUMBERS}.")
+        return cls(**dict(zip(array.dtype.names or (), array.item(), strict=True)))
+
+    def array(self) -> NDArray[Any]:
+        """All that it knows: a scalar array whose fields have its names, float64."""
+        return np.array(astuple(self), dtype=_NUMBERS)
+
     def document(self) -> dict[str, float]:
         """As results tell it."""
         return {"estimate": self.estimate, "low": self.low, "high": self.high}
+
+
+_NUMBERS = np.dtype([(item.name, np.float64) for item in fields(ErrorEstimate)])
 
 
 def standard_errors(confidence: float) -> float:

@@ -14,7 +14,7 @@ from renderer.arrays import Floats, Integers, column, cross, dot, unit
 from schemas.vectors import difference, parallel
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Pinhole:
     """A camera without a lens.
 

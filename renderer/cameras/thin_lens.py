@@ -26,7 +26,7 @@ ROUNDING = 2.0**-40
 """Relative margin of the blur, thousands of roundings wide."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class ThinLens(Pinhole):
     """A camera with a lens around `position`, perpendicular to the view.
 

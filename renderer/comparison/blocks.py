@@ -23,7 +23,7 @@ LEVEL = 0.001
 """Probability with which noise alone makes a block count as biased."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Bias:
     """What the test found, block by block.
 

@@ -27,7 +27,7 @@ TRUE_COLOR = (b"\x02", b"\x06")
 """Colour types of PNG with three colours, without and with alpha."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Raw:
     """The numbers of a file.
 

@@ -23,7 +23,7 @@ FLOAT_ROUNDING = 2.0**-22
 """Two spacings of float32: by so much a picture may differ between kinds of machines."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Picture:
     """A picture as it is compared.
 

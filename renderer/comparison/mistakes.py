@@ -19,7 +19,7 @@ LEAST_EXPOSURE = 0.02
 """Smaller shares of brightness than this are left to noise and rounding."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Mistake:
     """One mistake.
 

@@ -18,7 +18,7 @@ LEVEL = 0.001
 """Probability of a false alarm in all blocks together."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Scores:
     """What the test found, block by block.
 

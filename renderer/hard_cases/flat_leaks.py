@@ -17,7 +17,7 @@ FAR = (148376.0, 1234.0, -223423.0)
 """Where Embree's own tests put their far spheres."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Surface:
     """Flat shapes, and rays none of which may miss all of them.
 

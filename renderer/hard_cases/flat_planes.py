@@ -23,7 +23,7 @@ LARGE = 2**19
 """Coordinates of which float32 holds eighths of sums exactly, and float64 rounds products of three."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Plane:
     """A corner and two edges of whole numbers, not parallel, each (3,)."""
 

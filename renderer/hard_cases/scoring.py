@@ -49,7 +49,7 @@ class Tolerance:
         return EXCUSED * float(np.finfo(self.dtype).eps)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Found:
     """What the renderer says of one ray (3,) that hits."""
 

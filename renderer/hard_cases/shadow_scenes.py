@@ -62,7 +62,7 @@ class White:
         return buffer.getvalue()
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Place:
     """A frame that a scene is written in.
 
@@ -103,7 +103,7 @@ def places(
         yield chosen, Place(center, turned(chosen), unit)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class View:
     """Rays on a scene, and how much of each light is seen from where they end.
 

@@ -19,7 +19,7 @@ TERMS: dict[type, str] = {Diffuse: "diffuse", Highlight: "specular"}
 """Stages of a light that add to radiance, by the name of what they add."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class SeenLight:
     """One light as one point sees it.
 

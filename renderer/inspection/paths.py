@@ -23,7 +23,7 @@ MOST_RAYS = 256
 ONE_RAY = Pass(index=1, stride=1, first=0, last=1)
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Leg:
     """One ray of a path, and what it met.
 

@@ -25,7 +25,7 @@ class Sampled(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Statistic:
     """A layer that is formed from all camera samples.
 
@@ -44,7 +44,7 @@ class Statistic:
     finished: Callable[[Floats], NDArray[Any]]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Layer:
     """One number, or a few, about each pixel.
 

@@ -24,7 +24,7 @@ PIXEL_DIMENSIONS = 0
 """Stream of the places in a pixel; light number i has stream 1 + i."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Emitter:
     """A light and its sampling.
 

@@ -17,7 +17,7 @@ Terms = tuple[Floats, Floats, Floats]
 """A function affine on a light, a point each: its value at the centre, and what u and v add, (n,) each."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Frame:
     """Where a light lies as seen from n points, in the light's own axes, scaled a point each.
 

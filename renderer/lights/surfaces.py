@@ -47,7 +47,7 @@ def build(emitters: list[Emitter]) -> LightSurfaces:
     return LightSurfaces(from_edges(numbers, centre - first / 2 - second / 2, first, second))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Unshaded:
     """Radiance of rays that met no shape.
 

@@ -16,7 +16,7 @@ from renderer.workspace import Workspace
 Value = TypeVar("Value", bound=np.generic)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Weights:
     """What a light point's share in the mean is multiplied with: a pair's weight times a point's factor.
 
@@ -35,7 +35,7 @@ class Weights:
         return Weights(np.take(self.pairs, index, axis=1), self.factors[index])
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class LightView:
     """n points that face a light, and the pair arrays of shape (L, n) about them.
 

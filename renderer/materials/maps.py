@@ -14,7 +14,7 @@ FLAT = 1e-3
 """Squared length of a decoded normal below which it says nothing; mid grey, 128, decodes to 4.6e-5."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class ColorTexture:
     """Stage: colours of the materials that use one texture.
 
@@ -37,7 +37,7 @@ class ColorTexture:
             points.lookups += chosen.size
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class NormalMap:
     """Stage: shading normals of the materials that use one normal map.
 
@@ -65,7 +65,7 @@ class NormalMap:
         points.shading_normals[:, chosen] = mapped
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class BumpMap:
     """Stage: shading normals of the materials that use one bump map; nothing is moved.
 

@@ -10,7 +10,7 @@ from renderer.materials.optics import reflected
 from renderer.waves import Wave, leaving
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class MirrorRays:
     """Stage: a reflected ray from every point of a mirror.
 

@@ -20,7 +20,7 @@ SHARP = 128.0
 """Above this exponent a rounding of float32 in the cosine shows; highlights are then formed in float64."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Phong:
     """Parameters of the scene's materials as arrays over K materials.
 
@@ -66,7 +66,7 @@ class Colors:
         points.colors[...] = taken(self.phong.colors, points.materials)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Ambient:
     """Stage: the light that comes from everywhere."""
 

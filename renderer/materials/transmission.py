@@ -10,7 +10,7 @@ from renderer.materials.optics import fresnel, reflected, refracted
 from renderer.waves import Wave, leaving
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class TransmittedRays:
     """Stage: a reflected and a refracted ray from every point of a transparent material.
 

@@ -21,7 +21,7 @@ FEWEST = 8
 """Squares of a part: fewer tell little of the others."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Squares:
     """A camera that sees squares of a picture, one below the other.
 

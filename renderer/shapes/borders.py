@@ -15,7 +15,7 @@ from renderer.shapes.meshes import Surface, place_numbers
 EDGES = ((0, 1), (1, 2), (2, 0))
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Lift:
     """How the places of a fine mesh are moved.
 

@@ -45,7 +45,7 @@ class Displaced:
     heights: Heights
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Patch:
     """A fine mesh before it is moved.
 

@@ -17,7 +17,7 @@ FAR = 4.0
 """Squared distance from the unit sphere's centre beyond which no rounding hides that a start is outside."""
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Ellipsoids(Family):
     """A family of ellipsoids.
 
@@ -178,7 +178,7 @@ class Ellipsoids(Family):
         return by_u, np.pi * (np.cos(latitude) * outward + np.sin(latitude) * third)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class _Lines:
     """N lines in the frame of a unit sphere: unit directions, and the length these had.
 

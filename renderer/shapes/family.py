@@ -18,7 +18,7 @@ WHOLE = np.zeros(1, dtype=np.int64)
 """Primitive number of shapes that have only one."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Outline:
     """Corners of the convex hulls of K shapes in the camera's coordinates, each (V, K).
 
@@ -62,7 +62,7 @@ class Outline:
         )
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Family(ABC):
     """Shapes of one kind as arrays over K shapes.
 
@@ -146,7 +146,7 @@ class Meeting:
             self.family.meet(shape, rays)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Location:
     """Stage: positions, normals and texture coordinates of the points on one family.
 

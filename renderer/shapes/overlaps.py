@@ -22,7 +22,7 @@ from renderer.shapes.triangles import Triangles
 Flat = Rectangles | Triangles
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class First:
     """Something flat that comes before others of its plane.
 
@@ -38,7 +38,7 @@ class First:
     before: Masks
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Overlaps:
     """Stage: rays that have met one of several shapes in one plane are given the first of them.
 

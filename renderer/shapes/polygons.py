@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from renderer.arrays import Floats, Integers
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Polygons:
     """K planar convex polygons with E edges each.
 

@@ -36,7 +36,7 @@ def edges(shape: language.Rectangle | language.Parallelogram) -> tuple[Floats, F
     return edges_of(column(shape.center), column(shape.normal), column(shape.tangent), shape.size)
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Rectangles(Family):
     """A family of rectangles; arrays are (3, K) float64.
 

@@ -16,7 +16,7 @@ from renderer.shapes.polygons import Polygons
 from schemas.geometry import CLEARLY_AN_AREA
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Triangles(Family):
     """A family of triangles, one by one or in meshes.
 

@@ -10,7 +10,7 @@ from renderer.departures import Departure, settled
 from renderer.numerics import SURFACE, gamma
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class PairHits:
     """Pairs that hit.
 
@@ -29,7 +29,7 @@ class PairHits:
     v: Floats
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Start:
     """Where the rays of P pairs begin that leave a surface.
 
@@ -59,7 +59,7 @@ def start_of(
     )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class _Sheared:
     """Edge functions of P pairs in a frame sheared so that the ray is its axis.
 

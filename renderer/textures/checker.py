@@ -9,7 +9,7 @@ from renderer.arrays import Floats, column
 from renderer.assets import AssetSource
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class CheckerTexture:
     """Two colours in turns.
 

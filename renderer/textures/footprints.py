@@ -17,7 +17,7 @@ GRAZING = 2.0**-40
 """Least cosine between ray and normal: footprints are long at the horizon, and finite."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Footprints:
     """Stage: derivatives of texture coordinates by a sample's share of the pixel.
 

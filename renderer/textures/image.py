@@ -28,7 +28,7 @@ WRAPS = {"clamp": _clamp, "repeat": _repeat, "mirror": _mirror}
 """What stands outside of the image: whole texel numbers into texel numbers."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class ImageTexture:
     """Texels and how to look them up.
 

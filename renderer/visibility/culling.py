@@ -15,7 +15,7 @@ MARGIN = 2.0**-18
 """Relative margin around the shaft. Pair work in float32 moves an occluder's edge by some 2**-21 of it."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Box:
     """Axis-aligned bounds, (3, K) each."""
 

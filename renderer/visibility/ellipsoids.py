@@ -24,7 +24,7 @@ WIDEST = 2.0**60
 """Largest number in pair work: its square is finite in float32. Lights are larger, in radii of tiny balls."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Cone:
     """Affine functions (constant, by u, by v), each (3, n): across, across and down the cone's axis.
 

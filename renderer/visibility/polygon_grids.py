@@ -19,7 +19,7 @@ LARGEST = float(np.finfo(np.float64).max)
 """What an infinite number of a point becomes: an infinite one could not be rounded outward."""
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class SharedLight:
     """What the pair work needs of light points that all points share.
 
@@ -59,7 +59,7 @@ def shared_light(occluders: Polygons, emitter: Emitter, dtype: np.dtype[np.float
     return SharedLight(sides=sides, present=present, thresholds=thresholds, least=least)
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class GridPolygonShadows(PolygonShadows):
     """Shadow stage: polygons between points and the light points that they share."""
 

@@ -18,7 +18,7 @@ MARGIN = 2.0**-19
 """What rounding to float32 can add to an affine function on a light, relative to its terms, with room."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class _Near:
     """Points (m,) that a polygon may matter to.
 
@@ -43,7 +43,7 @@ class _Near:
         )
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class ScatterPolygonShadows(PolygonShadows):
     """Shadow stage: polygons between points and light points of their own."""
 

@@ -25,7 +25,7 @@ def signed(normals: Floats, anchors: Floats, x: Floats, weight: float) -> Floats
     return parts[0] + parts[1] + parts[2]
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class PolygonShadows(ABC):
     """Shadow stage: polygons between points and one light."""
 

@@ -36,7 +36,7 @@ def shafts_of(view: LightView, size: float) -> Shafts:
     )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Walk:
     """What shafts of m points have met: points `owners` (P,), sorted, at `nodes` (P,) after some levels."""
 

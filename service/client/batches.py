@@ -15,7 +15,7 @@ Encoding = Literal["float32", "rgb8"]
 """Linear RGB as float32, or RGB as displayed in 8 bits."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class TilePixels:
     """A tile and the mean of all samples that it has so far.
 

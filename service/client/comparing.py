@@ -24,7 +24,7 @@ PictureSource = str | Path | bytes
 """``job:ID``, the path of a file, or a file's bytes."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Parts:
     """The picture of a job, and its layers that comparing makes use of.
 

@@ -175,7 +175,7 @@ class ComposeDone:
     errors: dict[int, dict[str, float]] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class TraceDone:
     """What the rays hit; arrays named as in ``renderer.trace``."""
 

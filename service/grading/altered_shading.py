@@ -34,7 +34,7 @@ Bend = Callable[[Scene, Any, Floats, Floats], Floats]
 """Document, shapes, places and normals of points, to other normals."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Points:
     """What N rays see.
 

@@ -25,7 +25,7 @@ SUFFIX = "#altered"
 """What is added to the name of a file: no file can have been named so by a scene that is its own."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class AlteredAssets:
     """Files of which some are changed as they are read.
 

@@ -68,7 +68,7 @@ Draw = Callable[[int], Floats]
 """From camera samples to a linear picture (H, W, 3)."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class _Trial:
     """A picture, its reference, and what the mistakes made in turns leave of their difference.
 

@@ -35,7 +35,7 @@ ONE_POINT, HALF_A_LIGHT = 1.0, 0.5
 point is seen or it is not."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Answers:
     """What is right, and how far off may be right too.
 

@@ -15,7 +15,7 @@ from service.grading.errors import BrokenTestError
 from service.grading.folders import Folder
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class RayList:
     """Rays.
 

@@ -53,7 +53,7 @@ class Ordered:
     timeout: float
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Rendered:
     """A picture.
 

@@ -15,7 +15,7 @@ from service.grading.errors import BrokenTestError
 Region = tuple[int, int, int, int]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Selection:
     """Which pixels count.
 

@@ -17,7 +17,7 @@ from service.importing.obj_parts import BENT, cosines
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Part:
     """Triangles of one material.
 

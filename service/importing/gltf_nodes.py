@@ -13,7 +13,7 @@ from service.importing.gltf_buffers import pick
 from service.importing.gltf_document import Document, Node
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class PlacedNode:
     """A node.
 

@@ -43,6 +43,20 @@ def test_a_scene_is_rendered_with_an_uploaded_mesh(client: httpx2.Client, server
     np.testing.assert_array_equal(image(client, job), expected.image)
 
 
+@pytest.mark.parametrize("path", ["/v1/jobs", "/v1/plans"])
+def test_a_mesh_is_accepted_beside_a_small_displaced_shape(client: httpx2.Client, path: str) -> None:
+    mesh, heights = FILES["obj"](), png()
+    texture = {"type": "image", "asset": put(client, heights).json()["name"], "encoding": "linear"}
+    assert put(client, mesh).status_code == 200
+    document = with_mesh(mesh)
+    relief = {**document["materials"]["ball"], "displacement_map": "heights", "displacement_height": 0.001}
+    document["textures"] = {"heights": texture}
+    document["materials"]["relief"] = relief
+    small = {"type": "rectangle", "corner": [0, 0, 0], "edges": [[0.01, 0, 0], [0, 0.01, 0]]}
+    document["shapes"].append({**small, "material": "relief"})
+    assert client.post(path, json={"scene": document}).is_success
+
+
 def test_a_file_that_announces_too_many_triangles_is_not_kept(client: httpx2.Client) -> None:
     for content in (HUGE["ply faces"], HUGE["zeros"]):
         assert "Simplify it." in problem_of(put(client, content), 422)["detail"]

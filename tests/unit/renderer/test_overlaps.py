@@ -18,7 +18,7 @@ from renderer.hard_cases.documents import (
     triangle,
 )
 from renderer.hard_cases.solids import mesh, triangles_of
-from tests.images.parts import image_of, plan_of
+from tests.images.parts import image_of, plan_of, png
 
 FLOOR = rectangle([-2, 0.1, -2], [0, 0, 4], [4, 0, 0])
 SIGN = triangle([-1, 0.1, -1], [-0.9, 0.1, 1.1], [1.3, 0.1, -0.7], material="other")
@@ -98,3 +98,17 @@ def test_shapes_that_share_an_edge_or_stand_on_another_do_not_overlap() -> None:
 def test_shapes_in_parallel_planes_do_not_overlap() -> None:
     above = rectangle([-2, 0.1 + 1e-12, -2], [0, 0, 4], [4, 0, 0])
     assert "shapes in one plane" not in names(scene(FLOOR, above))
+
+
+def test_a_large_mesh_stands_beside_a_few_displaced_triangles() -> None:
+    """Two families of one kind: the one that is met one by one is found among the flat ones."""
+    small = rectangle([1, 0.5, 1], [0, 0, 0.01], [0.01, 0, 0], material="relief")
+    relief = phong([0.5, 0.5, 0.5], displacement_map="heights", displacement_height=0.001)
+    document = {
+        **scene(rug(6), small, materials={**MATERIALS, "relief": relief}),
+        "textures": {"heights": {"type": "image", "asset": "heights.png", "encoding": "linear"}},
+    }
+    plan = plan_of(document, files={"heights.png": png(np.full((2, 2, 3), 128, dtype=np.uint8))})
+    below, above = np.array([[1.005, 2, 1.005]]), np.array([[0.2, 2, 0.1]])
+    hits = renderer.trace(plan, np.concatenate((below, above)), np.tile([0.0, -1, 0], (2, 1)))
+    assert hits.shape.tolist() == [1, 0]
