@@ -96,7 +96,8 @@ def _sample_more(estimate: Estimate) -> bool:
         return False
     _aim_lower(estimate, estimate.error.bound)
     few = _show_probed(estimate)
-    found = estimate.findings()
+    if few.any():
+        found = estimate.findings()
     _suspect(estimate, found)
     spent = int(COUNTS[estimate.have].sum())
     for ease in EASES:

@@ -128,29 +128,36 @@ def _samples(
     plan: RenderPlan, tile: Tile, have: Levels, want: Levels, counts: Counter[str]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     rows, columns = np.nonzero(want > have)
-    levels = have[rows, columns].astype(np.int64) * 256 + want[rows, columns]
+    first, last = COUNTS[have[rows, columns]], COUNTS[want[rows, columns]]
     halves = np.empty((HALVES, 3, rows.size), dtype=np.float32)
     squares = np.empty(rows.size, dtype=np.float32)
-    for step in np.unique(levels).tolist():
-        group = np.flatnonzero(levels == step)
-        first, last = int(COUNTS[step // 256]), int(COUNTS[step % 256])
-        for part in _batches(columns[group], rows[group], last - first):
-            chosen = group[part]
-            x, y = columns[chosen] + tile.x0, rows[chosen] + tile.y0
-            halves[:, :, chosen], squares[chosen] = _batch(plan, x, y, (first, last), counts)
+    for chosen in _batches(columns, rows, last - first):
+        x, y = columns[chosen] + tile.x0, rows[chosen] + tile.y0
+        found = _radiance(plan, x, y, first[chosen], last[chosen], counts)
+        counted = last[chosen] - first[chosen]
+        starts = np.cumsum(counted) - counted
+        for count in np.unique(counted).tolist():
+            alike = np.flatnonzero(counted == count)
+            samples = found[:, starts[alike][:, None] + np.arange(count)]
+            halves[:, :, chosen[alike]], squares[chosen[alike]] = _reduced(samples)
     return halves, squares
 
 
-def _batch(
-    plan: RenderPlan, x: Integers, y: Integers, span: tuple[int, int], counts: Counter[str]
-) -> tuple[Floats, Floats]:
-    """Means of the halves (2, 3, n), and sums of squares (n,), of the samples `span` of some pixels."""
-    count = span[1] - span[0]
+def _radiance(
+    plan: RenderPlan, x: Integers, y: Integers, first: Integers, last: Integers, counts: Counter[str]
+) -> Floats:
+    """Radiance (3, N) of the samples `first` to `last` (n,) of pixels (n,), those of a pixel together."""
+    count = last - first
     columns, rows = x.repeat(count), y.repeat(count)
-    numbers = np.tile(np.arange(*span, dtype=np.int64), x.size)
+    numbers = np.arange(count.sum()) - (np.cumsum(count) - count - first).repeat(count)
     place = places(plan.seed, rows * plan.width + columns, numbers)
-    found = np.minimum(radiance(plan, camera_rays(plan, columns, rows, numbers, place), counts), BRIGHTEST)
-    samples = np.ascontiguousarray(found.reshape(3, x.size, count).transpose(2, 0, 1))
+    return np.minimum(radiance(plan, camera_rays(plan, columns, rows, numbers, place), counts), BRIGHTEST)
+
+
+def _reduced(found: Floats) -> tuple[Floats, Floats]:
+    """Means of the halves (2, 3, n), and sums of squares (n,), of samples (3, n, count)."""
+    samples = np.ascontiguousarray(found.transpose(2, 0, 1))
+    count = len(samples)
     halves = np.stack(
         [halving_sum(samples[half::HALVES].copy()) / (count // HALVES) for half in range(HALVES)]
     )
@@ -159,11 +166,19 @@ def _batch(
     return halves, halving_sum(samples).sum(axis=0) / 3
 
 
-def _batches(columns: Integers, rows: Integers, count: int) -> Iterator[Integers]:
-    """Portions of pixels with about `BATCH` rays, `count` a pixel, neighbours together."""
+def _batches(columns: Integers, rows: Integers, count: Integers | int) -> Iterator[Integers]:
+    """Portions of pixels with about `BATCH` rays, `count` (n,) of each pixel, neighbours together.
+
+    Pixels of all counts share a portion: calls are most of the price of few rays.
+    """
     order = np.argsort(_spread(columns) | _spread(rows) << 1, kind="stable")
-    step = max(1, BATCH // count)
-    return (order[start : start + step] for start in range(0, order.size, step))
+    rays = np.cumsum(np.broadcast_to(count, order.shape)[order])
+    start = 0
+    while start < order.size:
+        before = rays[start - 1] if start else 0
+        end = max(start + 1, int(np.searchsorted(rays, before + BATCH, side="right")))
+        yield order[start:end]
+        start = end
 
 
 def _spread(numbers: Integers) -> Integers:

@@ -152,6 +152,21 @@ def test_rendered_samples_of_two_passes_are_those_of_one() -> None:
     assert first.counts["camera"] + more.counts["camera"] == both.counts["camera"] == 32 * 9 * 13
 
 
+def test_a_pixel_gets_the_same_samples_whatever_levels_the_others_rise_to() -> None:
+    plan = plan_of()
+    tile = Tile(0, 4, 3, 17, 12)
+    have, want = np.random.default_rng(7).integers(SAMPLED, SAMPLED + 5, (2, 9, 13)).astype(np.uint8)
+    mixed = render_samples(plan, tile, have, want)
+    rising = want > have
+    steps = set(zip(have[rising].tolist(), want[rising].tolist(), strict=True))
+    assert len(steps) > 5
+    for step in steps:
+        alone = rising & (have == step[0]) & (want == step[1])
+        single = render_samples(plan, tile, have, np.where(alone, want, 0).astype(np.uint8))
+        assert mixed.halves[:, :, alone[rising]].tobytes() == single.halves.tobytes()
+        assert mixed.squares[alone[rising]].tobytes() == single.squares.tobytes()
+
+
 def edges_of(plan: renderer.RenderPlan) -> np.ndarray:
     """Pixels that edges of flat shapes pass, (H, W) bool."""
     passed = np.zeros((plan.height, plan.width), bool)
