@@ -8,9 +8,10 @@ from pydantic import Field
 
 from schemas.base import Closed
 from schemas.jobs import Message
+from schemas.quantities import WHOLE
 
 Triple = tuple[float, float, float]
-Place = Annotated[int, Field(strict=True, ge=0)]
+Place = Annotated[int, Field(strict=True, ge=0), WHOLE]
 
 RayKind = Literal["camera", "mirror", "reflection", "refraction"]
 

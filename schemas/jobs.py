@@ -16,6 +16,7 @@ from schemas.base import Closed
 from schemas.layers import LayerNames
 from schemas.problems import Problem
 from schemas.quality import FixedQuality, Quality, TargetQuality
+from schemas.quantities import WHOLE
 from schemas.scene import Scene
 
 
@@ -37,7 +38,7 @@ class JobRequest(Closed):
     layers: LayerNames = Field(
         default=(), description="What to tell about each pixel beside its colour; each layer is an image."
     )
-    priority: Annotated[int, Field(strict=True, ge=-10, le=10)] = Field(
+    priority: Annotated[int, Field(strict=True, ge=-10, le=10), WHOLE] = Field(
         default=0, description="Your jobs of a higher priority go first; those of others are not concerned."
     )
     labels: Annotated[dict[LabelName, LabelValue], Field(max_length=16)] = Field(

@@ -11,7 +11,7 @@ from schemas.acceptance import Acceptance, CpuSeconds, RayShare, Verdict
 from schemas.base import Closed
 from schemas.comparisons import Encoding
 from schemas.quality import Quality
-from schemas.quantities import Count, Index, Name, Point, Size
+from schemas.quantities import WHOLE, Count, Index, Name, Point, Size
 from schemas.unions import chosen_by, tag
 
 MANIFEST = "penumbra/manifest/v1"
@@ -47,7 +47,7 @@ File = Annotated[str, Field(strict=True, min_length=1, max_length=1024), AfterVa
 Id = Annotated[str, Field(strict=True, min_length=1, max_length=64), AfterValidator(_word)]
 Points = Annotated[float, Field(strict=True, ge=0, le=1e6, allow_inf_nan=False)]
 Seconds = Annotated[float, Field(strict=True, gt=0, le=86400)]
-Mebibytes = Annotated[int, Field(strict=True, ge=256, le=1 << 20)]
+Mebibytes = Annotated[int, Field(strict=True, ge=256, le=1 << 20), WHOLE]
 Region = tuple[Index, Index, Index, Index]
 
 
@@ -133,7 +133,7 @@ class BallRays(Closed):
     center: Point = Field(description="Of both, scene units.")
     distance: Size = Field(description="Radius of the sphere on which the rays start, scene units.")
     radius: Size = Field(description="Of the ball in which the points lie that they are aimed at.")
-    count: Annotated[int, Field(strict=True, ge=1, le=1_000_000)] = Field(
+    count: Annotated[int, Field(strict=True, ge=1, le=1_000_000), WHOLE] = Field(
         default=1000, description="Rays, 1 to 1 000 000."
     )
     seed: Index = Field(default=0, description="Chooses the rays.")

@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from schemas.base import Closed
-from schemas.quantities import BRIGHTEST, LARGEST, SMALLEST, Color, Intensity, Name
+from schemas.quantities import BRIGHTEST, LARGEST, SMALLEST, WHOLE, Color, Intensity, Name
 from schemas.unions import chosen_by, tag
 
 Shininess = Annotated[float, Field(strict=True, ge=0, le=LARGEST, allow_inf_nan=False)]
@@ -17,7 +17,7 @@ Share = Annotated[float, Field(strict=True, ge=0, le=1, allow_inf_nan=False)]
 
 RefractiveIndex = Annotated[float, Field(strict=True, ge=SMALLEST, le=BRIGHTEST, allow_inf_nan=False)]
 
-Depth = Annotated[int, Field(strict=True, ge=1, le=64)]
+Depth = Annotated[int, Field(strict=True, ge=1, le=64), WHOLE]
 
 Height = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
 

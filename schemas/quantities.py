@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from schemas.vectors import Vector, length
@@ -27,6 +27,11 @@ FARTHEST = 1e30
 
 SHORTEST, LONGEST = 1e-200, 1e200
 """Bounds of the largest component of a ray's direction: counted in it, t is neither 0 nor infinite."""
+
+
+def whole(number: object) -> object:
+    """Read 32.0 as 32, for JSON has one kind of number; what is no whole number stays as it is."""
+    return int(number) if isinstance(number, float) and number.is_integer() else number
 
 
 def _not_zero(vector: Vector) -> Vector:
@@ -73,10 +78,13 @@ RayDirection = Annotated[tuple[Number, Number, Number], AfterValidator(_not_zero
 TextureCoordinate = tuple[Coordinate, Coordinate]
 Color = tuple[Intensity, Intensity, Intensity]
 
-Count = Annotated[int, Field(strict=True, ge=1, le=1 << 16)]
+WHOLE = BeforeValidator(whole)
+"""Goes with every strict `int`: a whole number may be written 32.0, as JSON Schema's `integer` allows."""
+
+Count = Annotated[int, Field(strict=True, ge=1, le=1 << 16), WHOLE]
 """Pixels of one side, or samples of one kind: 1 to 65536."""
 
-Index = Annotated[int, Field(strict=True, ge=0, lt=1 << 31)]
+Index = Annotated[int, Field(strict=True, ge=0, lt=1 << 31), WHOLE]
 """A number in a list, from 0."""
 
 Asset = Annotated[str, Field(strict=True, min_length=1, max_length=1024)]

@@ -8,8 +8,9 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from schemas.base import Closed
+from schemas.quantities import WHOLE
 
-Edge = Annotated[int, Field(strict=True, ge=0)]
+Edge = Annotated[int, Field(strict=True, ge=0), WHOLE]
 
 
 class Region(Closed):

@@ -8,6 +8,7 @@ from pydantic import Field
 
 from schemas.base import Closed
 from schemas.jobs import Message
+from schemas.quantities import WHOLE
 
 Seconds = Annotated[float, Field(ge=0, le=1e10, allow_inf_nan=False)]
 
@@ -18,7 +19,7 @@ class PruneRequest(Closed):
     keep_seconds: Seconds | None = Field(
         default=None, description="How long pictures are kept after their jobs have succeeded."
     )
-    max_stored_bytes: Annotated[int, Field(strict=True, ge=0, le=2**62)] | None = Field(
+    max_stored_bytes: Annotated[int, Field(strict=True, ge=0, le=2**62), WHOLE] | None = Field(
         default=None, description="Bytes of all finished pictures."
     )
     keep_asset_seconds: Seconds | None = Field(

@@ -10,9 +10,9 @@ from pydantic_core import PydanticCustomError
 
 from schemas.base import Closed
 from schemas.limits import refuse_above
-from schemas.quantities import Count
+from schemas.quantities import WHOLE, Count
 
-Seed = Annotated[int, Field(strict=True, ge=0, le=(1 << 53) - 1)]
+Seed = Annotated[int, Field(strict=True, ge=0, le=(1 << 53) - 1), WHOLE]
 SQUARE_PATTERNS = frozenset({"uniform", "rotated"})
 """Patterns that are a grid of n x n samples."""
 

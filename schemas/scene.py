@@ -22,7 +22,7 @@ from schemas.display import Display
 from schemas.lights import Light
 from schemas.limits import refuse_above
 from schemas.materials import Material
-from schemas.quantities import Color, Name
+from schemas.quantities import Color, Name, whole
 from schemas.references import wrong_names
 from schemas.sampling import Sampling
 from schemas.sentences import BUILT_IN
@@ -37,9 +37,10 @@ BLACK = (0.0, 0.0, 0.0)
 
 def _number(version: Any) -> Any:
     # A literal 1 would take True, which equals it.
-    if type(version) is not int:
+    number = whole(version)
+    if type(number) is not int:
         raise PydanticCustomError("int_type", "This must be a whole number.")
-    return version
+    return number
 
 
 class Scene(Closed):

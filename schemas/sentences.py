@@ -10,7 +10,7 @@ from pydantic_core.core_schema import ErrorType
 _ARRAY = ("not_an_array", "This must be an array in square brackets, such as [0, 1, 0].")
 _OBJECT = ("not_an_object", 'This must be an object in braces, such as {{"name": value}}.')
 _NUMBER = ("not_a_number", "This must be a number, such as 1 or 0.5, without quotes.")
-_WHOLE = ("not_whole", "This must be a whole number, without quotes, decimal point or exponent.")
+_WHOLE = ("not_whole", "This must be a whole number, such as 4, without quotes.")
 _TEXT = ("not_text", "This must be text in double quotes.")
 _TRUTH = ("not_a_boolean", "This must be true or false, without quotes.")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import secrets
 import zlib
 from dataclasses import asdict, dataclass
@@ -21,7 +22,7 @@ from service.access.askers import Asker
 from service.admission import Admitted, admit
 from service.canonical import Spec
 from service.context import Service
-from service.database.models import JOINED, Base, IdempotencyRow, JobRow, RenderRow
+from service.database.models import JOINED, Base, IdempotencyRow, JobRow, RenderRow, RequestRow
 from service.errors import ReusedKeyError
 from service.queue_limits import Queue
 from service.retention import KEY_LIFE
@@ -93,9 +94,9 @@ def submit(service: Service, sent: Submission) -> Taken:
     """
     if sent.key is not None:
         with service.database.reading() as session:
-            known = _replayed(session, sent)
-        if known:
-            return Taken(known, replayed=True)
+            before = _sent_before(session, sent)
+            if before is not None and before.body_sha256 == sent.body_sha256:
+                return Taken(_job_of(session, before), replayed=True)
     admitted = admit(service, sent.asker, sent.body)
     for _ in range(TRIES - 1):
         try:
@@ -105,16 +106,34 @@ def submit(service: Service, sent: Submission) -> Taken:
     return enter(service, sent, admitted)
 
 
-def _replayed(session: Session, sent: Submission) -> str | None:
-    """Give the job that came of the same request before, if its key says so."""
+def _sent_before(session: Session, sent: Submission) -> IdempotencyRow | None:
+    """Find the request that has brought the same key before, while it counts."""
     if sent.key is None:
         return None
     row = session.get(IdempotencyRow, (sent.asker.name, sent.key))
-    if row is None or row.created_at < datetime.now(UTC) - KEY_LIFE:
+    return None if row is None or row.created_at < datetime.now(UTC) - KEY_LIFE else row
+
+
+def _job_of(session: Session, before: IdempotencyRow) -> str:
+    return session.scalars(select(JobRow.id).where(JobRow.number == before.job)).one()
+
+
+def _replayed(session: Session, sent: Submission) -> str | None:
+    """Give the job that came of the same request before, if its key says so; this one has been admitted."""
+    before = _sent_before(session, sent)
+    if before is None:
         return None
-    if row.body_sha256 != sent.body_sha256:
+    if before.body_sha256 != sent.body_sha256 and not _is_same_document(session, before, sent.body):
+        assert sent.key is not None
         raise ReusedKeyError(sent.key)
-    return session.scalars(select(JobRow.id).where(JobRow.number == row.job)).one()
+    return _job_of(session, before)
+
+
+def _is_same_document(session: Session, before: IdempotencyRow, body: bytes) -> bool:
+    """Whether two bodies differ only in how JSON is written: blanks, the order of members, 32.0 for 32."""
+    kept = session.get(RequestRow, before.job)
+    # Booleans equal numbers in Python, but no field of an admitted request takes both.
+    return kept is not None and bool(json.loads(zlib.decompress(kept.body)) == json.loads(body))
 
 
 def enter(service: Service, sent: Submission, admitted: Admitted) -> Taken:

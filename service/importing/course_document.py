@@ -11,11 +11,9 @@ from typing import Annotated, ClassVar
 from pydantic import AliasChoices, Field
 
 from schemas.cameras import FieldOfView
-from schemas.quantities import Asset, Color, Count, Direction, Name, Point, Size
+from schemas.quantities import Asset, Color, Count, Direction, Index, Name, Point, Size
 from schemas.shapes import Scale
 from service.importing.reading import Foreign
-
-Bounces = Annotated[int, Field(strict=True, ge=0, lt=1 << 31)]
 
 
 class CourseCamera(Foreign):
@@ -65,7 +63,7 @@ class CourseDocument(Foreign):
     """The whole file."""
 
     spp: Count | None = None
-    max_depth: Bounces | None = None
+    max_depth: Index | None = None
     image_resolution: tuple[Count, Count]
     cam_config: CourseCamera
     light_config: CourseLight | None = None

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import Any
 
 from fastapi import APIRouter
 
 from schemas.jobs import JobRequest
+from schemas.json_schema import scene_json_schema
 from schemas.manifest_json_schema import manifest_json_schema
 from schemas.plans import PlanDocument
-from schemas.scene import Scene
 from schemas.traces import TraceAnswer, TraceRequest
 from service import traces
 from service.access.asking import Asking
@@ -44,15 +43,10 @@ async def trace(here: Here, asking: Asking, body: JsonBody) -> TraceAnswer:
 @router.get("/schemas/scene.json", response_model=None)
 def scene_schema() -> dict[str, Any]:
     """Get the JSON Schema of scenes."""
-    return _scene_schema()
+    return scene_json_schema()
 
 
 @router.get("/schemas/manifest.json", response_model=None)
 def manifest_schema() -> dict[str, Any]:
     """Get the JSON Schema of the manifests of assignments."""
     return manifest_json_schema()
-
-
-@cache
-def _scene_schema() -> dict[str, Any]:
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | Scene.model_json_schema()

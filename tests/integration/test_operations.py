@@ -15,6 +15,7 @@ import jsonschema_rs
 import pytest
 from starlette.testclient import TestClient
 
+from schemas.json_schema import scene_json_schema
 from service.app import create_app
 from service.settings import Settings
 from tests.integration.conftest import Start
@@ -34,7 +35,9 @@ def test_a_service_says_which_one_it_is(client: httpx2.Client) -> None:
 
 
 def test_the_schema_of_scenes_takes_scenes_and_nothing_else(client: httpx2.Client) -> None:
-    schema = jsonschema_rs.validator_for(client.get("/v1/schemas/scene.json").json())
+    published = client.get("/v1/schemas/scene.json").json()
+    assert published == scene_json_schema()
+    schema = jsonschema_rs.validator_for(published)
     assert schema.is_valid(scene())
     assert not schema.is_valid(scene() | {"shapes": [{"type": "cube"}]})
     assert not schema.is_valid(scene() | {"unknown": 1})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -107,6 +108,15 @@ def test_a_key_is_refused_with_another_request_and_named(client: httpx2.Client) 
     answer = post(client, SMALL | {"priority": 1}, **{"Idempotency-Key": "reused"})
     assert (answer.status_code, answer.json()["code"]) == (422, "idempotency_key_reused")
     assert "'reused'" in answer.json()["detail"]
+
+
+def test_a_key_knows_its_request_however_its_json_is_written(client: httpx2.Client) -> None:
+    first = post(client, SMALL, **{"Idempotency-Key": "written"})
+    text = json.dumps(json.loads(json.dumps(SMALL), parse_int=float), indent=2, sort_keys=True)
+    headers = {"Content-Type": "application/json", "Idempotency-Key": "written"}
+    again = client.post("/v1/jobs", content=text, headers=headers)
+    assert (again.status_code, again.json()["id"]) == (202, first.json()["id"])
+    assert again.headers["Idempotency-Replayed"] == "true"
 
 
 def test_a_request_that_was_refused_leaves_its_key_free(client: httpx2.Client) -> None:

@@ -125,7 +125,7 @@ def test_extreme_fields_of_view_are_accepted(scene: dict[str, Any], angle: float
     assert read_scene(changed(scene, "/camera/vertical_fov", angle))[0].camera.vertical_fov == angle
 
 
-@pytest.mark.parametrize("count", [0, -1, 1.5, 2.0, True, "4", 10**9, 10**300, None], ids=repr)
+@pytest.mark.parametrize("count", [0, -1, 1.5, True, "4", 10**9, 10**300, None], ids=repr)
 @pytest.mark.parametrize("place", ["/camera/width", "/camera/height", "/sampling/light/samples"])
 def test_a_count_is_a_whole_number_from_1(scene: dict[str, Any], place: str, count: object) -> None:
     assert list(problems(changed(scene, place, count))) == [place]

@@ -1,0 +1,108 @@
+"""A whole number is the same number with a point: JSON does not tell 32.0 from 32, nor does anything here."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pydantic import BaseModel
+
+import scenes
+from schemas.comparisons import ComparisonRequest
+from schemas.errors import SceneError
+from schemas.inspections import InspectionRequest
+from schemas.jobs import JobRequest
+from schemas.manifests import BallRays, CameraRays, Manifest
+from schemas.quotes import QuoteRequest
+from schemas.reading import read_document, read_scene
+from schemas.regions import Region
+from schemas.retention import PruneRequest
+from schemas.traces import TraceRequest
+from service.canonical import spec_of
+from service.importing.course_document import CourseDocument
+
+SCENES = sorted(Path(scenes.__file__).parent.glob("*/*.json"))
+
+
+def with_points(document: Any) -> Any:
+    """The same document with every number written with a point."""
+    return json.loads(json.dumps(document), parse_int=float)
+
+
+@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
+def test_a_scene_with_points_in_its_whole_numbers_is_the_same_scene(path: Path) -> None:
+    document = json.loads(path.read_text())
+    pointed = with_points(document)
+    assert json.dumps(pointed) != json.dumps(document)
+    assert read_scene(json.dumps(pointed))[0] == read_scene(pointed)[0] == read_scene(document)[0]
+
+
+def test_a_request_with_points_is_rendered_once_with_the_request_without() -> None:
+    scene = json.loads(next(path for path in SCENES if path.stem == "basic").read_text())
+    quality = {"mode": "fixed", "antialiasing": {"pattern": "sobol", "samples": 8}, "light": {"samples": 4}}
+    document = {"scene": scene, "quality": quality, "priority": 3}
+    request, _ = read_document(json.dumps(document).encode(), JobRequest)
+    pointed, _ = read_document(json.dumps(with_points(document)).encode(), JobRequest)
+    assert pointed == request
+    assert spec_of(pointed) == spec_of(request)
+
+
+def test_the_exponent_of_a_whole_number_does_not_matter(scene: dict[str, Any]) -> None:
+    text = json.dumps(scene | {"camera": scene["camera"] | {"width": 320}}).replace("320", "3.2e2")
+    assert read_scene(text)[0].camera.width == 320
+
+
+OTHERS: list[tuple[type[BaseModel], dict[str, Any]]] = [
+    (Region, {"x0": 0, "y0": 0, "x1": 64, "y1": 32}),
+    (InspectionRequest, {"x": 20, "y": 30}),
+    (PruneRequest, {"max_stored_bytes": 10_000_000_000}),
+    (CameraRays, {"type": "camera", "width": 8, "height": 4}),
+    (BallRays, {"type": "ball", "center": [0, 0, 0], "distance": 1, "radius": 1, "count": 10, "seed": 2}),
+]
+
+
+@pytest.mark.parametrize(("model", "document"), OTHERS, ids=lambda part: getattr(part, "__name__", ""))
+def test_whole_numbers_outside_scenes_may_have_a_point_too(
+    model: type[BaseModel], document: dict[str, Any]
+) -> None:
+    assert read_document(with_points(document), model) == read_document(document, model)
+
+
+MODELS = (JobRequest, QuoteRequest, TraceRequest, ComparisonRequest, Manifest, CourseDocument)
+
+
+@pytest.mark.parametrize("model", [*MODELS, *(model for model, _ in OTHERS)])
+def test_no_model_has_an_integer_that_takes_no_point(model: type[BaseModel]) -> None:
+    assert list(strict_integers(model.__pydantic_core_schema__)) == []
+
+
+def strict_integers(schema: Any, *, whole: bool = False) -> Any:
+    """Find integers of a core schema without the function before them that reads 32.0 as 32."""
+    if isinstance(schema, dict):
+        if schema.get("type") == "int" and not whole:
+            yield schema
+        before = schema.get("type") == "function-before"
+        for name, part in schema.items():
+            if name != "serialization":
+                yield from strict_integers(part, whole=before and name == "schema")
+    elif isinstance(schema, list | tuple):
+        for part in schema:
+            yield from strict_integers(part)
+
+
+@pytest.mark.parametrize("wrong", [True, "32", 32.5, float("inf"), float("nan"), None, [32]], ids=repr)
+def test_what_is_no_whole_number_is_refused_as_before(scene: dict[str, Any], wrong: object) -> None:
+    scene["camera"]["width"] = wrong
+    with pytest.raises(SceneError) as caught:
+        read_scene(scene)
+    assert [(found.pointer, found.code) for found in caught.value.errors] == [("/camera/width", "not_whole")]
+
+
+@pytest.mark.parametrize("beyond", [1e300, 0.0])
+def test_the_bounds_of_a_whole_number_hold_with_a_point(scene: dict[str, Any], beyond: float) -> None:
+    scene["camera"]["width"] = beyond
+    with pytest.raises(SceneError) as caught:
+        read_scene(json.dumps(scene))
+    assert [found.code for found in caught.value.errors] == ["out_of_range"]
