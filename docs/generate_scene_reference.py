@@ -36,8 +36,8 @@ INTRODUCTION = """\
 
 A scene is one JSON object. Numbers are JSON numbers: never text, never NaN or Infinity, coordinates at most
 1e15, sizes at least 1e-100. A whole number may be written `32` or `32.0`. Lengths are in scene units,
-angles in degrees, colours are linear RGB. The world is right-handed, with y up by habit only. Unknown fields and
-repeated fields are refused.
+angles in degrees, colours are linear RGB. The world is right-handed, with y up by habit only. Unknown fields
+and repeated fields are refused.
 `penumbra validate SCENE` tells every problem at once, each with its JSON Pointer, line and column. The same
 description for programs is at `GET /v1/schemas/scene.json`. Scenes to start from are in
 [scenes/gallery](../scenes/gallery/README.md).
