@@ -172,6 +172,11 @@ class JobLinks(Message):
     pause: str = ""
     resume: str = ""
     convergence: str = ""
+    log: str = ""
+    request: str = ""
+    inspections: str = ""
+    focus: str = ""
+    pin: str = ""
     layers: dict[str, str] = Field(default={}, description="The layers that were asked for, by name.")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import sqlite3
 from collections.abc import Callable, Sequence
 from http import HTTPStatus
@@ -23,6 +24,8 @@ from renderer.errors import ImageFileError, MissingExtraError
 from schemas.errors import SHOWN
 from schemas.problems import Problem, ProblemDocument
 from service import errors
+from service.client.places import located
+from service.context import Service
 from service.database.connection import PRIMARY
 from service.store.folder import NO_ROOM, NOT_WRITABLE
 
@@ -151,6 +154,7 @@ def install(app: FastAPI, methods: Callable[[str], Sequence[str]] = lambda _: ()
 
     for error in KINDS:
         app.add_exception_handler(error, _known)
+    app.add_exception_handler(renderer.SceneError, _of_document)
     app.add_exception_handler(RequestValidationError, _parameters)
     app.add_exception_handler(HTTPException, of_framework)
     app.add_exception_handler(Exception, _unknown)
@@ -168,12 +172,32 @@ def _known(request: Request, error: Exception) -> Response:
         headers |= error.headers
     if isinstance(error, errors.RangeError):
         headers["Content-Range"] = f"bytes */{error.size}"
-    if isinstance(error, renderer.SceneError):
-        return answer(kind.status, str(error), code=kind.code, problems=error.errors, more=error.more)
     if isinstance(error, errors.ParametersError):
         listed, more = error.problems[:SHOWN], len(error.problems[SHOWN:])
         return answer(kind.status, str(error), code=kind.code, problems=listed, more=more)
     return answer(kind.status, _detail(kind, error), code=kind.code, headers=headers)
+
+
+async def _of_document(request: Request, error: Exception) -> Response:
+    assert isinstance(error, renderer.SceneError)
+    kind, found = KINDS[renderer.SceneError], error
+    if any(_lacks_line(problem) for problem in error.errors) and hasattr(request.state, "body"):
+        service: Service = request.app.state.service
+        problems = await service.read(_placed, error.errors, request.state.body)
+        found = renderer.SceneError(problems, error.more)
+    return answer(kind.status, str(found), code=kind.code, problems=found.errors, more=found.more)
+
+
+def _lacks_line(problem: Problem) -> bool:
+    # A problem of the whole document may be that it is no JSON, in which nothing can be found.
+    return problem.line is None and problem.pointer != ""
+
+
+def _placed(problems: Sequence[Problem], body: bytes) -> list[Problem]:
+    """Give lines and columns to what was found after the document had been read: files, costs, limits."""
+    text = body.removeprefix(codecs.BOM_UTF8).decode()
+    found = iter(located(text, filter(_lacks_line, problems)))
+    return [next(found) if _lacks_line(problem) else problem for problem in problems]
 
 
 def _by_cause(error: Exception) -> Exception:

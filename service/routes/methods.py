@@ -16,10 +16,10 @@ def heads_of(router: APIRouter) -> APIRouter:
     An address that answers HEAD in its own way, to save the work for a body, keeps it.
     """
     routes = _routes([router])
-    own = {route.path for route in routes if "HEAD" in route.methods}
+    own = {route.path for route in routes if "HEAD" in _methods(route)}
     heads = APIRouter(include_in_schema=False)
     for route in routes:
-        if "GET" in route.methods and route.path not in own:
+        if "GET" in _methods(route) and route.path not in own:
             heads.add_api_route(
                 route.path,
                 route.endpoint,
@@ -32,10 +32,16 @@ def heads_of(router: APIRouter) -> APIRouter:
 
 def allowed(routers: Routers, path: str) -> list[str]:
     """List the methods that routes answer at a path, in alphabetical order; none where there is none."""
-    found = {method for route in _routes(routers) if route.path_regex.match(path) for method in route.methods}
+    found = {
+        method for route in _routes(routers) if route.path_regex.match(path) for method in _methods(route)
+    }
     if "GET" in found:
         found.add("HEAD")
     return sorted(found)
+
+
+def _methods(route: APIRoute) -> set[str]:
+    return route.methods or set()
 
 
 def _routes(routers: Routers) -> list[APIRoute]:
