@@ -208,8 +208,8 @@ class Job(Message):
     )
     queue_position: int | None = Field(
         default=None,
-        description="How many queued jobs start before this one; null once it has started, and while it is "
-        "paused.",
+        description="How many queued jobs are to start before this one, by users' turns, priority and age; "
+        "null once it has started, and while it is paused.",
     )
     last_seq: int = Field(ge=0, description="Number of the newest tile event; 0 before the first.")
     created_at: datetime
