@@ -193,6 +193,10 @@ class Job(Message):
         default=False,
         description="Whether it stands still: until it is resumed no tiles are handed out.",
     )
+    cancelling: bool = Field(
+        default=False,
+        description="Whether it is being cancelled: it ends when the workers have stopped their tiles of it.",
+    )
     width: int = Field(description="Pixels; 0 for a mesh.")
     height: int = Field(description="Pixels; 0 for a mesh.")
     quality: dict[str, Any] | None = Field(

@@ -53,6 +53,7 @@ def _document(
         priority=row.priority,
         state=row.state,
         paused=row.paused_at is not None and not row.state.final,
+        cancelling=row.render is not None and row.render.cancel_requested and not row.state.final,
         width=work["width"],
         height=work["height"],
         quality=row.quality,
