@@ -26,7 +26,7 @@ class InspectionRequest(Closed):
 class Part(Message):
     """A part of the scene: where it is written, and what it is called."""
 
-    pointer: str = Field(description="JSON pointer into the scene.")
+    pointer: str = Field(description="JSON pointer into the scene, or over HTTP into the request of the job.")
     name: str | None = Field(description="Its name, if it was given one.")
 
 
@@ -44,7 +44,7 @@ class InspectedLight(Message):
     """
 
     light: int = Field(ge=0, description="Index into the scene's lights.")
-    pointer: str = Field(description="JSON pointer into the scene.")
+    pointer: str = Field(description="JSON pointer into the scene, or over HTTP into the request of the job.")
     visibility: float = Field(ge=0, le=1, description="Share of its points that are seen.")
     points: int = Field(ge=1, description="Points looked at.")
     below_horizon: int = Field(

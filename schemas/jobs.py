@@ -191,6 +191,11 @@ class JobLinks(Message):
     pause: str = ""
     resume: str = ""
     convergence: str = ""
+    log: str = ""
+    request: str = ""
+    inspections: str = ""
+    focus: str = ""
+    pin: str = ""
     layers: dict[str, str] = Field(default={}, description="The layers that were asked for, by name.")
 
 
@@ -207,6 +212,10 @@ class Job(Message):
         default=False,
         description="Whether it stands still: until it is resumed no tiles are handed out.",
     )
+    cancelling: bool = Field(
+        default=False,
+        description="Whether it is being cancelled: it ends when the workers have stopped their tiles of it.",
+    )
     width: int = Field(description="Pixels; 0 for a mesh.")
     height: int = Field(description="Pixels; 0 for a mesh.")
     quality: dict[str, Any] | None = Field(
@@ -222,8 +231,8 @@ class Job(Message):
     )
     queue_position: int | None = Field(
         default=None,
-        description="How many queued jobs start before this one; null once it has started, and while it is "
-        "paused.",
+        description="How many queued jobs are to start before this one, by users' turns, priority and age; "
+        "null once it has started, and while it is paused.",
     )
     last_seq: int = Field(ge=0, description="Number of the newest tile event; 0 before the first.")
     created_at: datetime

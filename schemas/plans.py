@@ -14,7 +14,9 @@ class PlanStage(_Part):
 
     name: str = Field(description="The stage.")
     effect: str = Field(description="The effect that it works for.")
-    pointers: tuple[str, ...] = Field(description="JSON Pointers into the scene: who asked for it.")
+    pointers: tuple[str, ...] = Field(
+        description="JSON Pointers to what asked for it, in the scene or, over HTTP, in the request."
+    )
     detail: str = Field(description="What it does, in a sentence.")
     share: float | None = Field(
         default=None, ge=0, le=1, description="Expected share of the CPU time, 0 to 1."
@@ -25,7 +27,10 @@ class LeftOut(_Part):
     """An effect that no line of the scene calls for."""
 
     effect: str = Field(description="The effect.")
-    pointers: tuple[str, ...] = Field(default=(), description="Lines that name it without effect, if any.")
+    pointers: tuple[str, ...] = Field(
+        default=(),
+        description="JSON Pointers to what names it without effect, if any.",
+    )
     reason: str = Field(description="Why it does not run.")
 
 

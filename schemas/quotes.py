@@ -54,7 +54,9 @@ class EffectShare(Message):
     """What an effect adds to the time of the quality that was asked for."""
 
     effect: str = Field(description="The effect.")
-    pointers: tuple[str, ...] = Field(description="JSON Pointers into the scene: who asked for it.")
+    pointers: tuple[str, ...] = Field(
+        description="JSON Pointers to what asked for it, in the scene or, over HTTP, in the request."
+    )
     cpu_seconds: float = Field(description="CPU seconds that go when it goes; below 0 where it saves work.")
     share: float = Field(le=1, description="The same as a share of all CPU seconds.")
 

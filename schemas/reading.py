@@ -6,6 +6,7 @@ words (`schemas.translation`) and places (`schemas.findings`).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
@@ -96,11 +97,28 @@ def checked(document: Document, model: type[Model], *, limits: Limits) -> Model:
     try:
         read = model.model_validate(document.content, context=limits)
     except ValidationError as error:
+        misplaced = _misplaced(document.content, model)
+        if misplaced is not None:
+            raise _refused([misplaced], document) from None
         told, more = translate(error, model, document.content)
         raise _refused([*document.repeated, *told], document, more) from None
     if document.repeated:
         raise _refused(document.repeated, document)
     return read
+
+
+def _misplaced(content: object, model: type[BaseModel]) -> Finding | None:
+    """Recognise a scene where a request belongs, and a request where a scene does: that is one mistake."""
+    if not isinstance(content, Mapping):
+        return None
+    if model is Scene and "scene" in content and "camera" not in content:
+        detail = "This is a request to a service. A scene is what is in its field 'scene': give that alone."
+        return Finding(("scene",), "not_a_scene", detail, about_key=True)
+    field = model.model_fields.get("scene")
+    if field and field.annotation is Scene and "camera" in content and "scene" not in content:
+        detail = 'This is a scene, and a request with a scene belongs here. Wrap it: {"scene": {...}}.'
+        return Finding((), "bare_scene", detail)
+    return None
 
 
 def _refused(findings: list[Finding], document: Document, more: int = 0) -> SceneError:

@@ -10,6 +10,7 @@ from pydantic import BaseModel
 
 import renderer
 from schemas.jobs import JobRequest
+from schemas.limits import Limits
 from schemas.plans import PlanDocument
 from schemas.pointers import pointer
 from schemas.problems import Problem
@@ -23,6 +24,7 @@ from service.access.askers import Asker
 from service.context import Service
 from service.outlines import Pixels, outlined
 from service.pricing import check_cost, priced, target_of
+from service.request_pointers import in_request
 from service.specs import compile_request
 from service.store.assets import PREFIX, is_mesh, is_sha256
 
@@ -57,7 +59,7 @@ def admit(service: Service, asker: Asker, body: bytes) -> Admitted:
     target = target_of(request)
     description = priced(plan, service.prices.get(request), service.settings.workers)
     check_cost(description, target, service.settings)
-    return Admitted(request, warnings, plan, description, target)
+    return Admitted(request, warnings, plan, in_request(description, request), target)
 
 
 def _limited(request: JobRequest) -> JobRequest:
@@ -70,10 +72,10 @@ def _limited(request: JobRequest) -> JobRequest:
 
 
 def read_request(
-    service: Service, asker: Asker, body: bytes, model: type[Model]
+    service: Service, asker: Asker, body: bytes, model: type[Model], *, limits: Limits | None = None
 ) -> tuple[Model, tuple[Problem, ...]]:
     """Read a body that has a ``scene``, within the service's limits, and look for the user's files in it."""
-    request, warnings = read_document(body, model, limits=service.settings.limits)
+    request, warnings = read_document(body, model, limits=limits or service.settings.limits)
     scene = getattr(request, "scene", None)
     assert isinstance(scene, Scene)
     unusable = _unusable_assets(service, asker, scene)

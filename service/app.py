@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from functools import partial
 from typing import Any, Literal
 
 from fastapi import Depends, FastAPI
@@ -43,7 +44,9 @@ from service.routes import (
     session,
     tiles,
 )
+from service.routes.methods import allowed, heads_of
 from service.routes.parameters import COMPONENTS, problem
+from service.routes.queries import check_query
 from service.routes.session import REFUSED
 from service.settings import Settings
 from service.telemetry import spans
@@ -102,11 +105,14 @@ def create_app(settings: Settings) -> FastAPI:
         redoc_url=None,
         telemetry=telemetry.of_requests(),
     )
-    problems.install(app)
+    problems.install(app, partial(allowed, [module.router for module in ROUTERS]))
     for module in ROUTERS:
         asked = [] if module in PUBLIC else [Depends(asker)]
+        # Scripts of the page read its addresses themselves.
+        checked = [] if module is page else [Depends(check_query)]
         answers = problem(422, "A parameter cannot be used.") | (REFUSED if asked else {})
-        app.include_router(module.router, dependencies=asked, responses=answers)
+        app.include_router(module.router, dependencies=asked + checked, responses=answers)
+        app.include_router(heads_of(module.router), dependencies=asked + checked)
     _document_bodies(app)
     return app
 

@@ -29,7 +29,7 @@ from service.store.tiles import TileStore
 from service.telemetry.spans import SILENT, Telemetry
 
 BODIES = 16
-"""As many requests of the largest size are held in memory at once, or more smaller ones."""
+"""As many requests with the largest scene are held in memory at once, or more smaller ones."""
 READERS = 4
 """Documents that are read at once: the largest take some hundred megabytes each, and Python reads one."""
 
@@ -86,7 +86,7 @@ def assemble(
         known=Known(database),
         relay=Relay(database, dispatcher, feed),
         spans=spans,
-        bodies=Held(BODIES * settings.limits.max_body_bytes),
+        bodies=Held(max(BODIES * settings.limits.max_body_bytes, settings.trace_limits.max_body_bytes)),
         readers=CapacityLimiter(READERS),
     )
 

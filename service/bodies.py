@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from typing import Annotated
 
 from fastapi import Depends, Request
 from starlette.requests import ClientDisconnect
 
+from schemas.limits import Limits
 from service.context import Here
 from service.errors import (
     BodyIncompleteError,
@@ -81,6 +83,17 @@ async def _arriving(request: Request, patience: float) -> AsyncIterator[bytes]:
 
 
 async def _json_body(request: Request, here: Here) -> AsyncIterator[bytes]:
+    async with _json(request, here, here.settings.limits) as body:
+        yield body
+
+
+async def _trace_body(request: Request, here: Here) -> AsyncIterator[bytes]:
+    async with _json(request, here, here.settings.trace_limits) as body:
+        yield body
+
+
+@asynccontextmanager
+async def _json(request: Request, here: Here, limits: Limits) -> AsyncIterator[bytes]:
     """Give a body that is said to be JSON; it is not parsed. One without a type is taken.
 
     Raises
@@ -93,13 +106,17 @@ async def _json_body(request: Request, here: Here) -> AsyncIterator[bytes]:
     media_type = request.headers.get("content-type", "application/json").partition(";")[0].strip().lower()
     if media_type != "application/json" and not media_type.endswith("+json"):
         raise MediaTypeError("Send the body as application/json.")
-    limit, patience = here.settings.limits.max_body_bytes, here.settings.patience_seconds
     with here.bodies.account() as account:
         parts = []
-        async for chunk in chunks(request, limit, patience):
+        async for chunk in chunks(request, limits.max_body_bytes, here.settings.patience_seconds):
             account.add(len(chunk))
             parts.append(chunk)
-        yield b"".join(parts)
+        # Problems that are found after it was read get their lines from it.
+        request.state.body = b"".join(parts)
+        yield request.state.body
 
 
 JsonBody = Annotated[bytes, Depends(_json_body)]
+
+TraceBody = Annotated[bytes, Depends(_trace_body)]
+"""As long as the rays that a request may have need."""

@@ -206,6 +206,7 @@ class Dispatcher:
             self.metrics.note(task, outcome)
             self._spans.came_back(task, outcome)
             self.pace.note(getattr(outcome, "cpu_seconds", 0.0))
+            self.pace.watch(busy=bool(self._flying))
             if isinstance(outcome, WorkerDied) and not isinstance(task, TileTask):
                 self._picture_deaths[merging(task)] += 1
             self._reports.append((task, outcome))
@@ -305,6 +306,7 @@ class Dispatcher:
         """Stop what was handed out in an earlier term: the database expects no more of it."""
         self._stale |= self._flying
         self._flying, self._reports, self._leaving, self._deadline = set(), [], {}, None
+        self.pace.watch(busy=False)
 
     def _resign(self) -> None:
         if not self._database.shared:
@@ -349,6 +351,7 @@ class Dispatcher:
             self._pause()
         for task in result.tasks:
             self._flying.add(task)
+            self.pace.watch(busy=True)
             self._spans.handed_out(task)
             self._engine.submit(task)
         for render in result.ended:

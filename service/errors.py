@@ -7,6 +7,7 @@ ServiceError
 │   ├── BodySlowError
 │   ├── MediaTypeError
 │   ├── UnknownHostError        a request was sent to another name
+│   ├── ParametersError         parameters that the address does not have
 │   └── RangeError
 ├── UnauthenticatedError        a key is needed
 ├── ForbiddenError              this user may not do that
@@ -46,7 +47,10 @@ ServiceError
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+
+from schemas.problems import Problem
 
 
 class ServiceError(Exception):
@@ -81,6 +85,20 @@ class UnknownHostError(RequestError):
             "This service answers under its own names alone: those in the setting `hosts` and, where it asks "
             "for no keys, 127.0.0.1 and localhost. Use one of them, or have this one added."
         )
+
+
+class ParametersError(RequestError):
+    """A request has query parameters that its address does not have.
+
+    Parameters
+    ----------
+    problems : sequence of Problem
+        One for each of them.
+    """
+
+    def __init__(self, problems: Sequence[Problem]) -> None:
+        super().__init__(problems[0].detail)
+        self.problems = problems
 
 
 class RangeError(RequestError):

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import asyncio
+import json
 
 import renderer
 from schemas.inspections import Inspection, InspectionRequest
+from schemas.jobs import JobRequest
 from schemas.problems import Problem
 from schemas.reading import read_document
 from service import jobs
 from service.context import Service
 from service.engines.tasks import InspectDone, InspectTask, Outcome, TaskFailed
 from service.errors import InspectionFailedError, UnavailableError, WorkerLostError
+from service.request_pointers import in_request
+from service.requests import request_of
 
 
 async def inspect(service: Service, job_id: str, body: bytes) -> Inspection:
@@ -30,16 +34,17 @@ async def inspect(service: Service, job_id: str, body: bytes) -> Inspection:
     UnavailableError
         If it took too long, or its worker died.
     """
-    task = await service.read(_task, service, job_id, body)
+    task, request = await service.read(_task, service, job_id, body)
     answer = asyncio.wrap_future(service.dispatcher.call(task))
     try:
         outcome = await asyncio.wait_for(answer, service.settings.max_wait_seconds)
     except TimeoutError:
         raise UnavailableError("No worker was free to look in time. Try again in a moment.") from None
-    return _answer(outcome)
+    return in_request(_answer(outcome), request)
 
 
-def _task(service: Service, job_id: str, body: bytes) -> InspectTask:
+def _task(service: Service, job_id: str, body: bytes) -> tuple[InspectTask, JobRequest]:
+    """Make the task, and read the request of the job, whose lines the answer speaks of."""
     with service.database.reading() as session:
         render = jobs.find_render(session, job_id)
     asked, _ = read_document(body, InspectionRequest, limits=service.settings.limits)
@@ -55,7 +60,8 @@ def _task(service: Service, job_id: str, body: bytes) -> InspectTask:
     ]
     if problems:
         raise renderer.SceneError(problems)
-    return InspectTask(render.id, render.spec_sha256, asked.x, asked.y)
+    request = JobRequest.model_validate(json.loads(request_of(service, job_id)))
+    return InspectTask(render.id, render.spec_sha256, asked.x, asked.y), request
 
 
 def _answer(outcome: Outcome) -> Inspection:

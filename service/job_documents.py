@@ -2,28 +2,48 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from datetime import datetime, timedelta
+from itertools import groupby
 from typing import Any
 
-from sqlalchemy import bindparam, func, literal_column, select
+from sqlalchemy import bindparam, literal_column, select
 from sqlalchemy.orm import Session
 
 from schemas.jobs import Failure, Job, JobCost, JobLinks, JobState, Progress, TileAtWork
 from schemas.problems import Problem
-from service import rows
+from service import queue_order, rows
 from service.database.models import JobRow, RenderRow, TileRow
 
-# Built once, for it runs for each running job of a list. SQLite uses the index of running steps only where
-# the condition stands in the statement as in the index.
+# SQLite uses the index of running steps only where the condition stands in the statement as in the index.
 _AT_WORK = (
     select(TileRow)
-    .where(TileRow.render == bindparam("render"), TileRow.state == literal_column("'running'"))
-    .order_by(TileRow.pass_index, TileRow.tile)
+    .where(
+        TileRow.render.in_(bindparam("renders", expanding=True)),
+        TileRow.state == literal_column("'running'"),
+    )
+    .order_by(TileRow.render, TileRow.pass_index, TileRow.tile)
 )
 
 
-def document(session: Session, row: JobRow, keep_seconds: float | None = None) -> Job:
-    """Describe a job as it is now; a picture is removed after ``keep_seconds``."""
+def documents(session: Session, jobs: Sequence[JobRow], keep_seconds: float | None = None) -> tuple[Job, ...]:
+    """Describe jobs as they are now, with as many queries for many as for one.
+
+    Parameters
+    ----------
+    keep_seconds
+        After so long a picture is removed.
+    """
+    before, at_work = queue_order.positions(session, jobs), _at_work(session, jobs)
+    return tuple(
+        _document(row, keep_seconds, before.get(row.number), at_work.get(row.render_number, ()))
+        for row in jobs
+    )
+
+
+def _document(
+    row: JobRow, keep_seconds: float | None, position: int | None, rendering: tuple[TileAtWork, ...]
+) -> Job:
     work = work_of(row)
     return Job(
         id=row.id,
@@ -33,12 +53,13 @@ def document(session: Session, row: JobRow, keep_seconds: float | None = None) -
         priority=row.priority,
         state=row.state,
         paused=row.paused_at is not None and not row.state.final,
+        cancelling=row.render is not None and row.render.cancel_requested and not row.state.final,
         width=work["width"],
         height=work["height"],
         quality=row.quality,
         progress=progress_of(row),
-        rendering=_rendering(session, row),
-        queue_position=_queue_position(session, row),
+        rendering=rendering,
+        queue_position=position,
         last_seq=work["last_seq"],
         created_at=row.created_at,
         started_at=row.started_at,
@@ -107,18 +128,16 @@ def _error(render: RenderRow) -> dict[str, float] | None:
     return entries[-1]["error"] if entries else None
 
 
-def _rendering(session: Session, row: JobRow) -> tuple[TileAtWork, ...]:
-    if row.state is not JobState.RUNNING or row.render is None:
-        return ()
-    steps = session.scalars(_AT_WORK, {"render": row.render.number})
-    return tuple(TileAtWork.model_validate(step, from_attributes=True) for step in steps)
-
-
-def _queue_position(session: Session, row: JobRow) -> int | None:
-    if row.state is not JobState.QUEUED or row.paused_at is not None:
-        return None
-    before = (JobRow.state == JobState.QUEUED, JobRow.paused_at.is_(None), JobRow.number < row.number)
-    return session.scalar(select(func.count()).select_from(JobRow).where(*before)) or 0
+def _at_work(session: Session, jobs: Sequence[JobRow]) -> dict[int | None, tuple[TileAtWork, ...]]:
+    """Give the tiles that workers have in hand, by the numbers of the renders of running jobs."""
+    renders = {row.render_number for row in jobs if row.state is JobState.RUNNING and row.render is not None}
+    if not renders:
+        return {}
+    steps = session.scalars(_AT_WORK, {"renders": list(renders)})
+    return {
+        render: tuple(TileAtWork.model_validate(step, from_attributes=True) for step in of_render)
+        for render, of_render in groupby(steps, lambda step: step.render)
+    }
 
 
 def _links(job_id: str, layers: list[str]) -> JobLinks:
@@ -132,6 +151,11 @@ def _links(job_id: str, layers: list[str]) -> JobLinks:
         events=f"{path}/events",
         plan=f"{path}/plan",
         convergence=f"{path}/convergence",
+        log=f"{path}/log",
+        request=f"{path}/request",
+        inspections=f"{path}/inspections",
+        focus=f"{path}/focus",
+        pin=f"{path}/pin",
         image_png=f"{path}/image.png",
         image_npy=f"{path}/image.npy",
         image_exr=f"{path}/image.exr",

@@ -17,7 +17,7 @@ from service import pausing, rows, sharing
 from service.context import Service
 from service.database.models import JobRow, LabelRow, RenderRow
 from service.errors import PictureGoneError, UnavailableError, UnknownJobError
-from service.job_documents import document
+from service.job_documents import documents
 
 # How long a request that must stop a job first waits for its workers, beyond the grace they have.
 STOP_SECONDS = 5.0
@@ -72,7 +72,8 @@ def find_render(session: Session, job_id: str) -> RenderRow:
 def show(service: Service, job_id: str) -> Job:
     """Describe a job as it is now."""
     with service.database.reading() as session:
-        return document(session, find(session, job_id), service.settings.keep_seconds)
+        [job] = documents(session, [find(session, job_id)], service.settings.keep_seconds)
+        return job
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,7 @@ def page(service: Service, limit: int, cursor: int | None, wish: Wish) -> JobLis
     with service.database.reading() as session:
         found = session.scalars(query).all()
         following = str(found[limit - 1].number) if len(found) > limit else None
-        jobs = tuple(document(session, row, keep) for row in found[:limit])
+        jobs = documents(session, found[:limit], keep)
     return JobList(jobs=jobs, next=following)
 
 

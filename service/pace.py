@@ -5,38 +5,54 @@ from __future__ import annotations
 import math
 import threading
 import time
+from collections.abc import Callable
 
 
 class Pace:
     """CPU seconds rendered in a second of the clock, of late. Written by one thread, read by many.
 
+    Only the time counts in which workers have something in hand: nothing to do is no slowness.
+
     Parameters
     ----------
     workers : int
         Their number is the rate until one is measured.
+    clock : callable
+        Gives seconds.
     """
 
     # Work of a minute ago counts 1/e of work done now.
     MEMORY_SECONDS = 60.0
 
-    def __init__(self, workers: int) -> None:
+    def __init__(self, workers: int, clock: Callable[[], float] = time.monotonic) -> None:
         self._lock = threading.Lock()
-        self._workers = workers
-        self._begun = self._last = time.monotonic()
-        self._sum = 0.0
+        self._workers, self._clock = workers, clock
+        self._busy, self._last = False, clock()
+        self._sum = self._seconds = 0.0
+
+    def watch(self, *, busy: bool) -> None:
+        """Take note of whether workers have something in hand from now on."""
+        with self._lock:
+            self._go_on()
+            self._busy = busy
 
     def note(self, cpu_seconds: float) -> None:
         """Take note of finished work."""
-        now = time.monotonic()
         with self._lock:
-            self._sum = self._sum * math.exp((self._last - now) / self.MEMORY_SECONDS) + cpu_seconds
-            self._last = now
+            self._go_on()
+            self._sum += cpu_seconds
 
     def rate(self) -> float:
-        """Give the mean of the last minute; where there is little to go by, what the workers could do."""
-        now = time.monotonic()
+        """Give the mean of the last busy minute; with little to go by, what the workers could do."""
         with self._lock:
-            recent = self._sum * math.exp((self._last - now) / self.MEMORY_SECONDS)
-            watched = self.MEMORY_SECONDS * -math.expm1((self._begun - now) / self.MEMORY_SECONDS)
-        # As if the workers had been busy for a second before.
-        return (recent + self._workers) / (watched + 1.0)
+            self._go_on()
+            # As if the workers had been busy for a second before.
+            return (self._sum + self._workers) / (self._seconds + 1.0)
+
+    def _go_on(self) -> None:
+        """Let what was counted fade by the busy time since the last call; the seconds watched fade alike."""
+        now = self._clock()
+        passed, self._last = (now - self._last if self._busy else 0.0), now
+        fading = math.exp(-passed / self.MEMORY_SECONDS)
+        self._sum *= fading
+        self._seconds = self._seconds * fading + self.MEMORY_SECONDS * (1.0 - fading)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import codecs
 import sqlite3
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from http import HTTPStatus
 from typing import Any, NamedTuple
 
@@ -20,8 +21,11 @@ from renderer.assets import AssetError
 from renderer.comparison import NotComparableError
 from renderer.convergence import NothingToFitError
 from renderer.errors import ImageFileError, MissingExtraError
+from schemas.errors import SHOWN
 from schemas.problems import Problem, ProblemDocument
 from service import errors
+from service.client.places import located
+from service.context import Service
 from service.database.connection import PRIMARY
 from service.store.folder import NO_ROOM, NOT_WRITABLE
 
@@ -58,6 +62,7 @@ KINDS: dict[type[Exception], Kind] = {
     errors.BodySlowError: Kind(408, "body_slow"),
     errors.UnknownHostError: Kind(421, "unknown_host"),
     errors.MediaTypeError: Kind(415, "media_type"),
+    errors.ParametersError: Kind(422, "parameters"),
     errors.RangeError: Kind(416, "range"),
     errors.UnauthenticatedError: Kind(401, "unauthenticated"),
     errors.ForbiddenError: Kind(403, "forbidden"),
@@ -127,12 +132,31 @@ def answer(
     return Response(content, status_code=status, media_type=MEDIA_TYPE, headers=headers)
 
 
-def install(app: FastAPI) -> None:
-    """Have all errors of an app answered here."""
+def install(app: FastAPI, methods: Callable[[str], Sequence[str]] = lambda _: ()) -> None:
+    """Have all errors of an app answered here.
+
+    Parameters
+    ----------
+    methods
+        Gives those that a path answers: the framework names those of one route alone.
+    """
+
+    def of_framework(request: Request, error: Exception) -> Response:
+        assert isinstance(error, HTTPException)
+        if error.status_code != HTTPStatus.METHOD_NOT_ALLOWED:
+            return answer(error.status_code, error.detail, headers=dict(error.headers or {}))
+        own = (error.headers or {}).get("Allow", "").split(", ")
+        allow = ", ".join(sorted({"OPTIONS", *own, *methods(request.scope["path"])} - {""}))
+        if request.method == "OPTIONS":
+            return Response(status_code=HTTPStatus.NO_CONTENT, headers={"Allow": allow})
+        detail = f"This address answers {allow}."
+        return answer(error.status_code, detail, headers={"Allow": allow})
+
     for error in KINDS:
         app.add_exception_handler(error, _known)
+    app.add_exception_handler(renderer.SceneError, _of_document)
     app.add_exception_handler(RequestValidationError, _parameters)
-    app.add_exception_handler(HTTPException, _of_framework)
+    app.add_exception_handler(HTTPException, of_framework)
     app.add_exception_handler(Exception, _unknown)
 
 
@@ -148,9 +172,32 @@ def _known(request: Request, error: Exception) -> Response:
         headers |= error.headers
     if isinstance(error, errors.RangeError):
         headers["Content-Range"] = f"bytes */{error.size}"
-    if isinstance(error, renderer.SceneError):
-        return answer(kind.status, str(error), code=kind.code, problems=error.errors, more=error.more)
+    if isinstance(error, errors.ParametersError):
+        listed, more = error.problems[:SHOWN], len(error.problems[SHOWN:])
+        return answer(kind.status, str(error), code=kind.code, problems=listed, more=more)
     return answer(kind.status, _detail(kind, error), code=kind.code, headers=headers)
+
+
+async def _of_document(request: Request, error: Exception) -> Response:
+    assert isinstance(error, renderer.SceneError)
+    kind, found = KINDS[renderer.SceneError], error
+    if any(_lacks_line(problem) for problem in error.errors) and hasattr(request.state, "body"):
+        service: Service = request.app.state.service
+        problems = await service.read(_placed, error.errors, request.state.body)
+        found = renderer.SceneError(problems, error.more)
+    return answer(kind.status, str(found), code=kind.code, problems=found.errors, more=found.more)
+
+
+def _lacks_line(problem: Problem) -> bool:
+    # A problem of the whole document may be that it is no JSON, in which nothing can be found.
+    return problem.line is None and problem.pointer != ""
+
+
+def _placed(problems: Sequence[Problem], body: bytes) -> list[Problem]:
+    """Give lines and columns to what was found after the document had been read: files, costs, limits."""
+    text = body.removeprefix(codecs.BOM_UTF8).decode()
+    found = iter(located(text, filter(_lacks_line, problems)))
+    return [next(found) if _lacks_line(problem) else problem for problem in problems]
 
 
 def _by_cause(error: Exception) -> Exception:
@@ -173,7 +220,9 @@ def _detail(kind: Kind, error: Exception) -> str:
 def _parameters(_request: Request, error: Exception) -> Response:
     assert isinstance(error, RequestValidationError)
     problems = [_parameter(found) for found in error.errors()]
-    return answer(422, problems[0].detail, code="parameters", problems=problems[:50], more=len(problems[50:]))
+    return answer(
+        422, problems[0].detail, code="parameters", problems=problems[:SHOWN], more=len(problems[SHOWN:])
+    )
 
 
 def _parameter(found: dict[str, Any]) -> Problem:
@@ -181,11 +230,6 @@ def _parameter(found: dict[str, Any]) -> Problem:
     where, *names = found["loc"]
     detail = f"The {where} parameter {'.'.join(map(str, names))!r} is not usable. {found['msg']}."
     return Problem(pointer="", detail=detail, code=found["type"])
-
-
-def _of_framework(_request: Request, error: Exception) -> Response:
-    assert isinstance(error, HTTPException)
-    return answer(error.status_code, error.detail, headers=dict(error.headers or {}))
 
 
 def _unknown(request: Request, error: Exception) -> Response:

@@ -11,6 +11,7 @@ from service.admission import compile_admitted, read_request
 from service.context import Service
 from service.engines.tasks import Outcome, QuoteDone, QuoteTask, TaskFailed
 from service.errors import QuoteFailedError, UnavailableError, WorkerLostError
+from service.request_pointers import in_request
 
 
 async def quote(service: Service, asker: Asker, body: bytes) -> Quote:
@@ -38,7 +39,7 @@ async def quote(service: Service, asker: Asker, body: bytes) -> Quote:
         found = _quote(outcome)
     if found.asked is not None:
         service.prices.learn(_job(task.request), found.asked.cpu_seconds.estimate)
-    return found
+    return in_request(found, task.request)
 
 
 def _task(service: Service, asker: Asker, body: bytes) -> QuoteTask:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -15,6 +16,8 @@ from schemas.limits import Limits
 from service.settings_file import FileSource
 
 MIB = 1024 * 1024
+RAY_BYTES = 192
+"""JSON of a ray: six doubles of up to 24 characters, with brackets, commas and blanks."""
 
 _BUCKET = re.compile(r"s3://[a-z0-9][a-z0-9.-]{1,61}[a-z0-9](/[A-Za-z0-9._/-]*)?")
 
@@ -204,6 +207,16 @@ class Settings(BaseSettings):
             return store
         names = "a bucket has 3 to 63 small letters, digits, dots and hyphens"
         raise PydanticCustomError("store", f"write s3://BUCKET or s3://BUCKET/PREFIX; {names}")
+
+    @property
+    def trace_limits(self) -> Limits:
+        """What a trace request may have: a scene, and beside it as many rays as `max_trace_rays` allows."""
+        return replace(
+            self.limits,
+            max_body_bytes=self.limits.max_body_bytes + RAY_BYTES * self.max_trace_rays,
+            # Six numbers each, and room for as many rays too many, so that they are counted as rays.
+            max_values=self.limits.max_values + 12 * self.max_trace_rays,
+        )
 
     @property
     def place(self) -> str:

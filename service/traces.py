@@ -41,7 +41,7 @@ async def trace(service: Service, asker: Asker, body: bytes) -> TraceAnswer:
 
 
 def _task(service: Service, asker: Asker, body: bytes) -> TraceTask:
-    request, _ = read_request(service, asker, body, TraceRequest)
+    request, _ = read_request(service, asker, body, TraceRequest, limits=service.settings.trace_limits)
     problems = list(_problems(request, service.settings.max_trace_rays))
     if problems:
         raise renderer.SceneError(problems)

@@ -18,6 +18,7 @@ from service.client import calls
 from service.client.calls import Answer, Call
 from service.client.errors import RequestInvalidError
 from service.client.parcels import Parcel
+from service.request_pointers import in_scene
 
 Result = TypeVar("Result")
 Flow = Generator[Call[Any], Any, Result]
@@ -40,12 +41,12 @@ def submission(
 
 def plan(parcel: Parcel, wished: Mapping[str, Any]) -> Flow[PlanDocument]:
     """What would run for a scene."""
-    return _asking(parcel, calls.make_plan(_body(parcel, wished)))
+    return in_scene((yield from _asking(parcel, calls.make_plan(_body(parcel, wished)))))
 
 
 def quote(parcel: Parcel, wished: Mapping[str, Any]) -> Flow[Quote]:
     """What a scene would cost."""
-    return _asking(parcel, calls.make_quote(_body(parcel, wished)))
+    return in_scene((yield from _asking(parcel, calls.make_quote(_body(parcel, wished)))))
 
 
 def traces(parcel: Parcel, rays: Mapping[str, Any]) -> Flow[TraceAnswer]:

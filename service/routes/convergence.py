@@ -59,7 +59,6 @@ RESPONSES: dict[int | str, dict[str, Any]] = {
 }
 
 
-@router.head("/convergence", response_class=Response, include_in_schema=False)
 @router.get(
     "/convergence",
     response_class=Response,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
@@ -28,6 +28,9 @@ router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 UNKNOWN = problem(404, "There is no such job.")
 NOT_YOURS = problem(403, "The job is somebody else's.")
 GONE = problem(410, "The job ended without a picture, and what it was asked for is gone.")
+CANCELLING: dict[int | str, dict[str, Any]] = {
+    202: {"model": Job, "description": "The job is still being stopped: `cancelling` is true."}
+}
 BODY = (
     problem(408, "The body came too slowly.")
     | problem(413, "The body is too large.")
@@ -105,10 +108,16 @@ def get_job(here: Here, job_id: JobId) -> Job:
     return jobs.show(here, job_id)
 
 
-@router.post("/{job_id}/cancel", responses=UNKNOWN | NOT_YOURS)
-async def cancel_job(here: Here, job_id: ChangedJob) -> Job:
-    """Stop a job. The answer comes when nothing of it runs any more; a job that has ended stays as it is."""
-    return await jobs.stop(here, job_id)
+@router.post("/{job_id}/cancel", responses=UNKNOWN | NOT_YOURS | CANCELLING)
+async def cancel_job(here: Here, response: Response, job_id: ChangedJob) -> Job:
+    """Stop a job. The answer comes when nothing of it runs any more; a job that has ended stays as it is.
+
+    Where that takes longer than a few seconds the answer is 202, and `cancelling` is true until it has ended.
+    """
+    job = await jobs.stop(here, job_id)
+    if not job.state.final:
+        response.status_code = 202
+    return job
 
 
 @router.post("/{job_id}/pause", responses=UNKNOWN | NOT_YOURS)

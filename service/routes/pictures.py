@@ -29,6 +29,15 @@ ThumbnailWidth = Annotated[
     Width | None,
     Query(description="Columns of a thumbnail, at most; rows follow. Without it the whole picture."),
 ]
+ShownEvent = Annotated[
+    int | None,
+    Query(
+        ge=0,
+        le=2**31 - 1,
+        description="Any event's number. It makes another address of the same picture, for browsers that do "
+        "not fetch one address twice.",
+    ),
+]
 LayerPart = Annotated[str, Path(description="Name of the layer.", max_length=64)]
 
 
@@ -50,28 +59,30 @@ NO_WIDTH = problem(422, "There are no thumbnails of this width.")
 NO_EXR = problem(501, "The service was installed without the extra `exr`.")
 
 
-@router.head("/image.png", response_class=Response, include_in_schema=False)
 @router.get("/image.png", response_class=Response, responses=_responses("png") | NO_WIDTH)
-def get_png(here: Here, request: Request, job_id: JobId, width: ThumbnailWidth = None) -> Response:
+def get_png(
+    here: Here,
+    request: Request,
+    job_id: JobId,
+    width: ThumbnailWidth = None,
+    after: ShownEvent = None,  # noqa: ARG001  (part of the address alone)
+) -> Response:
     """Get the picture as a PNG file, with the scene's display transfer and exposure."""
     return _answer(here, request, job_id, Wanted("png", width=width))
 
 
-@router.head("/image.npy", response_class=Response, include_in_schema=False)
 @router.get("/image.npy", response_class=Response, responses=_responses("npy"))
 def get_npy(here: Here, request: Request, job_id: JobId) -> Response:
     """Get the picture as a NumPy file: float32, linear, height x width x 3."""
     return _answer(here, request, job_id, Wanted("npy"))
 
 
-@router.head("/image.exr", response_class=Response, include_in_schema=False)
 @router.get("/image.exr", response_class=Response, responses=_responses("exr") | NO_EXR)
 def get_exr(here: Here, request: Request, job_id: JobId) -> Response:
     """Get the picture as an OpenEXR file: linear, with all layers of the job as further channels."""
     return _answer(here, request, job_id, Wanted("exr"))
 
 
-@router.head("/layers/{name}.npy", response_class=Response, include_in_schema=False)
 @router.get("/layers/{name}.npy", response_class=Response, responses=_responses("npy"))
 def get_layer(here: Here, request: Request, job_id: JobId, name: LayerPart) -> Response:
     """Get a layer that the job was asked for, as a NumPy file: height x width, or x channels."""

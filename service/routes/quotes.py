@@ -61,7 +61,7 @@ EXAMPLE: dict[str, Any] = {
     "offers": [SOBOL, TARGET],
     "for_error": TARGET,
     "for_seconds": TARGET | {"quality": {"mode": "target", "error": 0.00066, "time_limit": 10}},
-    "effects": [{"effect": "light 0", "pointers": ["/lights/0"], "cpu_seconds": 1.2, "share": 0.57}],
+    "effects": [{"effect": "light 0", "pointers": ["/scene/lights/0"], "cpu_seconds": 1.2, "share": 0.57}],
     "price": {"camera_rays": 1228800, "shadow_rays": 1228800, "cpu_seconds": 1.7},
     "workers": 4,
     "pilot": {"seconds": 1.38, "blocks": 20, "pixels": 4800, "target_errors": 2},

@@ -14,7 +14,7 @@ from schemas.traces import TraceAnswer, TraceRequest
 from service import traces
 from service.access.asking import Asking
 from service.admission import admit
-from service.bodies import JsonBody
+from service.bodies import JsonBody, TraceBody
 from service.context import Here
 from service.routes.jobs import BODY
 from service.routes.parameters import json_request, problem
@@ -35,7 +35,7 @@ async def plan(here: Here, asking: Asking, body: JsonBody) -> PlanDocument:
     responses=BODY | UNUSABLE | problem(503, "Too many others are tracing, or it took too long."),
     openapi_extra=json_request(TraceRequest),
 )
-async def trace(here: Here, asking: Asking, body: JsonBody) -> TraceAnswer:
+async def trace(here: Here, asking: Asking, body: TraceBody) -> TraceAnswer:
     """Cast rays into a scene and say what each of them hits."""
     return await traces.trace(here, asking, body)
 

@@ -61,6 +61,12 @@ async def known(here: Here, job_id: JobId) -> str:
     return (await run_in_threadpool(jobs.show, here, job_id)).id
 
 
+@router.head("/events", include_in_schema=False)
+async def events_exist(job_id: Annotated[str, Depends(known)]) -> Response:  # noqa: ARG001
+    """Answer at once: the stream itself goes on as long as the job does."""
+    return Response(media_type="text/event-stream")
+
+
 @router.get("/events", response_class=EventSourceResponse, responses=problem(404, "There is no such job."))
 async def get_events(
     here: Here, job_id: Annotated[str, Depends(known)], last_event_id: LastEventId = None

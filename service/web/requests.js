@@ -16,12 +16,15 @@ export function requestText(scene, rest = {}) {
  * another field has no line, and keeps its pointer without the slash: `quality/error`.
  */
 export function problemInScene(problem) {
-  const inScene =
+  const isOfScene =
     problem.pointer === "" || problem.pointer === "/scene" || problem.pointer.startsWith("/scene/");
-  if (!inScene) return { ...problem, pointer: problem.pointer.slice(1), line: undefined, column: undefined };
+  if (!isOfScene) return { ...problem, pointer: problem.pointer.slice(1), line: undefined, column: undefined };
   const column = problem.line === 1 ? Math.max(1, problem.column - HEAD.length) : problem.column;
-  return { ...problem, pointer: problem.pointer.replace(/^\/scene/, ""), column };
+  return { ...problem, pointer: inScene(problem.pointer), column };
 }
+
+/** A pointer into such a body as one into its scene. @param {string} pointer */
+export const inScene = (pointer) => pointer.replace(/^\/scene(?=\/|$)/, "");
 
 /**
  * What a job was asked for, taken apart.

@@ -10,8 +10,11 @@ from pathlib import Path
 
 import httpx2
 import pytest
+from fastapi.testclient import TestClient
 
+from service.app import create_app
 from service.server import RunningServer
+from service.settings import Settings
 from tests.integration.conftest import Start
 from tests.integration.support import (
     PATIENCE,
@@ -42,6 +45,24 @@ def test_a_running_job_is_cancelled_and_nothing_is_written_afterwards(
     finish(client, submit(client, scene()))  # the workers are free for others
     assert files_of(server, job).items() <= files.items()
     assert job_of(client, job)["progress"]["done"] == steps
+
+
+def test_a_cancelled_job_that_cannot_be_stopped_yet_is_answered_as_such(tmp_path: Path) -> None:
+    settings = Settings(data=tmp_path, workers=1, tile_size=32, log_level="error")
+    with TestClient(create_app(settings), base_url="http://127.0.0.1") as client:
+        job = client.post("/v1/jobs", json={"scene": long_scene()}).json()["id"]
+        until(lambda: job_of(client, job)["state"] == "running")
+        # As where another server hands out the work, and does not answer now.
+        client.app.state.service.dispatcher.stop()
+        answer = client.post(f"/v1/jobs/{job}/cancel")
+        assert (answer.status_code, answer.json()["state"]) == (202, "running")
+        assert answer.json()["cancelling"] is True
+        assert job_of(client, job)["cancelling"] is True
+    # The next one that hands out work ends what was cancelled.
+    with TestClient(create_app(settings), base_url="http://127.0.0.1") as client:
+        until(lambda: job_of(client, job)["state"] == "cancelled")
+        again = client.post(f"/v1/jobs/{job}/cancel")
+        assert (again.status_code, again.json()["cancelling"]) == (200, False)
 
 
 @contextmanager

@@ -11,6 +11,7 @@ import pytest
 import renderer
 from renderer.inspection import inspect, inspection_plan
 from schemas.inspections import Inspection
+from service.request_pointers import in_scene
 from service.server import RunningServer
 from tests.integration.support import PATIENCE, finish, scene, submit
 from tests.integration.test_bad_requests import problem_of
@@ -36,7 +37,7 @@ def test_a_pixel_is_explained_as_the_renderer_does(finished: tuple[httpx2.Client
     answer = ask(client, job, {"x": x, "y": y})
     assert answer.status_code == 200, answer.text
     plan = inspection_plan(renderer.load_scene(scene()))
-    assert Inspection.model_validate(answer.json()) == inspect(plan, x, y)
+    assert in_scene(Inspection.model_validate(answer.json())) == inspect(plan, x, y)
 
 
 def test_a_dark_pixel_says_which_shape_stands_before_the_light(
@@ -48,9 +49,9 @@ def test_a_dark_pixel_says_which_shape_stands_before_the_light(
         told["reasons"][0]["text"]
         == "Nothing lights it: shape 1 lies between it and light 0 from all 4 points."
     )
-    assert told["reasons"][0]["pointers"] == ["/lights/0", "/shapes/1"]
+    assert told["reasons"][0]["pointers"] == ["/scene/lights/0", "/scene/shapes/1"]
     assert told["ray"]["surface"]["lights"][0]["blockers"] == [
-        {"pointer": "/shapes/1", "name": None, "shape": 1, "points": 4}
+        {"pointer": "/scene/shapes/1", "name": None, "shape": 1, "points": 4}
     ]
 
 

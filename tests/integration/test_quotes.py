@@ -36,8 +36,8 @@ def test_a_quote_prices_what_is_asked_for_and_other_qualities(client: httpx2.Cli
     assert told.asked in told.offers
     assert len(told.offers) > 5
     assert {each.effect: each.pointers for each in told.effects}.items() <= {
-        "light 0": ("/lights/0",),
-        "highlights": ("/materials/ball/specular",),
+        "light 0": ("/scene/lights/0",),
+        "highlights": ("/scene/materials/ball/specular",),
     }.items()
     assert told.price == renderer.compile_scene(scene()).describe().cost
 

@@ -5,7 +5,7 @@ import { h } from "../../dom.js";
 import { makeEditor } from "../../editor.js";
 import { percent } from "../../format.js";
 import { places } from "../../json_text.js";
-import { takenApart } from "../../requests.js";
+import { inScene, takenApart } from "../../requests.js";
 
 // More lines than this stand behind one word, so that the list stays a list.
 const SHOWN = 3;
@@ -111,11 +111,12 @@ function omission({ effect, reason, pointers }, lines) {
 
 /** Make what turns pointers into buttons that show their lines. */
 function makeLines(scene, plan, editor) {
-  const all = [...plan.stages, ...plan.first_looks, ...plan.left_out].flatMap(({ pointers }) => pointers);
+  const all = [...plan.stages, ...plan.first_looks, ...plan.left_out].flatMap(({ pointers }) => pointers.map(inScene));
   const where = places(scene, all);
   const document = JSON.parse(scene);
 
-  function link(pointer) {
+  function link(inRequest) {
+    const pointer = inScene(inRequest);
     const place = where.get(pointer);
     if (!place) return h("li", { className: "small soft" }, pointer);
     const button = h(

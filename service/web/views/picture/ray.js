@@ -14,7 +14,7 @@ const triple = (values) => values.map(short).join("  ");
 export function makeRay(ray, links, depth) {
   const { surface } = ray;
   const kind = KINDS[ray.kind];
-  const meets = surface ? `meets ${surface.part.name ? `${surface.part.name}, ` : ""}shape ${surface.shape}` : ray.light ? `meets light ${ray.light.pointer.slice(8)}` : "meets nothing but the background";
+  const meets = surface ? `meets ${surface.part.name ? `${surface.part.name}, ` : ""}shape ${surface.shape}` : ray.light ? `meets light ${ray.light.pointer.split("/").at(-1)}` : "meets nothing but the background";
   const weight = ray.kind === "camera" ? "" : `, ${short(100 * ray.weight)} % of it reaches the camera`;
   return h(
     "li",

@@ -3,7 +3,7 @@
 import { jobPath, text } from "../../api.js";
 import { h } from "../../dom.js";
 import { lineStarts, places } from "../../json_text.js";
-import { takenApart } from "../../requests.js";
+import { inScene, takenApart } from "../../requests.js";
 
 const MOST_LINES = 24;
 
@@ -14,7 +14,8 @@ export function makeSource(id, signal) {
   const element = h("section", { className: "source", hidden: true, "aria-labelledby": title.id }, title, lines);
   let scene = null;
 
-  async function show(pointer) {
+  async function show(inRequest) {
+    const pointer = inScene(inRequest);
     scene ??= takenApart(await text(`${jobPath(id)}/request`, { signal })).scene;
     const place = places(scene, [pointer]).get(pointer);
     title.textContent = place ? `Scene, line ${place.line}` : "The scene does not write this: it is a default.";

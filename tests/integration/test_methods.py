@@ -1,0 +1,86 @@
+"""What all addresses have in common: HEAD beside GET, all methods in Allow, no parameter in vain."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import httpx2
+import pytest
+
+from tests.integration.support import finish, scene, submit
+from tests.integration.test_bad_requests import problem_of
+
+SHA256 = "0" * 64
+
+
+@pytest.fixture(scope="module")
+def job(server: Any) -> str:
+    with httpx2.Client(base_url=server.url) as client:
+        return finish(client, submit(client, scene(8, 8), layers=["depth"]))["id"]
+
+
+def addresses(client: httpx2.Client, job: str) -> dict[str, set[str]]:
+    """Every address of the API, of a job and a layer that are there, with its documented methods."""
+    paths = client.get("/openapi.json").json()["paths"]
+    return {
+        path.format(job_id=job, name="depth", sha256=SHA256): {method.upper() for method in methods}
+        for path, methods in paths.items()
+    }
+
+
+def test_head_answers_like_get_without_a_body_everywhere(client: httpx2.Client, job: str) -> None:
+    found = addresses(client, job)
+    got = [path for path, methods in found.items() if "GET" in methods]
+    assert len(got) > 15
+    for path in [*got, "/", "/openapi.json", "/web/main.js"]:
+        head, answer = client.head(path), client.get(path)
+        assert (head.status_code, head.content) == (answer.status_code, b""), path
+        assert head.headers["Content-Type"] == answer.headers["Content-Type"], path
+
+
+@pytest.mark.parametrize("method", ["PATCH", "TRACE", "OPTIONS"])
+def test_allow_names_all_methods_of_an_address(client: httpx2.Client, job: str, method: str) -> None:
+    for path, methods in addresses(client, job).items():
+        expected = methods | {"OPTIONS"} | ({"HEAD"} if "GET" in methods else set())
+        answer = client.request(method, path)
+        if method == "OPTIONS":
+            assert (answer.status_code, answer.content) == (204, b"")
+        else:
+            problem_of(answer, 405)
+        assert set(answer.headers["Allow"].split(", ")) == expected, path
+
+
+def test_an_address_that_is_not_there_has_no_options(client: httpx2.Client) -> None:
+    problem_of(client.options("/v1/nothing"), 404)
+
+
+def test_head_of_the_events_of_a_running_job_does_not_wait_for_its_end(client: httpx2.Client) -> None:
+    running = submit(client, scene(256, 256, samples=36, light_samples=64))
+    answer = client.head(f"/v1/jobs/{running}/events")
+    assert answer.headers["Content-Type"].startswith("text/event-stream")
+    assert client.get(f"/v1/jobs/{running}").json()["state"] in ("queued", "running")
+    client.delete(f"/v1/jobs/{running}")
+
+
+def test_no_address_takes_a_query_parameter_that_it_does_not_have(client: httpx2.Client, job: str) -> None:
+    for path, methods in addresses(client, job).items():
+        for method in methods - {"HEAD"}:
+            found = problem_of(client.request(method, path, params={"lable": "a:b"}), 422)
+            assert "'lable'" in found["detail"], (method, path)
+            assert [one["code"] for one in found["errors"]] == ["unknown_parameter"], (method, path)
+
+
+def test_a_misspelt_query_parameter_gets_the_one_that_was_meant(client: httpx2.Client) -> None:
+    [found] = problem_of(client.get("/v1/jobs", params={"lable": "a:b", "limit": 1}), 422)["errors"]
+    assert found["suggestion"] == "label"
+
+
+def test_a_query_parameter_that_counts_once_is_refused_twice(client: httpx2.Client) -> None:
+    [found] = problem_of(client.get("/v1/jobs?state=failed&state=queued"), 422)["errors"]
+    assert found["code"] == "repeated_parameter"
+    assert client.get("/v1/jobs?label=a:b&label=c:d").status_code == 200
+
+
+def test_a_query_parameter_with_a_long_name_is_not_repeated(client: httpx2.Client) -> None:
+    found = problem_of(client.get("/v1/jobs", params={"x" * 1000: "1"}), 422)
+    assert "xxx" not in found["detail"]
