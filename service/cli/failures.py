@@ -31,7 +31,6 @@ from service.client.errors import (
 from service.grading.export_errors import ExportError
 
 OUTCOMES: tuple[tuple[type[BaseException], ExitCode, str], ...] = (
-    (KeyboardInterrupt, ExitCode.INTERRUPTED, "Interrupted"),
     (TyperException, ExitCode.USAGE, "Wrong use of the command"),
     (InputError, ExitCode.UNUSABLE_INPUT, "The input cannot be used"),
     (ServiceStartError, ExitCode.SERVER, "The service did not run"),
@@ -131,7 +130,5 @@ def _message(error: BaseException) -> str:
             return error.document.detail or error.document.title
         case TimedOutError():
             return error.what
-        case KeyboardInterrupt():
-            return "Interrupted."
         case _:
             return str(error) or type(error).__name__

@@ -26,7 +26,9 @@ def result(text: str) -> None:
 
 def document(content: Mapping[str, Any]) -> None:
     """Print the one document of ``--json``."""
-    typer.echo(json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False))
+    # JSON is UTF-8; what else a stream may be, it knows ASCII.
+    ascii_only = sys.stdout.encoding.lower().replace("-", "") != "utf8"
+    typer.echo(json.dumps(content, indent=2, ensure_ascii=ascii_only, allow_nan=False))
 
 
 def emphasis(text: str, color: str | None = None) -> str:

@@ -7,9 +7,9 @@ from typing import get_args
 import pytest
 
 from schemas.jobs import JobState
+from service.cli.commands import COMMANDS
 from service.cli.connection import DEFAULT_SERVER
 from service.cli.jobs import State
-from service.cli.main import COMMANDS
 from service.client import DEFAULT_SERVER as CLIENT_DEFAULT
 
 CONTRACT = {
