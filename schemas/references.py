@@ -20,7 +20,7 @@ Uses = Iterator[tuple[Parts, object]]
 
 
 def wrong_names(scene: Mapping[str, object]) -> list[InitErrorDetails]:
-    """List every use of a name that the scene does not define, or defines as something else.
+    """List every name that the scene uses and does not define, or defines as something else.
 
     The scene may be raw: what is not even an object or a name is passed over, other checks tell about it.
     """
@@ -48,15 +48,31 @@ def used_textures(scene: Mapping[str, object]) -> Uses:
 
 
 def _undefined(kind: str, uses: Uses, defined: object) -> Iterator[InitErrorDetails]:
+    """The first use of each name that is not defined: one definition mends them all."""
     if not isinstance(defined, Mapping):
         return
-    message = (
-        f"The scene has no {kind} of this name. Use one of the names under '{kind}s', or define it there."
-    )
-    error = PydanticCustomError(f"unknown_{kind}", message, {"names": tuple(defined)})
+    places: dict[str, list[Parts]] = {}
     for location, name in uses:
         if isinstance(name, str) and name not in defined:
-            yield InitErrorDetails(type=error, loc=location, input=None)
+            places.setdefault(name, []).append(location)
+    for location, *others in places.values():
+        message = (
+            f"The scene has no {kind} of this name. Use one of the names under '{kind}s', or define it "
+            f"there.{also_named(len(others))}"
+        )
+        error = PydanticCustomError(f"unknown_{kind}", message, {"names": tuple(defined)})
+        yield InitErrorDetails(type=error, loc=location, input=None)
+
+
+def also_named(others: int) -> str:
+    """A sentence about other places where the same name stands; nothing where there are none.
+
+    >>> also_named(2)
+    ' 2 other places name it too.'
+    """
+    if not others:
+        return ""
+    return f" {others} other places name it too." if others > 1 else " 1 other place names it too."
 
 
 def _checker_maps(scene: Mapping[str, object]) -> Iterator[InitErrorDetails]:

@@ -14,6 +14,7 @@ from service.cli import output
 from service.cli.errors import (
     CommandError,
     InputError,
+    RefusedOptionsError,
     RenderFailedError,
     ServiceStartError,
     UnusableSceneError,
@@ -88,7 +89,7 @@ def _problem_document(error: BaseException, title: str, code: ExitCode) -> dict[
 
 
 def _lines(error: BaseException, title: str) -> list[str]:
-    problems, more = _problems(error)
+    problems, more = ((), 0) if isinstance(error, RefusedOptionsError) else _problems(error)
     text = error.text if isinstance(error, UnusableSceneError) else b""
     lines = [output.emphasis("error", "red") + ": " + (_message(error) or title)]
     lines += excerpts(text, problems, more)
@@ -112,6 +113,8 @@ def _problems(error: BaseException) -> tuple[Sequence[Problem], int]:
     match error:
         case UnusableSceneError():
             return error.problems, error.more
+        case RefusedOptionsError():
+            return error.problems, 0
         case SceneError():
             return error.errors, error.more
         case RefusedError():

@@ -50,6 +50,8 @@ def get(
     if curve is not None:
         check_target(curve, convergence.FORMS)
     with connect(server) as client:
+        if names:
+            _check_layers(client.get(job_id), names)
         if out is not None:
             save_picture(client, job_id, out, names)
         if curve is not None:
@@ -59,6 +61,17 @@ def get(
         output.document(job.model_dump(mode="json"))
     elif out is None and curve is None:
         _show(job)
+
+
+def _check_layers(job: Job, names: Iterable[str]) -> None:
+    """Raise CommandError, before anything is written, where a job was not submitted with these layers."""
+    missing = [name for name in names if name not in job.links.layers]
+    if missing:
+        there = ", ".join(job.links.layers) or "none"
+        raise CommandError(
+            f"--layers: Job {job.id} has no layer {' or '.join(missing)}. The layers it was submitted with: "
+            f"{there}."
+        )
 
 
 def cancel(

@@ -19,20 +19,37 @@ from service.cli.connection import (
     TimeoutOption,
     connect,
 )
-from service.cli.errors import CommandError, UnusableSceneError
+from service.cli.errors import CommandError, RefusedOptionsError, UnusableSceneError
 from service.cli.jobs import save_picture
 from service.cli.targets import PICTURES, check_target
 from service.cli.watch import detachable, show_end, stay
 
 if TYPE_CHECKING:
     from schemas.jobs import Job
-    from service.client import Client
+    from schemas.problems import Problem
+    from service.client import Client, RequestInvalidError
 
 WaitOption = Annotated[bool, typer.Option("--wait", help="Stay until the image is complete.")]
 OutOption = Annotated[
     Path | None,
     typer.Option("-o", "--out", help="Stay, and save the image: .png, .npy (linear float32) or .exr."),
 ]
+
+OPTIONS = {
+    "/quality/error": "--target-error",
+    "/quality/confidence": "--confidence",
+    "/quality/time_limit": "--time-limit",
+    "/quality/precision": "--precision",
+    "/quality/antialiasing/samples": "--samples",
+    "/quality/antialiasing": "--pattern",
+    "/quality/light/samples": "--light-samples",
+    "/quality/light": "--light-pattern",
+    "/quality": "the options of quality",
+    "/layers": "--layers",
+    "/labels": "--label",
+    "/priority": "--priority",
+}
+"""Places in the request, and the options that they are made of; the first that fits counts."""
 
 
 def submit(  # noqa: PLR0913 - one argument for each option
@@ -119,8 +136,34 @@ def send(
     except SceneError as error:
         raise UnusableSceneError(name, text, error.errors, error.more) from error
     except RequestInvalidError as error:
-        if not error.errors:
-            raise
-        raise UnusableSceneError(name, text, error.errors, error.document.more) from error
+        raise _refused(name, text, error) from error
     scene_files.tell_warnings(text, job.warnings)
     return job
+
+
+def _refused(name: str, text: bytes, error: RequestInvalidError) -> Exception:
+    """What a refusal means to whoever gave a scene file and options, of which the request was made."""
+    # What lies in the scene has a line; the rest of the request is made of the options.
+    wrong = [problem for problem in error.errors if problem.line is None]
+    if not error.errors:
+        return error
+    if len(wrong) == len(error.errors):
+        return RefusedOptionsError(" ".join(map(_about_option, wrong)), wrong)
+    told = [problem if problem.line else _of_option(problem) for problem in error.errors]
+    return UnusableSceneError(name, text, told, error.document.more)
+
+
+def _about_option(problem: Problem) -> str:
+    return f"{_option(problem.pointer)}: {problem.detail}"
+
+
+def _of_option(problem: Problem) -> Problem:
+    return problem.model_copy(update={"pointer": _option(problem.pointer)})
+
+
+def _option(pointer: str) -> str:
+    """The option that a place in the request is made of; the place itself where there is none."""
+    for place, option in OPTIONS.items():
+        if pointer == place or pointer.startswith(place + "/"):
+            return option
+    return pointer

@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, Any
 from schemas.documents import read_text
 from schemas.findings import Finding, refusal
 from schemas.limits import Limits
+from schemas.pointers import Parts
 from schemas.problems import Problem
+from schemas.references import also_named
 from service.client.places import located
 
 if TYPE_CHECKING:
@@ -46,11 +48,12 @@ class Parcel:
     def placed(self, problems: Sequence[Problem]) -> list[Problem]:
         """Problems with the body that was sent, as problems with the user's own document.
 
-        Pointers into the scene lose ``/scene`` and get line and column of the user's text.
+        Pointers into the scene lose ``/scene`` and get line and column of the user's text. Others keep
+        their pointer alone: nobody has seen the lines of the body.
         """
         return [
             *located(self.text, (_inside(problem) for problem in problems if _is_inside(problem))),
-            *(problem for problem in problems if not _is_inside(problem)),
+            *(_without_place(problem) for problem in problems if not _is_inside(problem)),
         ]
 
 
@@ -109,15 +112,18 @@ def _local_files(scene: Mapping[str, Any]) -> Iterator[tuple[str, str | int, str
 
 
 def _contents(scene: Mapping[str, Any], assets: AssetSource | None) -> tuple[dict[str, bytes], list[Finding]]:
+    places: dict[str, list[Parts]] = {}
+    for part, key, name in _local_files(scene):
+        places.setdefault(name, []).append((part, key, "asset"))
     contents: dict[str, bytes] = {}
     missing = []
-    for part, key, name in _local_files(scene):
+    for name, (first, *others) in places.items():
         try:
             if assets is None:
                 raise KeyError(name)
             contents[name] = assets.read(name)
         except (KeyError, OSError):
-            missing.append(Finding((part, key, "asset"), "missing_asset", MISSING))
+            missing.append(Finding(first, "missing_asset", MISSING + also_named(len(others))))
     return contents, missing
 
 
@@ -135,6 +141,9 @@ def _is_inside(problem: Problem) -> bool:
 
 
 def _inside(problem: Problem) -> Problem:
-    return problem.model_copy(
-        update={"pointer": problem.pointer.removeprefix(SCENE), "line": None, "column": None}
-    )
+    stripped = problem.model_copy(update={"pointer": problem.pointer.removeprefix(SCENE)})
+    return _without_place(stripped)
+
+
+def _without_place(problem: Problem) -> Problem:
+    return problem.model_copy(update={"line": None, "column": None})

@@ -34,7 +34,11 @@ def test_layers_of_a_submitted_scene_are_the_same_as_here(
     sent = penumbra("submit", scene_file, "-o", "sent.exr", *words)
     assert sent.code == 0
     assert penumbra("get", sent.out.strip(), "-o", "got.png", "--layers", "depth").code == 0
-    assert penumbra("get", sent.out.strip(), "-o", "got.png", "--layers", "uv").code == 4
+    refused = penumbra("get", sent.out.strip(), "-o", "none.png", "--layers", "depth,uv")
+    assert refused.code == 2
+    assert "no layer uv" in refused.err
+    assert "depth, normal" in refused.err
+    assert not (tmp_path / "none.png").exists()
     assert (tmp_path / "sent.exr").read_bytes() == (tmp_path / "here.exr").read_bytes()
     for name in ("depth", "normal"):
         assert (tmp_path / f"sent.exr.{name}.npy").read_bytes() == (
@@ -42,6 +46,25 @@ def test_layers_of_a_submitted_scene_are_the_same_as_here(
         ).read_bytes()
     assert (tmp_path / "got.png.depth.npy").read_bytes() == (tmp_path / "here.exr.depth.npy").read_bytes()
     assert not (tmp_path / "got.png.uv.npy").exists()
+
+
+def test_what_the_service_refuses_is_told_in_the_users_own_file_and_options(
+    penumbra: Penumbra, scene_file: Path, scene: dict[str, Any], tmp_path: Path
+) -> None:
+    label = "name:" + "x" * 300
+    refused = penumbra("submit", scene_file, "--label", label)
+    assert (refused.code, refused.out) == (2, "")
+    assert refused.err.startswith("error: --label: This text is too long")
+    document = penumbra("submit", scene_file, "--label", label, "--json").document
+    assert [(error["pointer"], "line" in error) for error in document["errors"]] == [("/labels/name", False)]
+    scene["camera"]["widht"] = 3
+    scene_file.write_text(json.dumps(scene, indent=2))
+    both = penumbra("submit", scene_file, "--label", label)
+    assert both.code == 3
+    line = scene_file.read_text().split('"widht"')[0].count("\n") + 1
+    assert f"/camera/widht  line {line}, column 5" in both.err
+    assert "error --label\n" in both.err
+    assert max(map(len, both.err.splitlines())) < 400
 
 
 def test_submit_prints_the_id_alone_and_the_job_can_be_waited_for(

@@ -59,8 +59,9 @@ def test_the_first_50_problems_are_told_and_the_others_counted(scene: dict[str, 
     with pytest.raises(SceneError) as caught:
         read_scene(json.dumps(scene))
     assert len(caught.value.errors) == 50
-    assert caught.value.more == 100 * 4 - 50
-    assert "399 more" in str(caught.value)
+    # Three corners of each triangle, and the one name.
+    assert caught.value.more == 100 * 3 + 1 - 50
+    assert "300 more" in str(caught.value)
 
 
 def test_a_scene_inside_a_request_has_pointers_into_the_request(scene: dict[str, Any]) -> None:
