@@ -9,6 +9,7 @@ import typer
 
 from service.cli import (
     compare,
+    completion,
     convert,
     demo,
     doctor,
@@ -42,12 +43,14 @@ COMMANDS: tuple[tuple[str, str, Callable[..., Any]], ...] = (
     ("serve", "Service", serve.serve),
     ("demo", "Service", demo.demo),
     ("doctor", "Service", doctor.doctor),
+    ("completion", "Service", completion.completion),
     ("prune", "Service", retention.prune),
     ("submit", "Client", submit.submit),
     ("wait", "Client", watch.wait),
     ("watch", "Client", watch.watch),
     ("get", "Client", jobs.get),
     ("cancel", "Client", jobs.cancel),
+    ("delete", "Client", jobs.delete),
     ("pause", "Client", jobs.pause),
     ("resume", "Client", jobs.resume),
     ("ls", "Client", jobs.ls),
@@ -76,7 +79,8 @@ def application() -> typer.Typer:
 
 def run(words: Sequence[str]) -> int:
     """Run one command and give its exit code; what goes wrong is raised."""
-    code: int | None = application()(list(words), prog_name="penumbra", standalone_mode=False)
+    completion.prepare()
+    code: int | None = application()(list(words), prog_name=completion.COMMAND, standalone_mode=False)
     return code or ExitCode.DONE
 
 

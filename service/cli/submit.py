@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -21,7 +20,7 @@ from service.cli.connection import (
 )
 from service.cli.errors import CommandError, RefusedOptionsError, UnusableSceneError
 from service.cli.jobs import save_picture
-from service.cli.targets import PICTURES, check_target
+from service.cli.targets import ImageTarget
 from service.cli.watch import detachable, show_end, stay
 
 if TYPE_CHECKING:
@@ -31,8 +30,27 @@ if TYPE_CHECKING:
 
 WaitOption = Annotated[bool, typer.Option("--wait", help="Stay until the image is complete.")]
 OutOption = Annotated[
-    Path | None,
-    typer.Option("-o", "--out", help="Stay, and save the image: .png, .npy (linear float32) or .exr."),
+    ImageTarget | None,
+    typer.Option(
+        "-o",
+        "--out",
+        parser=ImageTarget.named,
+        metavar="FILE",
+        help="Stay, and save the image: .png, .npy (linear float32) or .exr; - or -.npy is stdout.",
+    ),
+]
+# Written down twice so that help need not load the schemas; a test compares the two.
+PRIORITIES = (-10, 10)
+PriorityOption = Annotated[
+    int,
+    typer.Option(
+        min=PRIORITIES[0],
+        max=PRIORITIES[1],
+        help="Of your own jobs those of a higher priority go first.",
+    ),
+]
+FreshOption = Annotated[
+    bool, typer.Option("--fresh", help="Render it even if the service has the same picture already.")
 ]
 
 OPTIONS = {
@@ -68,15 +86,17 @@ def submit(  # noqa: PLR0913 - one argument for each option
     time_limit: qualities.TimeLimitOption = None,
     layers: layer_files.LayersOption = None,
     label: job_labels.LabelOption = None,
+    priority: PriorityOption = 0,
+    fresh: FreshOption = False,
     server: ServerOption = DEFAULT_SERVER,
     as_json: output.JsonOption = False,
 ) -> None:
     """Send a scene to a service and print the job's id."""
     names = layer_files.parsed(layers)
     if out is not None:
-        check_target(out, PICTURES)
-        layer_files.check_targets(out, names)
-    words = job_labels.parsed(label)
+        out.check(with_layers=bool(names), as_json=as_json)
+        layer_files.check_targets(out.path, names)
+    wishes = {"layers": names, "labels": job_labels.parsed(label), "priority": priority, "anew": fresh}
     stays = wait or out is not None
     if timeout is not None and not stays:
         raise CommandError("--timeout says how long to stay. Give --wait or -o too.")
@@ -91,9 +111,10 @@ def submit(  # noqa: PLR0913 - one argument for each option
         "time_limit": time_limit,
     }
     with connect(server, patience=LONG_PATIENCE if stays else SHORT_PATIENCE) as client:
-        job = send(client, scene, options, names, words)
+        job = send(client, scene, options, wishes)
         if not as_json:
-            output.result(job.id)
+            # An image on stdout is alone there.
+            (output.say if out is not None and out.on_stdout else output.result)(job.id)
         if stays:
             with detachable(job.id):
                 job = stay(client, job.id, timeout=timeout)
@@ -109,15 +130,23 @@ def send(
     client: Client,
     name: str,
     options: dict[str, Any],
-    layers: Sequence[str],
-    labels: Mapping[str, str] | None = None,
+    wishes: Mapping[str, Any],
 ) -> Job:
     """Submit a scene file; what the service finds wrong is told with the lines of that file.
+
+    Parameters
+    ----------
+    options
+        Those that choose the quality.
+    wishes
+        What else ``Client.submit`` takes.
 
     Raises
     ------
     UnusableSceneError
         The file is not a usable scene.
+    RefusedOptionsError
+        The service refused what the options ask for.
     """
     from renderer.assets import FolderAssets
     from schemas.errors import SceneError
@@ -129,8 +158,7 @@ def send(
         job = client.submit(
             text,
             quality=None if quality is None else quality.model_dump(mode="json", exclude_none=True),
-            layers=layers,
-            labels=labels,
+            **wishes,
             assets=FolderAssets(scene_files.folder_of(name)),
         )
     except SceneError as error:

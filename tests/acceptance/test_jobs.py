@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import subprocess
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.acceptance.conftest import Penumbra, Server
+from tests.acceptance.conftest import COMMAND, ENVIRONMENT, Penumbra, Server
 
 pytestmark = pytest.mark.slow
 
@@ -153,6 +154,45 @@ def test_the_newest_job_is_listed_first(penumbra: Penumbra, scene_file: Path) ->
     assert [job["id"] for job in listed] == ids[::-1]
     lines = penumbra("ls", "--limit", 2).out.splitlines()
     assert [line.split("\t")[0] for line in lines] == ids[::-1]
+
+
+def test_a_fresh_picture_is_rendered_again_and_a_priority_is_that_of_the_job(
+    penumbra: Penumbra, scene_file: Path
+) -> None:
+    first = penumbra("submit", scene_file, "--wait", "--json").document
+    stored = penumbra("submit", scene_file, "--json").document
+    fresh = penumbra("submit", scene_file, "--wait", "--fresh", "--priority", -3, "--json").document
+    assert [job["state"] for job in (first, stored, fresh)] == ["succeeded"] * 3
+    assert stored["cost"]["cpu_seconds"] == 0
+    assert fresh["cost"]["cpu_seconds"] > 0
+    assert [job["priority"] for job in (stored, fresh)] == [0, -3]
+
+
+def test_deleted_jobs_are_gone_and_one_that_is_not_there_is_named(
+    penumbra: Penumbra, scene_file: Path
+) -> None:
+    one, two = (penumbra("submit", scene_file).out.strip() for _ in range(2))
+    deleted = penumbra("delete", one, "nothing", two, one, "--json")
+    assert (deleted.code, deleted.document) == (4, {"deleted": [one, two], "missing": ["nothing"]})
+    assert penumbra("get", one).code == 4
+    three = penumbra("submit", scene_file).out.strip()
+    said = penumbra("delete", three)
+    assert (said.code, said.out, said.err) == (0, "", f"Job {three} is deleted.\n")
+
+
+def test_a_submitted_image_on_stdout_is_alone_there(
+    penumbra: Penumbra, server: Server, scene_file: Path, tmp_path: Path
+) -> None:
+    assert penumbra("submit", scene_file, "-o", "a.png").code == 0
+    done = subprocess.run(
+        [*COMMAND, "submit", scene_file, "-o", "-"],
+        capture_output=True,
+        env=ENVIRONMENT | {"PENUMBRA_SERVER": server.url},
+        cwd=tmp_path,
+        timeout=120,
+        check=True,
+    )
+    assert done.stdout == (tmp_path / "a.png").read_bytes()
 
 
 def test_a_cancelled_job_has_no_image(penumbra: Penumbra, endless_file: Path, tmp_path: Path) -> None:

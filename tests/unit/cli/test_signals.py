@@ -17,7 +17,10 @@ from tests.unit.cli.conftest import CLEAN, COMMAND
 
 ROOT = Path(__file__).parents[3]
 AT_IMPORT = """
-import os, sys
+import os, signal, sys
+
+# What starts the tests in the background may have told them to ignore Ctrl-C.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 class Signalling:
     def find_spec(self, name, path=None, target=None):
@@ -81,7 +84,17 @@ def test_hammering_a_signal_leaves_neither_processes_nor_files(
     scene["camera"] |= {"width": 1024, "height": 1024}
     scene_file.write_text(json.dumps(scene))
     process = subprocess.Popen(
-        [*COMMAND, "render", "scene.json", "-o", "a.png", "--workers", "2"],
+        [
+            "env",
+            "--default-signal=INT,HUP",
+            *COMMAND,
+            "render",
+            "scene.json",
+            "-o",
+            "a.png",
+            "--workers",
+            "2",
+        ],
         stderr=subprocess.PIPE,
         text=True,
         cwd=scene_file.parent,
