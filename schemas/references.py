@@ -21,7 +21,7 @@ Uses = Iterator[tuple[Parts, object]]
 
 
 def wrong_names(scene: Mapping[str, object]) -> list[InitErrorDetails]:
-    """List every use of a name that the scene does not define, or defines as something else.
+    """List every name that the scene uses and does not define, or defines as something else.
 
     The scene may be raw: what is not even an object or a name is passed over, other checks tell about it.
     """
@@ -49,20 +49,31 @@ def used_textures(scene: Mapping[str, object]) -> Uses:
 
 
 def _undefined(kind: str, uses: Uses, defined: object) -> Iterator[InitErrorDetails]:
+    """The first use of each name that is not defined: one definition mends them all."""
     if not isinstance(defined, Mapping):
         return
     places: dict[str, list[Parts]] = {}
     for location, name in uses:
         if isinstance(name, str) and 0 < len(name) <= LONGEST_NAME and name not in defined:
             places.setdefault(name, []).append(location)
-    for first, *others in places.values():
+    for location, *others in places.values():
         message = (
-            f"The scene has no {kind} of this name. Use one of the names under '{kind}s', or define it there."
+            f"The scene has no {kind} of this name. Use one of the names under '{kind}s', or define it "
+            f"there.{also_named(len(others))}"
         )
-        if others:
-            message += f" It is used in {len(others)} more place{'s' if len(others) > 1 else ''}."
         error = PydanticCustomError(f"unknown_{kind}", message, {"names": tuple(defined)})
-        yield InitErrorDetails(type=error, loc=first, input=None)
+        yield InitErrorDetails(type=error, loc=location, input=None)
+
+
+def also_named(others: int) -> str:
+    """A sentence about other places where the same name stands; nothing where there are none.
+
+    >>> also_named(2)
+    ' 2 other places name it too.'
+    """
+    if not others:
+        return ""
+    return f" {others} other places name it too." if others > 1 else " 1 other place names it too."
 
 
 def _checker_maps(scene: Mapping[str, object]) -> Iterator[InitErrorDetails]:

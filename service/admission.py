@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -16,6 +16,7 @@ from schemas.pointers import pointer
 from schemas.problems import Problem
 from schemas.quality import TargetQuality
 from schemas.reading import read_document
+from schemas.references import also_named
 from schemas.scene import Scene
 from schemas.shapes import MeshFile
 from schemas.textures import ImageTexture
@@ -105,10 +106,20 @@ def _unusable_assets(service: Service, asker: Asker, scene: Scene) -> list[Probl
         for number, shape in enumerate(scene.shapes)
         if isinstance(shape, MeshFile)
     }
-    named = pictures | meshes
-    known = _known(service, asker, set(named.values()))
-    found = (_problem(place, asset, known, place in meshes) for place, asset in named.items())
-    return [problem for problem in found if problem]
+    known = _known(service, asker, {*pictures.values(), *meshes.values()})
+    return [*_problems(pictures, known, meshes=False), *_problems(meshes, known, meshes=True)]
+
+
+def _problems(named: Mapping[str, str], known: Mapping[str, str], *, meshes: bool) -> Iterator[Problem]:
+    """What is wrong with assets, each at the first place that names it."""
+    uses: dict[str, list[str]] = {}
+    for place, asset in named.items():
+        uses.setdefault(asset, []).append(place)
+    for asset, (first, *others) in uses.items():
+        problem = _problem(first, asset, known, meshes)
+        if problem is not None:
+            detail = problem.detail + also_named(len(others))
+            yield problem.model_copy(update={"detail": detail})
 
 
 def _known(service: Service, asker: Asker, assets: set[str]) -> dict[str, str]:

@@ -34,10 +34,6 @@ def connect(server: str, *, patience: float = SHORT_PATIENCE) -> Client:
         Seconds over which requests are repeated while the server is away; waiting for a job outlasts its
         restart.
     """
-    import stamina.instrumentation
-
     from service.client import Client
 
-    # By default each repetition is logged, on stdout.
-    stamina.instrumentation.set_on_retry_hooks([])
     return Client(server, patience=patience)

@@ -16,21 +16,32 @@ from service.cli.connection import connect
 from service.cli.errors import CommandError, ServiceStartError
 from service.cli.jobs import save_picture
 from service.cli.progress import Bar, progress_bar
-from service.cli.targets import PICTURES, check_target
+from service.cli.targets import ImageTarget
 
 if TYPE_CHECKING:
     from schemas.jobs import Job, TileBatch
     from service.server import RunningServer
 
-OutOption = Annotated[Path, typer.Option("-o", "--out", help="Where the picture goes, .png, .npy or .exr.")]
+DEFAULT_OUT = "out/demo.png"
+OutOption = Annotated[
+    ImageTarget | None,
+    typer.Option(
+        "-o",
+        "--out",
+        parser=ImageTarget.named,
+        metavar="FILE",
+        show_default=DEFAULT_OUT,
+        help="Where the picture goes: .png, .npy, or .exr; - or -.npy is stdout.",
+    ),
+]
 SCENE = "basic.json"
-DEFAULT_OUT = Path("out/demo.png")
 
 
-def demo(out: OutOption = DEFAULT_OUT, as_json: output.JsonOption = False) -> None:
+def demo(out: OutOption = None, as_json: output.JsonOption = False) -> None:
     """Start a service, render a scene of the gallery over HTTP, save the picture, stop everything."""
-    _make_folder(out.parent)
-    check_target(out, PICTURES)
+    out = out or ImageTarget.named(DEFAULT_OUT)
+    _make_folder(out.path.parent)
+    out.check(with_layers=False, as_json=as_json)
     with _service() as server, connect(server.url) as client:
         output.say(f"It answers at {server.url}. Submitting {SCENE} from the gallery over HTTP.")
         arrivals = Arrivals()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict, dataclass, is_dataclass
+from dataclasses import asdict, dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -22,6 +22,13 @@ Level = Literal["ok", "warn", "fail"]
 COLORS: dict[Level, str] = {"ok": "green", "warn": "yellow", "fail": "red"}
 LIBRARIES = ("numpy", "pillow", "pydantic", "fastapi", "uvicorn", "sqlalchemy", "alembic", "httpx2")
 TRACES = ("opentelemetry-sdk", "opentelemetry-exporter-otlp-proto-http")
+PREFIX = "PENUMBRA_"
+CLIENT = ("SERVER", "KEY", "CONFIG")
+"""Variables that are no settings of a service."""
+
+DEVELOPERS = ("test", "check", "bench")
+"""Extras that only work on this project needs."""
+
 LITTLE_MEMORY = 1 << 30
 GIB = 1 << 30
 
@@ -73,6 +80,7 @@ def _all_checks(config: Path | None) -> Iterator[Check]:
     yield _simd()
     yield _processors()
     yield _memory()
+    yield from _variables()
     yield from _service(config)
     yield from _extras()
 
@@ -125,6 +133,30 @@ def _available_memory() -> int | None:
         return None
     fields = dict(line.split(":", 1) for line in lines)
     return int(fields["MemAvailable"].split()[0]) * 1024
+
+
+def _variables() -> Iterator[Check]:
+    """Variables that look like settings and are none: nobody would hear of the mistake."""
+    from schemas.translation import nearest
+
+    known = [*_names_of_settings(), *CLIENT]
+    for variable in sorted(os.environ):
+        name = variable.upper().removeprefix(PREFIX)
+        if variable.upper().startswith(PREFIX) and name not in known:
+            meant = nearest(name, known)
+            advice = f"Did you mean {PREFIX}{meant}?" if meant else "It is not known here, and does nothing."
+            yield Check("variable", "warn", output.harmless(variable), advice)
+
+
+def _names_of_settings() -> Iterator[str]:
+    """What may follow the prefix, the members of groups included."""
+    from service.settings import Settings
+
+    for name, field in Settings.model_fields.items():
+        yield name.upper()
+        kind = field.annotation
+        if is_dataclass(kind):
+            yield from (f"{name}__{inner.name}".upper() for inner in fields(kind))
 
 
 def _service(config: Path | None = None) -> Iterator[Check]:
@@ -259,6 +291,8 @@ def _extras() -> Iterator[Check]:
         if match:
             groups.setdefault(match[2], []).append(match[1])
     for extra, packages in groups.items():
+        if extra in DEVELOPERS:
+            continue
         missing = list(_missing(packages))
         if missing:
             cure = f"If you need it: pip install 'penumbra-render[{extra}]'"

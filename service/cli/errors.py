@@ -3,6 +3,7 @@
 CommandError                    wrong use: an option, or a place to write to, that makes no sense
 ├── InputError                  a file that the command was given cannot be used
 │   └── UnusableSceneError      a scene file, with its text and all that is wrong in it
+├── RefusedOptionsError         a service refused what options asked for
 ├── RenderFailedError           a scene that was accepted could not be rendered
 └── ServiceStartError           a service did not start, or stopped by itself
 """
@@ -46,6 +47,22 @@ class UnusableSceneError(InputError):
         self.text = text
         self.problems = problems
         self.more = more
+
+
+class RefusedOptionsError(CommandError):
+    """A service refused what options of a command asked for.
+
+    Parameters
+    ----------
+    message
+        Each option with what is wrong with it.
+    problems
+        The same for programs; pointers are those of the request.
+    """
+
+    def __init__(self, message: str, problems: Sequence[Problem]) -> None:
+        super().__init__(message)
+        self.problems = problems
 
 
 class RenderFailedError(CommandError):

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from rich.cells import cell_len
+
 from schemas.problems import Problem
+from service.cli import output
 from service.cli.output import emphasis, harmless
 
 LONGEST_LINE = 100
-BEFORE_CARET = 60
+SHORTEST_LINE = 20
+"""Columns of a line that are shown, however narrow the terminal is."""
+
+BEFORE_CARET = 0.6
+"""Share of a line that is too long which stands before the caret."""
 
 
 def excerpts(text: bytes, problems: Sequence[Problem], more: int = 0, *, kind: str = "error") -> list[str]:
@@ -23,7 +30,7 @@ def excerpts(text: bytes, problems: Sequence[Problem], more: int = 0, *, kind: s
     kind
         The word before each problem: ``error`` or ``warning``.
     """
-    source = text.decode("utf-8", errors="replace").split("\n")
+    source = text.decode("utf-8-sig", errors="replace").split("\n")
     lines = [line for problem in problems for line in _one(source, problem, kind)]
     return [*lines, f"  ... and {more} more"] if more else lines
 
@@ -43,7 +50,25 @@ def _place(problem: Problem) -> str:
 
 
 def _marked(line: str, number: int, column: int) -> Iterable[str]:
-    start = max(0, column - 1 - BEFORE_CARET) if len(line) > LONGEST_LINE else 0
     gutter = f"    {number} | "
-    yield gutter + harmless(line[start : start + LONGEST_LINE]).rstrip()
-    yield " " * (len(gutter) - 2) + "| " + " " * (column - 1 - start) + emphasis("^", "red")
+    room = max(SHORTEST_LINE, min(LONGEST_LINE, output.width() - len(gutter)))
+    before, after = _window(harmless(line), column - 1, room)
+    yield gutter + (before + after).rstrip()
+    yield " " * (len(gutter) - 2) + "| " + " " * cell_len(before) + emphasis("^", "red")
+
+
+def _window(line: str, place: int, room: int) -> tuple[str, str]:
+    """What is shown of a line before a place and from it on, together at most `room` cells."""
+    before, after = line[:place], line[place:]
+    if cell_len(line) > room:
+        before = _beginning(before[::-1], int(BEFORE_CARET * room))[::-1]
+        after = _beginning(after, room - cell_len(before))
+    return before, after
+
+
+def _beginning(text: str, cells: int) -> str:
+    """As much of a text as has room in so many cells; some letters take two."""
+    text = text[: cells + 1]
+    while cell_len(text) > cells:
+        text = text[:-1]
+    return text

@@ -15,5 +15,8 @@ class ExitCode(IntEnum):
     SERVER = 4
     TIME_OUT = 5
     INTERNAL = 70
+    # As shells report a process that a signal ended: 128 and the signal's number.
+    HUNG_UP = 129
     INTERRUPTED = 130
+    READER_GONE = 141
     TERMINATED = 143

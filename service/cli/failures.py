@@ -14,6 +14,7 @@ from service.cli import output
 from service.cli.errors import (
     CommandError,
     InputError,
+    RefusedOptionsError,
     RenderFailedError,
     ServiceStartError,
     UnusableSceneError,
@@ -31,7 +32,6 @@ from service.client.errors import (
 from service.grading.export_errors import ExportError
 
 OUTCOMES: tuple[tuple[type[BaseException], ExitCode, str], ...] = (
-    (KeyboardInterrupt, ExitCode.INTERRUPTED, "Interrupted"),
     (TyperException, ExitCode.USAGE, "Wrong use of the command"),
     (InputError, ExitCode.UNUSABLE_INPUT, "The input cannot be used"),
     (ServiceStartError, ExitCode.SERVER, "The service did not run"),
@@ -89,7 +89,7 @@ def _problem_document(error: BaseException, title: str, code: ExitCode) -> dict[
 
 
 def _lines(error: BaseException, title: str) -> list[str]:
-    problems, more = _problems(error)
+    problems, more = ((), 0) if isinstance(error, RefusedOptionsError) else _problems(error)
     text = error.text if isinstance(error, UnusableSceneError) else b""
     lines = [output.emphasis("error", "red") + ": " + (_message(error) or title)]
     lines += excerpts(text, problems, more)
@@ -113,6 +113,8 @@ def _problems(error: BaseException) -> tuple[Sequence[Problem], int]:
     match error:
         case UnusableSceneError():
             return error.problems, error.more
+        case RefusedOptionsError():
+            return error.problems, 0
         case SceneError():
             return error.errors, error.more
         case RefusedError():
@@ -131,7 +133,5 @@ def _message(error: BaseException) -> str:
             return error.document.detail or error.document.title
         case TimedOutError():
             return error.what
-        case KeyboardInterrupt():
-            return "Interrupted."
         case _:
             return str(error) or type(error).__name__

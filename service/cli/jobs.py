@@ -1,9 +1,8 @@
-"""``penumbra get``, ``cancel``, ``pause``, ``resume`` and ``ls``: jobs of a service, by their ids."""
+"""``penumbra get``, ``ls``, ``cancel``, ``delete``, ``pause`` and ``resume``: jobs of a service."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
@@ -12,15 +11,25 @@ from service.cli import convergence, labels, output
 from service.cli import layers as layer_files
 from service.cli.connection import DEFAULT_SERVER, JobArgument, ServerOption, connect
 from service.cli.errors import CommandError
-from service.cli.targets import PICTURES, check_target, write_whole
+from service.cli.exits import ExitCode
+from service.cli.targets import ImageTarget, check_target
 
 if TYPE_CHECKING:
     from schemas.jobs import Job, JobList
     from service.client import Client
 
 OutOption = Annotated[
-    Path | None,
-    typer.Option("-o", "--out", help="Save the image: .png, .npy for linear float32, or .exr."),
+    ImageTarget | None,
+    typer.Option(
+        "-o",
+        "--out",
+        parser=ImageTarget.named,
+        metavar="FILE",
+        help="Save the image: .png, .npy for linear float32, or .exr; - or -.npy is stdout.",
+    ),
+]
+JobsArgument = Annotated[
+    list[str], typer.Argument(metavar="ID...", help="The jobs' ids.", show_default=False)
 ]
 LimitOption = Annotated[int, typer.Option(min=1, help="How many jobs, the newest first.")]
 CursorOption = Annotated[
@@ -45,11 +54,13 @@ def get(
     if names and out is None:
         raise CommandError("--layers are saved beside the image. Give -o too.")
     if out is not None:
-        check_target(out, PICTURES)
-        layer_files.check_targets(out, names)
+        out.check(with_layers=bool(names), as_json=as_json)
+        layer_files.check_targets(out.path, names)
     if curve is not None:
         check_target(curve, convergence.FORMS)
     with connect(server) as client:
+        if names:
+            _check_layers(client.get(job_id), names)
         if out is not None:
             save_picture(client, job_id, out, names)
         if curve is not None:
@@ -61,6 +72,17 @@ def get(
         _show(job)
 
 
+def _check_layers(job: Job, names: Iterable[str]) -> None:
+    """Raise CommandError, before anything is written, where a job was not submitted with these layers."""
+    missing = [name for name in names if name not in job.links.layers]
+    if missing:
+        there = ", ".join(job.links.layers) or "none"
+        raise CommandError(
+            f"--layers: Job {job.id} has no layer {' or '.join(missing)}. The layers it was submitted with: "
+            f"{there}."
+        )
+
+
 def cancel(
     job_id: JobArgument,
     server: ServerOption = DEFAULT_SERVER,
@@ -69,6 +91,33 @@ def cancel(
     """Stop a job, queued or running."""
     with connect(server) as client:
         _tell(client.cancel(job_id), as_json=as_json)
+
+
+def delete(
+    job_ids: JobsArgument,
+    server: ServerOption = DEFAULT_SERVER,
+    as_json: output.JsonOption = False,
+) -> None:
+    """Remove jobs and their images; one that is queued or running is stopped first."""
+    from service.client import NotFoundError
+
+    deleted, missing = [], []
+    with connect(server) as client:
+        for job_id in dict.fromkeys(job_ids):
+            try:
+                client.delete(job_id)
+                deleted.append(job_id)
+            except NotFoundError:
+                missing.append(job_id)
+    if as_json:
+        output.document({"deleted": deleted, "missing": missing})
+    else:
+        for job_id in deleted:
+            output.say(f"Job {job_id} is deleted.")
+        for job_id in missing:
+            output.say(f"There is no job {job_id}.")
+    if missing:
+        raise typer.Exit(ExitCode.SERVER)
 
 
 def pause(
@@ -138,15 +187,15 @@ def _listed(client: Client, limit: int, cursor: str | None, wish: dict[str, Any]
     return page
 
 
-def save_picture(client: Client, job_id: str, out: Path, layers: Iterable[str] = ()) -> None:
-    """Write the image of a job and some of its layers, or what there is of them, to files."""
+def save_picture(client: Client, job_id: str, out: ImageTarget, layers: Iterable[str] = ()) -> None:
+    """Write the image of a job and some of its layers, or what there is of them."""
     from service.client.files import kind_of
 
-    picture = client.picture(job_id, kind_of(out))
-    write_whole(out, picture.content)
+    picture = client.picture(job_id, kind_of(out.path))
+    out.write(picture.content)
     output.say(f"{out}: " + ("complete" if picture.complete else f"{picture.share:.0%} rendered so far"))
     for name in layers:
-        layer_files.save(out, name, client.layer_file(job_id, name).content)
+        layer_files.save(out.path, name, client.layer_file(job_id, name).content)
 
 
 def _show(job: Job) -> None:

@@ -1,116 +1,19 @@
-"""The table of commands, and the way from any outcome to an exit code."""
+"""The first lines of every command. They import next to nothing: Ctrl-C may come while libraries load."""
 
 from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Callable, Sequence
-from types import FrameType
-from typing import Any, NoReturn
-
-import typer
-
-from service.cli import (
-    compare,
-    convert,
-    demo,
-    doctor,
-    explain,
-    grade,
-    jobs,
-    keys,
-    logs,
-    quote,
-    render,
-    retention,
-    serve,
-    study,
-    submit,
-    trace,
-    validate,
-    watch,
-)
-from service.cli.exits import ExitCode
-
-COMMANDS: tuple[tuple[str, str, Callable[..., Any]], ...] = (
-    ("render", "On this machine", render.render),
-    ("validate", "On this machine", validate.validate),
-    ("explain", "On this machine", explain.explain),
-    ("quote", "On this machine", quote.quote),
-    ("trace", "On this machine", trace.trace),
-    ("study", "On this machine", study.study),
-    ("compare", "On this machine", compare.compare),
-    ("convert", "On this machine", convert.convert),
-    ("grade", "On this machine", grade.grade),
-    ("serve", "Service", serve.serve),
-    ("demo", "Service", demo.demo),
-    ("doctor", "Service", doctor.doctor),
-    ("prune", "Service", retention.prune),
-    ("submit", "Client", submit.submit),
-    ("wait", "Client", watch.wait),
-    ("watch", "Client", watch.watch),
-    ("get", "Client", jobs.get),
-    ("cancel", "Client", jobs.cancel),
-    ("pause", "Client", jobs.pause),
-    ("resume", "Client", jobs.resume),
-    ("ls", "Client", jobs.ls),
-    ("logs", "Client", logs.logs),
-    ("pin", "Client", retention.pin),
-    ("unpin", "Client", retention.unpin),
-)
 
 
-def application() -> typer.Typer:
-    """The command line with all its commands."""
-    app = typer.Typer(
-        help="Ray-traced scenes: rendered here, or by a service that sends back tile after tile.",
-        epilog="Exit codes: 0 done, 1 a check found wrong answers, 2 usage, 3 scene or image not usable, "
-        "4 server or network, 5 time-out, 130 interrupted.",
-        add_completion=False,
-        pretty_exceptions_enable=False,
-        context_settings={"help_option_names": ["-h", "--help"]},
-    )
-    app.callback(invoke_without_command=True)(_before_any_command)
-    for name, panel, function in COMMANDS:
-        app.command(name, rich_help_panel=panel)(function)
-    app.add_typer(keys.app, name="keys", rich_help_panel="Service")
-    return app
-
-
-def main(arguments: Sequence[str] | None = None) -> NoReturn:
+def main(arguments: list[str] | None = None) -> None:
     """Run one command and leave with its exit code."""
-    words = list(sys.argv[1:] if arguments is None else arguments)
-    signal.signal(signal.SIGTERM, _terminate)
-    try:
-        code = application()(words, prog_name="penumbra", standalone_mode=False)
-    except Exception as error:  # noqa: BLE001 - the table in failures.py decides what each of them means
-        from service.cli.failures import report
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        # The system's way ends without a traceback.
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    from service.cli.process import run
 
-        sys.exit(report(error, as_json="--json" in words))
-    if code == ExitCode.INTERRUPTED:
-        from service.cli.failures import report
-
-        sys.exit(report(KeyboardInterrupt(), as_json="--json" in words))
-    sys.exit(code or ExitCode.DONE)
-
-
-def _terminate(_number: int, _frame: FrameType | None) -> NoReturn:
-    # An exception, so that files and processes are cleaned up on the way out.
-    sys.exit(ExitCode.TERMINATED)
-
-
-def _before_any_command(
-    context: typer.Context,
-    version: bool = typer.Option(False, "--version", help="Print the version and leave."),
-) -> None:
-    if version:
-        from importlib.metadata import version as version_of
-
-        typer.echo(version_of("penumbra-render"))
-        raise typer.Exit
-    if context.invoked_subcommand is None:
-        typer.echo(context.get_help())
-        raise typer.Exit(ExitCode.USAGE)
+    run(sys.argv[1:] if arguments is None else arguments)
 
 
 if __name__ == "__main__":

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Mapping
 from typing import Annotated, Any
 
 import typer
+
+USUAL_WIDTH = 100
+"""Columns where there is no terminal to ask."""
 
 JsonOption = Annotated[
     bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else there.")
@@ -26,7 +30,9 @@ def result(text: str) -> None:
 
 def document(content: Mapping[str, Any]) -> None:
     """Print the one document of ``--json``."""
-    typer.echo(json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False))
+    # JSON is UTF-8; what else a stream may be, it knows ASCII.
+    ascii_only = sys.stdout.encoding.lower().replace("-", "") != "utf8"
+    typer.echo(json.dumps(content, indent=2, ensure_ascii=ascii_only, allow_nan=False))
 
 
 def emphasis(text: str, color: str | None = None) -> str:
@@ -46,6 +52,19 @@ def reached_error(*, estimate: float, low: float, high: float) -> str:
     '0.0033 (0.0023 to 0.0041)'
     """
     return f"{estimate:.2g} ({low:.2g} to {high:.2g})"
+
+
+def width() -> int:
+    """Columns of the terminal, and of any other place where lines are read."""
+    asked = os.environ.get("COLUMNS", "")
+    if asked.isdecimal() and int(asked) > 0:
+        return int(asked)
+    for stream in (sys.stderr, sys.stdout):
+        try:
+            return os.get_terminal_size(stream.fileno()).columns or USUAL_WIDTH
+        except (OSError, ValueError):
+            continue
+    return USUAL_WIDTH
 
 
 def on_terminal() -> bool:

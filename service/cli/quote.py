@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from schemas.quality import FixedQuality, TargetQuality
     from schemas.quotes import Offer, Predicted, Quote
 
+NOTHING = "nothing that was tried"
+"""In place of a quality where none reaches what was asked for."""
+
 STEPS = 255
 """Of a picture of 8 bits: what errors are told in, as people see them."""
 
@@ -78,23 +81,31 @@ def quote(  # noqa: PLR0913 - one argument for each option
     elif output.on_terminal():
         _show(told, target_error, time)
     else:
-        for line in _plain(told):
+        for line in _plain(told, target_error, time):
             output.result(line)
 
 
-def _plain(told: Quote) -> Iterator[str]:
-    named = [("asked", told.asked), ("for error", told.for_error), ("for time", told.for_seconds)]
-    for name, offer in [*(("offer", offer) for offer in told.offers), *named]:
-        if offer is not None:
-            cells = (
-                name,
-                words(offer.quality),
-                *map(_numbers, (offer.seconds, offer.cpu_seconds, offer.error)),
-            )
-            yield "\t".join(cells)
+def _plain(told: Quote, target_error: float | None, time: float | None) -> Iterator[str]:
+    for offer in told.offers:
+        yield _line("offer", offer)
+    if told.asked is not None:
+        yield _line("asked", told.asked)
+    for name, wish, best in (
+        ("for error", target_error, told.for_error),
+        ("for time", time, told.for_seconds),
+    ):
+        if wish is not None:
+            yield _line(name, best)
     for effect in told.effects:
         pointers = " ".join(map(output.harmless, effect.pointers))
         yield f"effect\t{effect.effect}\t{effect.share:.0%}\t{effect.cpu_seconds:.3g}\t{pointers}"
+
+
+def _line(name: str, offer: Offer | None) -> str:
+    if offer is None:
+        return f"{name}\t{NOTHING}\t\t\t"
+    numbers = map(_numbers, (offer.seconds, offer.cpu_seconds, offer.error))
+    return "\t".join([name, words(offer.quality), *numbers])
 
 
 def _numbers(known: Predicted | None) -> str:
@@ -208,7 +219,7 @@ def _short(number: float) -> str:
 
 def _advise(console: Console, wish: str, offer: Offer | None) -> None:
     if offer is None:
-        console.print(f"{wish}: nothing that was tried.")
+        console.print(f"{wish}: {NOTHING}.")
         return
     error = "" if offer.error is None else f", error {_range(offer.error)}"
     console.print(f"{wish}: ", options(offer.quality), sep="", style="bold")

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -13,14 +11,20 @@ from service.cli import layers as layer_files
 from service.cli import output, qualities, scene_files
 from service.cli.errors import CommandError, RenderFailedError
 from service.cli.progress import progress_bar
-from service.cli.targets import PICTURES, check_target, write_whole
+from service.cli.targets import ImageTarget
 
 if TYPE_CHECKING:
     from renderer import LoadedScene, RenderPlan, RenderResult, TileEvent
 
 OutOption = Annotated[
-    Path,
-    typer.Option("-o", "--out", help="Where the picture goes: .png, .npy for linear float32, or .exr."),
+    ImageTarget,
+    typer.Option(
+        "-o",
+        "--out",
+        parser=ImageTarget.named,
+        metavar="FILE",
+        help="Where the picture goes: .png, .npy for linear float32, or .exr; - or -.npy is stdout.",
+    ),
 ]
 WorkersOption = Annotated[
     int | None, typer.Option(min=1, help="Worker processes; by default one for each processor.")
@@ -48,7 +52,9 @@ def render(  # noqa: PLR0913 - one argument for each option
 ) -> None:
     """Render a scene here, without a server. The bytes do not depend on workers and tiles."""
     names = layer_files.parsed(layers)
-    _check_targets(out, names)
+    out.check(with_layers=bool(names), as_json=as_json)
+    layer_files.check_targets(out.path, names)
+    _check_format(out)
     file = scene_files.load(scene, seed=seed)
     quality = qualities.quality(
         file.scene.document.model_dump(),
@@ -91,10 +97,8 @@ def _run(plan: RenderPlan, workers: int | None, tile: int | None) -> RenderResul
             raise RenderFailedError(str(error)) from error
 
 
-def _check_targets(out: Path, names: Sequence[str]) -> None:
-    check_target(out, PICTURES)
-    layer_files.check_targets(out, names)
-    if out.suffix.lower() == ".exr":
+def _check_format(out: ImageTarget) -> None:
+    if out.suffix == ".exr":
         from renderer.errors import MissingExtraError
         from renderer.image_files import require_exr
 
@@ -104,12 +108,12 @@ def _check_targets(out: Path, names: Sequence[str]) -> None:
             raise CommandError(str(error)) from error
 
 
-def _save(scene: LoadedScene, result: RenderResult, out: Path) -> None:
+def _save(scene: LoadedScene, result: RenderResult, out: ImageTarget) -> None:
     from renderer.image_files import encode, encode_layer
 
-    write_whole(out, encode(out.suffix.lower(), result.image, scene.document.display, result.layers))
+    out.write(encode(out.suffix, result.image, scene.document.display, result.layers))
     for name, values in result.layers.items():
-        layer_files.save(out, name, encode_layer(values))
+        layer_files.save(out.path, name, encode_layer(values))
 
 
 def _cost(result: RenderResult) -> str:

@@ -37,12 +37,16 @@ def read_bytes(name: str) -> bytes:
     InputError
         It cannot be read.
     """
-    if name == STDIN:
-        return sys.stdin.buffer.read()
     try:
-        return Path(name).read_bytes()
+        return _piped_in() if name == STDIN else Path(name).read_bytes()
     except OSError as error:
         raise InputError(f"{name} cannot be read: {error.strerror or error}.") from error
+
+
+def _piped_in() -> bytes:
+    if sys.stdin is None:
+        raise InputError("stdin is closed. Pipe a scene in, or name a file.")
+    return sys.stdin.buffer.read()
 
 
 def folder_of(name: str) -> Path:

@@ -79,5 +79,5 @@ def serve(  # noqa: PLR0913, PLR0917 - one argument for each option
         output.say("The service has stopped. Jobs that were not done go on when it starts again.")
     except SystemExit as exit_:
         # The server reports what kept it from starting, and leaves by itself.
-        if exit_.code != ExitCode.TERMINATED:
+        if exit_.code not in {ExitCode.TERMINATED, ExitCode.HUNG_UP}:
             raise ServiceStartError("The service could not start. The lines above say why.") from exit_

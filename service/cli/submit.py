@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -19,20 +18,56 @@ from service.cli.connection import (
     TimeoutOption,
     connect,
 )
-from service.cli.errors import CommandError, UnusableSceneError
+from service.cli.errors import CommandError, RefusedOptionsError, UnusableSceneError
 from service.cli.jobs import save_picture
-from service.cli.targets import PICTURES, check_target
+from service.cli.targets import ImageTarget
 from service.cli.watch import detachable, show_end, stay
 
 if TYPE_CHECKING:
     from schemas.jobs import Job
-    from service.client import Client
+    from schemas.problems import Problem
+    from service.client import Client, RequestInvalidError
 
 WaitOption = Annotated[bool, typer.Option("--wait", help="Stay until the image is complete.")]
 OutOption = Annotated[
-    Path | None,
-    typer.Option("-o", "--out", help="Stay, and save the image: .png, .npy (linear float32) or .exr."),
+    ImageTarget | None,
+    typer.Option(
+        "-o",
+        "--out",
+        parser=ImageTarget.named,
+        metavar="FILE",
+        help="Stay, and save the image: .png, .npy (linear float32) or .exr; - or -.npy is stdout.",
+    ),
 ]
+# Written down twice so that help need not load the schemas; a test compares the two.
+PRIORITIES = (-10, 10)
+PriorityOption = Annotated[
+    int,
+    typer.Option(
+        min=PRIORITIES[0],
+        max=PRIORITIES[1],
+        help="Of your own jobs those of a higher priority go first.",
+    ),
+]
+FreshOption = Annotated[
+    bool, typer.Option("--fresh", help="Render it even if the service has the same picture already.")
+]
+
+OPTIONS = {
+    "/quality/error": "--target-error",
+    "/quality/confidence": "--confidence",
+    "/quality/time_limit": "--time-limit",
+    "/quality/precision": "--precision",
+    "/quality/antialiasing/samples": "--samples",
+    "/quality/antialiasing": "--pattern",
+    "/quality/light/samples": "--light-samples",
+    "/quality/light": "--light-pattern",
+    "/quality": "the options of quality",
+    "/layers": "--layers",
+    "/labels": "--label",
+    "/priority": "--priority",
+}
+"""Places in the request, and the options that they are made of; the first that fits counts."""
 
 
 def submit(  # noqa: PLR0913 - one argument for each option
@@ -51,15 +86,17 @@ def submit(  # noqa: PLR0913 - one argument for each option
     time_limit: qualities.TimeLimitOption = None,
     layers: layer_files.LayersOption = None,
     label: job_labels.LabelOption = None,
+    priority: PriorityOption = 0,
+    fresh: FreshOption = False,
     server: ServerOption = DEFAULT_SERVER,
     as_json: output.JsonOption = False,
 ) -> None:
     """Send a scene to a service and print the job's id."""
     names = layer_files.parsed(layers)
     if out is not None:
-        check_target(out, PICTURES)
-        layer_files.check_targets(out, names)
-    words = job_labels.parsed(label)
+        out.check(with_layers=bool(names), as_json=as_json)
+        layer_files.check_targets(out.path, names)
+    wishes = {"layers": names, "labels": job_labels.parsed(label), "priority": priority, "anew": fresh}
     stays = wait or out is not None
     if timeout is not None and not stays:
         raise CommandError("--timeout says how long to stay. Give --wait or -o too.")
@@ -74,9 +111,10 @@ def submit(  # noqa: PLR0913 - one argument for each option
         "time_limit": time_limit,
     }
     with connect(server, patience=LONG_PATIENCE if stays else SHORT_PATIENCE) as client:
-        job = send(client, scene, options, names, words)
+        job = send(client, scene, options, wishes)
         if not as_json:
-            output.result(job.id)
+            # An image on stdout is alone there.
+            (output.say if out is not None and out.on_stdout else output.result)(job.id)
         if stays:
             with detachable(job.id):
                 job = stay(client, job.id, timeout=timeout)
@@ -92,15 +130,23 @@ def send(
     client: Client,
     name: str,
     options: dict[str, Any],
-    layers: Sequence[str],
-    labels: Mapping[str, str] | None = None,
+    wishes: Mapping[str, Any],
 ) -> Job:
     """Submit a scene file; what the service finds wrong is told with the lines of that file.
+
+    Parameters
+    ----------
+    options
+        Those that choose the quality.
+    wishes
+        What else ``Client.submit`` takes.
 
     Raises
     ------
     UnusableSceneError
         The file is not a usable scene.
+    RefusedOptionsError
+        The service refused what the options ask for.
     """
     from renderer.assets import FolderAssets
     from schemas.errors import SceneError
@@ -112,15 +158,40 @@ def send(
         job = client.submit(
             text,
             quality=None if quality is None else quality.model_dump(mode="json", exclude_none=True),
-            layers=layers,
-            labels=labels,
+            **wishes,
             assets=FolderAssets(scene_files.folder_of(name)),
         )
     except SceneError as error:
         raise UnusableSceneError(name, text, error.errors, error.more) from error
     except RequestInvalidError as error:
-        if not error.errors:
-            raise
-        raise UnusableSceneError(name, text, error.errors, error.document.more) from error
+        raise _refused(name, text, error) from error
     scene_files.tell_warnings(text, job.warnings)
     return job
+
+
+def _refused(name: str, text: bytes, error: RequestInvalidError) -> Exception:
+    """What a refusal means to whoever gave a scene file and options, of which the request was made."""
+    # What lies in the scene has a line; the rest of the request is made of the options.
+    wrong = [problem for problem in error.errors if problem.line is None]
+    if not error.errors:
+        return error
+    if len(wrong) == len(error.errors):
+        return RefusedOptionsError(" ".join(map(_about_option, wrong)), wrong)
+    told = [problem if problem.line else _of_option(problem) for problem in error.errors]
+    return UnusableSceneError(name, text, told, error.document.more)
+
+
+def _about_option(problem: Problem) -> str:
+    return f"{_option(problem.pointer)}: {problem.detail}"
+
+
+def _of_option(problem: Problem) -> Problem:
+    return problem.model_copy(update={"pointer": _option(problem.pointer)})
+
+
+def _option(pointer: str) -> str:
+    """The option that a place in the request is made of; the place itself where there is none."""
+    for place, option in OPTIONS.items():
+        if pointer == place or pointer.startswith(place + "/"):
+            return option
+    return pointer

@@ -2,14 +2,80 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import sys
 import tempfile
 from collections.abc import Collection
+from dataclasses import dataclass
 from pathlib import Path
 
 from service.cli.errors import CommandError
 
 PICTURES = (".png", ".npy", ".exr")
+STDOUT = {"-": ".png"} | {f"-{suffix}": suffix for suffix in PICTURES}
+"""What names stdout in place of a file, and the ending that chooses the format there."""
+
+
+@dataclass(frozen=True, slots=True)
+class ImageTarget:
+    """Where an image goes, a file or stdout; the ending chooses the format.
+
+    Attributes
+    ----------
+    path
+        The file; on stdout only its ending counts.
+    on_stdout
+        Whether there is no file.
+    """
+
+    path: Path
+    on_stdout: bool = False
+
+    @classmethod
+    def named(cls, text: str) -> ImageTarget:
+        """The target that an option names; ``./-.npy`` is a file."""
+        suffix = STDOUT.get(text)
+        return cls(Path(text)) if suffix is None else cls(Path("stdout" + suffix), on_stdout=True)
+
+    def __str__(self) -> str:
+        return "stdout" if self.on_stdout else str(self.path)
+
+    @property
+    def suffix(self) -> str:
+        """The ending, in lower case."""
+        return self.path.suffix.lower()
+
+    def check(self, *, with_layers: bool, as_json: bool) -> None:
+        """Find out before the work begins whether an image can be written there.
+
+        Raises
+        ------
+        CommandError
+            It cannot, or stdout has to take something else besides.
+        """
+        if not self.on_stdout:
+            check_target(self.path, PICTURES)
+        elif as_json:
+            raise CommandError("-o - and --json both need stdout. Name a file with -o.")
+        elif with_layers:
+            raise CommandError("--layers are saved beside the image. Name a file with -o.")
+        elif sys.stdout.isatty():
+            raise CommandError("stdout is a terminal, and an image is no text. Pipe it, or name a file.")
+
+    def write(self, content: bytes) -> None:
+        """Write the image, a file in one step.
+
+        Raises
+        ------
+        CommandError
+            It cannot be written.
+        """
+        if self.on_stdout:
+            sys.stdout.buffer.write(content)
+            sys.stdout.flush()
+        else:
+            write_whole(self.path, content)
 
 
 def check_target(path: Path, suffixes: Collection[str]) -> Path:
@@ -44,17 +110,25 @@ def write_whole(path: Path, content: bytes) -> None:
         The file cannot be written.
     """
     temporary = None
+    # A link stays a link; what it leads to is replaced.
+    path = path.resolve() if path.is_symlink() else path
     try:
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
+        # The name of the file is not part of it: with more letters it might be too long.
+        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".penumbra-", delete=False) as file:
             temporary = Path(file.name)
             file.write(content)
         temporary.chmod(0o666 & ~_umask())
         temporary.replace(path)
     except OSError as error:
-        raise CommandError(f"{path} cannot be written: {error.strerror or error}.") from error
+        raise CommandError(f"{path} cannot be written: {error.strerror or error}.{_cure(error)}") from error
     finally:
         if temporary is not None:
             temporary.unlink(missing_ok=True)
+
+
+def _cure(error: OSError) -> str:
+    full = error.errno in {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
+    return " Free some space there, or write elsewhere." if full else " Write elsewhere."
 
 
 def _umask() -> int:

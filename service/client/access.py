@@ -12,6 +12,7 @@ from service.client.errors import ClientError, UnreachableError
 DEFAULT_SERVER = "http://127.0.0.1:8000"
 SERVER_VARIABLE = "PENUMBRA_SERVER"
 KEY_VARIABLE = "PENUMBRA_KEY"
+API = "/v1"
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,16 +51,28 @@ def access(server: str | None = None, key: str | None = None) -> Access:
 
 
 def checked_address(server: str) -> str:
-    """Give an address back that may be that of a server; raise UnreachableError for any other."""
+    """The address of a service, as its pages or its API may be called: ``/`` and ``/v1`` at the end go.
+
+    Raises
+    ------
+    UnreachableError
+        It cannot be the address of a server.
+
+    Examples
+    --------
+    >>> checked_address("http://127.0.0.1:8000/v1/")
+    'http://127.0.0.1:8000'
+    """
     try:
         url = httpx2.URL(server)
     except httpx2.InvalidURL:
         url = httpx2.URL()
-    if url.scheme not in {"http", "https"} or not url.host:
+    if url.scheme not in {"http", "https"} or not url.host or url.query or url.fragment:
         raise UnreachableError(
             f"{server!r} is not the address of a server. Write it like http://127.0.0.1:8000."
         )
-    return server
+    # Paths of the API begin with it, and must not have it twice.
+    return server.rstrip("/").removesuffix(API).rstrip("/")
 
 
 def _checked_key(key: str | None) -> str | None:

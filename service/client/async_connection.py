@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, closing
 from types import TracebackType
 from typing import Self
 
 import httpx2
-import stamina
 
 from service.client.access import access
 from service.client.calls import Answer, Call
 from service.client.errors import ClientError
-from service.client.exchange import PAUSES, check, repeats, transport_errors
+from service.client.exchange import Tries, check, transport_errors
 from service.client.flows import Flow, Result
 
 
@@ -78,8 +78,12 @@ class AsyncConnection:
                 return result
 
     async def _send(self, call: Call[Answer]) -> Answer:
-        again = stamina.AsyncRetryingCaller(**PAUSES)
-        return await again(repeats(call, self._patience), self._send_once, call)
+        tries = Tries(call, self._patience)
+        while True:
+            try:
+                return await self._send_once(call)
+            except ClientError as error:
+                await asyncio.sleep(tries.pause_after(error))
 
     async def _send_once(self, call: Call[Answer]) -> Answer:
         with transport_errors(self.server, job_id=call.job_id):

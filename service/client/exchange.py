@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import logging
+import random
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from email.utils import parsedate_to_datetime
-from typing import Any, TypedDict
+from typing import Any
 
 import httpx2
 from pydantic import ValidationError
@@ -26,19 +28,13 @@ from service.client.errors import (
 SHORTEST_PAUSE = 0.1
 """Seconds between two requests, also where the server would have none."""
 
+LONGEST_PAUSE = 1.0
+"""Seconds between two requests where the server does not ask for more."""
 
-class Pauses(TypedDict):
-    """How stamina waits between two requests."""
+QUIET_SECONDS = 3.0
+"""Repeating for no longer than this is not logged: a service that was just started is ready by then."""
 
-    attempts: None
-    timeout: None
-    wait_initial: float
-    wait_max: float
-    wait_jitter: float
-
-
-PAUSES = Pauses(attempts=None, timeout=None, wait_initial=SHORTEST_PAUSE, wait_max=1.0, wait_jitter=0.1)
-"""Whether there is another try at all is decided by `repeats`."""
+log = logging.getLogger(__name__)
 
 
 @contextmanager
@@ -83,30 +79,57 @@ def refused(answer: httpx2.Response) -> ClientError:
     return refusal(answer.status_code, document, retry_after=retry_after)
 
 
-def repeats(call: Call[Any], patience: float) -> Callable[[Exception], bool | float]:
-    """What to do after each failure of a call: False to give up, True to repeat soon, or seconds to wait.
+class Tries:
+    """Whether and when a call that failed is sent again.
 
     A request that never left, or that the server refused for the moment, has done nothing, so any may be
-    repeated then; after a broken connection only one that may be sent twice. Patience is counted from the
-    first failure on, since the server may hold back an answer for longer than that.
-    """
-    end: float | None = None
+    repeated then; after a broken connection only one that may be sent twice.
 
-    def decide(error: Exception) -> bool | float:
-        nonlocal end
+    Parameters
+    ----------
+    patience
+        Seconds over which it is repeated. They are counted from the first failure on, since the server may
+        hold back an answer for longer than that.
+    """
+
+    def __init__(self, call: Call[Any], patience: float) -> None:
+        self._call = call
+        self._patience = patience
+        self._failures = 0
+        self._first = 0.0
+        self._logged = False
+
+    def pause_after(self, error: ClientError) -> float:
+        """Seconds to wait before the next try.
+
+        Raises
+        ------
+        ClientError
+            `error` itself, where there is no next try.
+        """
         now = time.monotonic()
-        end = end or now + patience
-        if now >= end:
-            return False
+        self._first = self._first if self._failures else now
+        self._failures += 1
+        left = self._first + self._patience - now
+        pause = self._pause(error)
+        if pause is None or left <= 0:
+            raise error
+        if now - self._first + pause > QUIET_SECONDS and not self._logged:
+            self._logged = True
+            log.warning("%s Trying again for %.0f s.", error, left)
+        return pause
+
+    def _pause(self, error: ClientError) -> float | None:
         match error:
             case RefusedError(retry_after=float(seconds)) | UnexpectedAnswerError(retry_after=float(seconds)):
-                return max(seconds, SHORTEST_PAUSE) if now + seconds <= end else False
-            case UnreachableError(sent=sent):
-                return call.repeatable or not sent
+                asked = max(seconds, SHORTEST_PAUSE)
+                return asked if self._first + self._patience >= time.monotonic() + seconds else None
+            case UnreachableError(sent=sent) if self._call.repeatable or not sent:
+                # At random, so that many clients do not come back at the same moment.
+                spread = random.uniform(0.0, SHORTEST_PAUSE)  # noqa: S311 - no secret
+                return min(LONGEST_PAUSE, SHORTEST_PAUSE * 2.0 ** (self._failures - 1) + spread)
             case _:
-                return False
-
-    return decide
+                return None
 
 
 def _seconds(header: str | None) -> float | None:

@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, Any
 from schemas.documents import read_text
 from schemas.findings import Finding, refusal
 from schemas.limits import Limits
+from schemas.pointers import Parts
 from schemas.problems import Problem
+from schemas.references import also_named
 from service.client.places import located
 
 if TYPE_CHECKING:
@@ -48,11 +50,12 @@ class Parcel:
     def placed(self, problems: Sequence[Problem]) -> list[Problem]:
         """Problems with the body that was sent, as problems with the user's own document.
 
-        Pointers into the scene lose ``/scene`` and get line and column of the user's text.
+        Pointers into the scene lose ``/scene`` and get line and column of the user's text. Others keep
+        their pointer alone: nobody has seen the lines of the body.
         """
         return [
             *located(self.text, (_inside(problem) for problem in problems if _is_inside(problem))),
-            *(problem for problem in problems if not _is_inside(problem)),
+            *(_without_place(problem) for problem in problems if not _is_inside(problem)),
         ]
 
 
@@ -111,13 +114,16 @@ def _local_files(scene: Mapping[str, Any]) -> Iterator[tuple[str, str | int, str
 
 
 def _contents(scene: Mapping[str, Any], assets: AssetSource | None) -> tuple[dict[str, bytes], list[Finding]]:
+    places: dict[str, list[Parts]] = {}
+    for part, key, name in _local_files(scene):
+        places.setdefault(name, []).append((part, key, "asset"))
     contents: dict[str, bytes] = {}
     missing = []
-    for part, key, name in _local_files(scene):
+    for name, (first, *others) in places.items():
         try:
-            contents[name] = _content(name, assets, is_mesh=part == "shapes")
+            contents[name] = _content(name, assets, is_mesh=first[0] == "shapes")
         except (ValueError, OSError) as error:
-            missing.append(Finding((part, key, "asset"), "missing_asset", str(error)))
+            missing.append(Finding(first, "missing_asset", str(error) + also_named(len(others))))
     return contents, missing
 
 
@@ -147,6 +153,9 @@ def _is_inside(problem: Problem) -> bool:
 
 
 def _inside(problem: Problem) -> Problem:
-    return problem.model_copy(
-        update={"pointer": problem.pointer.removeprefix(SCENE), "line": None, "column": None}
-    )
+    stripped = problem.model_copy(update={"pointer": problem.pointer.removeprefix(SCENE)})
+    return _without_place(stripped)
+
+
+def _without_place(problem: Problem) -> Problem:
+    return problem.model_copy(update={"line": None, "column": None})

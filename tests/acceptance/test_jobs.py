@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import subprocess
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.acceptance.conftest import Penumbra, Server
+from tests.acceptance.conftest import COMMAND, ENVIRONMENT, Penumbra, Server
 
 pytestmark = pytest.mark.slow
 
@@ -34,7 +35,11 @@ def test_layers_of_a_submitted_scene_are_the_same_as_here(
     sent = penumbra("submit", scene_file, "-o", "sent.exr", *words)
     assert sent.code == 0
     assert penumbra("get", sent.out.strip(), "-o", "got.png", "--layers", "depth").code == 0
-    assert penumbra("get", sent.out.strip(), "-o", "got.png", "--layers", "uv").code == 4
+    refused = penumbra("get", sent.out.strip(), "-o", "none.png", "--layers", "depth,uv")
+    assert refused.code == 2
+    assert "no layer uv" in refused.err
+    assert "depth, normal" in refused.err
+    assert not (tmp_path / "none.png").exists()
     assert (tmp_path / "sent.exr").read_bytes() == (tmp_path / "here.exr").read_bytes()
     for name in ("depth", "normal"):
         assert (tmp_path / f"sent.exr.{name}.npy").read_bytes() == (
@@ -42,6 +47,25 @@ def test_layers_of_a_submitted_scene_are_the_same_as_here(
         ).read_bytes()
     assert (tmp_path / "got.png.depth.npy").read_bytes() == (tmp_path / "here.exr.depth.npy").read_bytes()
     assert not (tmp_path / "got.png.uv.npy").exists()
+
+
+def test_what_the_service_refuses_is_told_in_the_users_own_file_and_options(
+    penumbra: Penumbra, scene_file: Path, scene: dict[str, Any], tmp_path: Path
+) -> None:
+    label = "name:" + "x" * 300
+    refused = penumbra("submit", scene_file, "--label", label)
+    assert (refused.code, refused.out) == (2, "")
+    assert refused.err.startswith("error: --label: This text is too long")
+    document = penumbra("submit", scene_file, "--label", label, "--json").document
+    assert [(error["pointer"], "line" in error) for error in document["errors"]] == [("/labels/name", False)]
+    scene["camera"]["widht"] = 3
+    scene_file.write_text(json.dumps(scene, indent=2))
+    both = penumbra("submit", scene_file, "--label", label)
+    assert both.code == 3
+    line = scene_file.read_text().split('"widht"')[0].count("\n") + 1
+    assert f"/camera/widht  line {line}, column 5" in both.err
+    assert "error --label\n" in both.err
+    assert max(map(len, both.err.splitlines())) < 400
 
 
 def test_submit_prints_the_id_alone_and_the_job_can_be_waited_for(
@@ -130,6 +154,46 @@ def test_the_newest_job_is_listed_first(penumbra: Penumbra, scene_file: Path) ->
     assert [job["id"] for job in listed] == ids[::-1]
     lines = penumbra("ls", "--limit", 2).out.splitlines()
     assert [line.split("\t")[0] for line in lines] == ids[::-1]
+
+
+def test_a_fresh_picture_is_rendered_again_and_a_priority_is_that_of_the_job(
+    penumbra: Penumbra, scene_file: Path
+) -> None:
+    first = penumbra("submit", scene_file, "--wait", "--json").document
+    stored = penumbra("submit", scene_file, "--json").document
+    fresh = penumbra("submit", scene_file, "--wait", "--fresh", "--priority", -3, "--json").document
+    assert [job["state"] for job in (first, stored, fresh)] == ["succeeded"] * 3
+    # What was measured is never the same twice.
+    assert stored["cost"] == first["cost"]
+    assert fresh["cost"]["cpu_seconds"] != first["cost"]["cpu_seconds"]
+    assert [job["priority"] for job in (stored, fresh)] == [0, -3]
+
+
+def test_deleted_jobs_are_gone_and_one_that_is_not_there_is_named(
+    penumbra: Penumbra, scene_file: Path
+) -> None:
+    one, two = (penumbra("submit", scene_file).out.strip() for _ in range(2))
+    deleted = penumbra("delete", one, "nothing", two, one, "--json")
+    assert (deleted.code, deleted.document) == (4, {"deleted": [one, two], "missing": ["nothing"]})
+    assert penumbra("get", one).code == 4
+    three = penumbra("submit", scene_file).out.strip()
+    said = penumbra("delete", three)
+    assert (said.code, said.out, said.err) == (0, "", f"Job {three} is deleted.\n")
+
+
+def test_a_submitted_image_on_stdout_is_alone_there(
+    penumbra: Penumbra, server: Server, scene_file: Path, tmp_path: Path
+) -> None:
+    assert penumbra("submit", scene_file, "-o", "a.png").code == 0
+    done = subprocess.run(
+        [*COMMAND, "submit", scene_file, "-o", "-"],
+        capture_output=True,
+        env=ENVIRONMENT | {"PENUMBRA_SERVER": server.url},
+        cwd=tmp_path,
+        timeout=120,
+        check=True,
+    )
+    assert done.stdout == (tmp_path / "a.png").read_bytes()
 
 
 def test_a_cancelled_job_has_no_image(penumbra: Penumbra, endless_file: Path, tmp_path: Path) -> None:

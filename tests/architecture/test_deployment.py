@@ -18,7 +18,7 @@ from click import Command
 from distributed.cli import dask_scheduler, dask_worker
 from typer.main import get_group
 
-from service.cli.main import application
+from service.cli.commands import application
 from service.engines.dask_cluster import LOCAL
 from service.settings import Settings
 from tests.architecture.sources import ROOT

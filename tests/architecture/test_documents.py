@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from typer.main import get_group
 
-from service.cli.main import application
+from service.cli.commands import application
 from tests.architecture.sources import ROOT, text_files
 
 PAGES = [path for path in text_files() if path.suffix == ".md"]

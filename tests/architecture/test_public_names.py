@@ -12,7 +12,7 @@ import renderer
 import schemas
 from renderer.errors import SceneError
 from service.app import create_app
-from service.cli.main import COMMANDS
+from service.cli.commands import COMMANDS
 from service.settings import Settings
 from tests.architecture.sources import ROOT
 

@@ -13,7 +13,7 @@ from sqlalchemy import event
 
 from schemas.jobs import JobState
 from service import expiry, pausing, sharing, targets
-from service.cli.main import main
+from service.cli.process import outcome
 from service.client import AsyncClient, Client
 from service.database.connection import Database
 from service.database.migrations import upgrade
@@ -166,9 +166,7 @@ def test_a_job_is_paused_and_resumed_over_http_by_all_clients(
 
     assert asyncio.run(both()) == (True, False)
     for command, told in (("pause", "running, paused"), ("resume", "running")):
-        with pytest.raises(SystemExit) as left:
-            main([command, job, "--server", server.url])
-        assert left.value.code == 0
+        assert outcome([command, job, "--server", server.url]) == 0
         assert capsys.readouterr().err == f"Job {job}: {told}\n"
     client.post(f"/v1/jobs/{job}/cancel")
     assert client.post(f"/v1/jobs/{job}/pause").json()["state"] == "cancelled"

@@ -3,7 +3,6 @@ from __future__ import annotations
 import io
 import json
 import os
-import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -13,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from service.cli.main import main
+from service.cli.process import outcome
 
 COMMAND = [sys.executable, "-m", "service.cli.main"]
 # Nothing of the machine that the tests run on may leak into them.
@@ -86,15 +85,8 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capture
 
     def run(*words: object, stdin: str = "") -> Outcome:
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(stdin.encode())))
-        ended = signal.getsignal(signal.SIGTERM)
-        try:
-            with pytest.raises(SystemExit) as left:
-                main([str(word) for word in words])
-        finally:
-            signal.signal(signal.SIGTERM, ended)
-        out, err = capsys.readouterr()
-        assert isinstance(left.value.code, int)
-        return Outcome(left.value.code, out, err)
+        code = outcome([str(word) for word in words])
+        return Outcome(code, *capsys.readouterr())
 
     return run
 

@@ -21,6 +21,34 @@ def test_everything_is_looked_at_and_nothing_is_made(penumbra: Penumbra, tmp_pat
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_variable_that_is_no_setting_is_told_with_what_was_meant(
+    here: Penumbra, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("PENUMBRA_WORKER", "PENUMBRA_LIMITS__MAX_PIXEL", "penumbra_prot", "PENUMBRA_XYZ"):
+        monkeypatch.setenv(name, "s3cret")
+    for name in ("PENUMBRA_LIMITS__MAX_LIGHTS", "PENUMBRA_PORT", "penumbra_workers"):
+        monkeypatch.setenv(name, "2")
+    for name in ("PENUMBRA_SERVER", "PENUMBRA_KEY"):
+        monkeypatch.setenv(name, "x")
+    outcome = here("doctor", "--json")
+    told = {
+        check["found"]: check["advice"] for check in outcome.document["checks"] if check["name"] == "variable"
+    }
+    assert told == {
+        "PENUMBRA_LIMITS__MAX_PIXEL": "Did you mean PENUMBRA_LIMITS__MAX_PIXELS?",
+        "PENUMBRA_WORKER": "Did you mean PENUMBRA_WORKERS?",
+        "PENUMBRA_XYZ": "It is not known here, and does nothing.",
+        "penumbra_prot": "Did you mean PENUMBRA_PORT?",
+    }
+    assert "s3cret" not in outcome.out + outcome.err
+
+
+def test_extras_of_developers_are_nothing_to_warn_of(here: Penumbra) -> None:
+    names = {check["name"] for check in here("doctor", "--json").document["checks"]}
+    assert "[exr]" in names
+    assert names.isdisjoint({"[test]", "[check]", "[bench]"})
+
+
 def _checks() -> dict[str, Check]:
     return {check.name: check for check in _service()}
 

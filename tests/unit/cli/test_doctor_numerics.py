@@ -14,7 +14,7 @@ import renderer.hard_cases
 from renderer.hard_cases import Outcome, Section
 from service.cli import numerics, output, trials
 from service.cli.exits import ExitCode
-from service.cli.main import main
+from service.cli.process import outcome
 
 TEXTS = dict.fromkeys(("symptom", "cause", "remedy", "expected", "source"), "Words.")
 RIGHT = Outcome(tried=1200, wrong=0, textbook=7, textbook_single=340, worst=0.25)
@@ -49,9 +49,7 @@ def doctor(
     def run(section: Section, *words: str) -> tuple[int, str]:
         monkeypatch.setattr(renderer.hard_cases, "sections", lambda: (section,))
         monkeypatch.setattr(numerics, "MOST_WORKERS", 1)
-        with pytest.raises(SystemExit) as left:
-            main(["doctor", "--numerics", *words])
-        return int(left.value.code or 0), capsys.readouterr().out
+        return outcome(["doctor", "--numerics", *words]), capsys.readouterr().out
 
     return run
 

@@ -33,6 +33,24 @@ def test_of_a_long_line_the_part_around_the_caret_is_shown() -> None:
     assert line.index(shown) + caret == 1999
 
 
+@pytest.mark.parametrize("columns", [20, 40, 80])
+@pytest.mark.parametrize("column", [1, 30, 2000, 4000, 9999])
+def test_no_line_is_wider_than_the_terminal(
+    monkeypatch: pytest.MonkeyPatch, columns: int, column: int
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(columns))
+    lines = excerpts(("x" * 4000).encode(), [_problem(1, column)])
+    source, marker = (Text.from_ansi(line).plain for line in lines[-2:])
+    # However narrow it is, 20 columns of the document are worth a wrapped line.
+    assert max(len(source), len(marker)) <= max(columns, len("    1 | ") + 20)
+
+
+def test_the_caret_stands_under_letters_that_take_two_columns() -> None:
+    *_, source, marker = excerpts('{"\u7403\u9762": x}'.encode(), [_problem(1, 8)])
+    before = Text.from_ansi(marker).plain.index("^")
+    assert Text(source[: source.index("x")]).cell_len == before
+
+
 def test_nothing_that_a_stranger_wrote_acts_on_the_terminal() -> None:
     shown, caret = _shown('"\x1b[31m\t\x07": 1', 1, 8)
     assert shown.isprintable()

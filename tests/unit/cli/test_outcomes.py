@@ -31,6 +31,8 @@ WRONG_USE = {
     "unknown pattern": ["render", "scene.json", "-o", "a.png", "--pattern", "spiral"],
     "not a square": ["render", "scene.json", "-o", "a.png", "--samples", "5", "--pattern", "uniform"],
     "not a square light": ["explain", "scene.json", "--light-samples", "5"],
+    "stdout for two": ["render", "scene.json", "-o", "-", "--json"],
+    "no file beside stdout": ["submit", "scene.json", "-o", "-", "--layers", "depth"],
     "time-out without waiting": ["submit", "scene.json", "--timeout", "3"],
 }
 UNUSABLE = {

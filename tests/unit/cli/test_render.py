@@ -38,6 +38,43 @@ def test_the_array_file_is_linear_and_in_float32(
     assert picture.dtype == np.float32
 
 
+def test_an_image_on_stdout_is_alone_there_and_the_same_as_in_a_file(
+    scene_file: Path, penumbra: Penumbra, tmp_path: Path
+) -> None:
+    for target, name in (("-", "a.png"), ("-.npy", "a.npy")):
+        assert penumbra("render", scene_file, "-o", name, "--workers", 1).code == 0
+        done = subprocess.run(
+            [*COMMAND, "render", scene_file, "-o", target, "--workers", "1"],
+            stdout=subprocess.PIPE,
+            env=CLEAN | {"PYTHONPATH": str(Path(__file__).parents[3])},
+            cwd=tmp_path,
+            timeout=PATIENCE,
+            check=True,
+        )
+        assert done.stdout == (tmp_path / name).read_bytes()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.npy", "a.png", "scene.json"]
+
+
+def test_an_image_is_not_written_to_a_terminal(scene_file: Path) -> None:
+    ours, terminal = os.openpty()
+    done = subprocess.run(
+        [*COMMAND, "render", scene_file, "-o", "-"],
+        stdout=terminal,
+        stderr=subprocess.PIPE,
+        env=CLEAN | {"PYTHONPATH": str(Path(__file__).parents[3])},
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+    os.set_blocking(ours, False)
+    with pytest.raises(BlockingIOError):
+        os.read(ours, 1)
+    os.close(ours)
+    os.close(terminal)
+    assert done.returncode == 2
+    assert done.stderr == "error: stdout is a terminal, and an image is no text. Pipe it, or name a file.\n"
+
+
 def test_the_report_is_the_only_thing_on_stdout(penumbra: Penumbra, scene_file: Path) -> None:
     outcome = penumbra("render", scene_file, "-o", "a.png", "--json", "--samples", 4, "--pattern", "rotated")
     report = outcome.document

@@ -6,16 +6,17 @@ from typing import get_args
 
 import pytest
 
-from schemas.jobs import JobState
+from schemas.jobs import JobRequest, JobState
+from service.cli.commands import COMMANDS
 from service.cli.connection import DEFAULT_SERVER
 from service.cli.jobs import State
-from service.cli.main import COMMANDS
+from service.cli.submit import PRIORITIES
 from service.client import DEFAULT_SERVER as CLIENT_DEFAULT
 
 CONTRACT = {
     "render", "validate", "explain", "quote", "trace", "study", "serve", "submit", "wait", "watch", "get",
     "cancel", "pause", "resume", "pin", "unpin", "prune", "ls", "logs", "demo", "doctor", "compare", "grade",
-    "convert",
+    "convert", "delete", "completion",
 }  # fmt: skip
 HEAVY = ("numpy", "PIL", "fastapi", "sqlalchemy", "httpx2", "uvicorn", "renderer", "schemas")
 PROBE = """
@@ -47,6 +48,13 @@ def test_help_comes_without_loading_any_large_library(words: list[str]) -> None:
 
 def test_jobs_are_listed_by_every_state_that_there_is() -> None:
     assert get_args(State) == tuple(JobState)
+
+
+def test_priorities_are_those_that_a_service_takes() -> None:
+    least, most = (
+        JobRequest.model_json_schema()["properties"]["priority"][end] for end in ("minimum", "maximum")
+    )
+    assert (least, most) == PRIORITIES
 
 
 def test_command_line_and_client_look_for_the_server_in_the_same_place() -> None:

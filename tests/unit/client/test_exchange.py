@@ -26,6 +26,7 @@ from service.client import (
     TimedOutError,
     UnexpectedAnswerError,
     UnreachableError,
+    exchange,
     succeeded,
 )
 from service.client.access import access
@@ -71,6 +72,7 @@ class Server(ThreadingHTTPServer):
         super().__init__(("127.0.0.1", 0), Handler)
         self.answers = answers
         self.seen: list[str] = []
+        self.paths: list[str] = []
         self.headers: list[Message] = []
 
     @property
@@ -84,6 +86,7 @@ class Handler(BaseHTTPRequestHandler):
     def _answer(self) -> None:
         self.rfile.read(int(self.headers.get("Content-Length", 0)))
         self.server.seen.append(self.command)
+        self.server.paths.append(self.path)
         self.server.headers.append(self.headers)
         answers = self.server.answers
         answer = answers.pop(0) if len(answers) > 1 else answers[0]
@@ -270,6 +273,41 @@ def test_silence_becomes_a_time_out_that_names_the_job() -> None:
 def test_where_there_is_no_server_the_address_is_told(address: str) -> None:
     with pytest.raises(UnreachableError, match=address), Client(address, patience=0.0) as client:
         client.version()
+
+
+def test_a_call_that_is_repeated_for_long_is_logged_once(
+    serve: Serve, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(exchange, "QUIET_SECONDS", 0.3)
+    server = serve([None, None, None, None, VERSION])
+    with Client(server.url) as client:
+        client.version()
+    assert server.seen == ["GET"] * 5
+    (record,) = caplog.records
+    assert record.levelname == "WARNING"
+    assert server.url in record.message
+    assert "Trying again for 5 s" in record.message
+
+
+def test_waiting_for_a_server_that_starts_is_silent(
+    serve: Serve, caplog: pytest.LogCaptureFixture, capfd: pytest.CaptureFixture[str]
+) -> None:
+    server = serve([None, None, None, VERSION])
+    with Client(server.url) as client:
+        client.version()
+    assert server.seen == ["GET"] * 4
+    assert caplog.records == []
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("ending", ["/", "/v1", "/v1/"])
+def test_an_address_may_be_that_of_the_api(serve: Serve, ending: str) -> None:
+    server = serve([VERSION, JOB])
+    with Client(server.url + ending) as client:
+        assert client.server == server.url
+        client.version()
+        client.get("j")
+    assert server.paths == ["/version", "/v1/jobs/j"]
 
 
 def test_an_id_cannot_lead_to_another_place(serve: Serve) -> None:

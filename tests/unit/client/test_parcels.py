@@ -80,7 +80,16 @@ def test_problems_of_the_body_become_problems_of_the_users_file() -> None:
         Problem(pointer="/quality/mode", detail="", code="x", line=1, column=7),
     ]
     placed = [(problem.pointer, problem.line, problem.column) for problem in parcel.placed(sent)]
-    assert placed == [("/a~1b/c/1", 3, 3), ("/a~1b", 2, 2), ("/quality/mode", 1, 7)]
+    assert placed == [("/a~1b/c/1", 3, 3), ("/a~1b", 2, 2), ("/quality/mode", None, None)]
+
+
+def test_a_file_that_is_not_there_is_one_mistake_however_often_it_is_named(folder: Path) -> None:
+    scene = _scene(x="gone.png", y="gone.png") | {"shapes": [{"type": "mesh", "asset": "gone.png"}]}
+    with pytest.raises(SceneError) as caught:
+        pack(_file(folder, scene))
+    (problem,) = caught.value.errors
+    assert problem.pointer == "/textures/x/asset"
+    assert problem.detail.endswith(" 2 other places name it too.")
 
 
 def test_meshes_come_along_and_the_users_own_scene_stays_as_it_was(folder: Path) -> None:

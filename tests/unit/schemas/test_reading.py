@@ -289,7 +289,7 @@ def test_a_name_that_is_not_defined_is_one_mistake_however_often_it_is_used(scen
     del scene["materials"]["carved"]
     pointer, detail, _ = one(scene)
     assert pointer == "/shapes/0/material"
-    assert detail.endswith("or define it there. It is used in 4 more places.")
+    assert detail.endswith("or define it there. 4 other places name it too.")
 
 
 @pytest.mark.parametrize("name", ["", "x" * 201], ids=["empty", "long"])

@@ -253,6 +253,19 @@ def test_a_name_must_be_defined(scene: dict[str, Any], place: str, code: str) ->
     assert problems(changed(scene, place, "nowhere")) == {place: code}
 
 
+def test_a_name_that_is_used_in_many_places_is_one_mistake(scene: dict[str, Any]) -> None:
+    shape = scene["shapes"][0]
+    scene["shapes"] = [
+        shape | {"material": name} for name in ("plain", "nowhere", "gone", "nowhere", "nowhere")
+    ]
+    with pytest.raises(SceneError) as caught:
+        read_scene(json.dumps(scene))
+    told = {problem.pointer: problem.detail for problem in caught.value.errors}
+    assert list(told) == ["/shapes/1/material", "/shapes/2/material"]
+    assert told["/shapes/1/material"].endswith(" 2 other places name it too.")
+    assert told["/shapes/2/material"].endswith("or define it there.")
+
+
 def test_names_are_checked_in_python_too() -> None:
     shape = {"type": "ellipsoid", "center": [0, 0, 0], "radius": 1, "material": "nowhere"}
     camera = {"position": [0, 0, 0], "look_at": [0, 0, 1]}
