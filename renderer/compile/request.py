@@ -9,6 +9,8 @@ from renderer.stages import Listing
 from schemas.quality import Quality, TargetQuality
 from schemas.sampling import Antialiasing, LightSampling, Sampling
 from schemas.scene import Scene
+from schemas.shapes import Mesh, MeshFile
+from schemas.textures import CheckerTexture
 
 
 @dataclass(slots=True)
@@ -53,7 +55,7 @@ class Request:
 
     def __post_init__(self) -> None:
         """Work out what follows."""
-        self.sampling = _sampling(self.document.sampling, self.quality)
+        self.sampling = _sampling(self.document, self.quality)
         double = self.quality is not None and self.quality.precision == "double"
         self.dtype = np.dtype(np.float64 if double else np.float32)
         shown = {shape.material for shape in self.document.shapes}
@@ -72,19 +74,40 @@ class Request:
         return self.scene.document
 
 
-ADAPTIVE = {
-    "antialiasing": Antialiasing(pattern="sobol", samples=16),
-    "light": LightSampling(pattern="sobol", samples=4),
-}
-"""Target quality takes camera samples where they are needed, with so few light points each that they cost no
-more than the ray. How many there will be is
-not known; their price is that of so many."""
+CAMERA_SAMPLES = Antialiasing(pattern="sobol", samples=16)
+"""Target quality takes camera samples where they are needed. How many is not known; prices assume so many."""
+
+FEW_LIGHT_POINTS, MANY_LIGHT_POINTS = 4, 16
+"""Light points of each of these camera samples. Measured in CPU seconds to the same target at 512 x 512:
+where only borders and penumbrae are sampled, 16 cost 0.7 to 1.0 of what 4 do at 0.5/255, and 0.25 of it at
+0.1/255 (soft); where a texture or a normal map has every pixel sampled, 1.2 to 1.35 of it."""
+
+SAMPLED_EVERYWHERE = ("color_texture", "normal_map", "bump_map", "displacement_map", "mirror", "transmission")
+"""Parts of a material for which target quality samples every pixel that shows it."""
 
 
-def _sampling(sampling: Sampling, quality: Quality | None) -> Sampling:
+def _sampling(document: Scene, quality: Quality | None) -> Sampling:
     if quality is None:
-        return sampling
+        return document.sampling
     if isinstance(quality, TargetQuality):
-        return sampling.model_copy(update=ADAPTIVE)
+        light = LightSampling(pattern="sobol", samples=_light_points(document))
+        return document.sampling.model_copy(update={"antialiasing": CAMERA_SAMPLES, "light": light})
     changes = {"antialiasing": quality.antialiasing, "light": quality.light}
-    return sampling.model_copy(update={part: value for part, value in changes.items() if value is not None})
+    return document.sampling.model_copy(
+        update={part: value for part, value in changes.items() if value is not None}
+    )
+
+
+def _light_points(document: Scene) -> int:
+    """Few where every pixel is sampled, or where shadow rays through a tree cost more than the camera ray."""
+    if document.camera.lens_radius > 0:
+        return FEW_LIGHT_POINTS
+    boards = {name for name, texture in document.textures.items() if isinstance(texture, CheckerTexture)}
+    for shape in document.shapes:
+        material = document.materials[shape.material]
+        asked = {part for part in SAMPLED_EVERYWHERE if getattr(material, part)}
+        if material.color_texture in boards:
+            asked.discard("color_texture")
+        if asked or isinstance(shape, Mesh | MeshFile):
+            return FEW_LIGHT_POINTS
+    return MANY_LIGHT_POINTS
