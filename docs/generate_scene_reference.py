@@ -55,6 +55,7 @@ Some scenes are valid, but their picture is probably not what was meant. They ar
 - no shape uses a material, or no material uses a texture (`unused`);
 - a triangle has no area and is left out, or no triangle of a mesh written in the scene has one (`no_area`);
 - the view is so narrow that rounding moves rays by a hundredth of a pixel or more (`narrow_view`);
+- the colour of a material is more than 1 in a channel, as if written in 0 to 255 (`bright_color`);
 - `up` is parallel to the view (`up_parallel_to_view`);
 - the longest axis of an ellipsoid is more than 1e8 times as long as the shortest (`very_flat`).
 """

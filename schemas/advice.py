@@ -30,6 +30,7 @@ def advise(scene: Scene) -> list[Finding]:
         *_darkness(scene),
         *_empty_view(scene),
         *_narrow_view(scene),
+        *_bright_colors(scene),
         *_up(scene),
         *_unused(scene),
         *_poor_shapes(scene),
@@ -67,6 +68,16 @@ def _narrow_view(scene: Scene) -> Iterator[Finding]:
             "Move the camera nearer and widen the view."
         )
         yield Finding(("camera", "vertical_fov"), "narrow_view", detail)
+
+
+def _bright_colors(scene: Scene) -> Iterator[Finding]:
+    for name, material in scene.materials.items():
+        if material.color and max(material.color) > 1:
+            detail = (
+                "This colour gives back more light than it receives. Colours are linear, 0 to 1: divide "
+                "values of 0 to 255 by 255 and decode them from sRGB."
+            )
+            yield Finding(("materials", name, "color"), "bright_color", detail)
 
 
 def _up(scene: Scene) -> Iterator[Finding]:

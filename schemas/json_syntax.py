@@ -8,6 +8,10 @@ import re
 # What people write at the place where the parser stops, the most specific first.
 _WRITTEN: tuple[tuple[re.Pattern[str], str], ...] = (
     (re.compile(r"//|/\*|#"), "JSON has no comments. Remove this one."),
+    (
+        re.compile("[\ufeff\xa0\u2000-\u200b\u2060\u3000]"),
+        "There is an unusual space or an invisible character here. Remove it.",
+    ),
     (re.compile(r"```"), "Remove this line: it marks code in Markdown and is no JSON."),
     (
         re.compile("['`\u2018\u2019\u201c-\u201e\xab]"),

@@ -21,8 +21,12 @@ Location = tuple[str | int, ...]
 Suggest = Callable[[Location, str], str | None]
 """Gives the field that was probably meant by an unknown one of an object, both as pydantic locates them."""
 
-DEFINED_IN = {"unknown_material": "materials", "unknown_texture": "textures"}
-"""Errors about names, with the field of the scene that defines these names."""
+FOLLOWS_FROM = {
+    "unknown_material": ("materials", 3),
+    "unknown_texture": ("textures", 3),
+    "not_square": ("pattern", 1),
+}
+"""Errors that a misspelt field causes elsewhere: which field, and how many levels above the error it is."""
 
 
 _SUGGESTED = {"literal_error", "unknown_type"}
@@ -89,9 +93,8 @@ def _explained_by_misspelling(
             unknown[place[:-1]].append(str(place[-1]))
         elif kind == "missing":
             missing[place[:-1]].append(number)
-        elif kind in DEFINED_IN:
-            # Uses are at /shapes/0/material or /materials/plain/normal_map of the scene.
-            missing[place[:-3]].append(number)
+        elif kind in FOLLOWS_FROM:
+            missing[place[: -FOLLOWS_FROM[kind][1]]].append(number)
     explained: set[int] = set()
     # Finding what was meant takes its time, and no more than so many are shown.
     for parent in islice((parent for parent in unknown if parent in missing), SHOWN):
@@ -129,7 +132,7 @@ def _of_another_form(details: Sequence[ErrorDetails], model: type[BaseModel]) ->
 
 def _is_meant(detail: ErrorDetails, model: type[BaseModel], meant: set[str | None]) -> bool:
     """Whether what is missing is there under another name, or belongs to a form that was not meant."""
-    field = DEFINED_IN.get(detail["type"], detail["loc"][-1])
+    field, _ = FOLLOWS_FROM.get(detail["type"], (detail["loc"][-1], 0))
     form = model_at(model, detail["loc"])
     if field in meant or form is None:
         return field in meant

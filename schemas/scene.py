@@ -39,7 +39,7 @@ def _number(version: Any) -> Any:
     # A literal 1 would take True, which equals it.
     number = whole(version)
     if type(number) is not int:
-        raise PydanticCustomError("int_type", "This must be the whole number 1.")
+        raise PydanticCustomError("not_a_choice", "This must be 1, without quotes.")
     return number
 
 

@@ -19,11 +19,17 @@ from schemas.pointers import Parts, existing, value_at
 from schemas.sentences import say
 from schemas.unions import FORMS, deciding_fields, form_with, model_at, untagged
 
+_COLOR = "A colour is an array of three linear numbers: [1, 0, 0] is red. Codes such as #ff0000 are not read."
+_COLOR_CODE = re.compile(r"#[0-9a-fA-F]{3,8}")
 _QUOTED = re.compile(r"'([^']*)'")
 
 # Comparing two names costs the product of their lengths, so their length and number are bounded.
 _LONGEST_COMPARED = 64
 _MOST_COMPARED = 500
+
+# A shorter word is part of too many names.
+_SHORTEST_PART = 3
+_SYNONYMS = {"sphere": "ellipsoid"}
 
 
 def translate(error: ValidationError, model: type[BaseModel], content: object) -> tuple[list[Finding], int]:
@@ -93,6 +99,8 @@ def _finding(merged: Merged, model: type[BaseModel], content: object) -> Finding
             return _unknown_type(location, detail["msg"], content)
         case "literal_error":
             context["names"] = _QUOTED.findall(context["expected"])
+        case "tuple_type" if _is_color_code(value_at(content, location)):
+            return Finding(location, "not_an_array", _COLOR)
         case "too_short" | "too_long" if isinstance(given := value_at(content, location), Sized):
             # Pydantic leaves the length of an object open where it stops at its limit.
             context["actual_length"] = len(given)
@@ -107,6 +115,10 @@ def _finding(merged: Merged, model: type[BaseModel], content: object) -> Finding
     if location and location[-1] == "[key]" and existing(content, location) != location:
         return Finding(location[:-1], code, sentence, about_key=True)
     return Finding(location, code, sentence, suggestion)
+
+
+def _is_color_code(value: object) -> bool:
+    return isinstance(value, str) and _COLOR_CODE.fullmatch(value) is not None
 
 
 def _missing_field(location: Parts, model: type[BaseModel] | None, content: object) -> Finding:
@@ -165,12 +177,16 @@ def _unknown_type(location: Parts, message: str, content: object) -> Finding:
 def nearest(written: object, names: Iterable[str]) -> str | None:
     """Give the name that was probably meant, or None.
 
-    >>> nearest("colour", ["center", "color"])
-    'color'
+    >>> nearest("colour", ["center", "color"]), nearest("fov", ["position", "vertical_fov"])
+    ('color', 'vertical_fov')
     """
     if not isinstance(written, str) or len(written) > _LONGEST_COMPARED:
         return None
     candidates = [name for name in islice(names, _MOST_COMPARED) if len(name) <= _LONGEST_COMPARED]
     same = {name.lower(): name for name in candidates}
-    close = difflib.get_close_matches(written.lower(), same, n=1)
+    word = _SYNONYMS.get(written.lower(), written.lower())
+    if word in same:
+        return same[word]
+    holders = [name for name in same if len(word) >= _SHORTEST_PART and word in name.split("_")]
+    close = holders if len(holders) == 1 else difflib.get_close_matches(word, same, n=1)
     return same[close[0]] if close else None

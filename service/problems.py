@@ -17,7 +17,7 @@ from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 from starlette.exceptions import HTTPException
 
 import renderer
-from renderer.assets import AssetError
+from renderer.assets import AssetError, NoSuchAssetError
 from renderer.comparison import NotComparableError
 from renderer.convergence import NothingToFitError
 from renderer.errors import ImageFileError, MissingExtraError
@@ -54,6 +54,7 @@ KINDS: dict[type[Exception], Kind] = {
     NotComparableError: Kind(422, "not_comparable"),
     MissingExtraError: Kind(501, "extra_missing"),
     AssetError: Kind(422, "asset_not_usable"),
+    NoSuchAssetError: Kind(422, "asset_not_usable"),
     NothingToFitError: Kind(422, "nothing_to_fit"),
     errors.ServiceError: Kind(500, "internal", told=False),
     errors.RequestError: Kind(400, "bad_request"),

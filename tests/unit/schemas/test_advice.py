@@ -168,3 +168,11 @@ def test_a_ball_in_the_middle_of_any_camera_ray_is_in_view(
     materials = {"m": {"type": "phong", "color": [1, 1, 1]}}
     scene = {"version": 1, "camera": camera, "shapes": [ball], "materials": materials}
     assert in_view(Scene.model_validate(scene))
+
+
+def test_a_colour_in_steps_of_255_is_a_warning(scene: dict[str, Any]) -> None:
+    scene["materials"]["plain"]["color"] = [1, 1, 1]
+    assert read_scene(scene)[1] == ()
+    scene["materials"]["plain"]["color"] = [255, 128, 0]
+    (warning,) = read_scene(scene)[1]
+    assert (warning.pointer, warning.code) == ("/materials/plain/color", "bright_color")

@@ -34,6 +34,8 @@ WRITTEN: dict[str, tuple[str, int, str]] = {
     "Markdown": ("```json\n{}\n```", 1, "Remove this line: it marks code in Markdown"),
     "the end": ('{"a": [1, 2', 12, "The document ends before its last bracket is closed."),
     "an open text": ('{"a": "x}', 7, "This text has no closing double quote."),
+    "a no-break space": ('{"a":\u00a01}', 6, "There is an unusual space or an invisible character here."),
+    "a second byte order mark": ("\ufeff\ufeff{}", 1, "There is an unusual space or an invisible character"),
     "YAML": ("version: 1\n", 1, "A value belongs here: a number, text in double quotes"),
     "two documents": ("{} {}", 4, "The document ended before this. Remove what follows."),
     "a backslash": ('{"a": "C:\\x"}', 10, "There is no such escape. Write a backslash as \\\\."),

@@ -205,7 +205,7 @@ def test_the_codes_of_this_package_are_not_names_of_pydantic_errors() -> None:
     sources = [path.read_text() for path in Path(schemas.__file__).parent.glob("*.py")]
     codes = {code for text in sources for code in re.findall(r'PydanticCustomError\(\s*"(\w+)"', text)}
     assert "no_length" in codes
-    assert codes & BUILT_IN == {"int_type"}
+    assert codes & BUILT_IN == set()
 
 
 def one(source: object, model: type[Closed] = Scene) -> tuple[str, str, str | None]:
@@ -217,6 +217,7 @@ def one(source: object, model: type[Closed] = Scene) -> tuple[str, str, str | No
     ("place", "written", "meant"),
     [
         ("/camera", "Position", "position"),
+        ("/camera", "lookAt", "look_at"),
         ("/shapes/1", "tangnt", "tangent"),
         ("/shapes/2", "edge", "edges"),
         ("/shapes/3", "axis", "axes"),
@@ -344,3 +345,21 @@ def test_bounds_are_written_as_people_write_them(
         holder = holder[part]
     holder[int(last) if isinstance(holder, list) else last] = value
     assert one(scene)[1] == sentence
+
+
+def test_a_misspelt_pattern_is_one_mistake_though_the_samples_depend_on_it(scene: dict[str, Any]) -> None:
+    scene["sampling"]["antialiasing"] = {"patern": "sobol", "samples": 5}
+    assert one(scene)[0::2] == ("/sampling/antialiasing/patern", "pattern")
+
+
+@pytest.mark.parametrize("code", ["#ff0000", "#F00", "#ff0000ff"])
+def test_a_colour_as_a_code_is_told_what_a_colour_is(scene: dict[str, Any], code: str) -> None:
+    scene["materials"]["plain"]["color"] = code
+    pointer, detail, _ = one(scene)
+    assert pointer == "/materials/plain/color"
+    assert detail.startswith("A colour is an array of three linear numbers: [1, 0, 0] is red.")
+
+
+def test_a_sphere_is_an_ellipsoid(scene: dict[str, Any]) -> None:
+    scene["shapes"][4]["type"] = "sphere"
+    assert one(scene)[0::2] == ("/shapes/4/type", "ellipsoid")
