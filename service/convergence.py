@@ -14,6 +14,7 @@ from service import jobs, pass_costs
 from service.context import Service
 from service.database.models import RenderRow
 from service.job_documents import work_of
+from service.negotiation import liked_best
 
 Form = Literal["json", "csv", "svg", "png"]
 
@@ -32,21 +33,8 @@ def form_of(accept: str) -> Form:
     >>> [form_of(header) for header in ("image/*;q=0.5, text/csv", "image/*, */*;q=0.1", "text/html", "")]
     ['csv', 'svg', 'json', 'json']
     """
-    liked = sorted((_range(part) for part in accept.split(",")), key=lambda found: -found[1])
-    for pattern, weight in liked:
-        for form, media_type in MEDIA_TYPES.items():
-            if weight > 0 and pattern in (media_type, f"{media_type.partition('/')[0]}/*", "*/*"):
-                return form
-    return "json"
-
-
-def _range(part: str) -> tuple[str, float]:
-    pattern, *parameters = (word.strip().lower() for word in part.split(";"))
-    weights = [word.removeprefix("q=") for word in parameters if word.startswith("q=")]
-    try:
-        return pattern, float(weights[0]) if weights else 1.0
-    except ValueError:
-        return pattern, 0.0
+    forms = {media_type.partition(";")[0]: form for form, media_type in MEDIA_TYPES.items()}
+    return forms[liked_best(accept, tuple(forms))]
 
 
 def etag_of(service: Service, job_id: str, form: Form) -> str:

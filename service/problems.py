@@ -31,6 +31,7 @@ from service.store.folder import NO_ROOM, NOT_WRITABLE
 
 MEDIA_TYPE = "application/problem+json"
 RETRY_AFTER_SECONDS = 1
+NOWHERE = "There is nothing at this address. The addresses of the service are in /openapi.json."
 
 log = structlog.get_logger()
 
@@ -145,7 +146,9 @@ def install(app: FastAPI, methods: Callable[[str], Sequence[str]] = lambda _: ()
     def of_framework(request: Request, error: Exception) -> Response:
         assert isinstance(error, HTTPException)
         if error.status_code != HTTPStatus.METHOD_NOT_ALLOWED:
-            return answer(error.status_code, error.detail, headers=dict(error.headers or {}))
+            unknown = error.detail == HTTPStatus.NOT_FOUND.phrase
+            detail = NOWHERE if unknown else error.detail
+            return answer(error.status_code, detail, headers=dict(error.headers or {}))
         own = (error.headers or {}).get("Allow", "").split(", ")
         allow = ", ".join(sorted({"OPTIONS", *own, *methods(request.scope["path"])} - {""}))
         if request.method == "OPTIONS":

@@ -27,6 +27,7 @@ from schemas.traces import TraceAnswer
 from service.client.batches import Encoding, PixelBatch, decode_batch
 from service.client.errors import UnexpectedAnswerError
 from service.client.pictures import Picture, PictureKind, read_picture
+from service.request_pointers import in_scene
 
 LONGEST_PAGE = 100
 """Jobs that a service tells at once, at most."""
@@ -184,7 +185,8 @@ def get_layer(job_id: str, name: str) -> Call[Picture]:
 
 def get_plan(job_id: str) -> Call[PlanDocument]:
     """What runs for a job, and who asked."""
-    return Call("GET", _job_path(job_id) + "/plan", _model(PlanDocument), job_id=job_id)
+    read = _model(PlanDocument)
+    return Call("GET", _job_path(job_id) + "/plan", lambda answer: in_scene(read(answer)), job_id=job_id)
 
 
 def get_convergence(job_id: str) -> Call[Convergence]:

@@ -68,7 +68,7 @@ RESPONSES: dict[int | str, dict[str, Any]] = {
 )
 def get_convergence(here: Here, request: Request, job_id: JobId, form: FormChoice = None) -> Response:
     """Get what the error of a picture costs: its passes, and what halving the error again would cost."""
-    chosen = form or convergence.form_of(request.headers.get("accept", ""))
+    chosen = form or convergence.form_of(", ".join(request.headers.getlist("accept")))
     etag = convergence.etag_of(here, job_id, chosen)
     headers = {"ETag": etag, "Cache-Control": "no-cache", "Vary": "Accept"}
     return not_modified(request, etag) or Response(

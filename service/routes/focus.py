@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Response
 from fastapi.concurrency import run_in_threadpool
 
 from schemas.regions import Region
@@ -23,6 +23,7 @@ EXAMPLE: dict[str, Any] = {"x0": 0, "y0": 0, "x1": 64, "y1": 64}
 @router.post(
     "/focus",
     status_code=204,
+    response_class=Response,
     responses=BODY | UNKNOWN | NOT_YOURS | GONE | problem(422, "The rectangle cannot be used."),
     openapi_extra=json_request(Region, EXAMPLE),
 )

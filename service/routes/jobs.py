@@ -138,6 +138,7 @@ def resume_job(here: Here, job_id: ChangedJob) -> Job:
 @router.delete(
     "/{job_id}",
     status_code=204,
+    response_class=Response,
     responses=UNKNOWN | NOT_YOURS | problem(503, "The job is still being stopped."),
 )
 async def delete_job(here: Here, job_id: ChangedJob) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 from fastapi import Header, Query, Request
@@ -20,7 +21,7 @@ After = Annotated[int, Query(ge=0, le=2**31 - 1, description="Number of the last
 Wait = Annotated[
     float, Query(ge=0, le=3600, description="Seconds to wait for news; the service may wait less.")
 ]
-Prefer = Annotated[str | None, Header(description="`wait=N` waits up to N seconds for the job to end.")]
+Prefer = Annotated[list[str] | None, Header(description="`wait=N` waits up to N seconds for the job to end.")]
 
 _KEY = r"[\x21-\x7e]{1,255}"
 _LABEL = rf"{LABEL_NAME}:[\s\S]{{0,200}}"
@@ -51,7 +52,10 @@ IdempotencyKey = Annotated[
 ]
 LabelFilter = Annotated[str, Field(json_schema_extra={"pattern": f"^{_LABEL}$"}), AfterValidator(_label)]
 
-WAIT = re.compile(r"(?:^|[,;])\s*wait\s*=\s*(\d{1,6}(?:\.\d{1,6})?)\s*(?:$|[,;])", re.IGNORECASE)
+WAIT = re.compile(
+    r"(?:^|[,;])\s*wait\s*=\s*(\"?)(\d{1,18}(?:\.\d{1,6})?)\1\s*(?:$|[,;])", re.IGNORECASE | re.ASCII
+)
+TAG = re.compile(r'"[^"]*"')
 COMPONENTS = "#/components/schemas/{model}"
 
 
@@ -69,19 +73,19 @@ def json_request(model: type[BaseModel], example: dict[str, Any] | None = None) 
     return {"requestBody": {"required": True, "content": {"application/json": content}}}
 
 
-def preferred_wait(prefer: str | None, longest: float) -> float:
-    """Read the seconds of ``Prefer: wait=N`` (RFC 7240); 0 where there is none.
+def preferred_wait(prefer: Sequence[str] | None, longest: float) -> float:
+    """Read the seconds of ``Prefer: wait=N`` (RFC 7240), a header that may come in parts; 0 without it.
 
-    >>> [preferred_wait(header, 60.0) for header in ("respond-async, wait=10", "wait=90", None)]
+    >>> [preferred_wait(parts, 60.0) for parts in (["respond-async, wait=10"], ["a", 'wait="90"'], None)]
     [10.0, 60.0, 0.0]
     """
-    found = WAIT.search(prefer or "")
-    return min(float(found[1]), longest) if found else 0.0
+    found = WAIT.search(", ".join(prefer or ()))
+    return min(float(found[2]), longest) if found else 0.0
 
 
 def not_modified(request: Request, etag: str) -> Response | None:
     """Answer 304 where the request has this version already (RFC 9110, If-None-Match)."""
-    known = [tag.strip().removeprefix("W/") for tag in request.headers.get("if-none-match", "").split(",")]
-    if etag in known or known == ["*"]:
+    known = ", ".join(request.headers.getlist("if-none-match")).strip()
+    if known == "*" or etag in TAG.findall(known):
         return Response(status_code=304, headers={"ETag": etag, "Cache-Control": "no-cache"})
     return None

@@ -48,7 +48,7 @@ async def who_am_i(here: Here, asking: Asking) -> WhoAmI:
     return _who(here, asking)
 
 
-@router.delete("", status_code=204, responses=REFUSED)
+@router.delete("", status_code=204, response_class=Response, responses=REFUSED)
 async def end_session(here: Here, request: Request, response: Response, asking: Asking) -> None:  # noqa: ARG001
     """End the session of the cookie."""
     token = request.cookies.get(COOKIE)

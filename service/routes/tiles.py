@@ -15,6 +15,7 @@ from schemas.jobs import TileBatch
 from service import jobs, tile_events
 from service.context import Here
 from service.errors import UnknownJobError
+from service.negotiation import liked_best
 from service.routes.parameters import After, JobId, Wait, problem
 
 router = APIRouter(prefix="/v1/jobs/{job_id}", tags=["tiles"])
@@ -27,6 +28,7 @@ LastEventId = Annotated[
     int | None, Header(ge=0, le=2**31 - 1, description="Number of the last event received.")
 ]
 
+FORMS = ("application/json", batches.MEDIA_TYPE)
 TILES: dict[int | str, dict[str, Any]] = {
     200: {
         "description": "The events after `after`. As `application/octet-stream`:\n\n"
@@ -41,6 +43,7 @@ TILES: dict[int | str, dict[str, Any]] = {
 async def get_tiles(
     here: Here,
     request: Request,
+    response: Response,
     job_id: JobId,
     after: After = 0,
     wait: Wait = 0.0,
@@ -49,11 +52,12 @@ async def get_tiles(
     """List tile events by number. An empty list after the wait is no error: there are none yet."""
     seconds = min(wait, here.settings.max_wait_seconds)
     await jobs.until(here, job_id, seconds, lambda job: job.last_seq > after or job.state.final)
-    if batches.MEDIA_TYPE not in request.headers.get("accept", ""):
+    response.headers["Vary"] = "Accept"
+    if liked_best(", ".join(request.headers.getlist("accept")), FORMS) != batches.MEDIA_TYPE:
         return await run_in_threadpool(tile_events.batch, here, job_id, after)
     form = tile_events.ENCODINGS[encoding]
     data = await run_in_threadpool(tile_events.pixel_batch, here, job_id, after, form)
-    return Response(data, media_type=batches.MEDIA_TYPE)
+    return Response(data, media_type=batches.MEDIA_TYPE, headers={"Vary": "Accept"})
 
 
 async def known(here: Here, job_id: JobId) -> str:

@@ -12,6 +12,8 @@ from PIL import Image
 
 import renderer
 from renderer.image_files import displayed
+from schemas.jobs import JobRequest
+from service.request_pointers import in_request
 from tests.integration.conftest import Start
 from tests.integration.support import (
     ON_BOTH,
@@ -161,4 +163,6 @@ def test_the_plan_of_a_job_is_the_plan_of_its_scene(client: httpx2.Client) -> No
     job = submit(client, scene())
     plan = client.post("/v1/plans", json={"scene": scene()}).json()
     assert client.get(f"/v1/jobs/{job}/plan").json() == plan
-    assert plan == renderer.compile_scene(scene()).describe().model_dump(mode="json")
+    described = renderer.compile_scene(scene()).describe()
+    request = JobRequest.model_validate({"scene": scene()})
+    assert plan == in_request(described, request).model_dump(mode="json")

@@ -84,3 +84,45 @@ def test_a_query_parameter_that_counts_once_is_refused_twice(client: httpx2.Clie
 def test_a_query_parameter_with_a_long_name_is_not_repeated(client: httpx2.Client) -> None:
     found = problem_of(client.get("/v1/jobs", params={"x" * 1000: "1"}), 422)
     assert "xxx" not in found["detail"]
+
+
+@pytest.mark.parametrize(
+    ("accept", "binary"),
+    [
+        (["application/octet-stream"], True),
+        (["APPLICATION/Octet-Stream"], True),
+        (["text/html", "application/octet-stream"], True),
+        (["application/octet-stream;q=0.2, application/json;q=0.1"], True),
+        (["application/json;q=0, */*"], True),
+        (["application/octet-stream;q=0"], False),
+        (["application/json, application/octet-stream;q=0.1"], False),
+        (["*/*"], False),
+        ([], False),
+    ],
+    ids=str,
+)
+def test_tiles_come_in_the_form_that_is_liked_best(
+    client: httpx2.Client, job: str, accept: list[str], binary: bool
+) -> None:
+    headers = [("Accept", part) for part in accept] or {"Accept": ""}
+    answer = client.get(f"/v1/jobs/{job}/tiles", headers=headers)
+    assert (answer.headers["Content-Type"] == "application/octet-stream") is binary
+    assert answer.headers["Vary"] == "Accept"
+
+
+def test_headers_that_come_in_parts_are_read_as_one(client: httpx2.Client, job: str) -> None:
+    path = f"/v1/jobs/{job}/image.npy"
+    tag = client.get(path).headers["ETag"]
+    parts = [("If-None-Match", '"other, too"'), ("If-None-Match", tag)]
+    assert client.get(path, headers=parts).status_code == 304
+    prefer = [("Prefer", "respond-async"), ("Prefer", 'wait="20"')]
+    answer = client.post("/v1/jobs", json={"scene": scene(8, 8)}, headers=prefer)
+    assert (answer.headers["Preference-Applied"], answer.json()["state"]) == ("wait=5", "succeeded")
+
+
+def test_an_answer_without_a_body_names_no_type_of_it(client: httpx2.Client) -> None:
+    doomed = submit(client, scene(8, 8))
+    focus = client.post(f"/v1/jobs/{doomed}/focus", json={"x0": 0, "y0": 0, "x1": 8, "y1": 8})
+    for answer in (focus, client.delete(f"/v1/jobs/{doomed}"), client.delete("/v1/session")):
+        assert (answer.status_code, answer.content) == (204, b"")
+        assert "Content-Type" not in answer.headers
