@@ -5,12 +5,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from renderer.assets import AssetSource, FolderAssets, NoAssets, asset_source
+from renderer.assets import AssetSource, FolderAssets, LimitedAssets, NoAssets, asset_source
 from schemas.errors import SceneError
 from schemas.limits import Limits
 from schemas.problems import Problem
 from schemas.quality import Quality
-from schemas.reading import DEFAULT_LIMITS, read_quality, read_scene
+from schemas.reading import read_quality, read_scene
 from schemas.scene import Scene
 
 Source = str | os.PathLike[str] | bytes | Mapping[str, object] | Scene
@@ -41,7 +41,7 @@ def load_scene(
     source: Source | LoadedScene,
     *,
     assets: AssetSource | str | os.PathLike[str] | None = None,
-    limits: Limits = DEFAULT_LIMITS,
+    limits: Limits | None = None,
 ) -> LoadedScene:
     """Read and check a scene.
 
@@ -52,7 +52,8 @@ def load_scene(
     assets
         Folder of the files that the scene names, or an `AssetSource`; needed where `source` is no path.
     limits
-        How large the scene may be.
+        How large the scene and its files may be; by default as ``PENUMBRA_LIMITS__<NAME>`` in the environment
+        says, else as `schemas.Limits` does. A `schemas.Scene` is checked already: they bound its files only.
 
     Raises
     ------
@@ -82,15 +83,21 @@ def load_scene(
     """
     if isinstance(source, LoadedScene):
         return source
-    given = None if assets is None else asset_source(assets)
     if isinstance(source, Scene):
-        return LoadedScene(source, NoAssets() if given is None else given)
+        return LoadedScene(source, _files(assets, NoAssets(), limits))
     if isinstance(source, (bytes, Mapping)):
         document, warnings = read_scene(source, limits=limits)
-        return LoadedScene(document, NoAssets() if given is None else given, warnings)
+        return LoadedScene(document, _files(assets, NoAssets(), limits), warnings)
     path = _path(source)
     document, warnings = read_scene(path.read_bytes(), limits=limits)
-    return LoadedScene(document, FolderAssets(path.parent) if given is None else given, warnings)
+    return LoadedScene(document, _files(assets, FolderAssets(path.parent), limits), warnings)
+
+
+def _files(
+    assets: AssetSource | str | os.PathLike[str] | None, otherwise: AssetSource, limits: Limits | None
+) -> AssetSource:
+    source = otherwise if assets is None else asset_source(assets)
+    return source if limits is None else LimitedAssets(source, limits)
 
 
 def _path(source: object) -> Path:

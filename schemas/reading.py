@@ -15,7 +15,7 @@ from schemas.base import Closed
 from schemas.documents import Document, Source, read_text
 from schemas.errors import SceneError
 from schemas.findings import Finding, refusal, show
-from schemas.limits import Limits
+from schemas.limits import Limits, limits_in_force
 from schemas.problems import Problem
 from schemas.quality import FixedQuality, Quality, TargetQuality
 from schemas.scene import Scene
@@ -23,10 +23,8 @@ from schemas.translation import translate
 
 Model = TypeVar("Model", bound=BaseModel)
 
-DEFAULT_LIMITS = Limits()
 
-
-def read_scene(data: Source, *, limits: Limits = DEFAULT_LIMITS) -> tuple[Scene, tuple[Problem, ...]]:
+def read_scene(data: Source, *, limits: Limits | None = None) -> tuple[Scene, tuple[Problem, ...]]:
     """Read a scene.
 
     Parameters
@@ -34,7 +32,7 @@ def read_scene(data: Source, *, limits: Limits = DEFAULT_LIMITS) -> tuple[Scene,
     data
         JSON as bytes or text, or a document that is parsed already (then problems have no lines).
     limits
-        How large the scene may be.
+        How large the scene may be; by default as the environment says.
 
     Returns
     -------
@@ -50,12 +48,13 @@ def read_scene(data: Source, *, limits: Limits = DEFAULT_LIMITS) -> tuple[Scene,
 
 
 def read_document(
-    data: Source, model: type[Model], *, limits: Limits = DEFAULT_LIMITS
+    data: Source, model: type[Model], *, limits: Limits | None = None
 ) -> tuple[Model, tuple[Problem, ...]]:
     """Read a document of any model, such as a request with a scene in one of its fields.
 
     Parameters and errors are those of `read_scene`; pointers lead into the whole document.
     """
+    limits = limits_in_force() if limits is None else limits
     document = read_text(data, limits)
     read = checked(document, model, limits=limits)
     return read, _warnings(read, document)
@@ -67,7 +66,7 @@ class _QualityMember(Closed):
     quality: Quality
 
 
-def read_quality(data: object, *, limits: Limits = DEFAULT_LIMITS) -> FixedQuality | TargetQuality:
+def read_quality(data: object, *, limits: Limits | None = None) -> FixedQuality | TargetQuality:
     """Read the quality of a request: a finished one stays as it is, a dict is validated as over HTTP.
 
     Raises

@@ -8,20 +8,22 @@ import struct
 from typing import Any
 
 from renderer.assets import AssetError
-from schemas.limits import MAX_TRIANGLES
+from schemas.limits import how_to_raise
 
 _DAMAGED = "The mesh cannot be read as GLB: it is damaged."
 _HEADER = struct.Struct("<4sIIII")
 _JSON = 0x4E4F534A
 _LONGEST = 8 * 1024 * 1024
 """Bytes of a description; parsed it takes some twenty times as much."""
+PARTS = 2000
+"""Parts that a mesh may have in any case, however few triangles it may have."""
 _TRIANGLES, _STRIP = 4, 5
 _NODE = ("children", "matrix", "mesh", "rotation", "scale", "translation")
 _ACCESSOR = ("bufferView", "byteOffset", "componentType", "count", "normalized", "type")
 _VIEW = ("buffer", "byteLength", "byteOffset", "byteStride")
 
 
-def triangle_count(content: bytes) -> int:
+def triangle_count(content: bytes, most: int) -> int:
     """Triangles of all nodes of a file, as it announces them.
 
     Raises
@@ -29,10 +31,10 @@ def triangle_count(content: bytes) -> int:
     AssetError
         If the description is damaged, names other files, or uses a node in more than one place.
     """
-    return _checked(content)[1]
+    return _checked(content, most)[1]
 
 
-def geometry_alone(content: bytes) -> bytes:
+def geometry_alone(content: bytes, most: int) -> bytes:
     """The same file without materials, pictures, animations and extensions.
 
     Raises
@@ -40,7 +42,7 @@ def geometry_alone(content: bytes) -> bytes:
     AssetError
         As for `triangle_count`.
     """
-    document, _ = _checked(content)
+    document, _ = _checked(content, most)
     kept: dict[str, Any] = {name: document[name] for name in ("asset", "scene", "scenes") if name in document}
     kept["nodes"] = [_picked(node, _NODE) for node in document.get("nodes", [])]
     kept["meshes"] = [
@@ -67,11 +69,11 @@ def _primitive(primitive: dict[str, Any]) -> dict[str, Any]:
     return _picked(primitive, ("indices", "mode")) | {"attributes": attributes, "material": 0}
 
 
-def _checked(content: bytes) -> tuple[dict[str, Any], int]:
+def _checked(content: bytes, most: int) -> tuple[dict[str, Any], int]:
     try:
         document = _document(content)
         _refuse_other_files(document)
-        _refuse_large_accessors(document["accessors"])
+        _refuse_large_accessors(document["accessors"], most)
         return document, _count(document)
     except (
         KeyError,
@@ -93,7 +95,9 @@ def _document(content: bytes) -> dict[str, Any]:
     if (magic, version, kind) != (b"glTF", 2, _JSON):
         raise AssetError(_DAMAGED)
     if length > _LONGEST:
-        raise AssetError(f"The description of the mesh has {length} bytes, more than the {_LONGEST} allowed.")
+        raise AssetError(
+            f"The description of the mesh has {length} bytes; at most {_LONGEST} are read. Split the mesh."
+        )
     document = json.loads(content[_HEADER.size : _HEADER.size + length])
     if not isinstance(document, dict):
         raise AssetError(_DAMAGED)
@@ -105,17 +109,18 @@ def _refuse_other_files(document: dict[str, Any]) -> None:
         raise AssetError("The mesh names other files. Save it as one binary glTF file (GLB).")
 
 
-def _refuse_large_accessors(accessors: list[dict[str, Any]]) -> None:
+def _refuse_large_accessors(accessors: list[dict[str, Any]], most: int) -> None:
     """A few bytes may stand for any number of vertices, all zero or all the same."""
     if any("bufferView" not in accessor for accessor in accessors):
         raise AssetError("The mesh is compressed or sparse. Save it as plain GLB.")
     counts = [int(accessor["count"]) for accessor in accessors]
     if min(counts, default=0) < 0:
         raise AssetError(_DAMAGED)
-    most = max(counts, default=0)
-    if most > 3 * MAX_TRIANGLES or len(accessors) > MAX_TRIANGLES // 1000:
+    largest = max(counts, default=0)
+    if largest > 3 * most or len(accessors) > max(PARTS, most // 1000):
         raise AssetError(
-            f"The mesh has {max(most // 3, len(accessors))} triangles or parts, too many. Simplify it."
+            f"The mesh has {max(largest // 3, len(accessors))} triangles or parts, too many. Simplify it. "
+            f"{how_to_raise('max_mesh_triangles')}"
         )
 
 

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from renderer.arrays import Floats, Integers
-from renderer.assets import AssetError, AssetSource
+from renderer.assets import AssetError, AssetSource, limits_of
 from renderer.shapes import gltf
-from schemas.limits import MAX_TRIANGLES
+from schemas.limits import how_to_raise, limits_in_force
 from schemas.quantities import LARGEST
 
 # A number of more digits is too large, and too long for Python to read.
@@ -36,19 +36,22 @@ def read_mesh(name: str, assets: AssetSource) -> tuple[Floats, Integers, Floats 
     """
     content = content_of(name, assets)
     kind = file_kind(content)
-    announced(content)
-    return _arrays(_load(kind, _GEOMETRY[kind](content)))
+    most = limits_of(assets).max_mesh_triangles
+    announced(content, most)
+    mesh = _arrays(_load(kind, _GEOMETRY[kind](content, most)))
+    _refuse_too_many(mesh[1].shape[1], most)
+    return mesh
 
 
-def _without_groups(content: bytes) -> bytes:
+def _without_groups(content: bytes, _most: int) -> bytes:
     """An OBJ file as one mesh, its triangles in the order in which they stand."""
     return _OBJ_GROUP.sub(b"", content)
 
 
-_GEOMETRY: dict[str, Callable[[bytes], bytes]] = {
+_GEOMETRY: dict[str, Callable[[bytes, int], bytes]] = {
     "glb": gltf.geometry_alone,
     "obj": _without_groups,
-    "ply": bytes,
+    "ply": lambda content, _most: content,
 }
 
 
@@ -85,30 +88,39 @@ def file_kind(content: bytes) -> str:
     raise AssetError("This is no mesh that can be read. Use OBJ, PLY or binary glTF (GLB).")
 
 
-def announced(content: bytes) -> int:
+def announced(content: bytes, most: int | None = None) -> int:
     """Number of triangles or vertices that a file promises, at least, without reading them.
+
+    Parameters
+    ----------
+    content
+        The whole file.
+    most
+        How many may be; by default those of the limits in force.
 
     Raises
     ------
     AssetError
         If it is no mesh, or promises more triangles than are allowed.
     """
+    most = limits_in_force().max_mesh_triangles if most is None else most
     kind = file_kind(content)
     if kind == "glb":
-        count = gltf.triangle_count(content)
+        count = gltf.triangle_count(content, most)
     elif kind == "ply":
         header = content[: content.find(b"end_header")][:_BEGINNING]
         count = max((int(found) for found in _PLY_COUNTS.findall(header)), default=0)
     else:
         count = content.count(b"\nf ")
-    _refuse_too_many(count)
+    _refuse_too_many(count, most)
     return count
 
 
-def _refuse_too_many(count: int) -> None:
-    if count > MAX_TRIANGLES:
+def _refuse_too_many(count: int, most: int) -> None:
+    if count > most:
         raise AssetError(
-            f"The mesh has {count} triangles, more than the {MAX_TRIANGLES} allowed. Simplify it."
+            f"The mesh has {count} triangles, more than the {most} allowed. Simplify it. "
+            f"{how_to_raise('max_mesh_triangles')}"
         )
 
 
@@ -132,7 +144,6 @@ def _arrays(mesh: Any) -> tuple[Floats, Integers, Floats | None]:
     triangles = np.asarray(getattr(mesh, "faces", ()), dtype=np.int64).reshape(-1, 3)
     vertices = np.asarray(mesh.vertices, dtype=np.float64).reshape(-1, 3)
     texture = getattr(getattr(mesh, "visual", None), "uv", None)
-    _refuse_too_many(len(triangles))
     if not len(triangles):
         raise AssetError("The mesh has no triangles.")
     if triangles.min() < 0 or triangles.max() >= len(vertices):

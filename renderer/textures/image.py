@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 import schemas.textures as language
 from renderer.arrays import Floats, Integers
-from renderer.assets import AssetError, AssetSource, decode_image
+from renderer.assets import AssetError, AssetSource, decode_image, limits_of
 from renderer.colors import linear_from_srgb
 
 
@@ -94,7 +94,7 @@ def build(texture: language.ImageTexture, assets: AssetSource) -> ImageTexture:
             "There is no such file. Name one in the scene's folder, "
             "or upload it first and name it by its sha256."
         ) from None
-    texels = decode_image(content)
+    texels = decode_image(content, limits_of(assets).max_image_pixels)
     if texture.encoding == "srgb":
         texels = linear_from_srgb(texels)
     return ImageTexture(np.ascontiguousarray(texels[::-1]), texture.filter, texture.wrap)

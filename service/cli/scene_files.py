@@ -124,9 +124,9 @@ def parsed(text: bytes) -> Mapping[str, Any]:
         It is not JSON.
     """
     from schemas.documents import read_text
-    from schemas.limits import Limits
+    from schemas.limits import limits_in_force
 
-    content = read_text(text, Limits()).content
+    content = read_text(text, limits_in_force()).content
     return content if isinstance(content, Mapping) else {}
 
 

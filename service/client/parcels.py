@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from schemas.documents import read_text
 from schemas.findings import Finding, refusal
-from schemas.limits import Limits
+from schemas.limits import limits_in_force
 from schemas.problems import Problem
 from service.client.places import located
 
@@ -73,7 +73,7 @@ def pack(scene: SceneSource, *, assets: AssetSource | None = None) -> Parcel:
     if isinstance(scene, str | PathLike):
         assets = assets or _beside(Path(scene))
         scene = Path(scene).read_bytes()
-    read = read_text(scene, Limits())
+    read = read_text(scene, limits_in_force())
     if not isinstance(read.content, Mapping):
         raise refusal([Finding((), "not_an_object", "A scene is a JSON object.")], read.content, read.text)
     contents, missing = _contents(read.content, assets)

@@ -10,7 +10,7 @@ import numpy as np
 
 from schemas.documents import read_text
 from schemas.errors import SceneError
-from schemas.limits import MAX_TRIANGLES, Limits
+from schemas.limits import how_to_raise, limits_in_force
 from service.importing.errors import ConversionError, wrong_at
 from service.importing.gltf_buffers import Buffers
 from service.importing.gltf_cameras import camera_of
@@ -54,7 +54,7 @@ def convert_glb(task: Task) -> dict[str, Any]:
         raise wrong_at(task.notes.file, "", _DAMAGED)
     end = _HEADER.size + length
     try:
-        content = read_text(task.content[_HEADER.size : end], Limits()).content
+        content = read_text(task.content[_HEADER.size : end], limits_in_force()).content
     except SceneError as error:
         raise ConversionError(task.notes.file, b"", error.errors, error.more) from None
     return _scene(task, content, None, _binary(task.content[end:]))
@@ -115,9 +115,10 @@ def _refuse_odd(task: Task, parts: Parts) -> None:
     if count == 0:
         detail = "No mesh is placed in the scene, so there is nothing to see. Save it with its meshes."
         raise wrong_at(task.notes.file, "", detail)
-    if count > MAX_TRIANGLES:
-        detail = f"The meshes have {count} triangles; at most {MAX_TRIANGLES} are allowed. Simplify them."
-        raise wrong_at(task.notes.file, "/meshes", detail)
+    most = limits_in_force().max_mesh_triangles
+    if count > most:
+        detail = f"The meshes have {count} triangles; at most {most} are allowed. Simplify them."
+        raise wrong_at(task.notes.file, "/meshes", f"{detail} {how_to_raise('max_mesh_triangles')}")
 
 
 def _shapes(

@@ -4,6 +4,9 @@ import json
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+from service.cli.main import main
 from tests.unit.cli.conftest import Penumbra
 
 
@@ -78,3 +81,17 @@ def test_a_texture_outside_of_the_folder_of_the_scene_is_not_read(
         outcome = here(*words, inner / "scene.json")
         assert outcome.code == 3
         assert "/textures/wood/asset" in outcome.out + outcome.err
+
+
+def test_limits_of_the_environment_are_those_of_the_command(
+    scene_file: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    outcomes = []
+    for value in ("100", "many", "10000"):
+        monkeypatch.setenv("PENUMBRA_LIMITS__MAX_PIXELS", value)
+        with pytest.raises(SystemExit) as left:
+            main(["validate", str(scene_file)])
+        outcomes.append((left.value.code, "".join(capsys.readouterr())))
+    assert [code for code, _ in outcomes] == [3, 2, 0]
+    assert "PENUMBRA_LIMITS__MAX_PIXELS raises this limit." in outcomes[0][1]
+    assert "PENUMBRA_LIMITS__MAX_PIXELS must be a whole number, 1 or more, not 'many'." in outcomes[1][1]
