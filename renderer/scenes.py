@@ -3,14 +3,13 @@
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 from renderer.assets import AssetSource, FolderAssets, LimitedAssets, NoAssets, asset_source
 from schemas.errors import SceneError
 from schemas.limits import Limits
 from schemas.problems import Problem
 from schemas.quality import Quality
-from schemas.reading import read_quality, read_scene
+from schemas.reading import read_quality, read_scene, scene_path
 from schemas.scene import Scene
 
 Source = str | os.PathLike[str] | bytes | Mapping[str, object] | Scene
@@ -88,7 +87,7 @@ def load_scene(
     if isinstance(source, (bytes, Mapping)):
         document, warnings = read_scene(source, limits=limits)
         return LoadedScene(document, _files(assets, NoAssets(), limits), warnings)
-    path = _path(source)
+    path = scene_path(source)
     document, warnings = read_scene(path.read_bytes(), limits=limits)
     return LoadedScene(document, _files(assets, FolderAssets(path.parent), limits), warnings)
 
@@ -98,15 +97,6 @@ def _files(
 ) -> AssetSource:
     source = otherwise if assets is None else asset_source(assets)
     return source if limits is None else LimitedAssets(source, limits)
-
-
-def _path(source: object) -> Path:
-    if not isinstance(source, str | os.PathLike):
-        kind = type(source).__name__
-        raise TypeError(f"A scene is a path, JSON as bytes, a dict or a schemas.Scene, not {kind}.")
-    if isinstance(source, str) and source.lstrip().startswith("{"):
-        raise ValueError("This text is a scene, not the path of one. Encode it: load_scene(text.encode()).")
-    return Path(source)
 
 
 def load_request(

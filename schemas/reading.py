@@ -6,6 +6,8 @@ words (`schemas.translation`) and places (`schemas.findings`).
 
 from __future__ import annotations
 
+from os import PathLike
+from pathlib import Path
 from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
@@ -112,3 +114,21 @@ def _warnings(read: BaseModel, document: Document) -> tuple[Problem, ...]:
             for finding in advise(value)
         ]
     return show(findings, document.content, document.text) if findings else ()
+
+
+def scene_path(source: object) -> Path:
+    """The path of a scene file, where it is one.
+
+    Raises
+    ------
+    TypeError
+        It is of no kind that a scene may be given as.
+    ValueError
+        It is the text of a scene, which no file is called.
+    """
+    if not isinstance(source, str | PathLike):
+        kind = type(source).__name__
+        raise TypeError(f"A scene is a path, JSON as bytes, a dict or a schemas.Scene, not {kind}.")
+    if isinstance(source, str) and source.lstrip().startswith("{"):
+        raise ValueError("This text is a scene, not the path of one. Give it as bytes: text.encode().")
+    return Path(source)

@@ -13,7 +13,7 @@ import stamina
 from service.client.access import access
 from service.client.calls import Answer, Call
 from service.client.errors import ClientError
-from service.client.exchange import PAUSES, check, repeats, transport_errors
+from service.client.exchange import PAUSES, check, refuse_closed, repeats, transport_errors
 from service.client.flows import Flow, Result
 
 
@@ -55,6 +55,7 @@ class Connection:
     @contextmanager
     def _stream(self, call: Call[Answer]) -> Iterator[Answer]:
         """Send a call whose answer goes on; the connection is closed at the end of the block."""
+        refuse_closed(self._http.is_closed)
         with (
             transport_errors(self.server, job_id=call.job_id),
             self._http.stream(call.method, call.path, headers=dict(call.headers)) as answer,
@@ -84,6 +85,7 @@ class Connection:
         return again(repeats(call, self._patience), self._send_once, call)
 
     def _send_once(self, call: Call[Answer]) -> Answer:
+        refuse_closed(self._http.is_closed)
         with transport_errors(self.server, job_id=call.job_id):
             answer = self._http.request(**call.request(self._timeout))
         return call.read(check(answer, call))

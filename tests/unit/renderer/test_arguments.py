@@ -125,7 +125,7 @@ def test_what_can_be_no_scene_is_refused_by_its_type(source: Any) -> None:
 
 
 def test_the_text_of_a_scene_is_not_taken_for_a_path() -> None:
-    with pytest.raises(ValueError, match=r"load_scene\(text.encode\(\)\)"):
+    with pytest.raises(ValueError, match=r"Give it as bytes: text.encode\(\)"):
         renderer.load_scene("\n" + json.dumps(FLOOR))
 
 
