@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from renderer.assets import AssetSource, FolderAssets, LimitedAssets, NoAssets, asset_source
 from schemas.errors import SceneError
@@ -47,7 +47,8 @@ def load_scene(
     Parameters
     ----------
     source
-        A path (its files are then looked for in its folder), JSON as bytes, a dict, or a `schemas.Scene`.
+        A path (its files are then looked for in its folder), JSON as bytes, a dict, a `schemas.Scene`, or a
+        scene that is loaded already, for other `assets` or `limits`.
     assets
         Folder of the files that the scene names, or an `AssetSource`; needed where `source` is no path.
     limits
@@ -80,8 +81,11 @@ def load_scene(
     >>> scene.document.camera.width
     4
     """
+    if limits is not None and not isinstance(limits, Limits):
+        raise TypeError(f"'limits' must be schemas.Limits(...), not {type(limits).__name__}.")
     if isinstance(source, LoadedScene):
-        return source
+        unchanged = assets is None and limits is None
+        return source if unchanged else replace(source, assets=_files(assets, source.assets, limits))
     if isinstance(source, Scene):
         return LoadedScene(source, _files(assets, NoAssets(), limits))
     if isinstance(source, (bytes, Mapping)):
