@@ -151,10 +151,14 @@ def settings(folder: Path) -> Settings:
         max_cpu_seconds=1.0,
         max_user_jobs=50,
         max_asset_bytes=100_000,
-        max_asset_pixels=1_000_000,
         max_trace_rays=100,
         limits=Limits(
-            max_body_bytes=200_000, max_pixels=4096, max_samples=16, max_light_samples=16, max_shapes=500
+            max_body_bytes=200_000,
+            max_pixels=4096,
+            max_samples=16,
+            max_light_samples=16,
+            max_shapes=500,
+            max_image_pixels=1_000_000,
         ),
     )
 

@@ -102,7 +102,7 @@ def vectors(name: str, values: ArrayLike) -> NDArray[np.float64]:
         # Text and truth would become numbers without a word, and complex numbers half of themselves.
         real = array.dtype.kind in "fiu" or (array.dtype.kind == "O" and array.ndim > 0)
         array = array.astype(np.float64) if real else array
-    except (TypeError, ValueError):
+    except (OverflowError, TypeError, ValueError):
         real = False
     if not real:
         raise ValueError(f"{name} must be an array of real numbers of the shape (N, 3).")

@@ -5,6 +5,7 @@ import io
 import os
 import struct
 import warnings
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
@@ -13,9 +14,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from schemas.file_kinds import recognise
+from schemas.limits import Limits, how_to_raise, limits_in_force
 
-MAX_PIXELS = 64 * 1024 * 1024
-"""Largest picture that is decoded, by the size that its header states."""
+PILLOW_PIXELS = 178_956_970
+"""Pillow opens no more, whatever is allowed here: twice its `Image.MAX_IMAGE_PIXELS`."""
 
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "PPM")
 """Picture formats that are read."""
@@ -128,6 +130,24 @@ def content_of(name: str, assets: AssetSource) -> bytes:
         raise AssetError(MISSING) from None
 
 
+@dataclass(frozen=True, slots=True)
+class LimitedAssets:
+    """Files of a source, with limits of their own on how large they may be."""
+
+    source: AssetSource
+    limits: Limits
+
+    def read(self, name: str) -> bytes:
+        """Content of a file of the source; raises KeyError if there is none of that name."""
+        return self.source.read(name)
+
+
+def limits_of(assets: AssetSource) -> Limits:
+    """The limits of a source's files: its own `limits` if it has some, else those of this process."""
+    own = getattr(assets, "limits", None)
+    return own if isinstance(own, Limits) else limits_in_force()
+
+
 def asset_source(assets: AssetSource | str | os.PathLike[str]) -> AssetSource:
     """Give the source of a scene's files: the files of a folder, or a source as it is.
 
@@ -149,25 +169,27 @@ def asset_source(assets: AssetSource | str | os.PathLike[str]) -> AssetSource:
     return assets
 
 
-def image_size(content: bytes, max_pixels: int = MAX_PIXELS) -> tuple[int, int]:
+def image_size(content: bytes, max_pixels: int | None = None) -> tuple[int, int]:
     """Width and height from a picture's header, without decoding it.
 
     Raises
     ------
     AssetError
-        If it is no picture of a known format, or has more than `max_pixels` pixels.
+        If it is no picture of a known format, or has more than `max_pixels` pixels, by default those of the
+        limits in force.
     """
     with _opened(content, max_pixels) as image:
         return image.size
 
 
-def decode_image(content: bytes, max_pixels: int = MAX_PIXELS) -> NDArray[np.float32]:
+def decode_image(content: bytes, max_pixels: int | None = None) -> NDArray[np.float32]:
     """A picture as stored, (H, W, 3) float32 in 0..1, row 0 on top; grey is repeated, alpha is dropped.
 
     Raises
     ------
     AssetError
-        If it is no picture of a known format, is damaged, or has more than `max_pixels` pixels.
+        If it is no picture of a known format, is damaged, or has more than `max_pixels` pixels, by default
+        those of the limits in force.
     """
     with _opened(content, max_pixels) as image:
         try:
@@ -197,21 +219,26 @@ def _no_picture(content: bytes) -> str:
     return f"{given}. Use one of {', '.join(FORMATS)}."
 
 
-def _opened(content: bytes, max_pixels: int) -> Image.Image:
+def too_many_pixels(most: int, size: str = "") -> str:
+    """Say that a picture has more pixels than `most`, or than Pillow opens; `size` is how many, if known."""
+    if most >= PILLOW_PIXELS:
+        return f"The picture has {size}more than the {PILLOW_PIXELS} that Pillow opens. Make it smaller."
+    cure = f"Make it smaller. {how_to_raise('max_image_pixels')}"
+    return f"The picture has {size}more than the {most} allowed. {cure}"
+
+
+def _opened(content: bytes, max_pixels: int | None) -> Image.Image:
+    most = limits_in_force().max_image_pixels if max_pixels is None else max_pixels
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             image = Image.open(io.BytesIO(content), formats=FORMATS)
     except Image.DecompressionBombError as error:
-        raise AssetError(
-            f"The picture has more than the {max_pixels} pixels allowed. Make it smaller."
-        ) from error
+        raise AssetError(too_many_pixels(most)) from error
     except _DAMAGE as error:
         raise AssetError(_no_picture(content)) from error
     width, height = image.size
-    if width * height > max_pixels:
+    if width * height > most:
         image.close()
-        raise AssetError(
-            f"The picture has {width} x {height} pixels, more than the {max_pixels} allowed. Make it smaller."
-        )
+        raise AssetError(too_many_pixels(most, f"{width} x {height} pixels, "))
     return image

@@ -2,15 +2,14 @@
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
 
-from renderer.assets import AssetSource, FolderAssets, NoAssets, asset_source
+from renderer.assets import AssetSource, FolderAssets, LimitedAssets, NoAssets, asset_source
 from schemas.errors import SceneError
 from schemas.limits import Limits
 from schemas.problems import Problem
 from schemas.quality import Quality
-from schemas.reading import DEFAULT_LIMITS, read_quality, read_scene
+from schemas.reading import read_quality, read_scene, scene_path
 from schemas.scene import Scene
 
 Source = str | os.PathLike[str] | bytes | Mapping[str, object] | Scene
@@ -41,18 +40,20 @@ def load_scene(
     source: Source | LoadedScene,
     *,
     assets: AssetSource | str | os.PathLike[str] | None = None,
-    limits: Limits = DEFAULT_LIMITS,
+    limits: Limits | None = None,
 ) -> LoadedScene:
     """Read and check a scene.
 
     Parameters
     ----------
     source
-        A path (its files are then looked for in its folder), JSON as bytes, a dict, or a `schemas.Scene`.
+        A path (its files are then looked for in its folder), JSON as bytes, a dict, a `schemas.Scene`, or a
+        scene that is loaded already, for other `assets` or `limits`.
     assets
         Folder of the files that the scene names, or an `AssetSource`; needed where `source` is no path.
     limits
-        How large the scene may be.
+        How large the scene and its files may be; by default as ``PENUMBRA_LIMITS__<NAME>`` in the environment
+        says, else as `schemas.Limits` does. A `schemas.Scene` is checked already: they bound its files only.
 
     Raises
     ------
@@ -80,26 +81,26 @@ def load_scene(
     >>> scene.document.camera.width
     4
     """
+    if limits is not None and not isinstance(limits, Limits):
+        raise TypeError(f"'limits' must be schemas.Limits(...), not {type(limits).__name__}.")
     if isinstance(source, LoadedScene):
-        return source
-    given = None if assets is None else asset_source(assets)
+        unchanged = assets is None and limits is None
+        return source if unchanged else replace(source, assets=_files(assets, source.assets, limits))
     if isinstance(source, Scene):
-        return LoadedScene(source, NoAssets() if given is None else given)
+        return LoadedScene(source, _files(assets, NoAssets(), limits))
     if isinstance(source, (bytes, Mapping)):
         document, warnings = read_scene(source, limits=limits)
-        return LoadedScene(document, NoAssets() if given is None else given, warnings)
-    path = _path(source)
+        return LoadedScene(document, _files(assets, NoAssets(), limits), warnings)
+    path = scene_path(source)
     document, warnings = read_scene(path.read_bytes(), limits=limits)
-    return LoadedScene(document, FolderAssets(path.parent) if given is None else given, warnings)
+    return LoadedScene(document, _files(assets, FolderAssets(path.parent), limits), warnings)
 
 
-def _path(source: object) -> Path:
-    if not isinstance(source, str | os.PathLike):
-        kind = type(source).__name__
-        raise TypeError(f"A scene is a path, JSON as bytes, a dict or a schemas.Scene, not {kind}.")
-    if isinstance(source, str) and source.lstrip().startswith("{"):
-        raise ValueError("This text is a scene, not the path of one. Encode it: load_scene(text.encode()).")
-    return Path(source)
+def _files(
+    assets: AssetSource | str | os.PathLike[str] | None, otherwise: AssetSource, limits: Limits | None
+) -> AssetSource:
+    source = otherwise if assets is None else asset_source(assets)
+    return source if limits is None else LimitedAssets(source, limits)
 
 
 def load_request(

@@ -18,7 +18,7 @@ from schemas.errors import SceneError
 from schemas.file_kinds import BEGINNING, mistaken
 from schemas.findings import Finding, refusal
 from schemas.json_syntax import explain
-from schemas.limits import Limits
+from schemas.limits import Limits, how_to_raise
 from schemas.plain import plain
 from schemas.pointers import Parts
 from schemas.positions import Find, line_and_column, locate
@@ -104,7 +104,8 @@ def _decoded(source: bytes | str, limits: Limits) -> str:
     if len(source) > limits.max_body_bytes:
         raise _refused(
             "too_large",
-            f"The document has {len(source)} bytes; at most {limits.max_body_bytes} are allowed.",
+            f"The document has {len(source)} bytes; at most {limits.max_body_bytes} are allowed. "
+            f"{how_to_raise('max_body_bytes')}",
         )
     try:
         # A string is encoded too, so that both are held to the same rules.
@@ -130,11 +131,13 @@ def _check_nesting(text: str, limits: Limits) -> None:
     if deepest > limits.max_depth:
         raise _refused(
             "too_deep",
-            f"Objects and arrays are nested {deepest} deep; at most {limits.max_depth} levels are allowed.",
+            f"Objects and arrays are nested {deepest} deep; at most {limits.max_depth} levels are allowed. "
+            f"{how_to_raise('max_depth')}",
         )
     # Every value but the first follows a comma, a colon or a bracket, so this bounds all later work.
     if text.count(",") > limits.max_values:
-        raise _refused("too_large", f"The document has more than {limits.max_values} values.")
+        detail = f"The document has more than {limits.max_values} values. {how_to_raise('max_values')}"
+        raise _refused("too_large", detail)
 
 
 def _parsed(text: str, limits: Limits) -> Document:
@@ -169,9 +172,8 @@ class _Pairs:
 
     def to_dict(self, pairs: list[tuple[str, object]]) -> dict[str, object]:
         if len(pairs) > self.most:
-            raise _refused(
-                "too_large", f"An object has {len(pairs)} fields; at most {self.most} are allowed."
-            )
+            detail = f"An object has {len(pairs)} fields; at most {self.most} are allowed."
+            raise _refused("too_large", f"{detail} {how_to_raise('max_members')}")
         built = dict(pairs)
         if len(built) < len(pairs):
             times = Counter(key for key, _ in pairs)

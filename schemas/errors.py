@@ -41,8 +41,9 @@ class SceneError(ValueError):
         first = self.errors[0]
         others = len(self.errors) - 1 + self.more
         place = f"line {first.line}, column {first.column}: " if first.line else ""
+        meant = f" Did you mean {first.suggestion!r}?" if first.suggestion else ""
         rest = f" (and {others} more)" if others else ""
-        return f"{place}{first.pointer or 'document'}: {first.detail}{rest}"
+        return f"{place}{first.pointer or 'document'}: {first.detail}{meant}{rest}"
 
     def __reduce__(self) -> tuple[type[SceneError], tuple[Sequence[Problem], int]]:
         return SceneError, (self.errors, self.more)

@@ -8,6 +8,7 @@ from collections.abc import Set as AbstractSet
 from pydantic import BaseModel
 
 from schemas.findings import Finding, refusal
+from schemas.limits import how_to_raise
 from schemas.pointers import Parts
 
 _SCALARS = frozenset({str, int, float, bool, type(None)})
@@ -84,4 +85,5 @@ class _Plain:
             detail = (
                 f"Objects and arrays are nested more than {self._max_depth} deep. Does one contain itself?"
             )
+            detail = f"{detail} {how_to_raise('max_depth')}"
             raise refusal([Finding((), "too_deep", detail)], self._content, None)

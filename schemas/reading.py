@@ -7,6 +7,8 @@ words (`schemas.translation`) and places (`schemas.findings`).
 from __future__ import annotations
 
 from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
 from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
@@ -17,7 +19,7 @@ from schemas.documents import Document, Source, read_text
 from schemas.errors import SceneError
 from schemas.file_kinds import mistaken_object
 from schemas.findings import Finding, refusal, show
-from schemas.limits import Limits
+from schemas.limits import Limits, limits_in_force
 from schemas.problems import Problem
 from schemas.quality import FixedQuality, Quality, TargetQuality
 from schemas.scene import Scene
@@ -25,10 +27,8 @@ from schemas.translation import translate
 
 Model = TypeVar("Model", bound=BaseModel)
 
-DEFAULT_LIMITS = Limits()
 
-
-def read_scene(data: Source, *, limits: Limits = DEFAULT_LIMITS) -> tuple[Scene, tuple[Problem, ...]]:
+def read_scene(data: Source, *, limits: Limits | None = None) -> tuple[Scene, tuple[Problem, ...]]:
     """Read a scene.
 
     Parameters
@@ -36,7 +36,7 @@ def read_scene(data: Source, *, limits: Limits = DEFAULT_LIMITS) -> tuple[Scene,
     data
         JSON as bytes or text, or a document that is parsed already (then problems have no lines).
     limits
-        How large the scene may be.
+        How large the scene may be; by default as the environment says.
 
     Returns
     -------
@@ -52,12 +52,13 @@ def read_scene(data: Source, *, limits: Limits = DEFAULT_LIMITS) -> tuple[Scene,
 
 
 def read_document(
-    data: Source, model: type[Model], *, limits: Limits = DEFAULT_LIMITS
+    data: Source, model: type[Model], *, limits: Limits | None = None
 ) -> tuple[Model, tuple[Problem, ...]]:
     """Read a document of any model, such as a request with a scene in one of its fields.
 
     Parameters and errors are those of `read_scene`; pointers lead into the whole document.
     """
+    limits = limits_in_force() if limits is None else limits
     wants_scene = issubclass(model, Scene)
     document = read_text(data, limits, wanted="a scene" if wants_scene else "a JSON document")
     other = mistaken_object(document.content) if wants_scene else None
@@ -73,7 +74,7 @@ class _QualityMember(Closed):
     quality: Quality
 
 
-def read_quality(data: object, *, limits: Limits = DEFAULT_LIMITS) -> FixedQuality | TargetQuality:
+def read_quality(data: object, *, limits: Limits | None = None) -> FixedQuality | TargetQuality:
     """Read the quality of a request: a finished one stays as it is, a dict is validated as over HTTP.
 
     Raises
@@ -136,3 +137,21 @@ def _warnings(read: BaseModel, document: Document) -> tuple[Problem, ...]:
             for finding in advise(value)
         ]
     return show(findings, document.content, document.text) if findings else ()
+
+
+def scene_path(source: object) -> Path:
+    """The path of a scene file, where it is one.
+
+    Raises
+    ------
+    TypeError
+        It is of no kind that a scene may be given as.
+    ValueError
+        It is the text of a scene, which no file is called.
+    """
+    if not isinstance(source, str | PathLike):
+        kind = type(source).__name__
+        raise TypeError(f"A scene is a path, JSON as bytes, a dict or a schemas.Scene, not {kind}.")
+    if isinstance(source, str) and source.lstrip().startswith("{"):
+        raise ValueError("This text is a scene, not the path of one. Give it as bytes: text.encode().")
+    return Path(source)

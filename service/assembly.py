@@ -67,7 +67,7 @@ def assemble(
     upgrade(database)
     place = place_of(settings.place)
     store = store or TileStore(place.within(JOBS))
-    assets = AssetStore(place.within(ASSETS), settings.max_asset_pixels)
+    assets = AssetStore(place.within(ASSETS), settings.limits)
     engine = engine_of(settings, _setup(settings))
     spans = telemetry.of_jobs(database)
     dispatcher = Dispatcher(database, store, engine, feed, settings, spans)
@@ -95,7 +95,7 @@ def _setup(settings: Settings) -> WorkerSetup:
     return WorkerSetup(
         parent=os.getpid(),
         store=settings.place,
-        max_asset_pixels=settings.max_asset_pixels,
+        limits=settings.limits,
         memory_bytes=settings.worker_memory_bytes,
         lease=Lease(silent_seconds=settings.worker_silence_seconds, task_seconds=settings.max_task_seconds),
         log_level=settings.log_level,

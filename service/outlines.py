@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 
+from schemas.limits import Limits
 from schemas.scene import Scene
 from schemas.shapes import Mesh, MeshFile, Shape
 
@@ -22,7 +23,12 @@ _PIXEL = base64.b64decode(
 
 
 class Pixels:
-    """One white pixel in place of each picture. Satisfies ``renderer.AssetSource``."""
+    """One white pixel in place of each picture. Satisfies ``renderer.AssetSource``.
+
+    What stands for the user's files is bounded here, so that no setting refuses it.
+    """
+
+    limits = Limits()
 
     def read(self, name: str) -> bytes:  # noqa: ARG002  (an interface)
         """Give the pixel, as a PNG file."""

@@ -109,7 +109,9 @@ class Settings(BaseSettings):
         default="info", description="The least that is written to the log."
     )
 
-    limits: Limits = Field(default_factory=Limits, description="What a scene may ask for at most.")
+    limits: Limits = Field(
+        default_factory=Limits, description="How large a scene and the files that it names may be."
+    )
     max_cpu_seconds: float = Field(default=3600.0, gt=0, description="Largest predicted cost of a job.")
     max_queued_jobs: int = Field(default=10_000, ge=1, description="Jobs of all users that wait or run.")
     max_queued_cpu_seconds: float = Field(
@@ -129,7 +131,6 @@ class Settings(BaseSettings):
         ge=1,
         description="Bytes of one user's textures and meshes together, where keys tell users apart.",
     )
-    max_asset_pixels: int = Field(default=64 * MIB, ge=1, description="Largest texture, in pixels.")
     max_trace_rays: int = Field(default=100_000, ge=1, description="Most rays in one trace request.")
     max_quotes: int = Field(
         default=8, ge=1, description="Quotes made at the same time, those that wait for a worker included."

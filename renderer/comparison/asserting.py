@@ -139,8 +139,8 @@ def sentences(found: Comparison) -> Iterator[str]:
 def _read(source: PictureLike, name: str, encoding: Encoding | None) -> Picture:
     if isinstance(source, str | os.PathLike):
         return read_picture(source, encoding)
-    if isinstance(source, bytes):
-        return picture_of(source, name, encoding)
+    if isinstance(source, bytes | bytearray | memoryview):
+        return picture_of(bytes(source), name, encoding)
     if isinstance(source, Image.Image):
         buffer = io.BytesIO()
         source.save(buffer, format="PNG")
@@ -150,6 +150,10 @@ def _read(source: PictureLike, name: str, encoding: Encoding | None) -> Picture:
 
 
 def _file(pixels: NDArray[Any]) -> bytes:
+    array = np.asarray(pixels)
+    if array.dtype == object:
+        kind = type(pixels).__name__
+        raise TypeError(f"A picture is a path, bytes, an array or an image of Pillow, not {kind}.")
     buffer = io.BytesIO()
-    np.save(buffer, np.asarray(pixels), allow_pickle=False)
+    np.save(buffer, array, allow_pickle=False)
     return buffer.getvalue()

@@ -15,10 +15,9 @@ from renderer.arrays import Floats
 from renderer.comparison.errors import NotComparableError
 from renderer.errors import ImageFileError, MissingExtraError
 from renderer.exr_files import decode_exr
+from schemas.limits import how_to_raise, limits_in_force
 
 PNG, NPY, EXR = b"\x89PNG\r\n\x1a\n", b"\x93NUMPY", b"\x76\x2f\x31\x01"
-MOST_PIXELS = 64 * 1024 * 1024
-"""Larger pictures are refused before they are unpacked: a few bytes of PNG may ask for any memory."""
 
 BIT_DEPTH, COLOR_TYPE = slice(24, 25), slice(25, 26)
 """Places of these bytes in a PNG file (ISO 15948, 11.2.1)."""
@@ -149,7 +148,9 @@ def _three(array: NDArray[Any], opaque: float, name: str) -> tuple[NDArray[Any],
 
 
 def _bounded(shape: tuple[int, ...], name: str) -> None:
-    if len(shape) > 1 and shape[0] * shape[1] > MOST_PIXELS:
-        raise NotComparableError(f"{name} has more than {MOST_PIXELS} pixels. Compare parts of it.")
+    most = limits_in_force().max_image_pixels
+    if len(shape) > 1 and shape[0] * shape[1] > most:
+        cure = f"Compare parts of it. {how_to_raise('max_image_pixels')}"
+        raise NotComparableError(f"{name} has more than {most} pixels. {cure}")
     if 0 in shape:
         raise NotComparableError(f"{name} has no pixels.")

@@ -12,7 +12,7 @@ from renderer.assets import AssetError
 from renderer.shapes.gltf_containers import DAMAGED, is_embedded, split_glb
 from schemas.documents import read_text
 from schemas.errors import SceneError
-from schemas.limits import MAX_TRIANGLES, Limits
+from schemas.limits import Limits, how_to_raise
 
 Json = dict[str, Any]
 
@@ -20,9 +20,11 @@ _LONGEST = 8 * 1024 * 1024
 """Bytes of a GLB's description; parsed it takes some twenty times as much."""
 MOST_VALUES = 1_000_000
 """Values of a description, whatever stands in its data URIs."""
-_MOST_BYTES = 512 * 1024 * 1024
-"""Bytes of all bufferViews in use: many may be views of the same bytes. Interleaved with normals, tangents
-and colours, the vertices of `MAX_TRIANGLES` separate triangles take some 300 MB."""
+PARTS = 2000
+"""Parts that a mesh may have in any case, however few triangles it may have."""
+_TRIANGLE_BYTES = 256
+"""Bytes of all bufferViews in use, for each triangle that is allowed: many may be views of the same bytes.
+Interleaved with normals, tangents and colours, the vertices of a separate triangle take some 150."""
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _FLOAT, _UNSIGNED = 5126, {5121, 5123, 5125}
 ATTRIBUTES = {"POSITION": "vertices", "TEXCOORD_0": "texture coordinates"}
@@ -52,8 +54,15 @@ class GltfFile:
     binary: bytes | None
 
 
-def opened(content: bytes) -> GltfFile:
+def opened(content: bytes, most: int) -> GltfFile:
     """Parse the description of a GLB, or of a `.gltf` file, and check what it announces.
+
+    Parameters
+    ----------
+    content
+        The whole file.
+    most
+        How many triangles it may have.
 
     Raises
     ------
@@ -64,7 +73,7 @@ def opened(content: bytes) -> GltfFile:
     with damage_reported():
         document = _parsed(text, longest=len(text) if text is content else _LONGEST)
         _refuse_unread(document)
-        _refuse_large(document, used_accessors(document))
+        _refuse_large(document, used_accessors(document), most)
         return GltfFile(document, binary)
 
 
@@ -143,7 +152,7 @@ def _refuse_unread(document: Json) -> None:
             raise AssetError("The mesh has morph targets in use. Apply them and save it again.")
 
 
-def _refuse_large(document: Json, used: list[int]) -> None:
+def _refuse_large(document: Json, used: list[int], most: int) -> None:
     """A few bytes may stand for any number of vertices, all zero or all the same."""
     accessors = [document["accessors"][number] for number in used]
     if any("sparse" in accessor or "bufferView" not in accessor for accessor in accessors):
@@ -151,16 +160,20 @@ def _refuse_large(document: Json, used: list[int]) -> None:
     counts = [int(accessor["count"]) for accessor in accessors]
     if min(counts, default=0) < 0:
         raise AssetError(DAMAGED)
-    most = max(counts, default=0)
-    if most > 3 * MAX_TRIANGLES or len(accessors) > MAX_TRIANGLES // 1000:
+    largest = max(counts, default=0)
+    if largest > 3 * most or len(accessors) > max(PARTS, most // 1000):
         raise AssetError(
-            f"The mesh has {max(most // 3, len(accessors))} triangles or parts, too many. Simplify it."
+            f"The mesh has {max(largest // 3, len(accessors))} triangles or parts, too many. Simplify it. "
+            f"{how_to_raise('max_mesh_triangles')}"
         )
     views = {accessor["bufferView"] for accessor in accessors}
     size = sum(int(document["bufferViews"][view]["byteLength"]) for view in views)
-    if size > _MOST_BYTES:
+    # A small limit of triangles still has room for the parts of an ordinary file.
+    most_bytes = _TRIANGLE_BYTES * max(most, 1000 * PARTS)
+    if size > most_bytes:
         raise AssetError(
-            f"The mesh has {size} bytes of numbers; at most {_MOST_BYTES} are allowed. Simplify it."
+            f"The mesh has {size} bytes of numbers; at most {most_bytes} are allowed. Simplify it. "
+            f"{how_to_raise('max_mesh_triangles')}"
         )
     for mesh in document["meshes"]:
         for part in mesh["primitives"]:

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from renderer.arrays import Floats, Integers
-from renderer.assets import MISSING, AssetError, AssetSource, content_of
+from renderer.assets import MISSING, AssetError, AssetSource, content_of, limits_of
 from renderer.shapes import gltf, gltf_packing
 from schemas.file_kinds import recognise
-from schemas.limits import MAX_TRIANGLES
+from schemas.limits import how_to_raise, limits_in_force
 from schemas.quantities import LARGEST
 
 # A number of more digits is too large, and too long for Python to read.
@@ -41,10 +41,14 @@ def read_mesh(name: str, assets: AssetSource) -> tuple[Floats, Integers, Floats 
     """
     content = content_of(name, assets)
     kind = file_kind(content)
-    announced(content)
+    most = limits_of(assets).max_mesh_triangles
+    announced(content, most)
     if kind in _GLTF:
-        return _arrays(_load("glb", glb_of(name, content, assets)))
-    return _arrays(_load(kind, _without_groups(content) if kind == "obj" else content))
+        mesh = _arrays(_load("glb", glb_of(name, content, assets)))
+    else:
+        mesh = _arrays(_load(kind, _without_groups(content) if kind == "obj" else content))
+    _refuse_too_many(mesh[1].shape[1], most)
+    return mesh
 
 
 def glb_of(name: str, content: bytes, assets: AssetSource) -> bytes:
@@ -72,7 +76,7 @@ def glb_of(name: str, content: bytes, assets: AssetSource) -> bytes:
             why = f". {error}" if str(error) != MISSING else f", which is not there. {_BESIDE}"
             raise AssetError(f"The mesh needs the file {uri[:_LONGEST_SHOWN]!r}{why}") from error
 
-    return gltf_packing.packed(gltf.opened(content), read)
+    return gltf_packing.packed(gltf.opened(content, limits_of(assets).max_mesh_triangles), read)
 
 
 def self_contained(name: str, content: bytes, assets: AssetSource) -> bytes:
@@ -81,14 +85,15 @@ def self_contained(name: str, content: bytes, assets: AssetSource) -> bytes:
     Other files stay as they are, byte for byte, and so do those that are no meshes. Parameters and errors
     are those of `glb_of`.
     """
-    needs_packing = _JSON.match(content) or needs_other_files(content)
+    most = limits_of(assets).max_mesh_triangles
+    needs_packing = _JSON.match(content) or needs_other_files(content, most)
     return glb_of(name, content, assets) if needs_packing else content
 
 
-def needs_other_files(content: bytes) -> bool:
+def needs_other_files(content: bytes, most: int) -> bool:
     """Whether a file is glTF with buffers that lie elsewhere; AssetError if it is glTF and damaged."""
     is_gltf = content.startswith(b"glTF") or _JSON.match(content) is not None
-    return is_gltf and bool(gltf.external_files(gltf.opened(content)))
+    return is_gltf and bool(gltf.external_files(gltf.opened(content, most)))
 
 
 _LONGEST_SHOWN = 100
@@ -122,30 +127,39 @@ def file_kind(content: bytes) -> str:
     raise AssetError(f"{given} {_FORMATS}")
 
 
-def announced(content: bytes) -> int:
+def announced(content: bytes, most: int | None = None) -> int:
     """Number of triangles or vertices that a file promises, at least, without reading them.
+
+    Parameters
+    ----------
+    content
+        The whole file.
+    most
+        How many may be; by default those of the limits in force.
 
     Raises
     ------
     AssetError
         If it is no mesh, or promises more triangles than are allowed.
     """
+    most = limits_in_force().max_mesh_triangles if most is None else most
     kind = file_kind(content)
     if kind in _GLTF:
-        count = gltf.triangle_count(gltf.opened(content))
+        count = gltf.triangle_count(gltf.opened(content, most))
     elif kind == "ply":
         header = content[: content.find(b"end_header")][:_BEGINNING]
         count = max((int(found) for found in _PLY_COUNTS.findall(header)), default=0)
     else:
         count = content.count(b"\nf ")
-    _refuse_too_many(count)
+    _refuse_too_many(count, most)
     return count
 
 
-def _refuse_too_many(count: int) -> None:
-    if count > MAX_TRIANGLES:
+def _refuse_too_many(count: int, most: int) -> None:
+    if count > most:
         raise AssetError(
-            f"The mesh has {count} triangles, more than the {MAX_TRIANGLES} allowed. Simplify it."
+            f"The mesh has {count} triangles, more than the {most} allowed. Simplify it. "
+            f"{how_to_raise('max_mesh_triangles')}"
         )
 
 
@@ -169,7 +183,6 @@ def _arrays(mesh: Any) -> tuple[Floats, Integers, Floats | None]:
     triangles = np.asarray(getattr(mesh, "faces", ()), dtype=np.int64).reshape(-1, 3)
     vertices = np.asarray(mesh.vertices, dtype=np.float64).reshape(-1, 3)
     texture = getattr(getattr(mesh, "visual", None), "uv", None)
-    _refuse_too_many(len(triangles))
     if not len(triangles):
         raise AssetError("The mesh has no triangles.")
     if triangles.min() < 0 or triangles.max() >= len(vertices):

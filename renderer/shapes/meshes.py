@@ -7,11 +7,11 @@ import numpy as np
 
 import schemas.shapes as language
 from renderer.arrays import Floats, Integers, Masks, column, cross, dot, lengths, magnitude, unit
-from renderer.assets import AssetError, AssetSource
+from renderer.assets import AssetError, AssetSource, limits_of
 from renderer.shapes.mesh_files import read_mesh
 from renderer.shapes.triangles import Triangles, too_thin_to_tell, unit_normals
 from schemas.geometry import on_one_line
-from schemas.limits import MAX_TRIANGLES
+from schemas.limits import how_to_raise
 
 CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 """Texture coordinates of a triangle's vertices that has none."""
@@ -106,23 +106,24 @@ def build(
     """
     parts: list[Triangles] = []
     files: dict[str | None, Surface] = {}
-    total = 0
+    total, most = 0, limits_of(assets).max_mesh_triangles
     for number, shape in zip(numbers, shapes, strict=True):
         name = getattr(shape, "asset", None)
         surface = files.get(name) or _surface_of(number, shape, assets)
         if name is not None:
             files[name] = surface
         total += surface.triangles.shape[1]
-        _refuse_too_many(number, shape, total)
+        _refuse_too_many(number, shape, total, most)
         parts.append(triangles_of(number, placed(surface.vertices, shape), surface, smooth=shape.smooth))
     return joined(parts)
 
 
-def _refuse_too_many(number: int, shape: language.Mesh | language.MeshFile, total: int) -> None:
-    if total > MAX_TRIANGLES:
+def _refuse_too_many(number: int, shape: language.Mesh | language.MeshFile, total: int, most: int) -> None:
+    if total > most:
         place = "asset" if isinstance(shape, language.MeshFile) else "triangles"
         detail = (
-            f"The meshes up to here have {total} triangles together, more than the {MAX_TRIANGLES} allowed."
+            f"The meshes up to here have {total} triangles together, more than the {most} allowed. "
+            f"{how_to_raise('max_mesh_triangles')}"
         )
         raise AssetError(detail, f"/shapes/{number}/{place}")
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 import schemas.textures as language
 from renderer.arrays import Floats, Integers
-from renderer.assets import AssetSource, content_of, decode_image
+from renderer.assets import AssetSource, content_of, decode_image, limits_of
 from renderer.colors import linear_from_srgb
 
 
@@ -87,7 +87,7 @@ def build(texture: language.ImageTexture, assets: AssetSource) -> ImageTexture:
     AssetError
         If there is no such file, or it is no picture.
     """
-    texels = decode_image(content_of(texture.asset, assets))
+    texels = decode_image(content_of(texture.asset, assets), limits_of(assets).max_image_pixels)
     if texture.encoding == "srgb":
         texels = linear_from_srgb(texels)
     return ImageTexture(np.ascontiguousarray(texels[::-1]), texture.filter, texture.wrap)

@@ -60,5 +60,6 @@ def _told(item: Mapping[str, Any]) -> str:
     source = source_of(path)
     variable = "PENUMBRA_" + ("__".join(path).upper() or "...")
     name = variable if source in {DEFAULT, variable} else f"{'.'.join(path)} in {source}"
-    sentence = "There is no such setting" if item["type"] == "extra_forbidden" else item["msg"]
+    unknown = item["type"] in {"extra_forbidden", "unexpected_keyword_argument"}
+    sentence = "There is no such setting" if unknown else item["msg"].removeprefix("Value error, ")
     return f"{name}: {sentence}."

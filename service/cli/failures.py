@@ -9,6 +9,7 @@ from typing import Any
 from typer.exceptions import TyperException
 
 from schemas.errors import SceneError
+from schemas.limits import LimitsError
 from schemas.problems import Problem
 from service.cli import output
 from service.cli.errors import (
@@ -37,6 +38,7 @@ OUTCOMES: tuple[tuple[type[BaseException], ExitCode, str], ...] = (
     (ServiceStartError, ExitCode.SERVER, "The service did not run"),
     (RenderFailedError, ExitCode.INTERNAL, "Rendering failed"),
     (CommandError, ExitCode.USAGE, "Wrong use of the command"),
+    (LimitsError, ExitCode.USAGE, "A limit cannot be used"),
     (ExportError, ExitCode.USAGE, "The result has no such form here"),
     (SceneError, ExitCode.UNUSABLE_INPUT, "The scene cannot be used"),
     (RequestInvalidError, ExitCode.UNUSABLE_INPUT, "The service refused the request"),

@@ -129,9 +129,9 @@ def parsed(text: bytes) -> Mapping[str, Any]:
         It is not JSON.
     """
     from schemas.documents import read_text
-    from schemas.limits import Limits
+    from schemas.limits import limits_in_force
 
-    content = read_text(text, Limits(), wanted="a scene").content
+    content = read_text(text, limits_in_force(), wanted="a scene").content
     return content if isinstance(content, Mapping) else {}
 
 

@@ -14,6 +14,7 @@ from schemas.convergence import Convergence
 from schemas.jobs import JobList, TileBatch, TileEvent, Version
 from schemas.logs import JobLog
 from schemas.plans import PlanDocument
+from schemas.quality import Quality
 from schemas.quotes import Quote
 from schemas.retention import Pruned
 from schemas.traces import TraceAnswer
@@ -22,6 +23,7 @@ from service.client.async_connection import AsyncConnection
 from service.client.async_jobs import AsyncRemoteJob
 from service.client.batches import Encoding, PixelBatch
 from service.client.comparing import PictureSource, sent
+from service.client.documents import sendable
 from service.client.events import tile_event
 from service.client.following import Following, leaving, succeeded
 from service.client.parcels import Parcel, SceneSource, pack
@@ -31,7 +33,7 @@ from service.client.rays import rows
 if TYPE_CHECKING:
     import numpy as np
 
-    from renderer.assets import AssetSource
+    from service.client.parcels import Assets
 
 
 class AsyncClient(AsyncConnection):
@@ -51,12 +53,12 @@ class AsyncClient(AsyncConnection):
         self,
         scene: SceneSource,
         *,
-        quality: Mapping[str, Any] | None = None,
+        quality: Quality | Mapping[str, Any] | None = None,
         layers: Iterable[str] = (),
         labels: Mapping[str, str] | None = None,
         priority: int | None = None,
         time_limit: float | None = None,
-        assets: AssetSource | None = None,
+        assets: Assets | None = None,
         wait: float = 0.0,
         idempotency_key: str | None = None,
         anew: bool = False,
@@ -247,7 +249,11 @@ class AsyncClient(AsyncConnection):
         return await self._send(calls.get_log(job_id))
 
     async def explain(
-        self, scene: SceneSource, *, quality: Mapping[str, Any] | None = None, layers: Iterable[str] = ()
+        self,
+        scene: SceneSource,
+        *,
+        quality: Quality | Mapping[str, Any] | None = None,
+        layers: Iterable[str] = (),
     ) -> PlanDocument:
         """What would run for a scene; renders nothing."""
         wishes = flows.wishes(quality=quality, layers=layers)
@@ -257,7 +263,7 @@ class AsyncClient(AsyncConnection):
         self,
         scene: SceneSource,
         *,
-        quality: Mapping[str, Any] | None = None,
+        quality: Quality | Mapping[str, Any] | None = None,
         target_error: float | None = None,
         seconds: float | None = None,
     ) -> Quote:
@@ -285,13 +291,13 @@ class AsyncClient(AsyncConnection):
             "image": await to_thread.run_sync(sent, image, encoding),
             "reference": await to_thread.run_sync(sent, reference, reference_encoding),
         }
-        return await self._send(calls.make_comparison(pictures | options))
+        return await self._send(calls.make_comparison(pictures | sendable(options)))
 
     async def version(self) -> Version:
         """Which service this is."""
         return await self._send(calls.get_version())
 
 
-async def _packed(scene: SceneSource, assets: AssetSource | None = None) -> Parcel:
+async def _packed(scene: SceneSource, assets: Assets | None = None) -> Parcel:
     """Read and hash the files of a scene where that keeps nobody waiting."""
     return await to_thread.run_sync(partial(pack, scene, assets=assets))

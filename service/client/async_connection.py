@@ -13,7 +13,7 @@ import httpx2
 from service.client.access import access
 from service.client.calls import Answer, Call
 from service.client.errors import ClientError
-from service.client.exchange import Tries, check, transport_errors
+from service.client.exchange import Tries, check, refuse_closed, transport_errors
 from service.client.flows import Flow, Result
 
 
@@ -55,6 +55,7 @@ class AsyncConnection:
     @asynccontextmanager
     async def _stream(self, call: Call[Answer]) -> AsyncIterator[Answer]:
         """Send a call whose answer goes on; the connection is closed at the end of the block."""
+        refuse_closed(self._http.is_closed)
         with transport_errors(self.server, job_id=call.job_id):
             async with self._http.stream(call.method, call.path, headers=dict(call.headers)) as answer:
                 if not answer.is_success:
@@ -86,6 +87,7 @@ class AsyncConnection:
                 await asyncio.sleep(tries.pause_after(error))
 
     async def _send_once(self, call: Call[Answer]) -> Answer:
+        refuse_closed(self._http.is_closed)
         with transport_errors(self.server, job_id=call.job_id):
             answer = await self._http.request(**call.request(self._timeout))
         return call.read(check(answer, call))

@@ -231,6 +231,9 @@ def get_version() -> Call[Version]:
 
 
 def _job_path(job_id: str) -> str:
+    # An address with any of these for an id is that of something else.
+    if str(job_id) != job_id or job_id in {"", ".", ".."}:
+        raise ValueError(f"The id of a job is text, such as '3d27fc65e075c8d5', not {job_id!r}.")
     return f"/v1/jobs/{quote(job_id, safe='')}"
 
 

@@ -12,6 +12,7 @@ from schemas.convergence import Convergence
 from schemas.jobs import JobList, TileBatch, TileEvent, Version
 from schemas.logs import JobLog
 from schemas.plans import PlanDocument
+from schemas.quality import Quality
 from schemas.quotes import Quote
 from schemas.retention import Pruned
 from schemas.traces import TraceAnswer
@@ -19,6 +20,7 @@ from service.client import calls, flows
 from service.client.batches import Encoding, PixelBatch
 from service.client.comparing import PictureSource, sent
 from service.client.connection import Connection
+from service.client.documents import sendable
 from service.client.events import tile_event
 from service.client.following import Following, leaving, succeeded
 from service.client.jobs import RemoteJob
@@ -29,7 +31,7 @@ from service.client.rays import rows
 if TYPE_CHECKING:
     import numpy as np
 
-    from renderer.assets import AssetSource
+    from service.client.parcels import Assets
 
 
 class Client(Connection):
@@ -65,12 +67,12 @@ class Client(Connection):
         self,
         scene: SceneSource,
         *,
-        quality: Mapping[str, Any] | None = None,
+        quality: Quality | Mapping[str, Any] | None = None,
         layers: Iterable[str] = (),
         labels: Mapping[str, str] | None = None,
         priority: int | None = None,
         time_limit: float | None = None,
-        assets: AssetSource | None = None,
+        assets: Assets | None = None,
         wait: float = 0.0,
         idempotency_key: str | None = None,
         anew: bool = False,
@@ -80,11 +82,13 @@ class Client(Connection):
         Parameters
         ----------
         scene
-            The path of a scene file, its bytes, or its document as a dict.
+            The path of a scene file, its bytes, its document as a dict, or a `schemas.Scene`. A dict may have
+            arrays and numbers of NumPy.
         assets
-            Where its textures are looked up; by default in the folder of the scene file and nowhere else.
+            Folder where its textures and meshes are looked up, or an ``AssetSource``; by default that of the
+            scene file, and nowhere for other sources.
         quality
-            Overrides the scene's ``sampling``.
+            Overrides the scene's ``sampling``: a dict, or `schemas.FixedQuality` or `schemas.TargetQuality`.
         layers
             What to tell about each pixel beside its colour, such as ``depth``.
         labels
@@ -312,7 +316,11 @@ class Client(Connection):
         return self._send(calls.get_log(job_id))
 
     def explain(
-        self, scene: SceneSource, *, quality: Mapping[str, Any] | None = None, layers: Iterable[str] = ()
+        self,
+        scene: SceneSource,
+        *,
+        quality: Quality | Mapping[str, Any] | None = None,
+        layers: Iterable[str] = (),
     ) -> PlanDocument:
         """What would run for a scene; renders nothing."""
         return self._run(flows.plan(pack(scene), flows.wishes(quality=quality, layers=layers)))
@@ -321,7 +329,7 @@ class Client(Connection):
         self,
         scene: SceneSource,
         *,
-        quality: Mapping[str, Any] | None = None,
+        quality: Quality | Mapping[str, Any] | None = None,
         target_error: float | None = None,
         seconds: float | None = None,
     ) -> Quote:
@@ -368,7 +376,8 @@ class Client(Connection):
         Parameters
         ----------
         image, reference
-            ``job:ID``, the path of a PNG, NPY or EXR file, or its bytes.
+            A job or ``job:ID``; the path of a PNG, NPY or EXR file, or its bytes; an array (H, W, 3); or an
+            image of Pillow.
         encoding, reference_encoding
             ``srgb`` or ``linear``; by default what files of that kind usually mean, which the answer tells.
         options
@@ -378,11 +387,13 @@ class Client(Connection):
         ------
         OSError
             A file cannot be read.
+        TypeError
+            It is none of these.
         RequestInvalidError
             The pictures cannot be compared; `errors` says why.
         """
         pictures = {"image": sent(image, encoding), "reference": sent(reference, reference_encoding)}
-        return self._send(calls.make_comparison(pictures | options))
+        return self._send(calls.make_comparison(pictures | sendable(options)))
 
     def version(self) -> Version:
         """Which service this is."""

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import base64
+import io
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import numpy.typing as npt
 
-from schemas.jobs import JobState
+from schemas.jobs import Job, JobState
 from service.client.errors import NoImageError
+from service.client.pictures import Picture
 
 if TYPE_CHECKING:
     from service.client.client import Client
@@ -20,8 +25,9 @@ JOB = "job:"
 LAYERS = ("error", "samples", "shape")
 """Layers that say more about a difference than the picture alone."""
 
-PictureSource = str | Path | bytes
-"""``job:ID``, the path of a file, or a file's bytes."""
+PictureSource = str | PathLike[str] | bytes | Job | Picture | npt.NDArray[Any] | Any
+"""A job or ``job:ID``; the path of a file or its bytes; an array (H, W, 3), an image of Pillow, or what the
+renderer returns."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,12 +53,36 @@ def sent(source: PictureSource, encoding: str | None) -> dict[str, str]:
     ------
     OSError
         Its file cannot be read.
+    TypeError
+        It is no picture.
     """
     stated = {"encoding": encoding} if encoding else {}
     if isinstance(source, str) and source.startswith(JOB):
         return {"job": source.removeprefix(JOB)} | stated
-    content = source if isinstance(source, bytes) else Path(source).read_bytes()
-    return {"content": base64.b64encode(content).decode("ascii")} | stated
+    if isinstance(source, Job):
+        return {"job": source.id} | stated
+    return {"content": base64.b64encode(_file(source)).decode("ascii")} | stated
+
+
+def _file(source: Any) -> bytes:
+    """The bytes of a PNG, NPY or EXR file of a picture."""
+    if isinstance(source, bytes | bytearray | memoryview):
+        return bytes(source)
+    if isinstance(source, Picture):
+        return source.content
+    if isinstance(source, str | PathLike):
+        return Path(source).read_bytes()
+    buffer = io.BytesIO()
+    pixels = getattr(source, "image", source)
+    if isinstance(pixels, np.ndarray):
+        np.save(buffer, pixels, allow_pickle=False)
+    # Whoever has an image of Pillow has loaded Pillow.
+    elif (pillow := sys.modules.get("PIL.Image")) and isinstance(source, pillow.Image):
+        source.save(buffer, format="PNG")
+    else:
+        kind = type(source).__name__
+        raise TypeError(f"A picture is a job, a path, bytes, an array or an image of Pillow, not {kind}.")
+    return buffer.getvalue()
 
 
 def parts_of(client: Client, job_id: str) -> Parts:

@@ -20,6 +20,7 @@ ClientError
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from schemas.jobs import Failure
 from schemas.problems import Problem, ProblemDocument
@@ -27,6 +28,16 @@ from schemas.problems import Problem, ProblemDocument
 
 class ClientError(Exception):
     """Base of everything that :class:`service.client.Client` raises on purpose."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # By default the message alone would be given to constructors that take other arguments.
+        return _unpickled, (type(self), self.args, self.__dict__)
+
+
+def _unpickled(kind: type[ClientError], args: tuple[Any, ...], state: dict[str, Any]) -> ClientError:
+    error = kind.__new__(kind, *args)
+    error.__dict__.update(state)
+    return error
 
 
 class UnreachableError(ClientError):
@@ -82,7 +93,7 @@ class RefusedError(ClientError):
         self.document = document
         self.retry_after = retry_after
         lines = described(document.errors, document.more)
-        super().__init__("\n".join([document.title if lines else _headline(document), *lines]))
+        super().__init__("\n".join([REFUSED, *lines]) if lines else _headline(document))
 
     @property
     def errors(self) -> Sequence[Problem]:
@@ -161,6 +172,9 @@ def described(problems: Sequence[Problem], more: int = 0) -> list[str]:
     return [*lines, f"... and {more} more"] if more else lines
 
 
+REFUSED = "The service refused the request:"
+"""Above what is wrong with it, one line each."""
+
 _BY_STATUS: dict[int, type[RefusedError]] = {
     401: NotAllowedError,
     403: NotAllowedError,
@@ -181,5 +195,5 @@ def _described(problem: Problem) -> str:
     place = problem.pointer or "(whole document)"
     if problem.line is not None:
         place += f" (line {problem.line}, column {problem.column})"
-    advice = f" {problem.suggestion}" if problem.suggestion else ""
+    advice = f" Did you mean {problem.suggestion!r}?" if problem.suggestion else ""
     return f"{place}: {problem.detail}{advice}"

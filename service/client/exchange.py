@@ -25,6 +25,7 @@ from service.client.errors import (
     refusal,
 )
 
+NOWHERE = {"line": None, "column": None}
 SHORTEST_PAUSE = 0.1
 """Seconds between two requests, also where the server would have none."""
 
@@ -37,6 +38,18 @@ QUIET_SECONDS = 3.0
 log = logging.getLogger(__name__)
 
 
+def refuse_closed(closed: bool) -> None:
+    """Refuse to send through a client that was closed.
+
+    Raises
+    ------
+    ClientError
+        Says so.
+    """
+    if closed:
+        raise ClientError("This client is closed. Make another, or leave its 'with' statement later.")
+
+
 @contextmanager
 def transport_errors(server: str, *, job_id: str | None = None) -> Iterator[None]:
     """Turn errors of the HTTP library into errors of this client."""
@@ -44,7 +57,9 @@ def transport_errors(server: str, *, job_id: str | None = None) -> Iterator[None
         yield
     except (httpx2.ConnectError, httpx2.ConnectTimeout) as error:
         raise UnreachableError(
-            f"There is no server at {server} ({error}).", sent=False, job_id=job_id
+            f"There is no server at {server} ({error}). Start it, or name another by PENUMBRA_SERVER.",
+            sent=False,
+            job_id=job_id,
         ) from error
     except httpx2.TimeoutException as error:
         about = f" about job {job_id}" if job_id else ""
@@ -66,7 +81,8 @@ def refused(answer: httpx2.Response) -> ClientError:
     media_type = answer.headers.get("Content-Type", "").partition(";")[0]
     if media_type != "application/problem+json":
         return UnexpectedAnswerError(
-            f"{answer.url} answered {answer.status_code}, and not in the words of this service.",
+            f"{answer.url} answered {answer.status_code}, and not in the words of this service. "
+            "Is that its address?",
             # A proxy in front of the service has no other words for this.
             retry_after=retry_after if answer.status_code in {429, 503} else None,
         )
@@ -74,9 +90,13 @@ def refused(answer: httpx2.Response) -> ClientError:
         document = ProblemDocument.model_validate_json(answer.content)
     except ValidationError:
         return UnexpectedAnswerError(
-            f"{answer.url} answered {answer.status_code} with a broken problem document"
+            f"{answer.url} answered {answer.status_code} with a broken problem document. Is that its address?"
         )
-    return refusal(answer.status_code, document, retry_after=retry_after)
+    # The body was made here: lines and columns of it are of no use to anybody, unless they are found anew.
+    errors = tuple(problem.model_copy(update=NOWHERE) for problem in document.errors)
+    return refusal(
+        answer.status_code, document.model_copy(update={"errors": errors}), retry_after=retry_after
+    )
 
 
 class Tries:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import secrets
 from pathlib import Path
@@ -26,8 +27,16 @@ def kind_of(path: str | os.PathLike[str]) -> PictureKind:
 
 
 def write(path: str | os.PathLike[str], content: bytes) -> Path:
-    """Write a file in one step: whoever looks sees the old file or the new one, never a part."""
+    """Write a file in one step: whoever looks sees the old file or the new one, never a part.
+
+    Raises
+    ------
+    OSError
+        It cannot be written; FileNotFoundError names the folder that is missing.
+    """
     target = Path(path)
+    if not target.parent.is_dir():
+        raise FileNotFoundError(errno.ENOENT, "There is no such folder", str(target.parent))
     # Unlike a file of tempfile this one has the rights that the process gives to new files.
     temporary = target.with_name(f".{target.name}.{secrets.token_hex(4)}")
     try:

@@ -16,6 +16,7 @@ from schemas.quotes import Quote
 from schemas.traces import TraceAnswer
 from service.client import calls
 from service.client.calls import Answer, Call
+from service.client.documents import sendable
 from service.client.errors import RequestInvalidError
 from service.client.parcels import Parcel
 from service.request_pointers import in_scene
@@ -26,8 +27,7 @@ Flow = Generator[Call[Any], Any, Result]
 
 def wishes(**members: Any) -> dict[str, Any]:
     """What a request says beside its scene: only what was asked for, so that older services take it too."""
-    plain = {name: _plain(value) for name, value in members.items()}
-    return {name: value for name, value in plain.items() if value not in (None, [], {})}
+    return {name: value for name, value in sendable(members).items() if value not in (None, [], {})}
 
 
 def submission(
@@ -51,7 +51,7 @@ def quote(parcel: Parcel, wished: Mapping[str, Any]) -> Flow[Quote]:
 
 def traces(parcel: Parcel, rays: Mapping[str, Any]) -> Flow[TraceAnswer]:
     """What rays hit."""
-    return _asking(parcel, calls.trace(_body(parcel, rays)))
+    return _asking(parcel, calls.trace(_body(parcel, sendable(rays))))
 
 
 def _asking(parcel: Parcel, call: Call[Answer]) -> Flow[Answer]:
@@ -66,17 +66,6 @@ def _asking(parcel: Parcel, call: Call[Answer]) -> Flow[Answer]:
 
 def _body(parcel: Parcel, members: Mapping[str, Any]) -> dict[str, Any]:
     return {"scene": parcel.document, **members}
-
-
-def _plain(value: Any) -> Any:
-    """Turn mappings and other collections of any kind into those that JSON knows."""
-    match value:
-        case str() | int() | float() | None:
-            return value
-        case Mapping():
-            return dict(value)
-        case _:
-            return list(value)
 
 
 @contextmanager

@@ -7,21 +7,25 @@ from collections.abc import Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from os import PathLike
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from schemas.documents import read_text
 from schemas.findings import Finding, refusal
-from schemas.limits import Limits
+from schemas.limits import limits_in_force
 from schemas.pointers import Parts
 from schemas.problems import Problem
+from schemas.reading import scene_path
 from schemas.references import also_named
+from schemas.scene import Scene
+from service.client.documents import refuse_not_finite
 from service.client.places import located
 
 if TYPE_CHECKING:
     from renderer.assets import AssetSource
 
-SceneSource = str | PathLike[str] | bytes | Mapping[str, Any]
+    Assets = AssetSource | str | PathLike[str]
+
+SceneSource = str | PathLike[str] | bytes | Mapping[str, Any] | Scene
 PREFIX = "sha256:"
 SCENE = "/scene"
 NO_FOLDER = (
@@ -59,31 +63,40 @@ class Parcel:
         ]
 
 
-def pack(scene: SceneSource, *, assets: AssetSource | None = None) -> Parcel:
+def pack(scene: SceneSource, *, assets: Assets | None = None) -> Parcel:
     """Make a scene ready to travel.
 
     Parameters
     ----------
     scene
-        The path of a scene file, its bytes, or its document as a dict.
+        The path of a scene file, its bytes, its document as a dict, or a `schemas.Scene`.
     assets
-        Where textures and meshes are looked up; by default the folder of the scene file, and nowhere for
-        other sources.
+        The folder where textures and meshes are looked up, or an ``AssetSource``; by default the folder of
+        the scene file, and nowhere for other sources.
 
     Raises
     ------
     schemas.errors.SceneError
         It is not a JSON object, or names a file that is not there.
+    OSError
+        The file cannot be read, or `assets` is no folder.
+    TypeError
+        `scene` or `assets` is of another kind.
     """
-    if isinstance(scene, str | PathLike):
-        assets = assets or _beside(Path(scene))
-        scene = Path(scene).read_bytes()
-    read = read_text(scene, Limits(), wanted="a scene")
+    files = None if assets is None else _source(assets)
+    if isinstance(scene, Scene):
+        scene = scene.model_dump(mode="json", exclude_unset=True)
+    if not isinstance(scene, bytes | Mapping):
+        path = scene_path(scene)
+        scene = path.read_bytes()
+        files = _source(path.parent) if files is None else files
+    read = read_text(scene, limits_in_force(), wanted="a scene")
     if not isinstance(read.content, Mapping):
         raise refusal([Finding((), "not_an_object", "A scene is a JSON object.")], read.content, read.text)
-    contents, missing = _contents(read.content, assets)
+    contents, missing = _contents(read.content, files)
     if read.repeated or missing:
         raise refusal([*read.repeated, *missing], read.content, read.text)
+    refuse_not_finite(read.content, read.text)
     names = {name: hashlib.sha256(content).hexdigest() for name, content in contents.items()}
     return Parcel(
         document=_renamed(read.content, names),
@@ -92,11 +105,11 @@ def pack(scene: SceneSource, *, assets: AssetSource | None = None) -> Parcel:
     )
 
 
-def _beside(path: Path) -> AssetSource:
+def _source(assets: Assets) -> AssetSource:
     # Most uses of a client have no textures and need nothing of the renderer.
-    from renderer.assets import FolderAssets  # noqa: PLC0415
+    from renderer.assets import asset_source  # noqa: PLC0415
 
-    return FolderAssets(path.parent)
+    return asset_source(assets)
 
 
 def _local_files(scene: Mapping[str, Any]) -> Iterator[tuple[str, str | int, str]]:

@@ -23,6 +23,7 @@ import renderer
 from renderer import film, image_files, progressive
 from renderer.inspection import inspect
 from renderer.quotes import quote
+from schemas.limits import Limits
 from service import layers, logs
 from service.engines.comparing import compared
 from service.engines.heartbeats import Lease, beat
@@ -79,7 +80,7 @@ class WorkerSetup:
 
     parent: int
     store: str
-    max_asset_pixels: int
+    limits: Limits
     memory_bytes: int
     lease: Lease = field(default_factory=Lease)
     log_level: str = "info"
@@ -92,7 +93,7 @@ class Worker:
         place = place_of(setup.store)
         objects = place.within(JOBS)
         self._store = TileStore(objects)
-        self._assets = AssetStore(place.within(ASSETS), setup.max_asset_pixels)
+        self._assets = AssetStore(place.within(ASSETS), setup.limits)
         self._passes = PassWorker(self._store, PassStore(objects))
         self._plans: OrderedDict[str, renderer.RenderPlan] = OrderedDict()
 
@@ -208,6 +209,8 @@ def _prepare(setup: WorkerSetup) -> None:
     It logs as the service does: other forms of a traceback show the values of names.
     """
     logs.configure(setup.log_level)
+    # The service's own, which may come from a file that is not on this machine.
+    os.environ.update(setup.limits.variables())
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != setup.parent:

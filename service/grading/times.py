@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from schemas.documents import read_text
 from schemas.errors import SceneError
-from schemas.limits import Limits
+from schemas.limits import limits_in_force
 from schemas.manifests import ReportFile, TimeTest
 from service.grading import sentences
 from service.grading.errors import NotGradableError
@@ -39,7 +39,7 @@ def time(test: TimeTest, run: Run) -> Iterator[Outcome]:
 
 def _reported(report: ReportFile, run: Run) -> float:
     try:
-        document = read_text(run.submission.read(report.file), Limits())
+        document = read_text(run.submission.read(report.file), limits_in_force())
     except SceneError as error:
         raise NotGradableError(f"{report.file} is no JSON file. {error}") from error
     value = _at(document.content, report.pointer)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from renderer.assets import AssetError
-from schemas.limits import Limits
+from schemas.limits import limits_in_force
 from schemas.problems import Problem
 from schemas.translation import nearest
 from service.importing.assets import UNUSABLE, check_mesh
@@ -106,7 +106,7 @@ def _light(task: Task, light: CourseLight) -> dict[str, Any]:
 
 
 def _sampling(task: Task, spp: int | None) -> dict[str, Any]:
-    most = Limits().max_samples
+    most = limits_in_force().max_samples
     samples = min(spp or DEFAULT_SAMPLES, most)
     if spp is None:
         task.notes.assume("", f"spp is missing: {DEFAULT_SAMPLES} samples a pixel are taken.")

@@ -9,7 +9,7 @@ from typing import Any
 
 from schemas.documents import read_text
 from schemas.errors import SceneError
-from schemas.limits import Limits
+from schemas.limits import limits_in_force
 from schemas.reading import read_scene
 from service.client.places import located
 from service.importing.assumptions import Notes
@@ -100,7 +100,7 @@ def _from_json(task: Task) -> Conversion:
 def _parsed(task: Task) -> Mapping[str, Any]:
     name = task.notes.file
     try:
-        document = read_text(task.content, Limits())
+        document = read_text(task.content, limits_in_force())
     except SceneError as error:
         known = [known.suffix for known in FILE_FORMATS]
         if task.path.suffix.lower() not in {".json", ".gltf"}:

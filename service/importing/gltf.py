@@ -11,7 +11,7 @@ from renderer.assets import AssetError
 from renderer.shapes.gltf_containers import DAMAGED, split_glb
 from schemas.documents import read_text
 from schemas.errors import SceneError
-from schemas.limits import MAX_TRIANGLES, Limits
+from schemas.limits import how_to_raise, limits_in_force
 from service.importing.errors import ConversionError, wrong_at
 from service.importing.gltf_buffers import Buffers
 from service.importing.gltf_cameras import camera_of
@@ -46,7 +46,7 @@ def convert_glb(task: Task) -> dict[str, Any]:
     """The scene of a `.glb` file; raises as `convert_gltf`."""
     try:
         text, binary = split_glb(task.content)
-        content = read_text(text, Limits()).content
+        content = read_text(text, limits_in_force()).content
     except AssetError as error:
         raise wrong_at(task.notes.file, "", str(error)) from error
     except SceneError as error:
@@ -102,9 +102,10 @@ def _refuse_odd(task: Task, parts: Parts) -> None:
     if count == 0:
         detail = "No mesh is placed in the scene, so there is nothing to see. Save it with its meshes."
         raise wrong_at(task.notes.file, "", detail)
-    if count > MAX_TRIANGLES:
-        detail = f"The meshes have {count} triangles; at most {MAX_TRIANGLES} are allowed. Simplify them."
-        raise wrong_at(task.notes.file, "/meshes", detail)
+    most = limits_in_force().max_mesh_triangles
+    if count > most:
+        detail = f"The meshes have {count} triangles; at most {most} are allowed. Simplify them."
+        raise wrong_at(task.notes.file, "/meshes", f"{detail} {how_to_raise('max_mesh_triangles')}")
 
 
 def _shapes(

@@ -11,7 +11,7 @@ from pydantic.fields import FieldInfo
 
 from schemas.base import Closed
 from schemas.findings import show
-from schemas.limits import Limits
+from schemas.limits import limits_in_force
 from schemas.pointers import Parts, pointer
 from schemas.translation import translate
 from service.importing.assumptions import Notes
@@ -52,7 +52,7 @@ def read_known(content: object, model: type[Model], notes: Notes, text: str | No
     for parts, reason in unknown:
         notes.leave_out(pointer(parts), reason)
     try:
-        return model.model_validate(known, context=Limits())
+        return model.model_validate(known, context=limits_in_force())
     except ValidationError as error:
         findings, more = translate(error, model, known)
         problems = show(findings, content, text)

@@ -13,9 +13,10 @@ from typing import IO
 from anyio import to_thread
 from PIL import Image
 
-from renderer.assets import FORMATS, AssetError
+from renderer.assets import FORMATS, AssetError, too_many_pixels
 from renderer.shapes.mesh_files import announced, file_kind, needs_other_files
 from schemas.file_kinds import recognise
+from schemas.limits import Limits
 from service.errors import UploadMismatchError, UploadUnusableError
 from service.store.objects import Objects, Stored
 
@@ -45,13 +46,13 @@ class AssetStore:
     ----------
     objects : Objects
         Where they lie.
-    max_pixels : int
-        Larger pictures are refused before they are decoded: a few kilobytes can unpack to gigabytes.
+    limits : Limits
+        What is larger is refused before it is decoded: a few kilobytes can unpack to gigabytes.
     """
 
-    def __init__(self, objects: Objects, max_pixels: int) -> None:
+    def __init__(self, objects: Objects, limits: Limits) -> None:
         self._objects = objects
-        self._max_pixels = max_pixels
+        self.limits = limits
         self._inspecting = threading.Lock()
         objects.begin("")
 
@@ -121,15 +122,14 @@ class AssetStore:
     def _inspect(self, file: IO[bytes]) -> Header:
         # One at a time: a mesh is read wholly, and its description takes several times its length.
         with self._inspecting:
-            header = read_header(Path(file.name))
-        if header.width * header.height > self._max_pixels:
-            raise UploadUnusableError(
-                f"The picture is {header.width} x {header.height}: more than {self._max_pixels} pixels."
-            )
+            header = read_header(Path(file.name), self.limits)
+        most = self.limits.max_image_pixels
+        if header.width * header.height > most:
+            raise UploadUnusableError(too_many_pixels(most, f"{header.width} x {header.height} pixels, "))
         return header
 
 
-def read_header(path: Path) -> Header:
+def read_header(path: Path, limits: Limits) -> Header:
     """Read the type of a file, and a picture's size, without decoding it.
 
     Raises
@@ -139,7 +139,7 @@ def read_header(path: Path) -> Header:
     """
     with path.open("rb") as file:
         kind = _mesh_kind(file.read(_BEGINNING))
-    return _mesh_header(path, kind) if kind else _image_header(path)
+    return _mesh_header(path, kind, limits) if kind else _image_header(path, limits)
 
 
 def _mesh_kind(beginning: bytes) -> str | None:
@@ -149,11 +149,11 @@ def _mesh_kind(beginning: bytes) -> str | None:
         return None
 
 
-def _mesh_header(path: Path, kind: str) -> Header:
+def _mesh_header(path: Path, kind: str, limits: Limits) -> Header:
     try:
         content = path.read_bytes()
-        announced(content)
-        if needs_other_files(content):
+        announced(content, limits.max_mesh_triangles)
+        if needs_other_files(content, limits.max_mesh_triangles):
             raise UploadUnusableError(
                 "This glTF file has its buffers in other files, and an upload is one file. Save it as GLB, "
                 "or submit the scene with 'penumbra submit' or the Python client, which put them together."
@@ -163,12 +163,12 @@ def _mesh_header(path: Path, kind: str) -> Header:
     return Header(_MESHES[kind], 0, 0)
 
 
-def _image_header(path: Path) -> Header:
+def _image_header(path: Path, limits: Limits) -> Header:
     try:
         with Image.open(path, formats=FORMATS) as image:
             return Header(Image.MIME[image.format or ""], image.width, image.height)
     except Image.DecompressionBombError as error:
-        raise UploadUnusableError("The picture has too many pixels.") from error
+        raise UploadUnusableError(too_many_pixels(limits.max_image_pixels)) from error
     except (OSError, ValueError, SyntaxError) as error:
         raise UploadUnusableError(
             f"{_given(path)} neither a picture nor a mesh. Send one of {', '.join(FORMATS)}, OBJ, PLY, GLB."

@@ -17,7 +17,7 @@ from renderer.hard_cases.documents import Json, lamp, rectangle, sampled, scene
 from renderer.shapes import mesh_files, meshes
 from renderer.shapes.mesh_files import announced, read_mesh
 from schemas.errors import SceneError
-from schemas.limits import MAX_TRIANGLES
+from schemas.limits import Limits
 from schemas.reading import read_scene
 from tests.images.parts import Files, image_of, plan_of
 
@@ -217,6 +217,7 @@ def test_a_missing_file_is_refused_by_its_place() -> None:
     assert [problem.pointer for problem in caught.value.errors] == ["/shapes/0/asset"]
 
 
+MAX_TRIANGLES = Limits().max_mesh_triangles
 MANY = MAX_TRIANGLES + 1
 NODE = {"mesh": 0}
 HUGE = {

@@ -34,9 +34,14 @@ def typical(data: Path, **changes: Any) -> Settings:
         max_cpu_seconds=600,
         max_wait_seconds=5,
         max_asset_bytes=200_000,
-        max_asset_pixels=1_000_000,
         max_trace_rays=1000,
-        limits=Limits(max_body_bytes=1_000_000, max_pixels=1_000_000, max_samples=1024, max_shapes=100),
+        limits=Limits(
+            max_body_bytes=1_000_000,
+            max_pixels=1_000_000,
+            max_samples=1024,
+            max_shapes=100,
+            max_image_pixels=1_000_000,
+        ),
         **changes,
     )
 

@@ -15,6 +15,7 @@ import pytest
 from PIL import Image
 
 import renderer
+from schemas.limits import Limits
 from service.server import RunningServer
 from service.store.assets import AssetStore
 from service.store.folder import Folder
@@ -77,7 +78,7 @@ def test_a_scene_uses_an_uploaded_texture(client: httpx2.Client, server: Running
     document = textured(put(client, png()).json()["name"])
     job = submit(client, document)
     finish(client, job)
-    assets = AssetStore(Folder(server.data / "assets"), 1_000_000)
+    assets = AssetStore(Folder(server.data / "assets"), Limits())
     plan = renderer.compile_scene(renderer.load_scene(document, assets=assets))
     assert image(client, job).tobytes() == renderer.render(plan, workers=1).image.tobytes()
 
@@ -136,7 +137,7 @@ def test_a_name_that_is_no_hash_is_refused(client: httpx2.Client, name: str) -> 
 
 def test_an_asset_source_reads_nothing_but_assets(tmp_path: Path) -> None:
     (tmp_path / "secret").write_text("x")
-    store = AssetStore(Folder(tmp_path / "assets"), 100)
+    store = AssetStore(Folder(tmp_path / "assets"), Limits(max_image_pixels=100))
     for name in ("../secret", "sha256:../secret", "secret", "sha256:" + "0" * 64, "0" * 64):
         with pytest.raises(KeyError):
             store.read(name)

@@ -16,6 +16,7 @@ from PIL import Image, PngImagePlugin
 
 from renderer.assets import AssetError
 from renderer.shapes.gltf import opened
+from schemas.limits import Limits
 from service.server import RunningServer
 from tests.integration.support import scene
 from tests.integration.test_assets import bomb, put, textured
@@ -153,7 +154,7 @@ def test_a_picture_is_no_mesh_and_a_mesh_no_picture(client: httpx2.Client) -> No
 
 def test_a_long_description_is_not_parsed() -> None:
     with pytest.raises(AssetError, match="description"):
-        opened(glb(described() | {"extras": "x" * 9 * MIB}))
+        opened(glb(described() | {"extras": "x" * 9 * MIB}), Limits().max_mesh_triangles)
 
 
 def test_texts_of_a_picture_are_no_part_of_it(client: httpx2.Client) -> None:

@@ -13,12 +13,14 @@ import numpy as np
 import pytest
 
 import renderer
-from service.client import Client
+from schemas.limits import Limits
+from service.client import Client, JobFailedError
 from service.store.assets import AssetStore
 from service.store.folder import Folder
 from tests.images.test_gltf_files import placed, with_buffers, written
 from tests.images.test_mesh_files import FILES, HUGE, solid
-from tests.integration.support import ended, finish, image, scene, submit, wait
+from tests.integration.conftest import Start
+from tests.integration.support import PATIENCE, ended, finish, image, scene, submit, wait
 from tests.integration.test_assets import png, put
 from tests.integration.test_bad_requests import problem_of
 
@@ -38,7 +40,7 @@ def test_a_scene_is_rendered_with_an_uploaded_mesh(client: httpx2.Client, server
     assert (sent.json()["width"], sent.json()["height"]) == (0, 0)
     job = submit(client, with_mesh(content))
     finish(client, job)
-    assets = AssetStore(Folder(server.data / "assets"), 1)
+    assets = AssetStore(Folder(server.data / "assets"), Limits(max_image_pixels=1))
     expected = renderer.render(renderer.compile_scene(renderer.load_scene(with_mesh(content), assets=assets)))
     np.testing.assert_array_equal(image(client, job), expected.image)
 
@@ -105,3 +107,19 @@ def test_a_scene_with_a_gltf_file_is_submitted_with_its_buffers(server: Any, tmp
         found = client.submit(path).wait().image()
     expected = renderer.render(renderer.compile_scene(renderer.load_scene(path)))
     np.testing.assert_array_equal(found, expected.image)
+
+
+def test_a_worker_keeps_to_the_limits_of_its_service_and_not_to_those_of_its_machine(
+    start: Start, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They come from the settings, which a file may hold that no worker sees."""
+    monkeypatch.setenv("PENUMBRA_LIMITS__MAX_MESH_TRIANGLES", "1000")
+    three = {"type": "mesh", "vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "triangles": [[0, 1, 2]] * 3}
+    document = scene() | {"shapes": [three | {"material": "ball"}]}
+    with Client(start(limits=Limits(max_mesh_triangles=2), workers=1).url) as client:
+        job = client.submit(document)
+        with pytest.raises(JobFailedError, match="3 triangles together, more than the 2 allowed"):
+            job.wait(timeout=PATIENCE)
+    assert job.failure is not None
+    assert job.failure.code == "scene_not_usable"
+    assert "PENUMBRA_LIMITS__MAX_MESH_TRIANGLES raises this limit." in job.failure.message

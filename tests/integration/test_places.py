@@ -15,6 +15,7 @@ import pytest
 from PIL import Image
 
 from schemas.jobs import JobState
+from schemas.limits import Limits
 from schemas.tiles import Pass, Tile
 from service.database.connection import Database
 from service.database.models import RenderRow
@@ -175,7 +176,7 @@ async def pieces(data: bytes) -> AsyncIterator[bytes]:
 
 
 def test_an_asset_is_kept_under_its_hash_alone(place: Objects) -> None:
-    store, data = AssetStore(place, 100), png()
+    store, data = AssetStore(place, Limits(max_image_pixels=100)), png()
     sha256 = hashlib.sha256(data).hexdigest()
     with pytest.raises(UploadMismatchError):
         asyncio.run(store.receive("0" * 64, pieces(data)))

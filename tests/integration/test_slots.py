@@ -17,6 +17,7 @@ import pytest
 import renderer
 from renderer import tiling
 from schemas.jobs import JobRequest
+from schemas.limits import Limits
 from schemas.tiles import Tile
 from service.engines.heartbeats import Lease
 from service.engines.slots import SlotEngine
@@ -50,7 +51,7 @@ class Bench:
         lease: Lease | None = None,
     ) -> None:
         self.store = TileStore(Folder(folder / "jobs"))
-        setup = WorkerSetup(os.getpid(), str(folder), 1 << 20, memory_bytes, lease or Lease())
+        setup = WorkerSetup(os.getpid(), str(folder), Limits(), memory_bytes, lease or Lease())
         self.engine = SlotEngine(1, setup)
         self.reports: queue.Queue[tuple[Task, Outcome]] = queue.Queue()
         request = JobRequest.model_validate({"scene": document})

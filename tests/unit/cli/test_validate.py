@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from service.cli.main import main
 from tests.unit.cli.conftest import Penumbra
 
 
@@ -104,3 +105,17 @@ def test_a_file_that_is_no_document_is_an_error_of_the_file(
         assert outcome.code == 3
         assert detail in outcome.out + outcome.err
         assert "Traceback" not in outcome.err
+
+
+def test_limits_of_the_environment_are_those_of_the_command(
+    scene_file: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    outcomes = []
+    for value in ("100", "many", "10000"):
+        monkeypatch.setenv("PENUMBRA_LIMITS__MAX_PIXELS", value)
+        with pytest.raises(SystemExit) as left:
+            main(["validate", str(scene_file)])
+        outcomes.append((left.value.code, "".join(capsys.readouterr())))
+    assert [code for code, _ in outcomes] == [3, 2, 0]
+    assert "PENUMBRA_LIMITS__MAX_PIXELS raises this limit." in outcomes[0][1]
+    assert "PENUMBRA_LIMITS__MAX_PIXELS must be a whole number, 1 or more, not 'many'." in outcomes[1][1]

@@ -155,7 +155,7 @@ def test_the_message_has_place_and_sentence_of_every_problem(serve: Serve) -> No
     server = serve([(422, PROBLEM, _problem(422, errors=errors, more=5))])
     with Client(server.url) as client, pytest.raises(RequestInvalidError) as caught:
         client.get("x")
-    for part in ("/quality", "Not so.", "thus", "/limit (line 3, column 4): Nor so.", "5 more"):
+    for part in ("/quality", "Not so.", "thus", "/limit: Nor so.", "5 more"):
         assert part in str(caught.value)
 
 

@@ -13,6 +13,7 @@ import pytest
 import renderer
 import schemas
 from renderer.arguments import MOST_WORKERS, checked_count
+from renderer.comparison import assert_render_close
 from renderer.hard_cases.documents import rectangle, scene
 from renderer.inspection import inspection_plan
 from renderer.quotes import quote
@@ -125,7 +126,7 @@ def test_what_can_be_no_scene_is_refused_by_its_type(source: Any) -> None:
 
 
 def test_the_text_of_a_scene_is_not_taken_for_a_path() -> None:
-    with pytest.raises(ValueError, match=r"load_scene\(text.encode\(\)\)"):
+    with pytest.raises(ValueError, match=r"Give it as bytes: text.encode\(\)"):
         renderer.load_scene("\n" + json.dumps(FLOOR))
 
 
@@ -150,6 +151,24 @@ def _pixel() -> bytes:
     from schemas.display import Display
 
     return encode_png(np.ones((1, 1, 3)), Display())
+
+
+def test_a_scene_that_is_loaded_takes_other_files_and_limits(tmp_path: Path) -> None:
+    loaded = renderer.load_scene(FLOOR)
+    assert renderer.load_scene(loaded) is loaded
+    (tmp_path / "a").write_bytes(b"one")
+    assert renderer.load_scene(loaded, assets=tmp_path).assets.read("a") == b"one"
+    with pytest.raises(NotADirectoryError):
+        renderer.load_scene(loaded, assets=tmp_path / "a")
+    for limits in (5, {"max_pixels": 3}):
+        with pytest.raises(TypeError, match=f"not {type(limits).__name__}"):
+            renderer.load_scene(FLOOR, limits=limits)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("odd", [None, {}, [[None]]], ids=repr)
+def test_what_is_no_picture_is_not_compared(odd: Any) -> None:
+    with pytest.raises(TypeError, match=f"not {type(odd).__name__}"):
+        assert_render_close(odd, np.zeros((1, 1, 3)))
 
 
 RAYS = np.array([[0.25, 3.0, 0.25], [0.5, 3.0, 0.5], [9.0, 3.0, 0.0]])
@@ -197,8 +216,9 @@ def test_no_rays_hit_nothing(plan: renderer.RenderPlan, none: Any) -> None:
         iter(RAYS),
         [["x", None, 0]],
         "rays",
+        [[10**400, 0, 1]],
     ],
-    ids=["text", "truth", "complex", "ragged", "an iterator", "None", "a word"],
+    ids=["text", "truth", "complex", "ragged", "an iterator", "None", "a word", "too large"],
 )
 def test_rays_that_are_no_real_numbers_are_refused_by_name(plan: renderer.RenderPlan, wrong: Any) -> None:
     with pytest.raises(ValueError, match=r"^directions must be an array of real numbers"):

@@ -12,8 +12,9 @@ import pytest
 from PIL import Image
 
 import renderer
-from renderer.assets import MAX_PIXELS, AssetError, FolderAssets, decode_image, image_size
+from renderer.assets import AssetError, FolderAssets, decode_image, image_size
 from renderer.hard_cases.documents import phong, rectangle, scene
+from schemas.limits import Limits
 from tests.images.parts import Files, png
 
 TEXTURED = scene(
@@ -48,7 +49,7 @@ def test_a_bomb_is_refused_by_its_header(size: tuple[int, int]) -> None:
     for look in (image_size, decode_image):
         with pytest.raises(AssetError, match=r"The picture has .* Make it smaller\.") as caught:
             look(bomb(*size))
-        assert str(MAX_PIXELS) in str(caught.value)
+        assert str(Limits().max_image_pixels) in str(caught.value)
 
 
 def test_the_limit_of_pixels_can_be_set() -> None:
