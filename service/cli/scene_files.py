@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -37,6 +36,8 @@ def read_bytes(name: str) -> bytes:
     InputError
         It cannot be read.
     """
+    if not name:
+        raise InputError("The name of the scene file is empty.")
     try:
         return _piped_in() if name == STDIN else Path(name).read_bytes()
     except OSError as error:
@@ -71,9 +72,15 @@ class SceneFile:
             It names a texture that is not there, or one that is no picture.
         """
         from renderer import compile_scene
+        from schemas.errors import SceneError
+        from service.client.places import located
 
-        with _showing(self.name, self.text):
+        try:
             return compile_scene(self.scene, quality, layers=layers)
+        except SceneError as error:
+            # Whoever compiles has the scene and not its text.
+            problems = located(self.text.decode("utf-8-sig"), error.errors)
+            raise UnusableSceneError(self.name, self.text, problems, error.more) from error
 
 
 def load(name: str, *, seed: int | None = None) -> SceneFile:
@@ -95,23 +102,13 @@ def read(name: str) -> SceneFile:
     """The same in silence."""
     from renderer import load_scene
     from renderer.assets import FolderAssets
+    from schemas.errors import SceneError
 
     text = read_bytes(name)
-    with _showing(name, text):
-        return SceneFile(name, text, load_scene(text, assets=FolderAssets(folder_of(name))))
-
-
-@contextmanager
-def _showing(name: str, text: bytes) -> Iterator[None]:
-    from schemas.errors import SceneError
-    from service.client.places import located
-
     try:
-        yield
+        return SceneFile(name, text, load_scene(text, assets=FolderAssets(folder_of(name))))
     except SceneError as error:
-        missing_line = any(problem.line is None for problem in error.errors)
-        problems = located(text.decode("utf-8-sig"), error.errors) if missing_line else error.errors
-        raise UnusableSceneError(name, text, problems, error.more) from error
+        raise UnusableSceneError(name, text, error.errors, error.more) from error
 
 
 def _with_seed(scene: LoadedScene, seed: int) -> LoadedScene:
