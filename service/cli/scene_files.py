@@ -23,8 +23,11 @@ STDIN = "-"
 SceneArgument = Annotated[
     str, typer.Argument(metavar="SCENE", help="A scene file; - reads it from stdin.", show_default=False)
 ]
+# Written down twice so that help need not load the schemas; a test compares the two.
+LARGEST_SEED = 2**53 - 1
 SeedOption = Annotated[
-    int | None, typer.Option(min=0, help="Chooses the random numbers, in place of the scene's seed.")
+    int | None,
+    typer.Option(min=0, max=LARGEST_SEED, help="Chooses the random numbers, in place of the scene's seed."),
 ]
 
 
