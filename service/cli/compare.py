@@ -11,7 +11,7 @@ import typer
 
 from service.cli import output, scene_files
 from service.cli.connection import DEFAULT_SERVER, ServerOption, connect
-from service.cli.errors import InputError
+from service.cli.errors import CommandError, InputError
 from service.cli.exits import ExitCode
 from service.cli.targets import check_target, write_whole
 
@@ -122,6 +122,8 @@ def read(source: str, encoding: Encoding | None, server: str) -> Picture:
         return read_picture(source, encoding)
     from service.client.comparing import parts_of
 
+    if source == JOB:
+        raise CommandError(f"{JOB} has no id. Write it like {JOB}f9a1c3.")
     with connect(server) as client:
         parts = parts_of(client, source.removeprefix(JOB))
     return picture_of(parts.content, source, encoding, parts.layers)

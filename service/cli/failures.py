@@ -93,8 +93,10 @@ def _problem_document(error: BaseException, title: str, code: ExitCode) -> dict[
 def _lines(error: BaseException, title: str) -> list[str]:
     problems, more = ((), 0) if isinstance(error, RefusedOptionsError) else _problems(error)
     text = error.text if isinstance(error, UnusableSceneError) else b""
-    lines = [output.emphasis("error", "red") + ": " + (_message(error) or title)]
-    lines += excerpts(text, problems, more)
+    # Names of files and words of servers are strangers' words.
+    message = "\n".join(map(output.harmless, (_message(error) or title).split("\n")))
+    lines = [output.emphasis("error", "red") + ": " + message]
+    lines += excerpts(text, [problem for problem in problems if problem.detail != message], more)
     return [*lines, *_advice(error)]
 
 

@@ -19,6 +19,7 @@ from service.cli.errors import CommandError, InputError, UnusableSceneError
 from service.cli.exits import ExitCode
 from service.cli.progress import progress_bar
 from service.cli.targets import check_target, write_whole
+from service.cli.workers import MOST_WORKERS
 
 if TYPE_CHECKING:
     from schemas.grades import Grade, TestGrade
@@ -46,7 +47,10 @@ ExportOption = Annotated[
     typer.Option("--export", metavar="FORM=PATH", help="Write the result in a platform's form; repeatable."),
 ]
 JobsOption = Annotated[
-    int | None, typer.Option("--jobs", min=1, help="Tests at a time; by default one for each processor.")
+    int | None,
+    typer.Option(
+        "--jobs", min=1, max=MOST_WORKERS, help="Tests at a time; by default one for each processor."
+    ),
 ]
 ServerOption = Annotated[
     str | None,

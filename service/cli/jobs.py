@@ -9,7 +9,7 @@ import typer
 
 from service.cli import convergence, labels, output
 from service.cli import layers as layer_files
-from service.cli.connection import DEFAULT_SERVER, JobArgument, ServerOption, connect
+from service.cli.connection import DEFAULT_SERVER, JobArgument, JobsArgument, ServerOption, connect
 from service.cli.errors import CommandError
 from service.cli.exits import ExitCode
 from service.cli.targets import ImageTarget, check_target
@@ -27,9 +27,6 @@ OutOption = Annotated[
         metavar="FILE",
         help="Save the image: .png, .npy for linear float32, or .exr; - or -.npy is stdout.",
     ),
-]
-JobsArgument = Annotated[
-    list[str], typer.Argument(metavar="ID...", help="The jobs' ids.", show_default=False)
 ]
 LimitOption = Annotated[int, typer.Option(min=1, help="How many jobs, the newest first.")]
 CursorOption = Annotated[
@@ -161,8 +158,13 @@ def ls(
 ) -> None:
     """List the jobs of a service, the newest first."""
     wanted = labels.parsed(label)
-    with connect(server) as client:
-        page = _listed(client, limit, after, {"state": state, "labels": wanted})
+    from service.client import RequestInvalidError
+
+    try:
+        with connect(server) as client:
+            page = _listed(client, limit, after, {"state": state, "labels": wanted})
+    except RequestInvalidError as error:
+        raise CommandError(error.document.detail or str(error)) from error
     if as_json:
         output.document(page.model_dump(mode="json"))
         return

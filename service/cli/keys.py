@@ -12,6 +12,7 @@ import typer
 from service.cli import output
 from service.cli.configuration import read_settings
 from service.cli.errors import CommandError
+from service.cli.exits import ExitCode
 from service.cli.serve import DatabaseOption, DataOption
 
 if TYPE_CHECKING:
@@ -39,9 +40,15 @@ LONGEST_NAME = 64
 
 app = typer.Typer(
     help="Who may use a service: API keys.",
-    no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+
+
+@app.callback(invoke_without_command=True)
+def _without_a_command(context: typer.Context) -> None:
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+        raise typer.Exit(ExitCode.USAGE)
 
 
 @app.command()

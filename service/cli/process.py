@@ -21,9 +21,11 @@ def run(words: Sequence[str]) -> NoReturn:
     import service.cli.commands  # noqa: F401
 
     signals.raise_exceptions()
-    code = outcome(words, signals)
-    # Only the interpreter's own end is left, which a signal would litter with tracebacks.
-    signals.end_at_once()
+    try:
+        code = outcome(words, signals)
+    except KeyboardInterrupt:
+        # It came after the command, and before the line that sees to signals from there on.
+        code = ExitCode.INTERRUPTED
     streams.settle()
     sys.exit(code)
 
@@ -33,6 +35,9 @@ def outcome(words: Sequence[str], signals: Signals | None = None) -> int:
     from service.cli import commands
 
     code, failure = _tried(commands.run, words)
+    if signals is not None:
+        # Only words are left, and the interpreter's own end, which a signal would litter with tracebacks.
+        signals.end_at_once()
     ended = None if signals is None else signals.code
     if signals is not None and ended is not None and (failure is not None or code == ended):
         signals.report()

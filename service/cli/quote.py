@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli import output, qualities, scene_files
+from service.cli.workers import WorkersOption
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -35,10 +36,6 @@ TargetErrorOption = Annotated[
 TimeOption = Annotated[
     float | None,
     typer.Option("--time", min=1e-3, max=86400.0, help="Seconds: tell what comes closest in them."),
-]
-WorkersOption = Annotated[
-    int | None,
-    typer.Option(min=1, help="Processes that will render; by default one for each processor."),
 ]
 
 

@@ -12,6 +12,7 @@ from service.cli import output, qualities, scene_files
 from service.cli.errors import CommandError, RenderFailedError
 from service.cli.progress import progress_bar
 from service.cli.targets import ImageTarget
+from service.cli.workers import WorkersOption
 
 if TYPE_CHECKING:
     from renderer import LoadedScene, RenderPlan, RenderResult, TileEvent
@@ -25,9 +26,6 @@ OutOption = Annotated[
         metavar="FILE",
         help="Where the picture goes: .png, .npy for linear float32, or .exr; - or -.npy is stdout.",
     ),
-]
-WorkersOption = Annotated[
-    int | None, typer.Option(min=1, help="Worker processes; by default one for each processor.")
 ]
 TileOption = Annotated[int | None, typer.Option(min=1, help="Side of a tile, pixels.")]
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -24,8 +23,11 @@ STDIN = "-"
 SceneArgument = Annotated[
     str, typer.Argument(metavar="SCENE", help="A scene file; - reads it from stdin.", show_default=False)
 ]
+# Written down twice so that help need not load the schemas; a test compares the two.
+LARGEST_SEED = 2**53 - 1
 SeedOption = Annotated[
-    int | None, typer.Option(min=0, help="Chooses the random numbers, in place of the scene's seed.")
+    int | None,
+    typer.Option(min=0, max=LARGEST_SEED, help="Chooses the random numbers, in place of the scene's seed."),
 ]
 
 
@@ -37,6 +39,8 @@ def read_bytes(name: str) -> bytes:
     InputError
         It cannot be read.
     """
+    if not name:
+        raise InputError("The name of the scene file is empty.")
     try:
         return _piped_in() if name == STDIN else Path(name).read_bytes()
     except OSError as error:
@@ -71,9 +75,15 @@ class SceneFile:
             It names a texture that is not there, or one that is no picture.
         """
         from renderer import compile_scene
+        from schemas.errors import SceneError
+        from service.client.places import located
 
-        with _showing(self.name, self.text):
+        try:
             return compile_scene(self.scene, quality, layers=layers)
+        except SceneError as error:
+            # Whoever compiles has the scene and not its text.
+            problems = located(self.text.decode("utf-8-sig"), error.errors)
+            raise UnusableSceneError(self.name, self.text, problems, error.more) from error
 
 
 def load(name: str, *, seed: int | None = None) -> SceneFile:
@@ -95,19 +105,12 @@ def read(name: str) -> SceneFile:
     """The same in silence."""
     from renderer import load_scene
     from renderer.assets import FolderAssets
-
-    text = read_bytes(name)
-    with _showing(name, text):
-        return SceneFile(name, text, load_scene(text, assets=FolderAssets(folder_of(name))))
-
-
-@contextmanager
-def _showing(name: str, text: bytes) -> Iterator[None]:
     from schemas.errors import SceneError
     from service.client.places import located
 
+    text = read_bytes(name)
     try:
-        yield
+        return SceneFile(name, text, load_scene(text, assets=FolderAssets(folder_of(name))))
     except SceneError as error:
         # A problem with a pointer is in a document that was parsed: any other text has no places to look up.
         missing_line = any(problem.line is None and problem.pointer for problem in error.errors)

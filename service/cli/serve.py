@@ -11,6 +11,7 @@ from service.cli import output
 from service.cli.configuration import ConfigOption, read_settings
 from service.cli.errors import ServiceStartError
 from service.cli.exits import ExitCode
+from service.cli.workers import WorkersOption
 
 Engine = Literal["slots", "dask"]
 
@@ -24,9 +25,6 @@ StoreOption = Annotated[
     typer.Option(
         metavar="ADDRESS", help="Bucket for pictures and textures, s3://bucket/prefix; else the data folder."
     ),
-]
-WorkersOption = Annotated[
-    int | None, typer.Option(min=1, help="Worker processes; by default one for each processor.")
 ]
 DatabaseOption = Annotated[
     str | None, typer.Option(help="SQLAlchemy URL; by default an SQLite file in the data folder.")

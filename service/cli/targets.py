@@ -86,13 +86,17 @@ def check_target(path: Path, suffixes: Collection[str]) -> Path:
     CommandError
         The name has another ending, or its folder is not there or not writable.
     """
+    if not path.name:
+        raise CommandError("The name of the file to write is empty.")
+    if path.name.lower() in suffixes:
+        raise CommandError(f"{path} is an ending alone. Put a name before it.")
     if path.suffix.lower() not in suffixes:
         raise CommandError(f"{path} must end in {' or '.join(suffixes)}. The ending chooses the format.")
     if path.is_dir():
         raise CommandError(f"{path} is a folder. Name a file in it.")
     folder = path.parent
     if not folder.is_dir():
-        raise CommandError(f"{folder} is not there. Make the folder first, or write somewhere else.")
+        raise CommandError(f"The folder {folder} is not there. Make it first, or write somewhere else.")
     try:
         # Permissions do not tell all: a file system may be full or read-only.
         tempfile.TemporaryFile(dir=folder).close()

@@ -66,7 +66,7 @@ def _examine(name: str) -> Finding:
 def _show(finding: Finding) -> None:
     from service.cli.excerpts import excerpts
 
-    output.result(f"{output.emphasis(finding.name)}: {_summary(finding)}")
+    output.result(f"{output.emphasis(output.harmless(finding.name))}: {_summary(finding)}")
     for line in excerpts(finding.text, finding.errors, finding.more):
         output.result(line)
     for line in excerpts(finding.text, finding.warnings, kind="warning"):

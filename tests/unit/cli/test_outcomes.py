@@ -31,6 +31,13 @@ WRONG_USE = {
     "unknown pattern": ["render", "scene.json", "-o", "a.png", "--pattern", "spiral"],
     "not a square": ["render", "scene.json", "-o", "a.png", "--samples", "5", "--pattern", "uniform"],
     "not a square light": ["explain", "scene.json", "--light-samples", "5"],
+    "an ending alone": ["render", "scene.json", "-o", ".png"],
+    "an empty name": ["render", "scene.json", "-o", ""],
+    "an empty id": ["wait", ""],
+    "an empty id among others": ["delete", "some-id", ""],
+    "more workers than a machine holds": ["render", "scene.json", "-o", "a.png", "--workers", "100000000"],
+    "a seed that no scene may have": ["render", "scene.json", "-o", "a.png", "--seed", "9007199254740992"],
+    "a job without an id": ["compare", "job:", "a.png"],
     "stdout for two": ["render", "scene.json", "-o", "-", "--json"],
     "no file beside stdout": ["submit", "scene.json", "-o", "-", "--layers", "depth"],
     "time-out without waiting": ["submit", "scene.json", "--timeout", "3"],
@@ -39,6 +46,11 @@ UNUSABLE = {
     "missing scene": ["render", "missing.json", "-o", "a.png"],
     "scene is a folder": ["explain", "folder.png"],
     "broken scene": ["render", "broken.json", "-o", "a.png"],
+    "an empty scene": ["render", "empty.json", "-o", "a.png"],
+    "an empty scene among others": ["validate", "scene.json", "empty.json"],
+    "nothing on stdin": ["explain", "-"],
+    "a scene without a name": ["explain", ""],
+    "more brackets than anything may have": ["validate", "brackets.json"],
     "broken scene explained": ["explain", "broken.json"],
     "broken scene validated": ["validate", "broken.json"],
     "missing rays": ["trace", "scene.json", "missing.npz", "-o", "hits.npz"],
@@ -59,6 +71,8 @@ NO_SERVER = {
 @pytest.fixture(autouse=True)
 def _files(tmp_path: Path, scene_file: Path, scene: dict[str, Any]) -> None:
     (tmp_path / "folder.png").mkdir()
+    (tmp_path / "empty.json").touch()
+    (tmp_path / "brackets.json").write_text("[" * 20_000_000)
     (tmp_path / "broken.json").write_text('{"version": 1,\n "camera": }')
     textured = {
         "textures": {"wood": {"type": "image", "asset": "wood.png"}},
@@ -131,3 +145,15 @@ def test_no_row_of_the_table_is_hidden_by_one_above_it() -> None:
 def _with_server(words: list[str]) -> list[str]:
     talks = words and words[0] in {"ls", "get", "cancel", "submit"} and "--server" not in words
     return [*words, "--server", NOWHERE] if talks else words
+
+
+def test_one_mistake_is_told_once_and_nothing_in_it_acts_on_the_terminal(here: Penumbra) -> None:
+    outcome = here("render", "no\x1b[31m\nsuch.json", "-o", "a.png")
+    assert outcome.err == "error: no [31m\nsuch.json cannot be read: No such file or directory.\n"
+
+
+def test_commands_that_have_commands_show_them(here: Penumbra) -> None:
+    for words in ([], ["keys"]):
+        outcome = here(*words)
+        assert (outcome.code, outcome.err) == (2, "")
+        assert "Usage" in outcome.out

@@ -54,6 +54,11 @@ def test_ctrl_c_while_libraries_load_ends_without_a_traceback(scene_file: Path, 
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "error: Interrupted.\n")
 
 
+def test_ctrl_c_while_a_failure_is_reported_ends_without_a_traceback(scene_file: Path) -> None:
+    done = _signalled(scene_file.parent, "service.cli.failures", signal.SIGINT, "validate", "--frobnicate")
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "error: Interrupted.\n")
+
+
 def test_before_anything_is_loaded_ctrl_c_ends_as_the_system_does_it(scene_file: Path) -> None:
     done = _signalled(scene_file.parent, "service.cli.process", signal.SIGINT, "validate", "scene.json")
     assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")

@@ -7,11 +7,15 @@ from typing import get_args
 import pytest
 
 from schemas.jobs import JobRequest, JobState
+from schemas.sampling import Sampling
 from service.cli.commands import COMMANDS
 from service.cli.connection import DEFAULT_SERVER
 from service.cli.jobs import State
+from service.cli.scene_files import LARGEST_SEED
 from service.cli.submit import PRIORITIES
+from service.cli.workers import MOST_WORKERS
 from service.client import DEFAULT_SERVER as CLIENT_DEFAULT
+from service.settings import Settings
 
 CONTRACT = {
     "render", "validate", "explain", "quote", "trace", "study", "serve", "submit", "wait", "watch", "get",
@@ -55,6 +59,12 @@ def test_priorities_are_those_that_a_service_takes() -> None:
         JobRequest.model_json_schema()["properties"]["priority"][end] for end in ("minimum", "maximum")
     )
     assert (least, most) == PRIORITIES
+
+
+def test_limits_of_options_are_those_of_what_they_set() -> None:
+    workers = Settings.model_json_schema()["properties"]["workers"]
+    seed = Sampling.model_json_schema()["properties"]["seed"]
+    assert (workers["maximum"], seed["maximum"]) == (MOST_WORKERS, LARGEST_SEED)
 
 
 def test_command_line_and_client_look_for_the_server_in_the_same_place() -> None:
