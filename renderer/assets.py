@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from renderer.warning_filters import changed_filters
+
 MAX_PIXELS = 64 * 1024 * 1024
 """Largest picture that is decoded, by the size that its header states."""
 
@@ -105,7 +107,7 @@ _DAMAGE = (OSError, SyntaxError, ValueError, EOFError, LookupError, TypeError, s
 
 
 def _values(image: Image.Image) -> NDArray[np.float32]:
-    with warnings.catch_warnings():
+    with changed_filters():
         warnings.simplefilter("ignore")
         if image.mode in {"I;16", "I;16B", "I"}:
             grey = np.asarray(image, dtype=np.float32) / np.float32(65535)
@@ -115,7 +117,7 @@ def _values(image: Image.Image) -> NDArray[np.float32]:
 
 def _opened(content: bytes, max_pixels: int) -> Image.Image:
     try:
-        with warnings.catch_warnings():
+        with changed_filters():
             warnings.simplefilter("ignore")
             image = Image.open(io.BytesIO(content), formats=FORMATS)
     except Image.DecompressionBombError as error:

@@ -10,7 +10,9 @@ import pytest
 from pydantic import TypeAdapter
 
 import renderer
-from schemas.quality import Quality
+from renderer.adaptive.levels import COUNTS, HIGHEST
+from renderer.hard_cases.documents import bulb, camera, rectangle, scene, sphere
+from schemas.quality import Quality, TargetQuality
 from tests.images.parts import Files
 from tests.images.rare_scenes import FILES, rare_request, rare_scene
 
@@ -19,7 +21,7 @@ AT_ONCE = 10
 """Scenes of one test."""
 
 HANG_SECONDS = 30.0
-"""CPU seconds after which a scene counts as endless; the slowest of 3,000 took 10."""
+"""CPU seconds after which a scene counts as endless; the slowest of 600 took 10."""
 
 QUALITIES: TypeAdapter[Quality] = TypeAdapter(Quality)
 
@@ -97,6 +99,15 @@ def test_rare_scenes_have_all_parts_of_the_language_side_by_side() -> None:
     ]
     for some, other in pairs:
         assert sum(some in text and other in text for text in texts) >= 5, (some, other)
+
+
+def test_a_tiny_picture_ends_with_the_most_samples_where_its_error_cannot_be_reached() -> None:
+    target = TargetQuality(mode="target", error=1e-6)
+    shapes = sphere([0, 1, 0], 1), rectangle([-4, 0, -4], [0, 0, 9], [8, 0, 0])
+    document = scene(*shapes, lights=[bulb([1, 3, 2])], camera=camera(width=2, height=1))
+    report = renderer.render(renderer.compile_scene(document, target)).report
+    assert report["error"]["estimate"] > target.error
+    assert report["samples"]["antialiasing_mean"] == COUNTS[HIGHEST]
 
 
 def test_what_goes_wrong_in_a_rare_scene_says_how_to_see_it_again() -> None:
