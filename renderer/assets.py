@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from renderer.warning_filters import changed_filters
 from schemas.file_kinds import recognise
 from schemas.limits import Limits, how_to_raise, limits_in_force
 
@@ -203,7 +204,7 @@ _DAMAGE = (OSError, SyntaxError, ValueError, EOFError, LookupError, TypeError, s
 
 
 def _values(image: Image.Image) -> NDArray[np.float32]:
-    with warnings.catch_warnings():
+    with changed_filters():
         warnings.simplefilter("ignore")
         if image.mode in {"I;16", "I;16B", "I"}:
             grey = np.asarray(image, dtype=np.float32) / np.float32(65535)
@@ -230,7 +231,7 @@ def too_many_pixels(most: int, size: str = "") -> str:
 def _opened(content: bytes, max_pixels: int | None) -> Image.Image:
     most = limits_in_force().max_image_pixels if max_pixels is None else max_pixels
     try:
-        with warnings.catch_warnings():
+        with changed_filters():
             warnings.simplefilter("ignore")
             image = Image.open(io.BytesIO(content), formats=FORMATS)
     except Image.DecompressionBombError as error:

@@ -9,11 +9,11 @@ from renderer.departures import Departure
 from renderer.interaction import Points, Rays
 from renderer.streams import branch
 
-FAINTEST = 2.0**-10
-"""Paths of less weight end: a quarter of the step between two codes of a picture of 8 bits."""
-
 KINDS = ("mirror", "reflection", "refraction")
 """Ways in which a path goes on; the place of each names its random numbers."""
+
+COUNTED_AS = {"mirror": "mirror", "reflection": "transmission", "refraction": "transmission"}
+"""The kind of ray that the report counts each as."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,9 +54,9 @@ def leaving(
     shares: Floats,
     outside: Masks,
     kind: str,
-    count_as: str,
+    faintest: float,
 ) -> tuple[Wave, ...]:
-    """Rays from some of the points that a wave has met, without those that have become too faint.
+    """Rays from some of the points that a wave has hit, without those that nobody could see.
 
     Parameters
     ----------
@@ -71,10 +71,11 @@ def leaving(
         Whether the new rays go to the outward side.
     kind : str
         One of `KINDS`.
-    count_as : str
+    faintest : float
+        Paths up to this weight end; 0 for those alone that add nothing.
     """
     weights = wave.weights[points.rays[chosen]] * shares
-    bright = np.flatnonzero(weights >= FAINTEST)
+    bright = np.flatnonzero(weights > faintest)
     if not bright.size:
         return ()
     start = chosen[bright]
@@ -94,7 +95,7 @@ def leaving(
         samples=points.samples[start],
         departure=departure,
     )
-    return (Wave(count_as, rays, weights[bright], wave.targets[points.rays[start]], wave.depth + 1),)
+    return (Wave(COUNTED_AS[kind], rays, weights[bright], wave.targets[points.rays[start]], wave.depth + 1),)
 
 
 def _before(points: Points, start: Integers, outside: Masks) -> Floats:

@@ -31,8 +31,13 @@ class PhongMaterial(Closed):
     transmission * (F * L(reflected) + (1 - F) * L(refracted)): Whitted's model. L is the radiance that comes
     along a further ray, F the share of unpolarised light that a dielectric reflects, by Fresnel's formulas;
     1 where all of it is. Rays are reflected and refracted about the shading normal, yet never to the wrong
-    side of the surface. A path whose weight, the product of these factors, is below 2**-10 ends: what it
-    would add is less than 1/1000 of what it sees. Every shape casts a whole shadow, glass too.
+    side of the surface.
+
+    A path ends after `max_depth` bounces, or where all that it can still add to its sample is at most
+    2**-24, half the spacing of float32 at 1. The bound is the path's weight, the product of these factors,
+    times the largest radiance that background, lights and materials of the scene allow, or times 1 if that is
+    less. Physical falloff has no largest radiance: in such scenes `max_depth` alone ends paths. Every shape
+    casts a whole shadow, glass too.
     """
 
     type: Literal["phong"]
@@ -80,7 +85,8 @@ class PhongMaterial(Closed):
     )
     max_depth: Depth = Field(
         default=5,
-        description="Most bounces of a path: mirror and transmission send no ray on from here after so many.",
+        description="Most bounces of a path: mirror and transmission send no ray on from here after so many. "
+        "In glass each bounce may double the rays.",
     )
 
     @model_validator(mode="after")
@@ -93,7 +99,7 @@ class PhongMaterial(Closed):
 
     @model_validator(mode="after")
     def _no_more_than_all(self) -> Self:
-        # What is sent on sums to 1 at most, so the weight cut-off bounds the number of rays.
+        # What is sent on sums to 1 at most, so no path weighs more than the one before it.
         if self.mirror + self.transmission > 1:
             raise PydanticCustomError(
                 "more_than_all",

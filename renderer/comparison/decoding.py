@@ -15,6 +15,7 @@ from renderer.arrays import Floats
 from renderer.comparison.errors import NotComparableError
 from renderer.errors import ImageFileError, MissingExtraError
 from renderer.exr_files import decode_exr
+from renderer.warning_filters import changed_filters
 from schemas.limits import how_to_raise, limits_in_force
 
 PNG, NPY, EXR = b"\x89PNG\r\n\x1a\n", b"\x93NUMPY", b"\x76\x2f\x31\x01"
@@ -71,7 +72,7 @@ def _png(content: bytes, name: str) -> Raw:
             f"{name} is a PNG with 16 bits a channel. Save it with 8 bits, or as NPY or EXR."
         )
     try:
-        with warnings.catch_warnings():
+        with changed_filters():
             # Its size is checked here, against another limit.
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
             picture: Image.Image = Image.open(io.BytesIO(content), formats=["PNG"])

@@ -4,6 +4,7 @@ import numpy as np
 
 from renderer import cost
 from renderer.arrays import Floats
+from renderer.compile.brightness import faintest_weight
 from renderer.compile.request import Request
 from renderer.compile.surfaces import material_numbers
 from renderer.cost import COSTS
@@ -16,13 +17,14 @@ from renderer.stages import Spawner
 def spawners(request: Request) -> tuple[Spawner, ...]:
     """Stages that send rays from points; none where no material that is shown asks for them."""
     stages: list[Spawner] = []
+    faintest = faintest_weight(request)
     depths = np.array([request.document.materials[name].max_depth for name in request.names], dtype=np.int64)
     if _asked(request, "mirror", "mirror rays", "what mirrors show", rays=1):
-        stages.append(MirrorRays(_numbers(request, "mirror"), depths))
+        stages.append(MirrorRays(_numbers(request, "mirror"), depths, faintest))
     detail = "refracted rays, and reflected ones by Fresnel's formulas"
     if _asked(request, "transmission", "transmitted rays", detail, rays=3):
         strengths, indices = _numbers(request, "transmission"), _numbers(request, "ior")
-        stages.append(TransmittedRays(strengths, indices, depths, material_numbers(request)))
+        stages.append(TransmittedRays(strengths, indices, depths, material_numbers(request), faintest))
     return tuple(stages)
 
 

@@ -19,8 +19,8 @@ from renderer.waves import Wave, camera_wave
 from schemas.quality import FixedQuality
 
 SECTION = Section("Mirrors and glass")
-FAINTEST = 2.0**-10
-"""Weight below which a path ends, as the scene language says."""
+UNSEEN = 2.0**-24
+"""Radiance that a path which ends could add at most, as the scene language says; none here is above 1."""
 
 PRECISIONS: tuple[type[np.floating], ...] = (np.float64, np.float32)
 DOUBLE = FixedQuality(mode="fixed", precision="double")
@@ -95,7 +95,7 @@ def _plain_shares(cosines: Floats, dtype: type[np.floating]) -> int:
     "facing mirrors",
     symptom="A render that never ends, or stops for want of memory, where two mirrors face each other.",
     cause="Every bounce asks for another one.",
-    remedy="A material bounds the number of bounces, and a path of less than 1/1024 of the weight ends.",
+    remedy="A material bounds the number of bounces, and a path ends that can add 2^-24 at most.",
     expected="Each pixel is the geometric sum of its bounces to 1e-13 relative, and each bounce is counted.",
     source="Whitted 1980, An improved illumination model for shaded display; Hall and Greenberg 1983",
 )
@@ -105,7 +105,7 @@ def facing_mirrors() -> Outcome:
     for strength in (1.0, 0.9, 0.5, 0.001):
         for depth in (1, 7, 64):
             result = renderer.render(_corridor(strength, depth), DOUBLE)
-            bounces = min(depth, sum(strength**k >= FAINTEST for k in range(1, 65)))
+            bounces = min(depth, sum(strength**k > UNSEEN for k in range(1, 65)))
             one = np.array([0.8 * 1, 0.7 * 0.9, 0.6 * 0.8]) * 0.2
             expected = (one * sum(strength**k for k in range(bounces + 1))).astype(np.float32)
             # The picture is float32: its own rounding, and one for the sum.

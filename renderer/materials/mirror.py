@@ -19,10 +19,13 @@ class MirrorRays:
     strengths : (materials,) float64
     depths : (materials,) int64
         Most bounces of a path, where it bounces.
+    faintest : float
+        Weight up to which no picture shows a path.
     """
 
     strengths: Floats
     depths: Integers
+    faintest: float
 
     def run(self, points: Points, wave: Wave) -> tuple[Wave, ...]:
         """Rays from the points of a wave whose materials are mirrors."""
@@ -33,4 +36,4 @@ class MirrorRays:
         )
         shares = self.strengths[materials[chosen]]
         outside = ~points.flipped[chosen]
-        return leaving(wave, points, chosen, directions, shares, outside, "mirror", "mirror")
+        return leaving(wave, points, chosen, directions, shares, outside, "mirror", self.faintest)

@@ -23,12 +23,15 @@ class TransmittedRays:
         Most bounces of a path, where it bounces.
     materials : (shapes,) int64
         Material of each shape.
+    faintest : float
+        Weight up to which no picture shows a path.
     """
 
     strengths: Floats
     indices: Floats
     depths: Integers
     materials: Integers
+    faintest: float
 
     def run(self, points: Points, wave: Wave) -> tuple[Wave, ...]:
         """Rays from the points of a wave whose materials are transparent."""
@@ -43,9 +46,9 @@ class TransmittedRays:
         back = reflected(viewers, shading, normals)
         through = np.where(passed, -viewers, refracted(viewers, shading, normals, ratio))
         return (
-            *leaving(wave, points, chosen, back, strengths * share, ~inside, "reflection", "transmission"),
+            *leaving(wave, points, chosen, back, strengths * share, ~inside, "reflection", self.faintest),
             *leaving(
-                wave, points, chosen, through, strengths * (1 - share), inside, "refraction", "transmission"
+                wave, points, chosen, through, strengths * (1 - share), inside, "refraction", self.faintest
             ),
         )
 

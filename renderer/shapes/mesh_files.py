@@ -15,6 +15,7 @@ import numpy as np
 from renderer.arrays import Floats, Integers
 from renderer.assets import MISSING, AssetError, AssetSource, content_of, limits_of
 from renderer.shapes import gltf, gltf_packing
+from renderer.warning_filters import changed_filters
 from schemas.file_kinds import recognise
 from schemas.limits import how_to_raise, limits_in_force
 from schemas.quantities import LARGEST
@@ -170,7 +171,7 @@ def _load(kind: str, content: bytes) -> Any:
     except ImportError as error:
         raise AssetError("Reading mesh files needs trimesh: pip install 'penumbra-render[mesh]'.") from error
     try:
-        with warnings.catch_warnings():
+        with changed_filters():
             # NumPy tells by this that an OBJ has words where it should have numbers.
             warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)
             loaded: Any = trimesh.load(io.BytesIO(content), file_type=kind, process=False)

@@ -16,9 +16,6 @@ V = tuple[float, float, float]
 Codes = Sequence[Sequence[Sequence[int]]]
 """A picture file as rows of pixels of three codes 0..255, the top row first."""
 
-FAINTEST = 2.0**-10
-"""Rays of less weight are not followed."""
-
 TOUCH = 1e-11
 """What lies this close to an end of a segment, in shares of it, touches the end and is not between."""
 
@@ -206,10 +203,10 @@ class Drawing:
             rows.append(row)
         return rows
 
-    def seen(self, origin: V, direction: V, bounced: tuple[int, int, float] = (-1, 0, 1.0)) -> V:
+    def seen(self, origin: V, direction: V, bounced: tuple[int, int] = (-1, 0)) -> V:
         """Radiance along a ray: a shape's, a visible light's, or the background's.
 
-        `bounced` is what the ray leaves, how many bounces came before, and its weight.
+        `bounced` is what the ray leaves, and how many bounces came before. Every ray is followed to the end.
         """
         nearest, number = self.nearest(origin, direction, bounced[0])
         glow, light = math.inf, None
@@ -224,9 +221,8 @@ class Drawing:
         place, viewer = add(origin, mul(direction, nearest)), mul(unit(direction), -1)
         total = self.shaded(number, place, viewer)
         for share, onward in self.onward(number, place, viewer, bounced[1]):
-            if bounced[2] * share >= FAINTEST:
-                there = self.seen(place, onward, (number, bounced[1] + 1, bounced[2] * share))
-                total = add(total, mul(there, share))
+            if share > 0:
+                total = add(total, mul(self.seen(place, onward, (number, bounced[1] + 1)), share))
         return total
 
     def nearest(self, origin: V, direction: V, left: int) -> tuple[float, int]:

@@ -2,6 +2,8 @@
 
 import random
 from collections import Counter
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -229,6 +231,63 @@ def test_a_mirror_shows_nothing_of_a_triangle_that_it_reflects_exactly_from_its_
         for more in ([upright], [])
     )
     assert np.array_equal(with_it, without)
+
+
+def between_mirrors(strength: float, bounces: int, **changes: Any) -> Json:
+    """A ray that goes up and down between floor and ceiling, both mirrors, and leaves into the background."""
+    silver = phong([0, 0, 0], ambient=0, diffuse=0, mirror=strength, max_depth=bounces)
+    walls = [rectangle([0, y, -1], [bounces, 0, 0], [0, 0, 2], material="silver") for y in (0, 1)]
+    view = camera(position=[0, 0.5, 0], look_at=[1, 1.5, 0], vertical_fov=1, width=1, height=1)
+    return scene(*walls, camera=view, materials={"silver": silver}, **changes)
+
+
+@pytest.mark.parametrize(("strength", "bounces"), [(0.03, 2), (0.5, 11), (0.5, 40), (0.03, 8)])
+def test_a_path_is_followed_as_long_as_a_bright_light_may_be_at_its_end(
+    strength: float, bounces: int
+) -> None:
+    document = between_mirrors(strength, bounces, background=[1e6, 1e6, 1e6])
+    assert np.allclose(samples_of(plan_of(document, DOUBLE)), strength**bounces * 1e6, rtol=1e-13, atol=0)
+
+
+def test_a_path_ends_where_it_can_add_no_more_than_float32_shows_beside_white() -> None:
+    """Weights of 2^-24 and 2^-26; all along the path there may be 4/3 of what lies beyond the mirrors."""
+    for white in (1.0, 0.25):
+        for bounces, shown in ((11, 2.0**-22), (13, 0.0)):
+            document = between_mirrors(0.25, bounces, background=[white] * 3)
+            assert np.all(samples_of(plan_of(document, DOUBLE)) == shown * white)
+
+
+@pytest.mark.parametrize(
+    "brighter",
+    [
+        {"lights": [{**bulb([0, 9, 0]), "falloff": "physical"}]},
+        {"lights": [lamp([-5, 9, 0], [1, 0, 0], [0, 0, 1], color=[1e9, 0, 0])]},
+        {"ambient": [1e9, 1, 1]},
+    ],
+    ids=["falloff", "lamp", "ambient"],
+)
+def test_what_may_be_bright_anywhere_keeps_paths_going(brighter: Json) -> None:
+    """Whatever this path finds at its end: a plan does not know what it will see."""
+    document = between_mirrors(0.25, 13, background=[1, 1, 1])
+    document["shapes"].append(rectangle([-9, 20, -9], [1, 0, 0], [0, 0, 1]))
+    document["materials"]["plain"] = phong([1, 1, 1], ambient=1)
+    assert np.all(samples_of(plan_of(document, DOUBLE)) == 0)
+    assert np.all(samples_of(plan_of(document | brighter, DOUBLE)) == 2.0**-26)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_what_is_left_out_of_faint_paths_is_less_than_the_bound_that_ends_them(seed: int) -> None:
+    """Every ray that is not sent stands for a path that ends no later, and adds up to 2^-24 a channel."""
+    document = bouncing(seed)
+    for material in document["materials"].values():
+        material.update(mirror=0.02, transmission=0.02, max_depth=6)
+    document["camera"].update(width=4, height=3)
+    plan = plan_of(document, DOUBLE, files={"bumps.png": png(BUMPS)})
+    endless = replace(plan, spawners=tuple(replace(stage, faintest=0.0) for stage in plan.spawners))
+    rays = [renderer.render(each).report["rays"] for each in (plan, endless)]
+    ended = sum(rays[1].values()) - sum(rays[0].values())
+    assert ended > 0
+    assert np.abs(samples_of(plan) - samples_of(endless)).sum() <= 3 * ended * 2.0**-24
 
 
 def test_inside_of_a_mirror_ball_every_ray_comes_to_its_limit() -> None:

@@ -4,7 +4,10 @@ import io
 import json
 import os
 import struct
+import sys
+import warnings
 import zlib
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -225,3 +228,18 @@ def test_a_file_that_cannot_be_used_is_a_problem_of_the_scene_with_its_place(
     (problem,) = caught.value.errors
     assert (problem.pointer, problem.code) == ("/textures/a~1b/asset", "asset")
     assert detail in problem.detail
+
+
+def test_threads_that_decode_pictures_leave_the_warning_filters_as_they_are() -> None:
+    """They belong to the process; a filter that stays would hide what others want to see."""
+    buffer = io.BytesIO()
+    Image.fromarray(np.zeros((64, 64, 3), np.uint8)).save(buffer, format="PNG")
+    before, interval = list(warnings.filters), sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(8) as pool:
+            list(pool.map(decode_image, [buffer.getvalue()] * 200))
+        assert list(warnings.filters) == before
+    finally:
+        sys.setswitchinterval(interval)
+        warnings.filters[:] = before
