@@ -109,7 +109,12 @@ def test_each_pass_ends_with_the_whole_picture_and_the_coarse_one_is_first(clien
     done = finish(client, job)
     events = client.get(f"/v1/jobs/{job}/tiles").json()["events"]
     assert [event["seq"] for event in events] == list(range(1, done["last_seq"] + 1))
-    assert done["progress"] == {"done": len(events), "total": len(events), "share": 1.0}
+    assert done["progress"] == {
+        "done": len(events),
+        "total": len(events),
+        "share": 1.0,
+        "remaining_seconds": None,
+    }
     passes = [list(group) for _, group in itertools.groupby(events, key=lambda event: event["pass_index"])]
     assert [group[0]["pass_index"] for group in passes] == list(range(len(passes)))
     for group in passes:
