@@ -45,6 +45,7 @@ def _report(course: Course, image: Any) -> dict[str, Any]:
     return {
         "seconds": time.monotonic() - course.begun,
         "cpu_seconds": course.cpu_seconds,
+        "between_cpu_seconds": course.between_cpu,
         "width": plan.width,
         "height": plan.height,
         "rays": {name: count for name, count in course.counts.items() if name not in WORK},
