@@ -138,7 +138,7 @@ class Course:
             seconds += samples.cpu_seconds
             self._take(demand.tile, samples, expected, traced / max(rays, 1))
         if not late:
-            self.prices = noted(self.prices, kind, rays, seconds)
+            self.prices = noted(self.prices, kind, rays, seconds, len(demands))
         return late
 
     def demands(self) -> list[Demand]:

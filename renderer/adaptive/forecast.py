@@ -50,6 +50,9 @@ PASSES = 0.06
 """CPU seconds of the passes themselves that follow the probes, however few rays they have: 3 of 0.02 each in
 the median. Of later passes the price of rays tells it."""
 
+TILE_SECONDS, MOST_CALLS = 0.0035, 0.75
+"""CPU seconds that a tile of `soft` costs apart from its rays, and the most that these are of a pass."""
+
 SCATTERED = 16.0
 """Samples of each pixel that shows a mirror, glass, a bent normal or a texture no mean was taken of: its look
 tells little. 14 to 23 in the gallery at 1/255, and 200 where a texture is finer than pixels."""
@@ -121,9 +124,15 @@ def kind_of(estimate: Estimate) -> str:
     return {0: LOOKS, COVERS: BORDERS}.get(int(estimate.counters[ROUND]), SAMPLES)
 
 
-def noted(prices: Prices, kind: str, rays: int, seconds: float) -> dict[str, float]:
-    """Prices after a pass whose rays took so many CPU seconds; few rays tell nothing."""
-    return dict(prices) | ({kind: seconds / rays} if rays else {})
+def noted(prices: Prices, kind: str, rays: int, seconds: float, tiles: int) -> dict[str, float]:
+    """Prices after a pass whose rays took so many CPU seconds in so many tiles; no rays tell nothing.
+
+    What tiles cost apart from their rays is left out: the more tiles a pass had, the more the next would get.
+    """
+    if not rays:
+        return dict(prices)
+    calls = min((tiles - 1) * TILE_SECONDS, MOST_CALLS * seconds)
+    return dict(prices) | {kind: (seconds - calls) / rays}
 
 
 def forecast(estimate: Estimate, prices: Prices) -> Forecast:

@@ -122,7 +122,7 @@ class PassWorker:
         for part, arrays in zip(task.parts, found, strict=True):
             seconds += float(arrays.pop("seconds"))
             estimate.take(part.tile, _samples_of(arrays))
-        return estimate, noted(task.prices or usual_prices(plan), kind, rays, seconds)
+        return estimate, noted(task.prices or usual_prices(plan), kind, rays, seconds, len(task.parts))
 
     def _keep(self, estimate: Estimate, task: AdvanceTask, picture: Pixels) -> None:
         place = task.job, task.pass_.index, task.attempt

@@ -12,9 +12,11 @@ from renderer.adaptive.course import Course, Demand, answer
 from renderer.adaptive.forecast import (
     MOST,
     PASSES,
+    TILE_SECONDS,
     Forecast,
     Progress,
     forecast,
+    noted,
     seconds_left,
     share_by,
     usual_prices,
@@ -76,6 +78,16 @@ def test_a_pass_is_predicted_from_its_rays_and_their_measured_price() -> None:
     assert once.next == pytest.approx(estimate.rays_wanted() * prices["looks"])
     assert twice.next == pytest.approx(2 * once.next)
     assert twice.later - PASSES == pytest.approx(2 * (once.later - PASSES))
+
+
+def test_cutting_a_pass_does_not_make_its_rays_more_expensive() -> None:
+    """Else the next pass would be cut finer, and so on."""
+    whole = noted({}, "looks", 10_000, 0.1, tiles=1)
+    cut = noted({}, "looks", 10_000, 0.1 + 11 * TILE_SECONDS, tiles=12)
+    assert whole == {"looks": 1e-5}
+    assert cut == pytest.approx(whole)
+    assert noted({}, "looks", 10, 1e-3, tiles=100)["looks"] > 0
+    assert noted({"looks": 2.0}, "looks", 0, 0.5, tiles=0) == {"looks": 2.0}
 
 
 Told = list[tuple[float, float]]
