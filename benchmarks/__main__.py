@@ -16,6 +16,7 @@ from benchmarks import (
     machine,
     meshes,
     overhead,
+    passes,
     quotes,
     rendering,
     scaling,
@@ -31,6 +32,7 @@ PARTS = (
     "scaling",
     "accuracy",
     "targets",
+    "passes",
     "quotes",
     "stability",
     "service",
@@ -75,6 +77,9 @@ def _measure(parts: list[str], runs: int) -> dict[str, Any]:
     if "targets" in parts:
         measured["targets"] = targets.measure()
         console.print(tables.of_targets(measured["targets"]))
+    if "passes" in parts:
+        measured["passes"] = passes.measure()
+        console.print(tables.of_passes(measured["passes"]), tables.of_late(measured["passes"]))
     if "quotes" in parts:
         measured["quotes"] = quotes.measure()
         console.print(tables.of_quotes(measured["quotes"]))

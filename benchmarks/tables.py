@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from rich.table import Table
 
 from benchmarks.effects import SIDE
+from benchmarks.passes import ERROR
 from benchmarks.quotes import NEAR
 from benchmarks.settings import Setting
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from benchmarks.machine import Machine, Spread
     from benchmarks.meshes import MeshTiming
     from benchmarks.overhead import Overhead
+    from benchmarks.passes import Passes
     from benchmarks.quotes import Quotes
     from benchmarks.rendering import Timing
     from benchmarks.scaling import Scaling
@@ -139,6 +141,28 @@ def of_targets(targets: Targets) -> Table:
         )
         ratio = f"{pair['true'] / pair['target']:.2f}"
         table.add_row(pair["scene"], f"{pair['target']:g}", *errors, ratio, f"{pair['cpu_seconds']:.2f}")
+    return table
+
+
+def of_passes(found: Passes) -> Table:
+    """Tiles of each pass, and what one process does alone."""
+    columns = ("picture", "workers", "tiles of each pass", "CPU s", "between tiles", "seconds")
+    table = Table(*columns, title=f"passes of soft at {255 * ERROR:g}/255")
+    for one in found["shared"]:
+        tiles = " ".join(map(str, one["tiles"]))
+        serial = f"{one['serial_share']:.0%}"
+        figures = f"{one['cpu_seconds']:.2f}", serial, f"{one['seconds']:.2f}"
+        table.add_row(f"{one['side']} x {one['side']}", str(one["workers"]), tiles, *figures)
+    return table
+
+
+def of_late(found: Passes) -> Table:
+    """How late pictures are that their time limit ends."""
+    columns = ("picture", "workers", "layers", "limit s", "first pass s", "late s")
+    table = Table(*columns, title="pictures of soft that a time limit ends")
+    for one in found["late"]:
+        names = f"{one['side']} x {one['side']}", str(one["workers"]), str(one["layers"])
+        table.add_row(*names, f"{one['limit']:g}", f"{one['first_pass']:.2f}", f"{one['late']:+.2f}")
     return table
 
 

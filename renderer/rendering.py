@@ -127,7 +127,8 @@ def render(
             for (tile, pass_), result in results_of(tasks):
                 pixels, done = picture.take(tile, pass_, result), done + 1
                 if on_tile:
-                    on_tile(TileEvent(tile, pass_, pixels, done, total))
+                    share, elapsed = done / total, time.perf_counter() - begun
+                    on_tile(TileEvent(tile, pass_, pixels, done, total, share, elapsed / share - elapsed))
             picture.note(time.perf_counter() - begun)
     image = picture.image(tile_size)
     unknown = unknown_error(plan)

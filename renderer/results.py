@@ -22,7 +22,12 @@ class TileEvent:
     pixels : (h, w, 3) float32
         The mean over all samples so far; the preview is enlarged to full size.
     done, total : int
-        Tiles of all passes; for target quality of those passes that are known by now.
+        Tiles of all passes; for target quality `total` is how many are expected, with `share` of them done.
+    share : float
+        Part of the work that is done, 0 to 1. It never falls. For target quality it is estimated, and below
+        1 until the picture is returned.
+    remaining_seconds : float or None
+        How long the rest is expected to take; None before anything is known.
     """
 
     tile: Tile
@@ -30,6 +35,8 @@ class TileEvent:
     pixels: Image
     done: int
     total: int
+    share: float
+    remaining_seconds: float | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -122,7 +122,13 @@ class Progress(Message):
     share: float = Field(
         ge=0,
         le=1,
-        description="Samples taken over samples asked for, 0 to 1; with target quality over those expected.",
+        description="Part of the work that is done, 0 to 1. It never falls. With target quality it is "
+        "estimated from the error, and with a time limit from the time; it is 1 when the picture is there.",
+    )
+    remaining_seconds: float | None = Field(
+        default=None,
+        ge=0,
+        description="How long the rest is expected to take; null while it does not run, or nothing tells.",
     )
 
 

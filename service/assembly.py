@@ -99,4 +99,5 @@ def _setup(settings: Settings) -> WorkerSetup:
         memory_bytes=settings.worker_memory_bytes,
         lease=Lease(silent_seconds=settings.worker_silence_seconds, task_seconds=settings.max_task_seconds),
         log_level=settings.log_level,
+        workers=settings.workers,
     )

@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 
 from schemas.jobs import Failure, Job, JobCost, JobLinks, JobState, Progress, TileAtWork
 from schemas.problems import Problem
-from service import queue_order, rows
+from service import progress, queue_order
 from service.database.models import JobRow, RenderRow, TileRow
 
 # SQLite uses the index of running steps only where the condition stands in the statement as in the index.
@@ -96,7 +96,10 @@ def leave(row: JobRow) -> None:
 
 def progress_of(row: JobRow) -> Progress:
     """Describe how far a job is."""
-    return Progress.model_validate(work_of(row)["progress"])
+    known = work_of(row)["progress"]
+    if row.state.final or row.paused_at is not None:
+        known = known | {"remaining_seconds": None}
+    return Progress.model_validate(known)
 
 
 def failure_of(row: JobRow) -> Failure | None:
@@ -109,7 +112,12 @@ def _work(render: RenderRow) -> dict[str, Any]:
         "width": render.width,
         "height": render.height,
         "layers": render.layers,
-        "progress": {"done": render.done_steps, "total": render.total_steps, "share": rows.share(render)},
+        "progress": {
+            "done": render.done_steps,
+            "total": render.total_steps,
+            "share": progress.share(render),
+            "remaining_seconds": progress.remaining_seconds(render),
+        },
         "last_seq": render.last_seq,
         "cost": {"cpu_seconds": render.cpu_seconds, "rays": render.rays, "work": render.work},
         "numerics": _numerics(render),

@@ -157,9 +157,10 @@ def _hand_out(session: Session, render: RenderRow, step: TileRow) -> TileTask:
     )
     if render.target_error is None:
         return TileTask(*place)
-    left = targets.time_left(render) if render.merges else None
+    left = targets.tile_time_left(render) if render.merges else None
     until = None if left is None else time.time() + left
-    return SampleTask(*place, merged=targets.merged_by(render), until=until)
+    ray_seconds = render.merges[-1].get("ray_seconds", 0.0) if render.merges else 0.0
+    return SampleTask(*place, merged=targets.merged_by(render), until=until, ray_seconds=ray_seconds)
 
 
 def land(session: Session, render: RenderRow, task: TileTask, done: TileDone) -> bool:

@@ -17,7 +17,7 @@ from renderer import film, image_files
 from schemas.display import Display
 from schemas.jobs import JobState
 from schemas.tiles import Tile
-from service import layers, ledger, rows, target_pictures, targets
+from service import layers, ledger, progress, rows, target_pictures, targets
 from service.context import Service
 from service.database.models import JobRow, RenderRow
 from service.errors import (
@@ -115,7 +115,9 @@ def _picture(service: Service, job_id: str, wanted: Wanted) -> Picture:
         return _layer_so_far(service.store, finished, wanted, wanted.layer)
     pixels = _so_far(service, finished)
     sheets = _layers_so_far(service.store, finished, render.layers if wanted.kind == "exr" else ())
-    return Picture(_encode(pixels, sheets, render, wanted), _etag(job, render, wanted), rows.share(render))
+    return Picture(
+        _encode(pixels, sheets, render, wanted), _etag(job, render, wanted), progress.share(render)
+    )
 
 
 def _find(session: Session, job_id: str, wanted: Wanted) -> JobRow:

@@ -14,6 +14,9 @@ from service import moments
 from service.database.models import JobRow, RenderRow, TileRow
 from service.store.tiles import StoredTile
 
+FIRST_PASS = 1 / 16
+"""Part of its price that the first pass of a picture of target quality takes, about."""
+
 OPEN = (JobState.QUEUED, JobState.RUNNING)
 """States of jobs that somebody waits for."""
 
@@ -50,8 +53,14 @@ def work(pass_: Pass, tile: Tile) -> int:
 
 
 def expected_cpu_seconds(render: RenderRow, step: TileRow) -> float:
-    """Say what a step may cost, by its part of the price."""
-    part = work(passes_of(render)[step.pass_index], tile_of(step)) / render.total_work
+    """Say what a step may cost: by its part of the price, or as its pass is predicted."""
+    if render.target_error is not None:
+        if render.merges:
+            return float(render.merges[-1].get("tile_seconds", 0.0))
+        tile = tile_of(step)
+        part = FIRST_PASS * tile.width * tile.height / (render.width * render.height)
+    else:
+        part = work(passes_of(render)[step.pass_index], tile_of(step)) / render.total_work
     return render.predicted_cpu_seconds * min(1.0, part)
 
 

@@ -26,6 +26,7 @@ from service.database.models import JOINED, Base, IdempotencyRow, JobRow, Render
 from service.errors import ReusedKeyError
 from service.queue_limits import Queue
 from service.retention import KEY_LIFE
+from service.settings import Settings
 
 # One more try than others can spoil: the key, or the render, that somebody enters at the same moment.
 TRIES = 3
@@ -175,7 +176,7 @@ def _take(
         job.load = job.predicted_cpu_seconds
     queue = queue_limits.check(session, service, sent.asker, job)
     if found is None:
-        steps, course = _course(admitted, service.settings.tile_size)
+        steps, course = _course(admitted, service.settings)
         job.render = _render(admitted, job.id, spec, steps, course)
         job.render.traceparent = service.spans.here()
         # Workers look for it as soon as the transaction is over.
@@ -267,12 +268,12 @@ def _render(
     )
 
 
-def _course(admitted: Admitted, tile_size: int | None) -> tuple[list[targets.Step], dict[str, Any]]:
+def _course(admitted: Admitted, settings: Settings) -> tuple[list[targets.Step], dict[str, Any]]:
     """The steps of a render, as far as they are known, and the columns that tell how it goes on."""
     plan, target = admitted.plan, admitted.target
     if target is not None:
-        return targets.begin(plan, target, tile_size, admitted.description.cost.camera_rays)
-    steps = [(pass_, tile) for pass_ in plan.passes for tile in tiling.tiles(plan, pass_, tile_size)]
+        return targets.begin(plan, target, settings.tile_size, settings.workers)
+    steps = [(pass_, tile) for pass_ in plan.passes for tile in tiling.tiles(plan, pass_, settings.tile_size)]
     return steps, {
         "total_work": sum(rows.work(pass_, tile) for pass_, tile in steps),
         "pass_costs": pass_costs.begin([pass_.index for pass_, _ in steps]),

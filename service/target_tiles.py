@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
-from renderer import tiling
 from schemas.tiles import Pass, Tile
 
 WHOLE = 0
@@ -16,6 +16,6 @@ def pass_of(index: int) -> Pass:
     return Pass(index=index, stride=1, first=min(index, 1), last=1)
 
 
-def tiles(picture: tiling.Picture, tile_size: int) -> list[Tile]:
-    """Give the tiles of a picture with the numbers that they have here."""
-    return [replace(tile, index=tile.index + 1) for tile in tiling.tiles(picture, pass_of(0), tile_size)]
+def numbered(tiles: Iterable[Tile]) -> list[Tile]:
+    """Give the tiles of a pass the numbers that they have here."""
+    return [replace(tile, index=number) for number, tile in enumerate(tiles, WHOLE + 1)]

@@ -14,7 +14,10 @@ from sqlalchemy.orm import Session
 
 from renderer import RenderPlan
 from renderer.adaptive import Estimate
-from renderer.adaptive.course import side
+from renderer.adaptive.course import records_centres
+from renderer.adaptive.forecast import Forecast, forecast, usual_prices
+from renderer.adaptive.partition import pass_tiles
+from renderer.adaptive.time_limits import MOST_RESERVED
 from schemas.jobs import JobState
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
@@ -22,9 +25,12 @@ from service import fairness, moments, pausing, rows
 from service.database.models import DONE, WAITING, RenderRow, TileRow
 from service.engines.tasks import AdvanceDone, AdvanceTask
 from service.store.tiles import StoredTile
-from service.target_tiles import WHOLE, pass_of, tiles
+from service.target_tiles import WHOLE, numbered, pass_of
 
 Step = tuple[Pass, Tile]
+
+MOST_WORK = 1e15
+"""Where a pass is predicted to change nothing of the share."""
 
 # Only what tells the time: there may be as many of them as there are jobs that wait.
 _LIMITED = select(
@@ -33,6 +39,7 @@ _LIMITED = select(
     RenderRow.started_at,
     RenderRow.paused_at,
     RenderRow.paused_seconds,
+    RenderRow.merges,
 ).where(
     RenderRow.state == JobState.RUNNING,
     RenderRow.time_limit.is_not(None),
@@ -42,7 +49,7 @@ _LIMITED = select(
 
 
 def begin(
-    plan: RenderPlan, target: TargetQuality, tile_size: int | None, samples: int
+    plan: RenderPlan, target: TargetQuality, tile_size: int | None, workers: int
 ) -> tuple[list[Step], dict[str, Any]]:
     """Give the steps of the first pass, and the columns of a render that tell how it goes on.
 
@@ -50,19 +57,29 @@ def begin(
     ----------
     tile_size
         Pixels along a tile's side; by default the renderer chooses them for each pass.
-    samples
-        How many camera samples are expected in all.
+    workers
+        Those that share the tiles.
     """
-    estimate = Estimate.begin(plan)
-    size = tile_size or side(estimate)
+    estimate, prices = Estimate.begin(plan), usual_prices(plan)
+    expected = forecast(estimate, prices)
     columns = {
-        # The first pass, too, is half of what is to be done, or less.
-        "total_work": max(samples, 2 * estimate.rays_wanted()),
+        "total_work": _total_work(0, estimate.rays_wanted(), 0.0, _share(expected, 0.0)),
         "target_error": target.error,
         "time_limit": target.time_limit,
         "tile_size": tile_size,
     }
-    return [(pass_of(0), tile) for tile in tiles(plan, size)], columns
+    tiles = pass_tiles(estimate, prices, workers, tile_size, records=records_centres(plan))
+    return [(pass_of(0), tile) for tile in numbered(tiles)], columns
+
+
+def _share(expected: Forecast, spent: float) -> float:
+    """Say which part of a render is done when its next pass is."""
+    return expected.share(spent + expected.next, 1.0)
+
+
+def _total_work(counted: int, rays: int, before: float, after: float) -> int:
+    """Give the work in all with which a share grows from ``before`` to ``after`` as a pass takes its rays."""
+    return counted + max(1, round(min(rays * (1.0 - before) / max(after - before, 1e-6), MOST_WORK)))
 
 
 def merged_by(render: RenderRow) -> int:
@@ -77,6 +94,16 @@ def time_left(render: RenderRow) -> float | None:
     return render.time_limit - pausing.ran_for(render)
 
 
+def tile_time_left(render: RenderRow) -> float | None:
+    """Tell the seconds in which tiles may run: after them the picture is formed, as long as merging takes."""
+    left = time_left(render)
+    if left is None or not render.merges:
+        return left
+    assert render.time_limit is not None
+    merging: float = max(past.get("merging_seconds", 0.0) for past in render.merges)
+    return left - min(merging, MOST_RESERVED * render.time_limit)
+
+
 def expire(session: Session) -> float | None:
     """Take the waiting tiles from renders whose time is spent, and say in how many seconds the next one's is.
 
@@ -85,7 +112,7 @@ def expire(session: Session) -> float | None:
     upcoming = []
     limited: Any
     for limited in session.execute(_LIMITED).all():
-        left = time_left(limited)
+        left = tile_time_left(limited)
         if left is not None and left > 0:
             upcoming.append(left)
             continue
@@ -97,7 +124,7 @@ def expire(session: Session) -> float | None:
 
 
 def _spent(render: RenderRow) -> bool:
-    left = time_left(render)
+    left = tile_time_left(render)
     return left is not None and left <= 0
 
 
@@ -114,6 +141,7 @@ def advance_task(session: Session, render: RenderRow) -> AdvanceTask:
         attempt=render.compose_attempt,
         layers=tuple(render.layers),
         recorded=tuple(recorded(session, render)) if render.layers else (),
+        prices=render.merges[-1].get("prices") if render.merges else None,
     )
 
 
@@ -165,17 +193,16 @@ def _enter_whole(session: Session, render: RenderRow, task: AdvanceTask, done: A
 
 
 def _begin_pass(session: Session, render: RenderRow, index: int, done: AdvanceDone) -> None:
-    render.counted_share, render.counted_work = rows.share(render), render.done_work
-    # Nobody knows how many passes follow: each is taken for half of what is left once the error is known.
-    passes = render.done_work + 2 * done.samples
-    render.total_work = passes if done.error else max(render.total_work, passes)
-    pass_, wanted = pass_of(index), set(done.tiles)
+    expected = Forecast(next=done.next_seconds, later=done.later_seconds)
+    before = max(rows.share(render), expected.share(render.cpu_seconds, 0.0))
+    after = max(before, _share(expected, render.cpu_seconds))
+    render.counted_share, render.counted_work = before, render.done_work
+    render.total_work = _total_work(render.done_work, done.samples, before, after)
+    pass_ = pass_of(index)
     render.passes = [*render.passes, asdict(pass_)]
-    steps = [tile for tile in tiles(render, done.tile_size) if tile.index in wanted]
-    render.total_steps += len(steps)
-    if steps:
-        session.execute(insert(TileRow), [rows.new_step(render.number, pass_, tile) for tile in steps])
-        fairness.activate_all_of(session, render)
+    render.total_steps += len(done.tiles)
+    session.execute(insert(TileRow), [rows.new_step(render.number, pass_, tile) for tile in done.tiles])
+    fairness.activate_all_of(session, render)
 
 
 def _record(render: RenderRow, task: AdvanceTask, done: AdvanceDone) -> dict[str, Any]:
@@ -193,4 +220,8 @@ def _record(render: RenderRow, task: AdvanceTask, done: AdvanceDone) -> dict[str
         "seconds": seconds - sum(past["seconds"] for past in render.merges),
         "cpu_seconds": render.cpu_seconds - sum(past["cpu_seconds"] for past in render.merges),
         "rays": rays,
+        "prices": done.prices,
+        "ray_seconds": done.ray_seconds,
+        "tile_seconds": done.next_seconds / max(len(done.tiles), 1),
+        "merging_seconds": done.cpu_seconds,
     }

@@ -3,7 +3,8 @@
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -11,38 +12,45 @@ import numpy as np
 from renderer.adaptive.coverage import Surroundings, surroundings
 from renderer.adaptive.decisions import advance
 from renderer.adaptive.estimate import Estimate
+from renderer.adaptive.forecast import (
+    Forecast,
+    Progress,
+    forecast,
+    kind_of,
+    noted,
+    seconds_left,
+    usual_prices,
+)
 from renderer.adaptive.levels import COVERED, Levels
+from renderer.adaptive.partition import pass_tiles
 from renderer.adaptive.samples import Samples, render_samples
+from renderer.adaptive.time_limits import OutOfTimeError, TimeLimit, reserve
 from renderer.errors import told
-from renderer.execute import WORK
+from renderer.execute import WORK, render_layers
+from renderer.layers import Sheets
 from renderer.plan import RenderPlan
 from renderer.results import TileEvent
-from renderer.tiling import tiles
 from schemas.tiles import Pass, Tile
-
-RAYS = 32768
-"""Camera rays of a tile, unless a size is asked for: in most passes few pixels have anything to do, so tiles
-are as large as that needs. Half of that costs a twentieth more."""
-
-SIDES = (64, 4096)
-"""Least and greatest side of a tile, pixels, that is chosen so."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Demand:
     """What a pass asks of a tile: `have` and `want` are those of its pixels, (h, w) uint8.
 
-    `around` is there where pixels at borders are wanted.
+    `around` is there where pixels at borders are wanted. Layers are recorded in the first pass, which has
+    no limit.
     """
 
     tile: Tile
     have: Levels
     want: Levels
     around: Surroundings | None
+    records: bool = False
+    limit: TimeLimit | None = None
 
 
-Each = Callable[[list[Demand]], Iterator[tuple[Demand, Samples]]]
-"""Renders what a pass asks for, in any order."""
+Each = Callable[[list[Demand]], Iterator[tuple[Demand, Samples | None]]]
+"""Renders what a pass asks for, in any order; None for what there was no time for."""
 
 
 @dataclass(slots=True)
@@ -53,19 +61,29 @@ class Course:
     ----------
     plan : RenderPlan
     tile_size : int or None
-        Side of tiles, pixels; None for one that suits each pass.
+        Side of tiles, pixels; None for tiles that share out each pass evenly.
     on_tile : callable or None
         Called with each tile.
     deadline, begun : float
         By the clock of `time.monotonic`, seconds.
     estimate : Estimate
+    workers : int
+        Processes that share the tiles of a pass; 0 where nobody waits for a single tile.
     counts : Counter
         Rays by kind, and `execute.WORK`.
     cpu_seconds : float
+        Of tiles, and of what is decided and merged between them.
     done : int
         Tiles.
     passes : list of dict
         What had been spent when each pass ended, and the error by then.
+    sheets : Sheets
+        Layers of what the centres of pixels show.
+    prices : dict
+        CPU seconds of a ray by kind, as far as they were measured.
+    progress : Progress
+    between, between_cpu : float
+        Seconds that deciding and merging has taken, and CPU seconds.
     """
 
     plan: RenderPlan
@@ -74,61 +92,109 @@ class Course:
     deadline: float
     begun: float
     estimate: Estimate
+    workers: int = 0
     counts: Counter[str] = field(default_factory=Counter)
     cpu_seconds: float = 0.0
     done: int = 0
     passes: list[dict[str, Any]] = field(default_factory=list)
+    sheets: Sheets = field(init=False)
+    prices: dict[str, float] = field(init=False)
+    progress: Progress = field(init=False)
+    between: float = 0.0
+    between_cpu: float = 0.0
+
+    def __post_init__(self) -> None:
+        self.sheets = Sheets(self.plan.layers, self.plan.height, self.plan.width)
+        self.prices = usual_prices(self.plan)
+        self.progress = Progress(self.deadline - self.begun)
 
     def step(self, each: Each) -> bool:
         """Render a pass; False if the picture is done or its time is over.
 
-        The first, a coarse picture, is never cut short.
+        The first, a coarse picture with all layers, is never cut short.
         """
-        for demand, samples in each(self.demands()):
-            self.take(demand.tile, samples)
-            if self.passes and time.monotonic() > self.deadline:
+        late = self._render(each)
+        late = late or time.monotonic() >= self._last_moment()
+        with self._counted():
+            more = not late and advance(self.estimate)
+            if late:
                 self.estimate.settle()
-                self.note()
-                return False
-        begun = time.process_time()
-        more = advance(self.estimate)
-        self.cpu_seconds += time.process_time() - begun
-        self.note()
+        self._note()
         return more
+
+    def _render(self, each: Each) -> bool:
+        """Render the tiles of a pass; True if there was no time for all of them."""
+        late = False
+        with self._counted():
+            kind, rays = kind_of(self.estimate), self.estimate.rays_wanted()
+            expected = forecast(self.estimate, self.prices)
+            demands = self.demands()
+        seconds, traced = 0.0, 0
+        for demand, samples in each(demands):
+            if samples is None:
+                late = True
+                continue
+            traced += samples.counts["camera"]
+            seconds += samples.cpu_seconds
+            self._take(demand.tile, samples, expected, traced / max(rays, 1))
+        if not late:
+            self.prices = noted(self.prices, kind, rays, seconds, len(demands))
+        return late
 
     def demands(self) -> list[Demand]:
         """The tiles of a pass in which something is wanted."""
         have, want = self.estimate.have, self.estimate.want
-        cuts = tiles(self.plan, self.number(), self.tile_size or side(self.estimate))
-        parts = [(tile, np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]) for tile in cuts]
+        records = not self.passes and records_centres(self.plan)
+        limit = self._limit()
+        found = pass_tiles(self.estimate, self.prices, self.workers, self.tile_size, records=records)
+        parts = [(tile, np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]) for tile in found]
         return [
-            Demand(tile, have[part].copy(), want[part].copy(), self.around(tile, want[part]))
+            Demand(tile, have[part].copy(), want[part].copy(), self._around(tile, want[part]), records, limit)
             for tile, part in parts
-            if (want[part] > have[part]).any()
         ]
 
-    def around(self, tile: Tile, want: Levels) -> Surroundings | None:
+    def _around(self, tile: Tile, want: Levels) -> Surroundings | None:
         """First looks around a tile, if it needs them."""
         estimate = self.estimate
         wanted = (want == COVERED).any()
         return surroundings(tile, estimate.values, estimate.labels) if wanted else None
 
+    def _limit(self) -> TimeLimit | None:
+        if not self.passes or self.deadline == np.inf:
+            return None
+        until = time.time() + self._last_moment() - time.monotonic()
+        return TimeLimit(until, self.prices[kind_of(self.estimate)])
+
+    def _last_moment(self) -> float:
+        """When tiles have to end, so that the picture is there at the deadline."""
+        stretch = max(self.between / self.between_cpu, 1.0) if self.between_cpu else 1.0
+        return self.deadline - reserve(self.deadline - self.begun, self.estimate.have.size, stretch)
+
     def number(self) -> Pass:
         """The pass that runs."""
         return Pass(index=len(self.passes), stride=1, first=0, last=0)
 
-    def take(self, tile: Tile, samples: Samples) -> None:
+    def _take(self, tile: Tile, samples: Samples, expected: Forecast, part: float) -> None:
         """Keep what was found in a tile, and show it."""
-        self.estimate.take(tile, samples)
+        with self._counted():
+            self.estimate.take(tile, samples)
+            self.sheets.take(tile, samples.layers)
         self.counts.update(samples.counts)
         self.counts.update(samples.work)
-        self.cpu_seconds += samples.cpu_seconds
+        self.cpu_seconds += samples.cpu_seconds + samples.layer_seconds
         self.done += 1
         if self.on_tile:
-            pixels = self.estimate.part(tile)
-            self.on_tile(TileEvent(tile, self.number(), pixels, self.done, self.done + 1))
+            self._tell(tile, expected, part)
 
-    def note(self) -> None:
+    def _tell(self, tile: Tile, expected: Forecast, part: float) -> None:
+        assert self.on_tile
+        told, elapsed = self.progress, time.monotonic() - self.begun
+        told.note(expected.share(self.cpu_seconds, part), self.done, elapsed)
+        left = seconds_left(told.share, elapsed, told.limit)
+        pixels = self.estimate.part(tile)
+        self.on_tile(TileEvent(tile, self.number(), pixels, self.done, told.total, told.share, left))
+
+    def _note(self) -> None:
         """Keep what the picture has taken when a pass ends, and its error, if that is known by then."""
         error = self.estimate.error
         rays = {name: count for name, count in self.counts.items() if name not in WORK}
@@ -141,15 +207,37 @@ class Course:
             }
         )
 
+    @contextmanager
+    def _counted(self) -> Iterator[None]:
+        """Count what this process does between tiles."""
+        begun, begun_cpu = time.monotonic(), time.process_time()
+        yield
+        spent = time.process_time() - begun_cpu
+        self.between += time.monotonic() - begun
+        self.between_cpu += spent
+        self.cpu_seconds += spent
 
-def side(estimate: Estimate) -> int:
-    """Side of a tile that has about `RAYS` rays, if those of the next pass are spread evenly; pixels."""
-    rays = estimate.rays_wanted()
-    pixels = np.sqrt(estimate.plan.width * estimate.plan.height * RAYS / max(rays, 1))
-    return int(np.clip(pixels, *SIDES))
+
+def records_centres(plan: RenderPlan) -> bool:
+    """Whether the first pass records what the centres of pixels show."""
+    return any(layer.values for layer in plan.layers)
 
 
-def answer(plan: RenderPlan, demand: Demand) -> Samples:
-    """Render what is asked of a tile; what goes wrong tells which tile it was."""
-    with told(plan.seed, demand.tile, f"levels up to {demand.want.max()}"):
-        return render_samples(plan, demand.tile, demand.have, demand.want, demand.around)
+def answer(plan: RenderPlan, demand: Demand) -> Samples | None:
+    """Render what is asked of a tile, None if its time is over; what goes wrong tells which tile it was."""
+    tile = demand.tile
+    with told(plan.seed, tile, f"levels up to {demand.want.max()}"):
+        try:
+            samples = render_samples(plan, tile, demand.have, demand.want, demand.around, demand.limit)
+        except OutOfTimeError:
+            return None
+        return with_layers(plan, tile, samples) if demand.records else samples
+
+
+def with_layers(plan: RenderPlan, tile: Tile, samples: Samples) -> Samples:
+    """The same with the layers of the tile."""
+    begun = time.process_time()
+    records, counts = render_layers(plan, tile)
+    work = {name: samples.work[name] + counts.pop(name, 0) for name in WORK}
+    seconds = time.process_time() - begun
+    return replace(samples, counts=samples.counts | counts, work=work, layers=records, layer_seconds=seconds)

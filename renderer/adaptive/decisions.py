@@ -9,7 +9,7 @@ import numpy as np
 
 from renderer.adaptive import strata
 from renderer.adaptive.allocation import allocate
-from renderer.adaptive.estimate import AIMS, COVERS, PROBES, ROUND, STRIDE, Estimate
+from renderer.adaptive.estimate import AIMS, COVERS, OUTLOOK, PROBES, ROUND, STRIDE, Estimate
 from renderer.adaptive.findings import Findings, errors_of
 from renderer.adaptive.halves import HALVES
 from renderer.adaptive.levels import COUNTS, HIGHEST, SAMPLED
@@ -99,6 +99,7 @@ def _sample_more(estimate: Estimate) -> bool:
     if few.any():
         found = estimate.findings()
     _suspect(estimate, found)
+    estimate.counters[OUTLOOK] = _rays_to_come(estimate, found)
     spent = int(COUNTS[estimate.have].sum())
     for ease in EASES:
         _allot(estimate, found, ease)
@@ -124,10 +125,14 @@ def outlook(estimate: Estimate) -> int:
     It is what the allocation would ask for if no pixel had to rise by steps, and if nothing was in doubt. Few
     samples do not tell much, so that it is a guess.
     """
-    found = estimate.so_far()
+    return _rays_to_come(estimate, estimate.so_far())
+
+
+def _rays_to_come(estimate: Estimate, found: Findings) -> int:
     certain = replace(found.survey, uncertain=np.zeros(strata.COUNT))
     have = estimate.have.ravel()[found.sampled]
-    allotted = allocate(found.variances, have, certain, MARGIN * estimate.budget)
+    goal = MARGIN * estimate.target**2 * estimate.have.size
+    allotted = allocate(found.variances, have, certain, goal)
     again = COUNTS[allotted.pixels] - COUNTS[have]
     return int(again.sum() + (COUNTS[allotted.strata] * certain.sizes).sum())
 

@@ -25,14 +25,25 @@ from renderer.plan import RenderPlan
 from schemas.quality import TargetQuality
 from schemas.tiles import Tile
 
-STRIDE, ROUND, AIMS = 0, 1, 2
-"""Places in `Estimate.counters`: pixels between the first looks so far, rounds after them, aims reached."""
+STRIDE, ROUND, AIMS, OUTLOOK = range(4)
+"""Places in `Estimate.counters`: pixels between the first looks so far, rounds after them, aims reached,
+camera rays that are expected in all passes to come."""
 
 FIRST_AIM, NEXT_AIM = 2.0**-8, 0.5
 """The first error that is worked for where there is a time limit, and each next one's share of the last."""
 
 COVERS, PROBES = 1, 2
 """The rounds that look at borders and that send probes."""
+
+
+def first_levels(plan: RenderPlan, tile: Tile) -> Levels:
+    """What the first pass wants of the pixels of a tile, (h, w)."""
+    if plan.look is None:
+        return np.full((tile.height, tile.width), SAMPLED, dtype=np.uint8)
+    stride = stride_for(plan.width, plan.height)
+    want = np.zeros((tile.height, tile.width), dtype=np.uint8)
+    want[-tile.y0 % stride :: stride, -tile.x0 % stride :: stride] = LOOKED
+    return want
 
 
 @dataclass(slots=True, eq=False)
@@ -63,7 +74,7 @@ class Estimate:
     strata : (H, W) int64
     chances : (strata.COUNT,) float64
         Share of the pixels of each stratum that are probes.
-    counters : (3,) int64
+    counters : (4,) int64
     error : ErrorEstimate or None
         None before anything is known.
     """
@@ -92,8 +103,6 @@ class Estimate:
         size = plan.height, plan.width
         looks = plan.look is not None
         stride = stride_for(plan.width, plan.height) if looks else 1
-        want = np.zeros(size, dtype=np.uint8)
-        want[::stride, ::stride] = LOOKED
         return cls(
             plan=plan,
             values=np.zeros((3, *size), dtype=np.float32),
@@ -101,13 +110,13 @@ class Estimate:
             colors=np.ones((3, *size), dtype=np.float32),
             doubts=np.zeros(size, dtype=np.float32),
             have=np.zeros(size, dtype=np.uint8),
-            want=want if looks else np.full(size, SAMPLED, dtype=np.uint8),
+            want=first_levels(plan, Tile(0, 0, 0, plan.width, plan.height)),
             halves=np.zeros((HALVES, 3, *size)),
             squares=np.zeros(size),
             shown=np.full(size, not looks),
             strata=np.zeros(size, dtype=np.int64),
             chances=np.zeros(strata.COUNT),
-            counters=np.array([stride, 0 if looks else PROBES, 0]),
+            counters=np.array([stride, 0 if looks else PROBES, 0, 0]),
         )
 
     @classmethod
@@ -225,10 +234,22 @@ class Estimate:
 
     def rays_wanted(self) -> int:
         """Camera rays of the next pass."""
+        return int(self._wanted()[1].sum())
+
+    def rays_in_cells(self, side: int) -> Floats:
+        """Camera rays of the next pass in each square of so many pixels a side, (a, b)."""
+        height, width = (-(-size // side) for size in self.have.shape)
+        pixels, rays = self._wanted()
+        rows, columns = np.divmod(pixels, self.have.shape[1])
+        cells = rows // side * width + columns // side
+        return np.bincount(cells, rays, height * width).astype(np.float64).reshape(height, width)
+
+    def _wanted(self) -> tuple[Integers, Integers]:
+        """Pixels (n,) of which the next pass wants something, and the camera rays of each."""
         have, want = self.have.ravel(), self.want.ravel()
-        chosen = np.flatnonzero(want > have)
-        have, want = have[chosen], want[chosen]
-        return int((COUNTS[want] - COUNTS[have] + looks_of(self.plan.coverage)[want]).sum())
+        pixels = np.flatnonzero(want > have)
+        have, want = have[pixels], want[pixels]
+        return pixels, COUNTS[want] - COUNTS[have] + looks_of(self.plan.coverage)[want]
 
     def layers(self, names: Iterable[str]) -> Layers:
         """Those layers of a request that tell about samples."""

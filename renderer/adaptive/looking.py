@@ -96,9 +96,13 @@ def choose_probes(estimate: Estimate) -> None:
 
 def raise_chances(estimate: Estimate, expected: Picture) -> None:
     """Make as many pixels probes as the aim needs, where squared errors (H, W) are expected."""
-    share = float(np.clip(2.0**-15 / estimate.aim, 2.0**-8, 2.0**-2))
-    wanted = strata.chances(estimate.strata, expected, share, estimate.budget)
+    wanted = strata.chances(estimate.strata, expected, probe_share(estimate), estimate.budget)
     np.maximum(estimate.chances, wanted, out=estimate.chances)
+
+
+def probe_share(estimate: Estimate) -> float:
+    """Least share of all pixels that are probes."""
+    return float(np.clip(2.0**-15 / estimate.aim, 2.0**-8, 2.0**-2))
 
 
 def _sample_bright_borders(estimate: Estimate) -> None:

@@ -9,12 +9,10 @@ import numpy as np
 
 from renderer.adaptive.course import Course, answer
 from renderer.adaptive.estimate import Estimate
-from renderer.execute import WORK, render_layers
+from renderer.execute import WORK
 from renderer.film import BRIGHTEST, non_finite
-from renderer.layers import Layers, Sheets
 from renderer.plan import RenderPlan
 from renderer.results import RenderResult, TileEvent
-from renderer.tiling import tiles
 from renderer.workers import shared_out
 from schemas.quality import TargetQuality
 
@@ -29,26 +27,15 @@ def render_adaptively(
     """Render a whole picture of target quality; parameters as of `renderer.render`."""
     begun = time.monotonic()
     deadline = np.inf if quality.time_limit is None else begun + quality.time_limit
-    course = Course(plan, tile_size, on_tile, deadline, begun, Estimate.begin(plan))
+    alone = not on_tile and deadline == np.inf and (workers or 1) == 1
+    estimate = Estimate.begin(plan)
+    course = Course(plan, tile_size, on_tile, deadline, begun, estimate, 0 if alone else workers or 1)
     with shared_out(workers, partial(answer, plan)) as each:
         while course.step(each):
             pass
-    layers = _layers(course)
-    image = course.estimate.image()
+    layers = course.sheets.finished() | estimate.layers(layer.name for layer in plan.layers)
+    image = estimate.image()
     return RenderResult(image, layers, _report(course, image))
-
-
-def _layers(course: Course) -> Layers:
-    """The layers: what the centres of pixels show, how many samples they got, and how far they may be off."""
-    plan, estimate = course.plan, course.estimate
-    if not plan.layers:
-        return {}
-    sheets = Sheets(plan.layers, plan.height, plan.width)
-    for tile in tiles(plan, course.number(), course.tile_size):
-        records, counts = render_layers(plan, tile)
-        sheets.take(tile, records)
-        course.counts.update(counts)
-    return sheets.finished() | estimate.layers(layer.name for layer in plan.layers)
 
 
 def _report(course: Course, image: Any) -> dict[str, Any]:
@@ -58,6 +45,7 @@ def _report(course: Course, image: Any) -> dict[str, Any]:
     return {
         "seconds": time.monotonic() - course.begun,
         "cpu_seconds": course.cpu_seconds,
+        "between_cpu_seconds": course.between_cpu,
         "width": plan.width,
         "height": plan.height,
         "rays": {name: count for name, count in course.counts.items() if name not in WORK},

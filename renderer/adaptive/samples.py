@@ -3,7 +3,7 @@
 import time
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,15 +13,14 @@ from renderer.adaptive.coverage import Surroundings, cover
 from renderer.adaptive.halves import HALVES, places
 from renderer.adaptive.labels import labels_of, of_labels
 from renderer.adaptive.levels import COUNTS, COVERED, LOOKED, Levels
+from renderer.adaptive.time_limits import TimeLimit, portions
 from renderer.arrays import Floats, Integers, Masks
 from renderer.execute import WORK, radiance
 from renderer.film import BRIGHTEST
+from renderer.layers import Layers
 from renderer.numerics import halving_sum
 from renderer.plan import RenderPlan
 from schemas.tiles import Tile
-
-BATCH = 32768
-"""Rays worked on at once: twice those of a block, as they are scattered and calls are most of their price."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,6 +47,10 @@ class Samples:
     counts, work : dict
     cpu_seconds : float
         As in `execute.TileResult`.
+    layers : dict of str to array
+        What the centres of pixels show, in the pass that records it.
+    layer_seconds : float
+        CPU seconds that this took besides.
     """
 
     looks: NDArray[np.float32]
@@ -60,10 +63,17 @@ class Samples:
     counts: dict[str, int]
     work: dict[str, int]
     cpu_seconds: float
+    layers: Layers = field(default_factory=dict)
+    layer_seconds: float = 0.0
 
 
 def render_samples(
-    plan: RenderPlan, tile: Tile, have: Levels, want: Levels, around: Surroundings | None = None
+    plan: RenderPlan,
+    tile: Tile,
+    have: Levels,
+    want: Levels,
+    around: Surroundings | None = None,
+    limit: TimeLimit | None = None,
 ) -> Samples:
     """Bring the pixels of a tile from the levels that they have to those that are wanted.
 
@@ -78,19 +88,25 @@ def render_samples(
         A pixel whose wanted level is not higher is left alone.
     around : Surroundings, optional
         First looks; what pixels at borders are made of.
+    limit : TimeLimit, optional
+
+    Raises
+    ------
+    OutOfTimeError
+        If the limit is reached: what was found by then is lost.
     """
     begun = time.process_time()
     counts: Counter[str] = Counter(camera=0, shadow=0, mirror=0, transmission=0, **dict.fromkeys(WORK, 0))
-    looks, labels, colors = _first_looks(plan, tile, (want == LOOKED) & (have < LOOKED), counts)
-    covers, doubts = _covers(plan, tile, (want == COVERED) & (have < COVERED), around, counts)
-    halves, squares = _samples(plan, tile, have, np.where(want > COVERED, want, 0), counts)
+    looks, labels, colors = _first_looks(plan, tile, (want == LOOKED) & (have < LOOKED), counts, limit)
+    covers, doubts = _covers(plan, tile, (want == COVERED) & (have < COVERED), around, counts, limit)
+    halves, squares = _samples(plan, tile, have, np.where(want > COVERED, want, 0), counts, limit)
     work = {name: counts.pop(name) for name in WORK}
     seconds = time.process_time() - begun
     return Samples(looks, labels, colors, covers, doubts, halves, squares, dict(counts), work, seconds)
 
 
 def _first_looks(
-    plan: RenderPlan, tile: Tile, wanted: NDArray[np.bool_], counts: Counter[str]
+    plan: RenderPlan, tile: Tile, wanted: Masks, counts: Counter[str], limit: TimeLimit | None
 ) -> tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.float32]]:
     look = plan.look or plan
     rows, columns = np.nonzero(wanted)
@@ -98,7 +114,7 @@ def _first_looks(
     labels = np.empty(rows.size, dtype=np.int32)
     colors = np.ones((3, rows.size))
     middle = np.full(rows.size, 0.5)
-    for chosen in _batches(columns, rows, 1):
+    for chosen in _batches(columns, rows, 1, limit):
         x, y = columns[chosen] + tile.x0, rows[chosen] + tile.y0
         rays = camera_rays(look, x, y, np.full(x.size, HALVES), (middle[chosen], middle[chosen]))
         seen = np.ones((3, x.size))
@@ -110,12 +126,17 @@ def _first_looks(
 
 
 def _covers(
-    plan: RenderPlan, tile: Tile, wanted: Masks, around: Surroundings | None, counts: Counter[str]
+    plan: RenderPlan,
+    tile: Tile,
+    wanted: Masks,
+    around: Surroundings | None,
+    counts: Counter[str],
+    limit: TimeLimit | None,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     rows, columns = np.nonzero(wanted)
     values = np.empty((3, rows.size), dtype=np.float32)
     doubts = np.empty(rows.size, dtype=np.float32)
-    for chosen in _batches(columns, rows, plan.coverage):
+    for chosen in _batches(columns, rows, plan.coverage, limit):
         assert around is not None
         nearby = around.nearby(rows[chosen], columns[chosen])
         x, y = columns[chosen] + tile.x0, rows[chosen] + tile.y0
@@ -125,13 +146,18 @@ def _covers(
 
 
 def _samples(
-    plan: RenderPlan, tile: Tile, have: Levels, want: Levels, counts: Counter[str]
+    plan: RenderPlan,
+    tile: Tile,
+    have: Levels,
+    want: Levels,
+    counts: Counter[str],
+    limit: TimeLimit | None,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     rows, columns = np.nonzero(want > have)
     first, last = COUNTS[have[rows, columns]], COUNTS[want[rows, columns]]
     halves = np.empty((HALVES, 3, rows.size), dtype=np.float32)
     squares = np.empty(rows.size, dtype=np.float32)
-    for chosen in _batches(columns, rows, last - first):
+    for chosen in _batches(columns, rows, last - first, limit):
         x, y = columns[chosen] + tile.x0, rows[chosen] + tile.y0
         found = _radiance(plan, x, y, first[chosen], last[chosen], counts)
         counted = last[chosen] - first[chosen]
@@ -166,19 +192,16 @@ def _reduced(found: Floats) -> tuple[Floats, Floats]:
     return halves, halving_sum(samples).sum(axis=0) / 3
 
 
-def _batches(columns: Integers, rows: Integers, count: Integers | int) -> Iterator[Integers]:
-    """Portions of pixels with about `BATCH` rays, `count` (n,) of each pixel, neighbours together.
+def _batches(
+    columns: Integers, rows: Integers, count: Integers | int, limit: TimeLimit | None
+) -> Iterator[Integers]:
+    """Portions of pixels with `count` rays each, neighbours together.
 
     Pixels of all counts share a portion: calls are most of the price of few rays.
     """
     order = np.argsort(_spread(columns) | _spread(rows) << 1, kind="stable")
-    rays = np.cumsum(np.broadcast_to(count, order.shape)[order])
-    start = 0
-    while start < order.size:
-        before = rays[start - 1] if start else 0
-        end = max(start + 1, int(np.searchsorted(rays, before + BATCH, side="right")))
-        yield order[start:end]
-        start = end
+    rays = np.broadcast_to(count, order.shape)[order]
+    return (order[part] for part in portions(rays, limit))
 
 
 def _spread(numbers: Integers) -> Integers:

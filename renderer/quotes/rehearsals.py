@@ -208,7 +208,7 @@ class Trial:
         if self._seen is not None:
             self._forget_borders(self._seen)
 
-    def _each(self, demands: list[Demand]) -> Iterator[tuple[Demand, Samples]]:
+    def _each(self, demands: list[Demand]) -> Iterator[tuple[Demand, Samples | None]]:
         for demand in demands:
             if self.deadline.left < 0:
                 raise _TooLate

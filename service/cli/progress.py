@@ -48,6 +48,21 @@ class Bar:
             self.words.plain = text
 
 
+def remaining(seconds: float | None) -> str:
+    """Say how long something is expected to take, to go behind what was said before; nothing if nobody knows.
+
+    Examples
+    --------
+    >>> remaining(3.7), remaining(250), remaining(None)
+    (', about 4 s left', ', about 4 min left', '')
+    """
+    if seconds is None:
+        return ""
+    if seconds >= 100:
+        return f", about {seconds / 60:.0f} min left"
+    return f", about {max(seconds, 1):.0f} s left"
+
+
 @contextmanager
 def progress_bar(title: str) -> Iterator[Bar]:
     """A bar on stderr while the block runs; afterwards it stays there as it was last."""

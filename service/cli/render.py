@@ -10,7 +10,7 @@ import typer
 from service.cli import layers as layer_files
 from service.cli import output, qualities, scene_files
 from service.cli.errors import CommandError, RenderFailedError
-from service.cli.progress import progress_bar
+from service.cli.progress import progress_bar, remaining
 from service.cli.targets import ImageTarget
 from service.cli.workers import WorkersOption
 
@@ -78,21 +78,19 @@ def _run(plan: RenderPlan, workers: int | None, tile: int | None) -> RenderResul
     from renderer import render as render_plan
 
     processes = workers or len(os.sched_getaffinity(0))
-    share = 0.0
     with progress_bar("rendering") as bar:
 
         def show(event: TileEvent) -> None:
-            nonlocal share
-            # With target quality the total grows; the bar does not go back.
-            share = max(share, event.done / event.total)
-            bar.show(share, f"tile {event.done} of {event.total}")
+            bar.show(event.share, f"tile {event.done}{remaining(event.remaining_seconds)}")
 
         # Without somebody who looks there is no preview to render.
         on_tile = show if bar.visible else None
         try:
-            return render_plan(plan, on_tile=on_tile, workers=processes, tile_size=tile)
+            result = render_plan(plan, on_tile=on_tile, workers=processes, tile_size=tile)
         except RenderError as error:
             raise RenderFailedError(str(error)) from error
+        bar.show(1.0)
+        return result
 
 
 def _check_format(out: ImageTarget) -> None:

@@ -17,7 +17,7 @@ from service.cli.connection import (
     connect,
 )
 from service.cli.convergence import Curve
-from service.cli.progress import Bar, progress_bar
+from service.cli.progress import Bar, progress_bar, remaining
 from service.cli.tev import Mirror, TevOption, mirror
 
 if TYPE_CHECKING:
@@ -115,14 +115,15 @@ def detachable(job_id: str) -> Iterator[None]:
 def _bar_of(client: Client, job_id: str, bar: Bar, curve: Curve) -> Callable[[TileBatch], None]:
     counted = 0.0
     rays = ""
+    grows = False
 
     def show(batch: TileBatch) -> None:
-        nonlocal counted, rays
+        nonlocal counted, rays, grows
         if time.monotonic() - counted > SECONDS_BETWEEN_RAY_COUNTS or batch.complete:
             counted = time.monotonic()
-            rays = _rays(client.get(job_id))
-        done = batch.progress
-        bar.show(done.share, f"tile {done.done} of {done.total}{rays}", title=batch.state)
+            job = client.get(job_id)
+            rays, grows = _rays(job), _is_target(job)
+        bar.show(batch.progress.share, f"{_tiles(batch, grows)}{rays}", title=batch.state)
         curve.reach(max((event.pass_index for event in batch.events), default=0))
         if batch.complete:
             curve.finish()
@@ -142,6 +143,17 @@ def _lines_of(curve: Curve) -> Callable[[TileBatch], None]:
             curve.finish()
 
     return show
+
+
+def _is_target(job: Job) -> bool:
+    """Whether a job gets its passes one after another, so that nobody knows how many tiles there will be."""
+    return (job.quality or {}).get("mode") == "target"
+
+
+def _tiles(batch: TileBatch, grows: bool) -> str:
+    done = batch.progress
+    of = "" if grows else f" of {done.total}"
+    return f"tile {done.done}{of}{remaining(done.remaining_seconds)}"
 
 
 def _rays(job: Job) -> str:

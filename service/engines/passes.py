@@ -6,21 +6,27 @@ import hashlib
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
 from renderer import RenderPlan, film, image_files
 from renderer.adaptive import Estimate, Samples, render_samples
-from renderer.adaptive.course import side
+from renderer.adaptive.course import records_centres, with_layers
 from renderer.adaptive.coverage import Surroundings, surroundings
 from renderer.adaptive.decisions import advance
+from renderer.adaptive.estimate import first_levels
+from renderer.adaptive.forecast import Forecast, Prices, forecast, kind_of, noted, usual_prices
 from renderer.adaptive.levels import COVERED, Levels
+from renderer.adaptive.partition import pass_tiles
 from renderer.adaptive.previews import preview
-from renderer.execute import WORK, render_layers
-from service import layers, target_tiles
+from renderer.adaptive.time_limits import OutOfTimeError, TimeLimit
+from schemas.tiles import Tile
+from service import layers
 from service.engines.tasks import AdvanceDone, AdvanceTask, Interrupted, SampleTask, TileDone
 from service.store.passes import PassStore
 from service.store.tiles import Pixels, TileStore
+from service.target_tiles import numbered
 
 
 @dataclass(frozen=True)
@@ -29,39 +35,40 @@ class PassWorker:
 
     store: TileStore
     passes: PassStore
+    workers: int
 
     def sample(self, plan: RenderPlan, task: SampleTask) -> TileDone | Interrupted:
-        """Render what the pass wants in a tile, unless the job's time is spent."""
-        if task.until is not None and time.time() >= task.until:
-            return Interrupted(late=True)
+        """Render what the pass wants in a tile, unless the job's time is spent before it is finished."""
         begun = time.process_time()
         have, want, before = self._demand(plan, task)
         around = self._around(task) if (want == COVERED).any() else None
-        samples = render_samples(plan, task.tile, have, want, around)
+        limit = None if task.until is None else TimeLimit(task.until, task.ray_seconds)
+        try:
+            samples = render_samples(plan, task.tile, have, want, around, limit)
+        except OutOfTimeError:
+            return Interrupted(late=True)
         kept = {name: value for name, value in _members(samples) if isinstance(value, np.ndarray)}
+        kept["seconds"] = np.array(samples.cpu_seconds)
         self.passes.put_samples(task.job, task.pass_.index, task.tile, task.attempt, kept)
         pixels = preview(task.tile, samples, have, want, before)
-        counts = samples.counts | self._record_layers(plan, task)
+        if not task.merged and records_centres(plan):
+            samples = self._with_layers(plan, task, samples)
         crc32 = self.store.put_tile(task.job, task.tile, task.pass_, task.attempt, pixels)
-        work = {name: counts.pop(name, 0) + samples.work[name] for name in WORK}
-        return TileDone(crc32, counts, time.process_time() - begun, work)
+        return TileDone(crc32, samples.counts, time.process_time() - begun, samples.work)
 
-    def _record_layers(self, plan: RenderPlan, task: SampleTask) -> dict[str, int]:
-        """Keep what the centres of pixels show, in the first pass alone, and count what that takes."""
-        if not plan.layers or task.merged:
-            return {}
-        records, counts = render_layers(plan, task.tile)
-        kept = {name: record for name, record in records.items() if layers.of_centres(name)}
+    def _with_layers(self, plan: RenderPlan, task: SampleTask, samples: Samples) -> Samples:
+        """Keep what the centres of pixels show."""
+        found = with_layers(plan, task.tile, samples)
+        kept = {name: record for name, record in found.layers.items() if layers.of_centres(name)}
         self.store.put_layers(task.job, task.tile, task.pass_, task.attempt, kept)
-        return counts
+        return found
 
     def _demand(self, plan: RenderPlan, task: SampleTask) -> tuple[Levels, Levels, Pixels]:
         """Levels that the pixels of a tile have and that are wanted, and the tile as it looks."""
         part = np.s_[task.tile.y0 : task.tile.y1, task.tile.x0 : task.tile.x1]
         if not task.merged:
-            estimate = Estimate.begin(plan)
-            black = np.zeros((task.tile.height, task.tile.width, 3), np.float32)
-            return estimate.have[part], estimate.want[part], black
+            want = first_levels(plan, task.tile)
+            return np.zeros_like(want), want, np.zeros((*want.shape, 3), np.float32)
         before = task.job, task.pass_.index - 1, task.merged
         have, want = np.array(self.passes.get_demand(*before)[:, *part])
         return have, want, np.array(self.passes.get_picture(*before)[part])
@@ -75,36 +82,47 @@ class PassWorker:
     def advance(self, plan: RenderPlan, task: AdvanceTask) -> AdvanceDone:
         """Merge a pass, and leave for the next one what it needs, or the final picture."""
         begun = time.process_time()
-        estimate = self._state(plan, task)
+        estimate, prices = self._state(plan, task)
         goes_on = not task.last and _advanced(estimate)
         error = estimate.settle() if task.last else estimate.error
         image, sha256 = estimate.image(), None
-        size = task.tile_size or side(estimate)
         if goes_on:
             self._keep(estimate, task, image)
         else:
             sha256 = self._keep_final(estimate, task, image)
         self.passes.drop_before(task.job, task.pass_.index - 1)
+        expected = forecast(estimate, prices) if goes_on else Forecast(next=0.0, later=0.0)
         return AdvanceDone(
-            tile_size=size,
-            tiles=_tiles(estimate, size) if goes_on else (),
+            tiles=self._tiles(estimate, prices, task) if goes_on else (),
             samples=estimate.rays_wanted() if goes_on else 0,
+            next_seconds=expected.next,
+            later_seconds=expected.later,
+            prices=prices,
+            ray_seconds=prices[kind_of(estimate)],
             error=error.document() if error else None,
             numerics={"non_finite": film.non_finite(image), "clamped": film.clamped([(task.pass_, image)])},
             cpu_seconds=time.process_time() - begun,
             sha256=sha256,
         )
 
-    def _state(self, plan: RenderPlan, task: AdvanceTask) -> Estimate:
+    def _tiles(self, estimate: Estimate, prices: Prices, task: AdvanceTask) -> tuple[Tile, ...]:
+        """Give the tiles in which the next pass has something to do."""
+        found = pass_tiles(estimate, prices, self.workers, task.tile_size, records=False)
+        return tuple(numbered(found))
+
+    def _state(self, plan: RenderPlan, task: AdvanceTask) -> tuple[Estimate, dict[str, float]]:
+        """Give what is known with the tiles of the pass, and what its rays have cost."""
         if not task.merged:
             estimate = Estimate.begin(plan)
         else:
             arrays = self.passes.get_state(task.job, task.pass_.index - 1, task.merged)
             estimate = Estimate.restored(plan, arrays)
+        kind, rays, seconds = kind_of(estimate), estimate.rays_wanted(), 0.0
         found = self.passes.get_samples(task.job, task.pass_.index, task.parts)
         for part, arrays in zip(task.parts, found, strict=True):
-            estimate.take(part.tile, Samples(**arrays, counts={}, work={}, cpu_seconds=0.0))
-        return estimate
+            seconds += float(arrays.pop("seconds"))
+            estimate.take(part.tile, _samples_of(arrays))
+        return estimate, noted(task.prices or usual_prices(plan), kind, rays, seconds, len(task.parts))
 
     def _keep(self, estimate: Estimate, task: AdvanceTask, picture: Pixels) -> None:
         place = task.job, task.pass_.index, task.attempt
@@ -132,15 +150,10 @@ def _advanced(estimate: Estimate) -> bool:
     return goes_on
 
 
+def _samples_of(arrays: dict[str, Any]) -> Samples:
+    """Make samples of what was kept of them."""
+    return Samples(**arrays, counts={}, work={}, cpu_seconds=0.0)
+
+
 def _members(samples: Samples) -> Iterator[tuple[str, object]]:
     return ((item.name, getattr(samples, item.name)) for item in fields(samples))
-
-
-def _tiles(estimate: Estimate, tile_size: int) -> tuple[int, ...]:
-    """Give the numbers of the tiles in which the next pass has something to do."""
-    more = estimate.want > estimate.have
-    return tuple(
-        tile.index
-        for tile in target_tiles.tiles(estimate.plan, tile_size)
-        if more[tile.y0 : tile.y1, tile.x0 : tile.x1].any()
-    )

@@ -37,11 +37,13 @@ class SampleTask(TileTask):
     """Bring the pixels of a tile to the levels that a pass wants, and keep the samples in the store.
 
     ``merged`` is the attempt that has merged the pass before and said what this one wants; 0 where there
-    was none. A task that has not begun ``until`` then, seconds since the epoch, does not begin any more.
+    was none. What is not finished ``until`` then, seconds since the epoch, is given up; a camera ray is
+    expected to take ``ray_seconds``.
     """
 
     merged: int
     until: float | None
+    ray_seconds: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +51,8 @@ class AdvanceTask:
     """Merge the tiles of a pass into a picture of target quality, and decide what the next pass wants.
 
     ``merged`` is as in `SampleTask`, ``recorded`` are the tiles that have recorded ``layers``. ``last`` says
-    that no pass follows, whatever the error is: then not all tiles of the pass need be there.
+    that no pass follows, whatever the error is: then not all tiles of the pass need be there. ``prices`` are
+    CPU seconds of camera rays by kind, as measured before this pass; None before any was.
     """
 
     job: str
@@ -62,6 +65,7 @@ class AdvanceTask:
     attempt: int
     layers: tuple[str, ...]
     recorded: tuple[StoredTile, ...]
+    prices: dict[str, float] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,14 +153,19 @@ class TileDone:
 class AdvanceDone:
     """A pass is merged: picture, state and demand lie in the store.
 
-    ``tiles`` are the numbers of those in which the next pass has ``samples`` to take, if they have sides of
-    ``tile_size`` pixels. Where none follows, the final picture lies in the store, and ``sha256`` is that of
-    its file; ``numerics`` are as in `ComposeDone`. ``error`` is the estimate with its interval, once known.
+    ``tiles`` are those in which the next pass has ``samples`` to take. It is predicted to last
+    ``next_seconds``, all passes after it ``later_seconds``, and one of its camera rays ``ray_seconds``. Where
+    none follows, the final picture lies in the store, and ``sha256`` is that of its file; ``numerics`` are as
+    in `ComposeDone`. ``error`` is the estimate with its interval, once known. ``prices`` are as in
+    `AdvanceTask`.
     """
 
-    tile_size: int
-    tiles: tuple[int, ...]
+    tiles: tuple[Tile, ...]
     samples: int
+    next_seconds: float
+    later_seconds: float
+    prices: dict[str, float]
+    ray_seconds: float
     error: dict[str, float] | None
     numerics: dict[str, int]
     cpu_seconds: float

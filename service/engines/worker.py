@@ -76,7 +76,10 @@ PLANS_KEPT = 4
 
 @dataclass(frozen=True)
 class WorkerSetup:
-    """What a worker process is told when it starts; ``store`` is the address of `service.store.places`."""
+    """What a worker process is told when it starts; ``store`` is the address of `service.store.places`.
+
+    ``workers`` are those that share the tiles of a pass.
+    """
 
     parent: int
     store: str
@@ -84,6 +87,7 @@ class WorkerSetup:
     memory_bytes: int
     lease: Lease = field(default_factory=Lease)
     log_level: str = "info"
+    workers: int = 1
 
 
 class Worker:
@@ -94,7 +98,7 @@ class Worker:
         objects = place.within(JOBS)
         self._store = TileStore(objects)
         self._assets = AssetStore(place.within(ASSETS), setup.limits)
-        self._passes = PassWorker(self._store, PassStore(objects))
+        self._passes = PassWorker(self._store, PassStore(objects), setup.workers)
         self._plans: OrderedDict[str, renderer.RenderPlan] = OrderedDict()
 
     @singledispatchmethod

@@ -39,7 +39,12 @@ def test_the_image_has_the_bytes_that_the_renderer_makes(client: httpx2.Client) 
     document = scene(**RANDOM)
     job = submit(client, document)
     done = finish(client, job)
-    assert done["progress"] == {"done": done["progress"]["total"], "total": done["last_seq"], "share": 1.0}
+    assert done["progress"] == {
+        "done": done["progress"]["total"],
+        "total": done["last_seq"],
+        "share": 1.0,
+        "remaining_seconds": None,
+    }
     assert image(client, job).tobytes() == rendered(document).tobytes()
 
 

@@ -10,9 +10,12 @@ import pytest
 from sqlalchemy import select
 
 import renderer
+from renderer.adaptive import Estimate
+from renderer.adaptive.forecast import forecast, usual_prices
 from schemas.jobs import JobState
 from schemas.quality import TargetQuality
-from service import ledger, rows, target_tiles, targets
+from schemas.tiles import Tile
+from service import ledger, progress, rows, target_tiles, targets
 from service.database.connection import Database
 from service.database.models import RenderRow, TileRow
 from service.engines.tasks import (
@@ -34,15 +37,27 @@ MAX_ATTEMPTS = 3
 TARGET = TargetQuality(mode="target", error=0.02)
 
 
-def advanced(*tiles: int, samples: int = 10, final: bool = False) -> AdvanceDone:
-    """A merged pass of a picture whose tiles have sides of 32 pixels."""
+TILES = {
+    number: Tile(number, 32 * column, 32 * row, 32 * column + 32, 32 * row + 32)
+    for number, (row, column) in enumerate(((0, 0), (0, 1), (1, 0), (1, 1)), 1)
+}
+"""The quarters of the picture."""
+
+
+def advanced(
+    *tiles: int, samples: int = 10, later: float = 1.0, merging: float = 0.25, final: bool = False
+) -> AdvanceDone:
+    """A merged pass; the next one is predicted to take a CPU second."""
     return AdvanceDone(
-        tile_size=32,
-        tiles=tiles,
+        tiles=tuple(TILES[number] for number in tiles),
         samples=samples,
+        next_seconds=1.0,
+        later_seconds=later,
+        prices={"looks": 1e-5},
+        ray_seconds=1e-5,
         error=ERROR,
         numerics={"non_finite": 0},
-        cpu_seconds=0.25,
+        cpu_seconds=merging,
         sha256="ab" if final else None,
     )
 
@@ -72,9 +87,9 @@ class Table:
         )
         with self.database.writing() as session:
             enter(session, "a", render)
-            tiles = target_tiles.tiles(render, 32)
             session.add_all(
-                TileRow(**rows.new_step(render.number, target_tiles.pass_of(0), tile)) for tile in tiles
+                TileRow(**rows.new_step(render.number, target_tiles.pass_of(0), tile))
+                for tile in TILES.values()
             )
 
     def round(self, *reports: tuple[JobTask, Outcome], room: int = 8, deaths: int = 0) -> list[JobTask]:
@@ -160,11 +175,23 @@ def test_a_share_stays_where_it_is_when_a_pass_is_added(table: Table) -> None:
     before = rows.share(table.job)
     # Forty of a hundred samples are taken; a thousand more are asked for.
     assert before == 0.4
-    table.round((task, advanced(1, 2, samples=1000)), room=0)
+    # Of 2.25 CPU seconds that are spent, 1 for the pass, and 100 for what follows, less than 0.4 is done.
+    table.round((task, advanced(1, 2, samples=1000, later=100.0)), room=0)
     assert rows.share(table.job) == before
     table.merging()
-    # The pass is taken for half of what is left: 20 of its 1000 samples are 20 of 2000.
-    assert rows.share(table.job) == pytest.approx(0.4 + 0.6 * 20 / 2000, rel=1e-12)
+    assert rows.share(table.job) == pytest.approx(before, abs=1e-6)
+
+
+def test_a_share_is_that_of_cpu_seconds_spent_and_predicted(table: Table) -> None:
+    table.add()
+    # 2.25 CPU seconds are spent on the first pass, 1 on the next, 1.75 on all others.
+    table.round((table.merging(), advanced(1, 2, samples=20, later=1.75)), room=0)
+    assert rows.share(table.job) == pytest.approx(2.25 / 5, rel=1e-12)
+    first, second = table.round()
+    table.round((first, DONE), room=0)
+    assert rows.share(table.job) == pytest.approx(2.75 / 5, rel=1e-3)
+    table.round((second, DONE), room=0)
+    assert rows.share(table.job) == pytest.approx(3.25 / 5, rel=1e-3)
 
 
 def test_merging_is_tried_again_after_a_death_and_a_stale_attempt_does_not_count(table: Table) -> None:
@@ -240,11 +267,45 @@ def test_a_round_says_when_the_next_time_will_be_spent(table: Table) -> None:
     assert 0 < result.deadline_in <= 10
 
 
-def test_the_first_pass_is_never_more_than_half_of_what_is_expected() -> None:
+def test_tiles_end_before_the_limit_by_as_much_as_merging_takes(table: Table) -> None:
+    """0.25 and 2 seconds for the first two passes; of 4 seconds a quarter is the most."""
+    table.add(time_limit=100)
+    table.round((table.merging(), advanced(1, 2)), room=0)
+    table.round((table.merging(), advanced(1, 2, merging=2.0)), room=0)
+    job = table.job
+    left = targets.time_left(job), targets.tile_time_left(job)
+    assert left[0] is not None
+    assert left[1] is not None
+    assert left[0] - left[1] == pytest.approx(2.0, abs=0.1)
+    job.time_limit = 4.0
+    left = targets.time_left(job), targets.tile_time_left(job)
+    assert left[0] is not None
+    assert left[1] is not None
+    assert left[0] - left[1] == pytest.approx(1.0, abs=0.1)
+
+
+def test_with_a_time_limit_the_share_is_that_of_the_time_if_that_is_more(table: Table) -> None:
+    table.add(time_limit=10)
+    table.round((table.merging(), advanced(1, 2, samples=20, later=1000.0)), room=0)
+    table.spend(6)
+    job = table.job
+    assert progress.share(job) == pytest.approx(0.6, abs=0.05)
+    left = progress.remaining_seconds(job)
+    assert left is not None
+    assert 3 < left <= 4
+    table.spend(11)
+    assert progress.share(table.job) < 1
+    assert progress.remaining_seconds(table.job) == 0
+
+
+def test_the_first_pass_grows_to_the_share_that_is_predicted_of_it() -> None:
     document = scene(80, 48)
     document["camera"]["lens_radius"] = 0.1
     plan = renderer.compile_scene(document, TARGET)
+    steps, columns = targets.begin(plan, TARGET, 32, 2)
+    assert len(steps) == 3 * 2
     # With a lens every pixel begins with 4 samples.
-    for expected, total in ((10, 2 * 4 * 80 * 48), (10**6, 10**6)):
-        _, columns = targets.begin(plan, TARGET, 32, expected)
-        assert columns["total_work"] == total
+    rays = 4 * 80 * 48
+    expected = forecast(Estimate.begin(plan), usual_prices(plan))
+    share = expected.next / (expected.next + expected.later)
+    assert rays / columns["total_work"] == pytest.approx(share, rel=1e-3)

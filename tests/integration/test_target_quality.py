@@ -109,7 +109,12 @@ def test_each_pass_ends_with_the_whole_picture_and_the_coarse_one_is_first(clien
     done = finish(client, job)
     events = client.get(f"/v1/jobs/{job}/tiles").json()["events"]
     assert [event["seq"] for event in events] == list(range(1, done["last_seq"] + 1))
-    assert done["progress"] == {"done": len(events), "total": len(events), "share": 1.0}
+    assert done["progress"] == {
+        "done": len(events),
+        "total": len(events),
+        "share": 1.0,
+        "remaining_seconds": None,
+    }
     passes = [list(group) for _, group in itertools.groupby(events, key=lambda event: event["pass_index"])]
     assert [group[0]["pass_index"] for group in passes] == list(range(len(passes)))
     for group in passes:
@@ -141,7 +146,10 @@ def test_the_share_never_goes_back_though_passes_are_added(client: httpx2.Client
         batch = client.get(f"/v1/jobs/{job}/tiles", params={"after": after, "wait": 5}).json()
         shares.append(batch["progress"]["share"])
         totals.append(batch["progress"]["total"])
+        left = batch["progress"]["remaining_seconds"]
+        assert batch["state"] == "succeeded" or (shares[-1] < 1 and (left is None or left >= 0))
         after, complete = batch["next"], batch["complete"]
+    assert left is None
     assert shares == sorted(shares)
     assert totals == sorted(totals)
     assert shares[-1] == 1.0
@@ -172,6 +180,22 @@ def test_what_the_time_allows_is_a_whole_picture_with_its_error(client: httpx2.C
     assert np.isfinite(found).all()
     # The ball shows 0.1 x 0.1 where no light falls on it; a hole would be 0.
     assert found.min() > 0.009
+
+
+def test_a_job_paused_in_the_middle_of_a_pass_has_its_time_left_when_it_goes_on(
+    client: httpx2.Client,
+) -> None:
+    job = submit(client, scene(256, 192), quality=target(1e-6, time_limit=20))
+    wait(client, job, lambda found: found["progress"]["done"] > 2)
+    client.post(f"/v1/jobs/{job}/pause")
+    paused = wait(client, job, lambda found: not found["rendering"])
+    assert paused["progress"]["remaining_seconds"] is None
+    client.post(f"/v1/jobs/{job}/resume")
+    going = wait(client, job, lambda found: found["progress"]["done"] > paused["progress"]["done"])
+    assert paused["progress"]["share"] <= going["progress"]["share"] < 1
+    assert 0 <= going["progress"]["remaining_seconds"] <= 20
+    cancelled = client.post(f"/v1/jobs/{job}/cancel").json()
+    assert cancelled["progress"]["remaining_seconds"] is None
 
 
 def test_a_picture_without_time_is_coarse(client: httpx2.Client) -> None:

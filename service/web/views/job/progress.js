@@ -42,8 +42,18 @@ export function mount(root, watch) {
 function remark(job) {
   if (job.state === "queued" && !job.paused) return job.queue_position ? `${job.queue_position} before it` : "next";
   if (job.state === "running" && job.progress.total > 1)
-    return `${count(job.progress.done)} of ${count(job.progress.total)} steps`;
+    return [stepsOf(job), left(job)].filter(Boolean).join(", ");
   return "";
+}
+
+// With target quality passes follow from each other: nobody knows how many steps there will be.
+function stepsOf(job) {
+  const { done, total } = job.progress;
+  return job.quality?.mode === "target" ? `${count(done)} steps done` : `${count(done)} of ${count(total)} steps`;
+}
+
+function left(job) {
+  return job.progress.remaining_seconds === null ? "" : `about ${seconds(job.progress.remaining_seconds)} left`;
 }
 
 function figures(job) {

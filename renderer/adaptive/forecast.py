@@ -1,0 +1,196 @@
+"""How much of a picture of target quality is done, and what the rest will cost.
+
+The share that is done is that of CPU seconds: those spent, over those and the ones predicted. What the next
+pass asks for is known; what others will ask for is predicted from the pilot samples so far, and as soon as
+there are samples, from how far the error is above the target. Rays are priced as they were measured.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.adaptive.estimate import COVERS, OUTLOOK, PROBES, ROUND, STRIDE, Estimate
+from renderer.adaptive.labels import of_labels
+from renderer.adaptive.levels import COUNTS
+from renderer.adaptive.looking import PROBED, probe_share
+from renderer.adaptive.strata import borders
+from renderer.plan import RenderPlan
+
+LOOKS, BORDERS, SAMPLES, LAYERS = "looks", "borders", "samples", "layers"
+"""Kinds of rays."""
+
+Prices = Mapping[str, float]
+"""CPU seconds of a camera ray by kind."""
+
+USUAL = {LOOKS: 3.0, BORDERS: 0.6, SAMPLES: 2.0, LAYERS: 0.5}
+"""Price of a ray over what the plan says of one, until it is measured: medians over the gallery at 128 x 128.
+Pilot samples have many light points, layers none."""
+
+UNSURE = 2.75
+"""Times this price that pilot samples may cost: 8 times what the plan says of a ray, on `soft`."""
+
+GROWTH, MORE = 2.0, 2.0
+"""Pilot samples of the next finer lattice for each of this one: twice as many where they follow edges, four
+times where all of the lattice is refined."""
+
+OUTLINE = 7
+"""Pixels at borders for each pixel of half the picture's perimeter, before any is known: 4 to 14 in the
+gallery."""
+
+AFTER_PROBES = 4.0
+"""Rays of all samples after the probes, over those of the probes: from 0 in large pictures at a coarse error
+to 20 in small ones at a fine one, 4 in the median of 19 pictures. Nothing before the probes tells."""
+
+ONE_MORE, SURPRISES = 1.5, 2.0
+"""Rays of all passes after one with samples, over those of that one, at least; and all rays to come over
+those that the allocation tells. Samples find what was not expected. Medians of 90 passes."""
+
+PASSES = 0.06
+"""CPU seconds of the passes themselves that follow the probes, however few rays they have: 3 of 0.02 each in
+the median. Of later passes the price of rays tells it."""
+
+TILE_SECONDS, MOST_CALLS = 0.0035, 0.75
+"""CPU seconds that a tile of `soft` costs apart from its rays, and the most that these are of a pass."""
+
+SCATTERED = 16.0
+"""Samples of each pixel that shows a mirror, glass, a bent normal or a texture no mean was taken of: its look
+tells little. 14 to 23 in the gallery at 1/255, and 200 where a texture is finer than pixels."""
+
+AFTER_FIRST = 4.0
+"""The same where a picture begins with samples, as it does with a lens."""
+
+MOST = 0.99
+"""No picture is said to be finished before it is."""
+
+
+@dataclass(frozen=True, slots=True)
+class Forecast:
+    """CPU seconds that the next pass and all later ones are predicted to take."""
+
+    next: float
+    later: float
+
+    def share(self, spent: float, part: float) -> float:
+        """Share of the picture that is done, 0 to `MOST`, with a part of the next pass."""
+        left = self.next * (1.0 - min(part, 1.0)) + self.later
+        return min(spent / (spent + left), MOST) if spent > 0 else 0.0
+
+
+def share_by(work: float, elapsed: float, limit: float) -> float:
+    """Share that is done where the picture ends with its work or with its time limit, whichever is first."""
+    return min(max(work, elapsed / limit), MOST)
+
+
+def seconds_left(share: float, elapsed: float, limit: float) -> float | None:
+    """Seconds until the picture is finished, None where nothing is done by which to tell."""
+    return min(elapsed / share - elapsed, max(limit - elapsed, 0.0)) if share > 0 else None
+
+
+@dataclass(slots=True)
+class Progress:
+    """How far a picture is, as it is reported: neither share falls, that of the work nor that of the tiles.
+
+    Attributes
+    ----------
+    limit : float
+        Seconds that it may take; inf if there is no limit.
+    share : float
+        Part of the work that is done.
+    total : int
+        Tiles that are expected in all, at least one more than are done.
+    """
+
+    limit: float
+    share: float = 0.0
+    total: int = 0
+
+    def note(self, work: float, done: int, elapsed: float) -> None:
+        """Take note of a share of the work, and of the tiles that are done."""
+        self.share = max(self.share, share_by(work, elapsed, self.limit))
+        expected = round(done / self.share) if self.share > 0 else 0
+        most = done * self.total // (done - 1) if done > 1 else expected
+        self.total = max(done + 1, min(expected, most))
+
+
+def usual_prices(plan: RenderPlan) -> dict[str, float]:
+    """What rays are expected to cost before any is traced."""
+    cost = plan.describe().cost
+    return {kind: times * cost.cpu_seconds / cost.camera_rays for kind, times in USUAL.items()}
+
+
+def kind_of(estimate: Estimate) -> str:
+    """Which rays the next pass traces."""
+    return {0: LOOKS, COVERS: BORDERS}.get(int(estimate.counters[ROUND]), SAMPLES)
+
+
+def noted(prices: Prices, kind: str, rays: int, seconds: float, tiles: int) -> dict[str, float]:
+    """Prices after a pass whose rays took so many CPU seconds in so many tiles; no rays tell nothing.
+
+    What tiles cost apart from their rays is left out: the more tiles a pass had, the more the next would get.
+    """
+    if not rays:
+        return dict(prices)
+    calls = min((tiles - 1) * TILE_SECONDS, MOST_CALLS * seconds)
+    return dict(prices) | {kind: (seconds - calls) / rays}
+
+
+def forecast(estimate: Estimate, prices: Prices) -> Forecast:
+    """Predict what a picture is going to take, with the next pass decided."""
+    kind, rays = kind_of(estimate), estimate.rays_wanted()
+    return Forecast(next=rays * prices[kind], later=sum(_later(estimate, kind, rays, prices)))
+
+
+def _later(estimate: Estimate, kind: str, rays: int, prices: Prices) -> tuple[float, ...]:
+    passes = PASSES if estimate.counters[ROUND] <= PROBES else 0.0
+    if kind == SAMPLES:
+        return passes, _samples_after(estimate, rays) * prices[SAMPLES]
+    probes = estimate.have.size * probe_share(estimate) * COUNTS[PROBED]
+    sampled = ((1 + AFTER_PROBES) * probes + _scattered(estimate)) * prices[SAMPLES]
+    if kind == BORDERS:
+        return passes, sampled
+    covered = _borders_to_come(estimate) * estimate.plan.coverage * prices[BORDERS]
+    return passes, sampled, covered, _looks_after(estimate, rays) * prices[LOOKS]
+
+
+def _samples_after(estimate: Estimate, rays: int) -> float:
+    round_ = int(estimate.counters[ROUND])
+    if round_ > PROBES:
+        return max(SURPRISES * estimate.counters[OUTLOOK] - rays, ONE_MORE * rays)
+    if estimate.plan.look is None:
+        return rays * AFTER_FIRST
+    return rays * AFTER_PROBES + _scattered(estimate)
+
+
+def _scattered(estimate: Estimate) -> float:
+    """Samples of the pixels whose looks tell little, as far as the lattice so far shows them."""
+    if not estimate.have.any():
+        return 0.0
+    plan, looked = estimate.plan, _looked(estimate)
+    fine = plan.rough | plan.textured & ~plan.averaged
+    return SCATTERED * looked**2 * float(of_labels(fine, estimate.labels[::looked, ::looked]).sum())
+
+
+def _looked(estimate: Estimate) -> int:
+    """Pixels between the nodes of the finest lattice that is known, before the next pass."""
+    stride = int(estimate.counters[STRIDE])
+    return 2 * stride if kind_of(estimate) == LOOKS else stride
+
+
+def _looks_after(estimate: Estimate, rays: int) -> float:
+    """Pilot samples on lattices finer than the next one."""
+    stride = int(estimate.counters[STRIDE])
+    nodes = estimate.have[::stride, ::stride].size
+    known = (estimate.have[::stride, ::stride] > 0).sum()
+    growth = GROWTH + MORE * rays / max(nodes - known, 1) if known else GROWTH
+    return sum(rays * growth**finer for finer in range(1, stride.bit_length()))
+
+
+def _borders_to_come(estimate: Estimate) -> float:
+    """Pixels at borders, as the lattice so far shows them: on a finer one a line has as many more."""
+    height, width = estimate.have.shape
+    looked = _looked(estimate)
+    labels = estimate.labels[::looked, ::looked]
+    if not estimate.have.any():
+        return float(min(OUTLINE * (width + height), width * height))
+    return float(min(np.count_nonzero(borders(labels)) * looked, width * height))
