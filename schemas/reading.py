@@ -109,12 +109,9 @@ def checked(document: Document, model: type[Model], *, limits: Limits) -> Model:
 
 
 def _misplaced(content: object, model: type[BaseModel]) -> Finding | None:
-    """Recognise a scene where a request belongs, and a request where a scene does: that is one mistake."""
+    """Recognise a scene where a request belongs: that is one mistake."""
     if not isinstance(content, Mapping):
         return None
-    if model is Scene and "scene" in content and "camera" not in content:
-        detail = "This is a request to a service. A scene is what is in its field 'scene': give that alone."
-        return Finding(("scene",), "not_a_scene", detail, about_key=True)
     field = model.model_fields.get("scene")
     if field and field.annotation is Scene and "camera" in content and "scene" not in content:
         detail = 'This is a scene, and a request with a scene belongs here. Wrap it: {"scene": {...}}.'

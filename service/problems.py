@@ -17,11 +17,13 @@ from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 from starlette.exceptions import HTTPException
 
 import renderer
+from renderer.adaptive.time_limits import OutOfTimeError
 from renderer.assets import AssetError, NoSuchAssetError
 from renderer.comparison import NotComparableError
 from renderer.convergence import NothingToFitError
 from renderer.errors import ImageFileError, MissingExtraError
 from schemas.errors import SHOWN
+from schemas.limits import LimitsError
 from schemas.problems import Problem, ProblemDocument
 from service import errors
 from service.client.places import located
@@ -54,6 +56,8 @@ KINDS: dict[type[Exception], Kind] = {
     ImageFileError: Kind(500, "picture_failed", told=False),
     NotComparableError: Kind(422, "not_comparable"),
     MissingExtraError: Kind(501, "extra_missing"),
+    OutOfTimeError: Kind(500, "out_of_time", told=False),
+    LimitsError: Kind(500, "limits", told=False),
     AssetError: Kind(422, "asset_not_usable"),
     NoSuchAssetError: Kind(422, "asset_not_usable"),
     NothingToFitError: Kind(422, "nothing_to_fit"),

@@ -184,15 +184,15 @@ class Course:
         self.cpu_seconds += samples.cpu_seconds + samples.layer_seconds
         self.done += 1
         if self.on_tile:
-            self._tell(tile, expected, part)
+            self._report(tile, expected, part)
 
-    def _tell(self, tile: Tile, expected: Forecast, part: float) -> None:
+    def _report(self, tile: Tile, expected: Forecast, part: float) -> None:
         assert self.on_tile
-        told, elapsed = self.progress, time.monotonic() - self.begun
-        told.note(expected.share(self.cpu_seconds, part), self.done, elapsed)
-        left = seconds_left(told.share, elapsed, told.limit)
+        progress, elapsed = self.progress, time.monotonic() - self.begun
+        progress.note(expected.share(self.cpu_seconds, part), self.done, elapsed)
+        left = seconds_left(progress.share, elapsed, progress.limit)
         pixels = self.estimate.part(tile)
-        self.on_tile(TileEvent(tile, self.number(), pixels, self.done, told.total, told.share, left))
+        self.on_tile(TileEvent(tile, self.number(), pixels, self.done, progress.total, progress.share, left))
 
     def _note(self) -> None:
         """Keep what the picture has taken when a pass ends, and its error, if that is known by then."""
@@ -224,7 +224,7 @@ def records_centres(plan: RenderPlan) -> bool:
 
 
 def answer(plan: RenderPlan, demand: Demand) -> Samples | None:
-    """Render what is asked of a tile, None if its time is over; what goes wrong tells which tile it was."""
+    """Render what is asked of a tile, None if its time is over; errors name the tile."""
     tile = demand.tile
     with told(plan.seed, tile, f"levels up to {demand.want.max()}"):
         try:

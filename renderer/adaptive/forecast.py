@@ -40,22 +40,22 @@ gallery."""
 
 AFTER_PROBES = 4.0
 """Rays of all samples after the probes, over those of the probes: from 0 in large pictures at a coarse error
-to 20 in small ones at a fine one, 4 in the median of 19 pictures. Nothing before the probes tells."""
+to 20 in small ones at a fine one, 4 in the median of 19 pictures. Nothing before the probes predicts it."""
 
 ONE_MORE, SURPRISES = 1.5, 2.0
 """Rays of all passes after one with samples, over those of that one, at least; and all rays to come over
-those that the allocation tells. Samples find what was not expected. Medians of 90 passes."""
+those that the allocation predicts. Samples find what was not expected. Medians of 90 passes."""
 
 PASSES = 0.06
 """CPU seconds of the passes themselves that follow the probes, however few rays they have: 3 of 0.02 each in
-the median. Of later passes the price of rays tells it."""
+the median. In later passes the price of a ray includes it."""
 
 TILE_SECONDS, MOST_CALLS = 0.0035, 0.75
 """CPU seconds that a tile of `soft` costs apart from its rays, and the most that these are of a pass."""
 
 SCATTERED = 16.0
 """Samples of each pixel that shows a mirror, glass, a bent normal or a texture no mean was taken of: its look
-tells little. 14 to 23 in the gallery at 1/255, and 200 where a texture is finer than pixels."""
+says little. 14 to 23 in the gallery at 1/255, and 200 where a texture is finer than pixels."""
 
 AFTER_FIRST = 4.0
 """The same where a picture begins with samples, as it does with a lens."""
@@ -163,7 +163,7 @@ def _samples_after(estimate: Estimate, rays: int) -> float:
 
 
 def _scattered(estimate: Estimate) -> float:
-    """Samples of the pixels whose looks tell little, as far as the lattice so far shows them."""
+    """Samples of the pixels whose pilot samples say little, as far as the lattice so far shows them."""
     if not estimate.have.any():
         return 0.0
     plan, looked = estimate.plan, _looked(estimate)

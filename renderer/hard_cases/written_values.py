@@ -166,13 +166,13 @@ COUNTS: list[Parts] = [
     "counts that are none",
     symptom="The service runs out of memory, or draws another size than was asked for.",
     cause="int() makes 1 of 1.5 and of true, and a billion columns are allocated before anyone looks.",
-    remedy="Counts are whole numbers from 1 to 65536, written without quotes, point or exponent.",
+    remedy="Counts are whole numbers from 1 to 65536, written without quotes; 2.0 is 2.",
     expected="Refused at their place while the scene is read, before anything is allocated.",
     source="geometry",
 )
 def counts() -> Outcome:
     """Sizes of the picture and numbers of samples."""
-    values: list[Any] = [0, -1, 1.5, 2.0, True, "4", 10**9, 10**300, None]
+    values: list[Any] = [0, -1, 1.5, 2.5, True, "4", 10**9, 10**300, None]
     document = everything()
     places = [(parts, value) for parts in COUNTS for value in values]
     wrong = sum(not refused_at(changed(document, parts, value), pointer(parts)) for parts, value in places)

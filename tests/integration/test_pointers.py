@@ -128,7 +128,8 @@ def test_a_request_where_a_scene_belongs_gets_one_hint() -> None:
     with pytest.raises(renderer.SceneError) as caught:
         renderer.load_scene({"scene": scene(), "quality": None})
     [found] = caught.value.errors
-    assert (found.code, found.pointer) == ("not_a_scene", "/scene")
+    assert (found.code, found.pointer) == ("wrong_file", "")
+    assert "'scene'" in found.detail
 
 
 def test_as_many_rays_are_traced_as_the_setting_allows(start: Start) -> None:

@@ -20,7 +20,7 @@ from service.database import migrations
 from service.database.connection import Database
 from service.database.migrations import upgrade
 from service.database.models import AssetOwnerRow, JobRow, RenderRow, TileRow
-from service.job_documents import document
+from service.job_documents import documents
 from tests.integration.support import BOTH
 
 MOMENT = "2026-01-02 03:04:05.000000"
@@ -86,7 +86,7 @@ def _insert(database: Database, table: str, values: dict[str, object]) -> None:
 def test_jobs_are_told_as_before(database: Database) -> None:
     upgrade(database)
     with database.reading() as session:
-        first, second = (document(session, row) for row in session.scalars(select(JobRow)))
+        first, second = documents(session, session.scalars(select(JobRow)).all())
     assert (first.id, first.name, first.state, first.width) == ("aa", "ball", JobState.RUNNING, 64)
     assert (first.progress.done, first.progress.total, first.progress.share) == (1, 2, 0.25)
     assert (first.cost.cpu_seconds, first.cost.rays, first.last_seq) == (0.5, {"camera": 32}, 1)
