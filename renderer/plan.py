@@ -56,8 +56,6 @@ class RenderPlan:
     look : RenderPlan or None
         What runs at the first look that target quality takes at each pixel; None for fixed quality. Its
         entries tell only what it does in another way.
-    coverage : int
-        Rays that tell what a pixel at a border shows; 0 for fixed quality.
     averaged : (shapes,) bool
         Shapes whose textures first looks average over the pixel.
     textured, rough : (shapes,) bool
@@ -90,7 +88,6 @@ class RenderPlan:
     entries: tuple[Entry, ...]
     left_out: tuple[LeftOut, ...]
     look: "RenderPlan | None"
-    coverage: int
     textured: Masks
     averaged: Masks
     rough: Masks

@@ -1,8 +1,9 @@
 """Which pixel gets how many samples, so that the error wished for costs the least.
 
 The squared error of a pixel whose single samples have variance c goes like c n**-1.5 with n samples of a
-Sobol sequence: most of it comes from edges. The sum over pixels is wanted at the least sum of n, which
-Lagrange's multiplier gives: n = (1.5 c m)**0.4 for a price of 1 / m a sample.
+Sobol sequence: most of it comes from edges. The same holds for n rays of lattices that tell what a pixel at a
+border shows, which are cheaper. The sum over pixels is wanted at the least sum of prices, which Lagrange's
+multiplier m gives: n = (1.5 c m / p)**0.4 for a price p of a sample.
 """
 
 from collections.abc import Callable
@@ -11,12 +12,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.adaptive.levels import COUNTS, levels_of
+from renderer.adaptive.levels import COUNTS, COVERAGES, levels_of
 from renderer.adaptive.strata import Survey
 from renderer.arrays import Floats, Integers
 
 BINS = 256
 """Of the logarithm of variances, four an octave, for the search of the multiplier."""
+
+RAY_PRICE = 1 / 12
+"""CPU seconds of a ray that tells what a pixel shows, over those of a camera sample: `soft`, `chess`."""
+
+_COVERED = np.maximum(COVERAGES, 1)
+"""Samples that a coverage is worth: where there is none, the pilot sample is one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,13 +36,23 @@ class Allocation:
         Of the sampled pixels.
     strata : (K,) int64
         Of all pixels of a stratum, 0 where their first look is good enough.
+    covers : (k,) int64
+        Numbers of `levels.COVERAGES` of the pixels at borders.
     """
 
     pixels: Integers
     strata: Integers
+    covers: Integers
 
 
-def allocate(variances: Floats, levels: NDArray[np.uint8], survey: Survey, goal: float) -> Allocation:
+def allocate(
+    variances: Floats,
+    levels: NDArray[np.uint8],
+    survey: Survey,
+    goal: float,
+    contrasts: Floats,
+    coverage: NDArray[np.uint8],
+) -> Allocation:
     """Distribute samples so that the sum of squared errors becomes `goal`, as far as can be told now.
 
     Parameters
@@ -47,25 +64,68 @@ def allocate(variances: Floats, levels: NDArray[np.uint8], survey: Survey, goal:
     survey : Survey
         Of the pixels whose first look is shown.
     goal : float
+    contrasts : (k,) float64
+        The same as `variances` for the rays that tell what pixels at borders show.
+    coverage : (k,) uint8
+        Numbers of `levels.COVERAGES` that these have.
     """
-    bins = np.clip(np.log2(np.maximum(variances, 1e-15)) * 4 + 200, 0, BINS - 1).astype(np.int64)
-    sorts = np.bincount(bins * 32 + levels, minlength=BINS * 32)
-    used = np.flatnonzero(sorts)
-    typical, have, many = 2.0 ** ((used // 32 - 199.5) / 4), used % 32, sorts[used]
+    sampled, covered = _Sorts.of(variances, levels), _Sorts.of(contrasts, coverage)
 
     def left(multiplier: float) -> float:
-        wanted = np.maximum(_levels(typical, multiplier), have)
-        sampled = (many * typical * COUNTS[wanted] ** -1.5).sum()
-        return float(sampled + (survey.sizes * _looked(survey, multiplier)[1]).sum())
+        own = sampled.left(_levels(sampled.typical, multiplier), COUNTS)
+        borders = covered.left(_covers(covered.typical, multiplier), _COVERED)
+        return own + borders + float((survey.sizes * _looked(survey, multiplier)[1]).sum())
 
     multiplier = _least(left, goal)
     return Allocation(
-        pixels=np.maximum(_levels(variances, multiplier), levels), strata=_looked(survey, multiplier)[0]
+        pixels=np.maximum(_levels(variances, multiplier), levels),
+        strata=_looked(survey, multiplier)[0],
+        covers=np.maximum(_covers(contrasts, multiplier), coverage),
     )
+
+
+def cover_sizes(contrasts: Floats, goal: float) -> Integers:
+    """Numbers of `levels.COVERAGES` (k,) that bring squared errors down to a sum of `goal`."""
+    covered = _Sorts.of(contrasts, np.zeros(contrasts.size, np.uint8))
+
+    def left(multiplier: float) -> float:
+        return covered.left(_covers(covered.typical, multiplier), _COVERED)
+
+    return _covers(contrasts, _least(left, goal))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sorts:
+    """Pixels of about the same variance and the same level: how many there are (m,) of each sort."""
+
+    typical: Floats
+    have: Integers
+    many: Integers
+
+    @classmethod
+    def of(cls, variances: Floats, levels: NDArray[np.uint8]) -> "_Sorts":
+        """Pixels (n,)."""
+        bins = np.clip(np.log2(np.maximum(variances, 1e-15)) * 4 + 200, 0, BINS - 1).astype(np.int64)
+        sorts = np.bincount(bins * 32 + levels, minlength=BINS * 32)
+        used = np.flatnonzero(sorts)
+        return cls(2.0 ** ((used // 32 - 199.5) / 4), used % 32, sorts[used])
+
+    def left(self, levels: Integers, counts: Integers) -> float:
+        """Sum of the squared errors with these levels (m,) at least, which stand for `counts`."""
+        return float((self.many * self.typical * counts[np.maximum(levels, self.have)] ** -1.5).sum())
 
 
 def _levels(variances: Floats, multiplier: float) -> Integers:
     return levels_of((1.5 * variances * multiplier) ** 0.4)
+
+
+def _covers(contrasts: Floats, multiplier: float) -> Integers:
+    wished = (1.5 * contrasts * multiplier / RAY_PRICE) ** 0.4
+    return np.searchsorted(_BETWEEN, wished)
+
+
+_BETWEEN = np.sqrt(_COVERED[1:] * _COVERED[:-1])
+"""Between two neighbouring coverages."""
 
 
 def _looked(survey: Survey, multiplier: float) -> tuple[Integers, Floats]:

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from renderer.adaptive.coverage import Surroundings, surroundings
 from renderer.adaptive.decisions import advance
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.forecast import (
@@ -21,9 +20,9 @@ from renderer.adaptive.forecast import (
     seconds_left,
     usual_prices,
 )
-from renderer.adaptive.levels import COVERED, Levels
+from renderer.adaptive.guides import Surroundings, surroundings
 from renderer.adaptive.partition import pass_tiles
-from renderer.adaptive.samples import Samples, render_samples
+from renderer.adaptive.samples import Demanded, Samples, render_samples
 from renderer.adaptive.time_limits import OutOfTimeError, TimeLimit, reserve
 from renderer.errors import told
 from renderer.execute import WORK, render_layers
@@ -35,15 +34,14 @@ from schemas.tiles import Pass, Tile
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Demand:
-    """What a pass asks of a tile: `have` and `want` are those of its pixels, (h, w) uint8.
+    """What a pass asks of a tile.
 
     `around` is there where pixels at borders are wanted. Layers are recorded in the first pass, which has
     no limit.
     """
 
     tile: Tile
-    have: Levels
-    want: Levels
+    levels: Demanded
     around: Surroundings | None
     records: bool = False
     limit: TimeLimit | None = None
@@ -143,21 +141,18 @@ class Course:
 
     def demands(self) -> list[Demand]:
         """The tiles of a pass in which something is wanted."""
-        have, want = self.estimate.have, self.estimate.want
         records = not self.passes and records_centres(self.plan)
         limit = self._limit()
         found = pass_tiles(self.estimate, self.prices, self.workers, self.tile_size, records=records)
-        parts = [(tile, np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]) for tile in found]
-        return [
-            Demand(tile, have[part].copy(), want[part].copy(), self._around(tile, want[part]), records, limit)
-            for tile, part in parts
-        ]
+        parts = [(tile, self.estimate.demanded.part(tile)) for tile in found]
+        return [Demand(tile, part, self._around(tile, part), records, limit) for tile, part in parts]
 
-    def _around(self, tile: Tile, want: Levels) -> Surroundings | None:
+    def _around(self, tile: Tile, levels: Demanded) -> Surroundings | None:
         """First looks around a tile, if it needs them."""
         estimate = self.estimate
-        wanted = (want == COVERED).any()
-        return surroundings(tile, estimate.values, estimate.labels) if wanted else None
+        if not levels.needs_looks(self.plan):
+            return None
+        return surroundings(tile, estimate.values, estimate.labels, estimate.colors)
 
     def _limit(self) -> TimeLimit | None:
         if not self.passes or self.deadline == np.inf:
@@ -226,9 +221,9 @@ def records_centres(plan: RenderPlan) -> bool:
 def answer(plan: RenderPlan, demand: Demand) -> Samples | None:
     """Render what is asked of a tile, None if its time is over; errors name the tile."""
     tile = demand.tile
-    with told(plan.seed, tile, f"levels up to {demand.want.max()}"):
+    with told(plan.seed, tile, f"levels up to {demand.levels.want.max()}"):
         try:
-            samples = render_samples(plan, tile, demand.have, demand.want, demand.around, demand.limit)
+            samples = render_samples(plan, tile, demand.levels, demand.around, demand.limit)
         except OutOfTimeError:
             return None
         return with_layers(plan, tile, samples) if demand.records else samples

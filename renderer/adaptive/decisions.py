@@ -3,16 +3,16 @@
 All decisions are made about the whole picture between passes, so that no pixel depends on tiles.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from renderer.adaptive import strata
-from renderer.adaptive.allocation import allocate
+from renderer.adaptive.allocation import RAY_PRICE, allocate
 from renderer.adaptive.estimate import AIMS, COVERS, OUTLOOK, PROBES, ROUND, STRIDE, Estimate
 from renderer.adaptive.findings import Findings, errors_of
 from renderer.adaptive.halves import HALVES
-from renderer.adaptive.levels import COUNTS, HIGHEST, SAMPLED
+from renderer.adaptive.levels import COUNTS, COVERAGES, HIGHEST, SAMPLED, Levels
 from renderer.adaptive.looking import (
     PROBED,
     choose_probes,
@@ -66,11 +66,51 @@ NEAR = 2
 MANY, MOST_PROBED = 4096, 0.25
 """Of more like pixels than these, no more than this share are probes: all would be to sample all."""
 
+AGAIN = 0.05
+"""Share of the budget by which more rays at borders must lower the error."""
+
 LEAST = 0.1
 """Share of all samples so far that a pass asks for at least, if anything does: passes have a price."""
 
 MOST_ROUNDS = 40
 """More has never been needed; it ends in any case."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Borders:
+    """Pixels (k,) at borders that rays have covered.
+
+    Attributes
+    ----------
+    pixels : (k,) int64
+    contrasts : (k,) float64
+        Scaled so that they explain how exact the shares are.
+    coverage : (k,) uint8
+    """
+
+    pixels: Integers
+    contrasts: Floats
+    coverage: Levels
+
+    @classmethod
+    def of(cls, estimate: Estimate) -> "_Borders":
+        """Those of a picture."""
+        pixels = np.flatnonzero(estimate.coverage)
+        contrasts = estimate.contrasts.ravel()[pixels].astype(np.float64)
+        coverage = estimate.coverage.ravel()[pixels]
+        explained = float((contrasts * COVERAGES[coverage] ** -1.5).sum())
+        contrasts *= estimate.spread.sum(dtype=np.float64) / explained if explained > 0 else 0.0
+        return cls(pixels, contrasts, coverage)
+
+    def rays(self, sizes: Integers) -> float:
+        """Camera samples that cost as much as covering them again with other sizes (k,)."""
+        return float(RAY_PRICE * COVERAGES[sizes[sizes > self.coverage]].sum())
+
+    def cover_again(self, estimate: Estimate, sizes: Integers) -> None:
+        """Ask for more rays, if they lower the error by enough to pay for a pass."""
+        gain = self.contrasts * (COVERAGES[self.coverage] ** -1.5 - COVERAGES[sizes] ** -1.5)
+        if gain.sum() > AGAIN * estimate.budget:
+            estimate.cover.ravel()[self.pixels] = sizes
 
 
 def advance(estimate: Estimate) -> bool:
@@ -92,6 +132,7 @@ def _sample_more(estimate: Estimate) -> bool:
     found = estimate.findings()
     estimate.error = estimate.error_of(found)
     estimate.want[...] = 0
+    estimate.cover[...] = estimate.coverage
     if estimate.error.bound <= estimate.target or estimate.counters[ROUND] > MOST_ROUNDS:
         return False
     _aim_lower(estimate, estimate.error.bound)
@@ -107,7 +148,7 @@ def _sample_more(estimate: Estimate) -> bool:
         estimate.want[few] = np.maximum(estimate.want[few], SHOWN)
         if estimate.rays_wanted() >= LEAST * spent:
             return True
-    return bool((estimate.want > estimate.have).any())
+    return bool(estimate.rays_wanted())
 
 
 def _aim_lower(estimate: Estimate, bound: float) -> None:
@@ -130,11 +171,11 @@ def outlook(estimate: Estimate) -> int:
 
 def _rays_to_come(estimate: Estimate, found: Findings) -> int:
     certain = replace(found.survey, uncertain=np.zeros(strata.COUNT))
-    have = estimate.have.ravel()[found.sampled]
+    have, borders = estimate.have.ravel()[found.sampled], _Borders.of(estimate)
     goal = MARGIN * estimate.target**2 * estimate.have.size
-    allotted = allocate(found.variances, have, certain, goal)
-    again = COUNTS[allotted.pixels] - COUNTS[have]
-    return int(again.sum() + (COUNTS[allotted.strata] * certain.sizes).sum())
+    allotted = allocate(found.variances, have, certain, goal, borders.contrasts, borders.coverage)
+    again = (COUNTS[allotted.pixels] - COUNTS[have]).sum() + (COUNTS[allotted.strata] * certain.sizes).sum()
+    return int(again + borders.rays(allotted.covers))
 
 
 def _allot(estimate: Estimate, found: Findings, ease: float) -> None:
@@ -143,7 +184,11 @@ def _allot(estimate: Estimate, found: Findings, ease: float) -> None:
     room = MARGIN * estimate.budget - doubt
     goal = ease * max(room, estimate.budget / 4)
     have, want = estimate.have.ravel(), estimate.want.ravel()
-    allotted = allocate(found.variances, have[found.sampled], found.survey, goal)
+    borders = _Borders.of(estimate)
+    allotted = allocate(
+        found.variances, have[found.sampled], found.survey, goal, borders.contrasts, borders.coverage
+    )
+    borders.cover_again(estimate, allotted.covers)
     want[found.sampled] = np.minimum(allotted.pixels, have[found.sampled] + LEAP)
     looks = np.flatnonzero(~estimate.shown.ravel())
     levels = allotted.strata[estimate.strata.ravel()[looks]]

@@ -15,8 +15,8 @@ from renderer.adaptive.findings import Findings, findings_of
 from renderer.adaptive.halves import HALVES
 from renderer.adaptive.labels import Labels
 from renderer.adaptive.lattice import Picture, stride_for
-from renderer.adaptive.levels import COUNTS, COVERED, LOOKED, SAMPLED, Levels, looks_of
-from renderer.adaptive.samples import Samples
+from renderer.adaptive.levels import COUNTS, COVERAGES, COVERED, LOOKED, SAMPLED, Levels
+from renderer.adaptive.samples import Demanded, Samples
 from renderer.adaptive.uncertainty import ErrorEstimate, error_of
 from renderer.arrays import Floats, Integers, Masks, add, put, taken
 from renderer.film import Image
@@ -62,9 +62,16 @@ class Estimate:
         What the first looks met.
     colors : (3, H, W) float32
         What textures gave there, 1 where there was none.
-    doubts : (H, W) float32
-        Squared errors to expect of pixels at borders, mean over channels, because shares are not exact.
+    covers, known : (3, H, W) float32
+        What pixels at borders show, and the part that is the mean of their guide.
+    contrasts : (H, W) float32
+        Squared error to expect of one ray at borders, if it told the share of what it meets.
+    spread, doubts : (H, W) float32
+        Squared errors there, mean over channels: measured, because shares are not exact, and to expect,
+        because brightness is not.
     have, want : (H, W) uint8
+    coverage, cover : (H, W) uint8
+        Numbers of `levels.COVERAGES`: had, and wanted.
     halves : (2, 3, H, W) float64
         Means of either half of the samples.
     squares : (H, W) float64
@@ -83,9 +90,15 @@ class Estimate:
     values: Picture
     labels: Labels
     colors: Picture
+    covers: Picture
+    known: Picture
+    contrasts: NDArray[np.float32]
+    spread: NDArray[np.float32]
     doubts: NDArray[np.float32]
     have: Levels
     want: Levels
+    coverage: Levels
+    cover: Levels
     halves: Floats
     squares: Floats
     shown: Masks
@@ -108,8 +121,14 @@ class Estimate:
             values=np.zeros((3, *size), dtype=np.float32),
             labels=np.zeros(size, dtype=np.int32),
             colors=np.ones((3, *size), dtype=np.float32),
+            covers=np.zeros((3, *size), dtype=np.float32),
+            known=np.zeros((3, *size), dtype=np.float32),
+            contrasts=np.zeros(size, dtype=np.float32),
+            spread=np.zeros(size, dtype=np.float32),
             doubts=np.zeros(size, dtype=np.float32),
             have=np.zeros(size, dtype=np.uint8),
+            coverage=np.zeros(size, dtype=np.uint8),
+            cover=np.zeros(size, dtype=np.uint8),
             want=first_levels(plan, Tile(0, 0, 0, plan.width, plan.height)),
             halves=np.zeros((HALVES, 3, *size)),
             squares=np.zeros(size),
@@ -171,16 +190,19 @@ class Estimate:
         """Add what this pass has found in a tile. The order of tiles does not matter."""
         part = np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]
         have, want = self.have[part], self.want[part]
-        rises = have < want
-        looked = self._numbers(tile, rises & (want == LOOKED))
+        demanded = self.demanded.part(tile)
+        looked = self._numbers(tile, demanded.looked)
         put(self.values.reshape(3, -1), looked, samples.looks)
         self.labels.ravel()[looked] = samples.labels
         put(self.colors.reshape(3, -1), looked, samples.colors)
-        covered = self._numbers(tile, rises & (want == COVERED))
-        put(self.values.reshape(3, -1), covered, samples.covers)
-        self.doubts.ravel()[covered] = samples.doubts
-        self._add(self._numbers(tile, rises & (want >= SAMPLED)), samples)
+        covered = self._numbers(tile, demanded.covered)
+        put(self.covers.reshape(3, -1), covered, samples.covers)
+        put(self.known.reshape(3, -1), covered, samples.known)
+        self.spread.ravel()[covered], self.doubts.ravel()[covered] = samples.spread, samples.doubts
+        self._add(self._numbers(tile, demanded.sampled), samples)
         np.maximum(have, want, out=have)
+        have[demanded.covered & (have < COVERED)] = COVERED
+        np.maximum(self.coverage[part], self.cover[part], out=self.coverage[part])
 
     def _numbers(self, tile: Tile, chosen: Masks) -> Integers:
         """Numbers in the picture of the pixels chosen (h, w) from a tile, in their order."""
@@ -215,7 +237,7 @@ class Estimate:
         if stride == 1:
             # Slices of all pixels: an index for each of them takes ten times as long.
             y, x = slice(tile.y0, tile.y1), slice(tile.x0, tile.x1)
-        picture = self.values[:, y, x].copy()
+        picture = np.where(self.coverage[y, x] > 0, self.covers[:, y, x], self.values[:, y, x])
         coming = (self.want[y, x] == LOOKED) & (self.have[y, x] < LOOKED)
         if coming.any():
             above, beside = rows // (2 * stride) * (2 * stride), columns // (2 * stride) * (2 * stride)
@@ -223,14 +245,25 @@ class Estimate:
         sampled = self.shown[y, x] & (self.have[y, x] >= SAMPLED)
         if sampled.any():
             picture[:, sampled] = self.halves[:, :, y, x][:, :, sampled].mean(axis=0)
+            picture[:, sampled] += self.known[:, y, x][:, sampled]
         return np.ascontiguousarray(picture.transpose(1, 2, 0))
 
+    def needs_looks(self) -> bool:
+        """Whether the pass needs what pilot samples around pixels found."""
+        return self.demanded.needs_looks(self.plan)
+
+    @property
+    def demanded(self) -> Demanded:
+        """What pixels have, and what the pass wants of them."""
+        return Demanded(self.have, self.want, self.coverage, self.cover)
+
     def counts(self) -> Integers:
-        """Camera rays through each pixel, (H, W): of its first look, or of its samples.
+        """Camera rays through each pixel, (H, W): of its first look, or of its coverage and its samples.
 
         Those of a probe count, though it may show its first look.
         """
-        return (COUNTS + looks_of(self.plan.coverage))[self.have]
+        looks: Integers = COUNTS[self.have] + COVERAGES[self.coverage] + (self.have == LOOKED)
+        return looks
 
     def rays_wanted(self) -> int:
         """Camera rays of the next pass."""
@@ -246,10 +279,13 @@ class Estimate:
 
     def _wanted(self) -> tuple[Integers, Integers]:
         """Pixels (n,) of which the next pass wants something, and the camera rays of each."""
-        have, want = self.have.ravel(), self.want.ravel()
-        pixels = np.flatnonzero(want > have)
-        have, want = have[pixels], want[pixels]
-        return pixels, COUNTS[want] - COUNTS[have] + looks_of(self.plan.coverage)[want]
+        have, want, coverage, cover = (
+            map_.ravel() for map_ in (self.have, self.want, self.coverage, self.cover)
+        )
+        pixels = np.flatnonzero((want > have) | (cover > coverage))
+        have, want, cover = have[pixels], want[pixels], cover[pixels] * (cover > coverage)[pixels]
+        samples = np.maximum(COUNTS[want] - COUNTS[have], 0)
+        return pixels, samples + COVERAGES[cover] + ((want == LOOKED) & (have < LOOKED))
 
     def layers(self, names: Iterable[str]) -> Layers:
         """Those layers of a request that tell about samples."""
@@ -261,7 +297,8 @@ class Estimate:
         found = self.findings()
         looks = np.sqrt(np.maximum(found.survey.errors, 0))[self.strata]
         halves = np.abs(self.halves[0] - self.halves[1]) / 2
-        return np.where(self.shown, halves, looks).transpose(1, 2, 0).astype(np.float32)
+        squares = np.where(self.shown, halves, looks) ** 2 + self.spread
+        return np.sqrt(squares).transpose(1, 2, 0).astype(np.float32)
 
     def settle(self) -> ErrorEstimate:
         """The error of the picture as it is, in the middle of a pass or not.
@@ -296,7 +333,17 @@ class Estimate:
         return self._findings(shown, ~shown | alike[self.strata])
 
     def _findings(self, shown: Masks, telling: Masks) -> Findings:
-        return findings_of(self.halves, self.squares, self.have, shown, telling, self.values, self.strata)
+        looks = np.where(self.coverage > 0, self.covers, self.values)
+        return findings_of(
+            self.halves + self.known,
+            self.squares,
+            self.have,
+            shown,
+            telling,
+            looks,
+            self.strata,
+            self.spread,
+        )
 
 
 ERROR = "error"

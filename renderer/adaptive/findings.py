@@ -28,6 +28,8 @@ class Findings:
         Variances of `errors`, from the difference of the halves.
     survey : Survey
         What the probes tell of each stratum.
+    spread : (k,) float64
+        Squared standard errors of what pixels at borders show, because of shares; beside all others.
     """
 
     sampled: Integers
@@ -37,16 +39,18 @@ class Findings:
     errors: Floats
     noise: Floats
     survey: Survey
+    spread: Floats
 
     @property
     def total(self) -> float:
         """Sum of the squared errors of all pixels."""
-        return float(self.squares.sum()) + self.survey.total
+        return float(self.squares.sum()) + float(self.spread.sum()) + self.survey.total
 
     @property
     def variance(self) -> float:
         """Of `total`: a squared difference of two numbers has twice its own square."""
-        return 2 * float((self.squares**2).sum()) + self.survey.variance
+        own = float((self.squares**2).sum()) + float((self.spread**2).sum())
+        return 2 * own + self.survey.variance
 
 
 def findings_of(
@@ -57,6 +61,7 @@ def findings_of(
     telling: Masks,
     looks: Picture,
     strata: Integers,
+    spread: Picture,
 ) -> Findings:
     """What is known of a picture; arrays as in `estimate.Estimate`, `looks` its values.
 
@@ -83,6 +88,7 @@ def findings_of(
         variances=variances,
         errors=errors,
         noise=noise,
+        spread=spread[spread > 0].astype(np.float64),
         survey=survey(
             strata=numbers[probes],
             sizes=np.bincount(numbers[~shown.ravel()], minlength=COUNT),

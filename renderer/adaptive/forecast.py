@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from renderer.adaptive.coverage import border_rays
 from renderer.adaptive.estimate import COVERS, OUTLOOK, PROBES, ROUND, STRIDE, Estimate
 from renderer.adaptive.labels import of_labels
 from renderer.adaptive.levels import COUNTS
@@ -149,7 +150,7 @@ def _later(estimate: Estimate, kind: str, rays: int, prices: Prices) -> tuple[fl
     sampled = ((1 + AFTER_PROBES) * probes + _scattered(estimate)) * prices[SAMPLES]
     if kind == BORDERS:
         return passes, sampled
-    covered = _borders_to_come(estimate) * estimate.plan.coverage * prices[BORDERS]
+    covered = _borders_to_come(estimate) * border_rays(estimate.target) * prices[BORDERS]
     return passes, sampled, covered, _looks_after(estimate, rays) * prices[LOOKS]
 
 

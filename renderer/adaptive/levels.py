@@ -1,9 +1,8 @@
 """How many camera samples a pixel has been given: a level, a number small enough for a map of the picture.
 
 Level 0 is none: the pixel's value is interpolated. Level 1 is one ray through its middle, the first look.
-Level 2 is a pixel at a border: rays all over it told what it shows, and each thing was looked at once
-(`coverage`). Both count no more when samples take their place. Level n from 3 on is 2**(n - 1) samples in two
-halves that know nothing of each other.
+Level 2 is a pixel at a border: rays all over it told what it shows (`coverage`). Level n from 3 on is
+2**(n - 1) samples in two halves that know nothing of each other.
 """
 
 import numpy as np
@@ -23,15 +22,36 @@ HIGHEST = 17
 COUNTS = np.array([0, 0, 0, *(1 << level - 1 for level in range(SAMPLED, HIGHEST + 1))], dtype=np.int64)
 """Camera samples at each level, without those of first looks."""
 
+FIBONACCI = (
+    2,
+    3,
+    5,
+    8,
+    13,
+    21,
+    34,
+    55,
+    89,
+    144,
+    233,
+    377,
+    610,
+    987,
+    1597,
+    2584,
+    4181,
+    6765,
+    10946,
+    17711,
+    28657,
+)
+"""Rays of one of the two lattices that tell what a pixel at a border shows."""
+
+COVERAGES = np.array([0, *(2 * count for count in FIBONACCI)], dtype=np.int64)
+"""Rays of both lattices, by the number that maps keep."""
+
 
 def levels_of(counts: Floats) -> Integers:
     """The levels nearest to some numbers of samples, by their logarithms."""
     levels = np.rint(np.log2(np.maximum(counts, 1))) + 1
     return np.clip(levels, SAMPLED, HIGHEST).astype(np.int64)
-
-
-def looks_of(coverage: int) -> Integers:
-    """Camera rays of first looks at each level, where those at borders send `coverage`."""
-    rays = np.zeros(HIGHEST + 1, dtype=np.int64)
-    rays[LOOKED], rays[COVERED] = 1, coverage
-    return rays

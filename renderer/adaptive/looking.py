@@ -4,12 +4,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.adaptive import strata
+from renderer.adaptive.allocation import cover_sizes
 from renderer.adaptive.estimate import STRIDE, Estimate
+from renderer.adaptive.guides import DARKEST, surroundings
 from renderer.adaptive.labels import of_labels
 from renderer.adaptive.lattice import Picture, cells_of, fill
-from renderer.adaptive.levels import COVERED, LOOKED, SAMPLED
+from renderer.adaptive.levels import LOOKED, SAMPLED
 from renderer.adaptive.neighbours import highest, outline, spread
 from renderer.arrays import Masks
+from schemas.tiles import Tile
+
+BORDERS = 0.5
+"""Share of the budget that pixels at borders may err by because shares are not exact."""
 
 CALM = 2
 """Times the wished error that interpolation may err by. It mostly errs by far less: the least smooth place
@@ -24,9 +30,6 @@ WIDE = 2
 BENT = np.float32(2.0**-10)
 """Share of what a look-up at a point would err by that is left: means are taken over parallelograms, and a
 pixel far away is not quite one."""
-
-DARKEST = 2.0**-10
-"""Darker textures than this are taken to be as bright, so that the light on them can be told."""
 
 
 def look_closer(estimate: Estimate) -> None:
@@ -68,23 +71,30 @@ def _near(estimate: Estimate, reach: int) -> Masks:
 
 
 def cover_borders(estimate: Estimate) -> None:
-    """Ask for many rays where pixels may show more than one thing.
+    """Ask for many rays where pixels may show more than one thing, for more where these differ more.
 
     The outermost pixels are among them: no neighbour tells of an edge in their outer half.
     """
-    found = strata.borders(estimate.labels) | outline(estimate.have.shape) | _edges(estimate)
-    found |= _near(estimate, 1)
-    estimate.want[...] = COVERED * found
+    unseen = outline(estimate.have.shape) | _edges(estimate) | _near(estimate, 1)
+    rows, columns = np.nonzero(strata.borders(estimate.labels) | unseen)
+    height, width = estimate.have.shape
+    around = surroundings(Tile(0, 0, 0, width, height), estimate.values, estimate.labels, estimate.colors)
+    contrasts = around.nearby(rows, columns).contrasts()
+    estimate.contrasts[rows, columns] = contrasts
+    sizes = cover_sizes(contrasts, BORDERS * estimate.budget)
+    estimate.want[...] = 0
+    estimate.cover[rows, columns] = np.maximum(sizes, unseen[rows, columns])
 
 
 def choose_probes(estimate: Estimate) -> None:
     """Sort the pixels by what they show and what is expected of their looks; ask for probes of each sort."""
-    covered = estimate.have == COVERED
-    expected = strata.expected_errors(estimate.values, covered)
-    blurred = np.maximum(estimate.doubts, expected * np.float32(estimate.plan.coverage**-1.5))
+    tinted = of_labels(estimate.plan.averaged, estimate.labels) & ~strata.borders(estimate.labels)
+    np.copyto(estimate.known, estimate.values, where=tinted & (estimate.coverage == 0))
+    covered = estimate.coverage > 0
+    expected = strata.expected_errors(estimate.values)
     if estimate.plan.averaged.any():
         _leave_textures_out(estimate, expected)
-    np.copyto(expected, blurred, where=covered)
+    np.copyto(expected, estimate.doubts, where=covered)
     finer = estimate.plan.rough | estimate.plan.textured & ~estimate.plan.averaged
     rough = of_labels(finer, estimate.labels)
     np.copyto(expected, highest(expected, WIDE), where=rough)
@@ -109,7 +119,7 @@ def _sample_bright_borders(estimate: Estimate) -> None:
     """Show samples where something brighter than white ends: a small share of it is seen like a large one."""
     bright = estimate.values.max(axis=0) > 1
     if bright.any():
-        found = (estimate.have == COVERED) & spread(bright, 1) & spread(~bright, 1)
+        found = (estimate.coverage > 0) & spread(bright, 1) & spread(~bright, 1)
         estimate.shown |= found
         estimate.strata[found] = estimate.strata[found] % strata.STEPS + strata.STEPS * strata.SUSPECT
 

@@ -3,14 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.adaptive.levels import COUNTS, COVERED, LOOKED, Levels
-from renderer.adaptive.samples import Samples
+from renderer.adaptive.levels import COUNTS
+from renderer.adaptive.samples import Demanded, Samples
 from renderer.arrays import Masks
 from renderer.film import Image
 from schemas.tiles import Tile
 
 
-def preview(tile: Tile, samples: Samples, have: Levels, want: Levels, before: Image) -> Image:
+def preview(tile: Tile, samples: Samples, levels: Demanded, before: Image) -> Image:
     """The pixels of a tile with what a pass has found there.
 
     First looks fill the squares of their lattice, samples join those that a pixel shows.
@@ -20,7 +20,7 @@ def preview(tile: Tile, samples: Samples, have: Levels, want: Levels, before: Im
     tile : Tile
     samples : Samples
         Of `render_samples` with the same levels.
-    have, want : (h, w) uint8
+    levels : Demanded
     before : (h, w, 3) float32
         The tile as it looked before the pass.
 
@@ -29,14 +29,14 @@ def preview(tile: Tile, samples: Samples, have: Levels, want: Levels, before: Im
     (h, w, 3) float32
     """
     image = before.copy()
-    looked = (want == LOOKED) & (have < want)
+    looked = levels.looked
     if looked.any():
         _fill(image, tile, looked, samples.looks)
-    image[(want == COVERED) & (have < want)] = samples.covers.T
-    more = (want > COVERED) & (have < want)
-    first, last = COUNTS[have[more]], COUNTS[want[more]]
+    image[levels.covered] = samples.covers.T
+    more = levels.sampled & ~levels.guided
+    first, last = COUNTS[levels.have[more]], COUNTS[levels.want[more]]
     share = ((last - first) / last)[:, None]
-    image[more] += share * (samples.halves.mean(axis=0).T - image[more])
+    image[more] += share * (samples.halves.mean(axis=0).T[~levels.guided[levels.sampled]] - image[more])
     return image
 
 

@@ -9,18 +9,76 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.adaptive.camera_rays import camera_rays
-from renderer.adaptive.coverage import Surroundings, cover
+from renderer.adaptive.coverage import cover
+from renderer.adaptive.guides import Surroundings, guide
 from renderer.adaptive.halves import HALVES, places
 from renderer.adaptive.labels import labels_of, of_labels
-from renderer.adaptive.levels import COUNTS, COVERED, LOOKED, Levels
+from renderer.adaptive.levels import COUNTS, COVERAGES, LOOKED, SAMPLED, Levels
 from renderer.adaptive.time_limits import TimeLimit, portions
-from renderer.arrays import Floats, Integers, Masks
+from renderer.arrays import Floats, Integers, Masks, add, taken
 from renderer.execute import WORK, radiance
 from renderer.film import BRIGHTEST
 from renderer.layers import Layers
 from renderer.numerics import halving_sum
 from renderer.plan import RenderPlan
 from schemas.tiles import Tile
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Demanded:
+    """What the pixels of a tile have and what a pass wants of them, all (h, w) uint8.
+
+    Attributes
+    ----------
+    have, want
+        Levels. A pixel whose wanted level is not higher gets no samples.
+    coverage, cover
+        Numbers of `levels.COVERAGES` at borders: had, and wanted.
+    """
+
+    have: Levels
+    want: Levels
+    coverage: Levels
+    cover: Levels
+
+    @property
+    def looked(self) -> Masks:
+        """Pixels that get a pilot sample."""
+        return (self.want == LOOKED) & (self.have < LOOKED)
+
+    @property
+    def covered(self) -> Masks:
+        """Pixels whose coverage rises."""
+        return self.cover > self.coverage
+
+    @property
+    def sampled(self) -> Masks:
+        """Pixels that get samples."""
+        return (self.want >= SAMPLED) & (self.want > self.have)
+
+    @property
+    def guided(self) -> Masks:
+        """Pixels whose samples are differences from the guide."""
+        return (self.coverage > 0) | (self.cover > 0)
+
+    @classmethod
+    def first(cls, want: Levels) -> "Demanded":
+        """What is wanted of pixels that have nothing."""
+        return cls(*(np.zeros_like(want), want, np.zeros_like(want), np.zeros_like(want)))
+
+    def needs_looks(self, plan: RenderPlan) -> bool:
+        """Whether anything is asked of pixels that may have a control variate, made from pilot samples."""
+        tinted = plan.look is not None and plan.averaged.any()
+        return bool((self.covered | self.sampled & (self.guided | tinted)).any())
+
+    def stacked(self) -> NDArray[np.uint8]:
+        """All of it, (4, h, w), in the order of the fields."""
+        return np.stack((self.have, self.want, self.coverage, self.cover))
+
+    def part(self, tile: Tile) -> "Demanded":
+        """Those of a tile, where these are of the picture."""
+        inside = np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]
+        return Demanded(*(map_[inside].copy() for map_ in (self.have, self.want, self.coverage, self.cover)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,13 +95,13 @@ class Samples:
         What the first looks met: a shape's number, -1 for the background, -2 and below for lights.
     colors : (3, n) float32
         What textures gave at the first looks, 1 where there was none.
-    covers : (3, k) float32
-    doubts : (k,) float32
+    covers, known : (3, k) float32
+    spread, doubts : (k,) float32
         Of pixels at borders (`coverage.Cover`).
     halves : (2, 3, m) float32
-        Means of the new samples of either half.
+        Means of the new samples of either half; at borders of their difference from the guide.
     squares : (m,) float32
-        Sum over the new samples of squares about their mean, mean over channels.
+        Sum over the same of squares about their mean, mean over channels.
     counts, work : dict
     cpu_seconds : float
         As in `execute.TileResult`.
@@ -57,6 +115,8 @@ class Samples:
     labels: NDArray[np.int32]
     colors: NDArray[np.float32]
     covers: NDArray[np.float32]
+    known: NDArray[np.float32]
+    spread: NDArray[np.float32]
     doubts: NDArray[np.float32]
     halves: NDArray[np.float32]
     squares: NDArray[np.float32]
@@ -70,8 +130,7 @@ class Samples:
 def render_samples(
     plan: RenderPlan,
     tile: Tile,
-    have: Levels,
-    want: Levels,
+    levels: Demanded,
     around: Surroundings | None = None,
     limit: TimeLimit | None = None,
 ) -> Samples:
@@ -84,10 +143,9 @@ def render_samples(
     plan : RenderPlan
         Of target quality.
     tile : Tile
-    have, want : (h, w) uint8
-        A pixel whose wanted level is not higher is left alone.
+    levels : Demanded
     around : Surroundings, optional
-        First looks; what pixels at borders are made of.
+        Pilot samples; needed where `levels.guided`.
     limit : TimeLimit, optional
 
     Raises
@@ -97,12 +155,12 @@ def render_samples(
     """
     begun = time.process_time()
     counts: Counter[str] = Counter(camera=0, shadow=0, mirror=0, transmission=0, **dict.fromkeys(WORK, 0))
-    looks, labels, colors = _first_looks(plan, tile, (want == LOOKED) & (have < LOOKED), counts, limit)
-    covers, doubts = _covers(plan, tile, (want == COVERED) & (have < COVERED), around, counts, limit)
-    halves, squares = _samples(plan, tile, have, np.where(want > COVERED, want, 0), counts, limit)
+    looks, labels, colors = _first_looks(plan, tile, levels.looked, counts, limit)
+    covers = _covers(plan, tile, levels, around, counts, limit)
+    halves, squares = _samples(plan, tile, levels, around, counts, limit)
     work = {name: counts.pop(name) for name in WORK}
     seconds = time.process_time() - begun
-    return Samples(looks, labels, colors, covers, doubts, halves, squares, dict(counts), work, seconds)
+    return Samples(looks, labels, colors, *covers, halves, squares, dict(counts), work, seconds)
 
 
 def _first_looks(
@@ -128,56 +186,115 @@ def _first_looks(
 def _covers(
     plan: RenderPlan,
     tile: Tile,
-    wanted: Masks,
+    levels: Demanded,
     around: Surroundings | None,
     counts: Counter[str],
     limit: TimeLimit | None,
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    rows, columns = np.nonzero(wanted)
-    values = np.empty((3, rows.size), dtype=np.float32)
-    doubts = np.empty(rows.size, dtype=np.float32)
-    for chosen in _batches(columns, rows, plan.coverage, limit):
+) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+    """The arrays of `coverage.Cover` for the pixels whose coverage rises."""
+    rows, columns = np.nonzero(levels.covered)
+    sizes = levels.cover[rows, columns]
+    values = np.empty((8, rows.size), dtype=np.float32)
+    for size in np.unique(sizes).tolist():
         assert around is not None
-        nearby = around.nearby(rows[chosen], columns[chosen])
-        x, y = columns[chosen] + tile.x0, rows[chosen] + tile.y0
-        found = cover(plan.look or plan, plan.coverage, x, y, nearby, counts)
-        values[:, chosen], doubts[chosen] = found.values, found.doubts
-    return values, doubts
+        alike = np.flatnonzero(sizes == size)
+        for part in _batches(columns[alike], rows[alike], int(COVERAGES[size]), limit):
+            chosen = alike[part]
+            nearby = around.nearby(rows[chosen], columns[chosen])
+            x, y = columns[chosen] + tile.x0, rows[chosen] + tile.y0
+            found = cover(plan.look or plan, size, x, y, nearby, counts)
+            values[:, chosen] = np.vstack((found.values, found.known, found.spread, found.doubts))
+    return values[:3], values[3:6], values[6], values[7]
 
 
 def _samples(
     plan: RenderPlan,
     tile: Tile,
-    have: Levels,
-    want: Levels,
+    levels: Demanded,
+    around: Surroundings | None,
     counts: Counter[str],
     limit: TimeLimit | None,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    rows, columns = np.nonzero(want > have)
-    first, last = COUNTS[have[rows, columns]], COUNTS[want[rows, columns]]
+    rows, columns = np.nonzero(levels.sampled)
+    first, last = COUNTS[levels.have[rows, columns]], COUNTS[levels.want[rows, columns]]
+    guided = levels.guided[rows, columns]
     halves = np.empty((HALVES, 3, rows.size), dtype=np.float32)
     squares = np.empty(rows.size, dtype=np.float32)
     for chosen in _batches(columns, rows, last - first, limit):
         x, y = columns[chosen] + tile.x0, rows[chosen] + tile.y0
-        found = _radiance(plan, x, y, first[chosen], last[chosen], counts)
         counted = last[chosen] - first[chosen]
+        found = _radiance(plan, x, y, first[chosen], last[chosen], counts)
+        if around is not None:
+            _subtract_guides(plan, found, around, rows[chosen], columns[chosen], guided[chosen], counted)
+            _subtract_tints(plan, found, around, rows[chosen], columns[chosen], guided[chosen], counted)
         starts = np.cumsum(counted) - counted
         for count in np.unique(counted).tolist():
             alike = np.flatnonzero(counted == count)
-            samples = found[:, starts[alike][:, None] + np.arange(count)]
+            samples = found.radiance[:, starts[alike][:, None] + np.arange(count)]
             halves[:, :, chosen[alike]], squares[chosen[alike]] = _reduced(samples)
     return halves, squares
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Found:
+    """What camera rays found: radiance (3, N), labels (N,) and colours (3, N) of what they met."""
+
+    radiance: Floats
+    labels: NDArray[np.int32]
+    colors: Floats
+
+
+def _subtract_guides(
+    plan: RenderPlan,
+    found: _Found,
+    around: Surroundings,
+    rows: Integers,
+    columns: Integers,
+    guided: Masks,
+    counted: Integers,
+) -> None:
+    """Take the guide from the samples of those pixels (n,) that have one, with `counted` samples each."""
+    if not guided.any():
+        return
+    nearby = around.nearby(rows[guided], columns[guided])
+    rays = np.flatnonzero(guided.repeat(counted))
+    pixels = np.arange(nearby.labels.shape[1]).repeat(counted[guided])
+    known, _ = guide(nearby, plan.rough | plan.textured).at(found.labels[rays], pixels)
+    add(found.radiance, rays, -known)
+
+
+def _subtract_tints(
+    plan: RenderPlan,
+    found: _Found,
+    around: Surroundings,
+    rows: Integers,
+    columns: Integers,
+    guided: Masks,
+    counted: Integers,
+) -> None:
+    """Take the colour of textures from the samples of those of other pixels (n,) that are filled by one."""
+    others = np.flatnonzero(~guided)
+    tints = around.tints(rows[others], columns[others], plan.averaged)
+    which = np.full(rows.size, -1)
+    which[others[tints.pixels]] = np.arange(tints.pixels.size)
+    which = which.repeat(counted)
+    rays = np.flatnonzero(which >= 0)
+    control = tints.at(which[rays], found.labels[rays], taken(found.colors, rays))
+    add(found.radiance, rays, -control)
+
+
 def _radiance(
     plan: RenderPlan, x: Integers, y: Integers, first: Integers, last: Integers, counts: Counter[str]
-) -> Floats:
-    """Radiance (3, N) of the samples `first` to `last` (n,) of pixels (n,), those of a pixel together."""
+) -> _Found:
+    """The samples `first` to `last` (n,) of pixels (n,), those of a pixel together."""
     count = last - first
     columns, rows = x.repeat(count), y.repeat(count)
     numbers = np.arange(count.sum()) - (np.cumsum(count) - count - first).repeat(count)
     place = places(plan.seed, rows * plan.width + columns, numbers)
-    return np.minimum(radiance(plan, camera_rays(plan, columns, rows, numbers, place), counts), BRIGHTEST)
+    rays = camera_rays(plan, columns, rows, numbers, place)
+    colors = np.ones((3, numbers.size))
+    found = np.minimum(radiance(plan, rays, counts, colors), BRIGHTEST)
+    return _Found(found, labels_of(rays.shapes), colors)
 
 
 def _reduced(found: Floats) -> tuple[Floats, Floats]:

@@ -31,6 +31,9 @@ TRUSTED = 16.0
 UNSEEN = 16.0
 """What the next probe may find, beside what is expected: few of them have not met what is rare."""
 
+CERTAIN = 1 / 8
+"""Least share of the expected error that the next probe may find `UNSEEN` times."""
+
 COUNT = STEPS * (SUSPECT + 1)
 """Number of strata."""
 
@@ -149,6 +152,14 @@ class Survey:
         return unsure
 
 
+def _found_of_expected(found: Floats, expected: Floats) -> Floats:
+    """Share (COUNT,) of the expected error that each kind of pixels has, at least `CERTAIN`."""
+    kinds = np.arange(COUNT) // STEPS
+    had, awaited = (np.bincount(kinds, errors) for errors in (found, expected))
+    shares = np.divide(had, awaited, out=np.ones_like(had), where=awaited > 0)
+    return np.clip(shares, CERTAIN, 1.0)[kinds]
+
+
 def survey(
     strata: Integers,
     sizes: Integers,
@@ -178,7 +189,8 @@ def survey(
 
     typical = typical_error(np.arange(COUNT))
     unknown = (np.bincount(strata, minlength=COUNT) == 0) & (sizes > 0)
-    found, unseen = mean(errors), UNSEEN * mean(expected) / counts
+    found = mean(errors)
+    unseen = UNSEEN * _found_of_expected(sizes * found, sizes * mean(expected)) * mean(expected) / counts
     uncertain = np.sqrt(mean(errors * errors) / counts + unseen**2)
     noise = np.sqrt(mean(spread) / counts)
     most = TRUSTED * mean(expected)

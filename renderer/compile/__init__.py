@@ -79,7 +79,7 @@ def _look(request: Request, target: TargetQuality) -> RenderPlan:
         plan,
         surfaces=tuple(first_looks.averaged(stage) for stage in plan.surfaces),
         lightings=lightings,
-        entries=tuple(told_looks.entries(seen, lightings, first_looks.coverage(target))),
+        entries=tuple(told_looks.entries(seen, lightings)),
     )
 
 
@@ -114,7 +114,6 @@ def _plan(request: Request) -> RenderPlan:
         surfaces=tuple(points),
         lightings=tuple(lights.lighting(request, emitter, families, table) for emitter in emitters),
         look=None,
-        coverage=0 if request.target is None else first_looks.coverage(request.target),
         averaged=first_looks.checkered(request),
         textured=first_looks.shapes_with(request, "color_texture"),
         rough=first_looks.shapes_with(request, "normal_map", "bump_map", "mirror", "transmission"),

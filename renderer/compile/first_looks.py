@@ -6,7 +6,6 @@ from dataclasses import fields, replace
 import numpy as np
 
 import schemas.textures as language
-from renderer.adaptive.coverage import size_for
 from renderer.adaptive.lighting import CORNERS, SIDES, FirstLook, ProbingEmitter, finest
 from renderer.arrays import Floats, Integers, Masks
 from renderer.compile.lights import shadow_stages
@@ -36,11 +35,6 @@ def in_time(target: TargetQuality) -> TargetQuality:
     if target.time_limit is None:
         return target
     return target.model_copy(update={"error": max(target.error, HASTY)})
-
-
-def coverage(target: TargetQuality) -> int:
-    """Rays that tell what a pixel at a border shows."""
-    return size_for(in_time(target).error)
 
 
 def filtered(scene: LoadedScene) -> LoadedScene:

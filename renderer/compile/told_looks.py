@@ -6,13 +6,14 @@ import numpy as np
 
 import schemas.textures as language
 from renderer.adaptive.lattice import stride_for
+from renderer.adaptive.levels import COVERAGES
 from renderer.adaptive.lighting import NEAREST, SIDES, FirstLook
 from renderer.compile.request import Request
 from renderer.pointers import escaped
 from renderer.stages import Entry, Illumination
 
 
-def entries(request: Request, lightings: Iterable[Illumination], coverage: int) -> Iterator[Entry]:
+def entries(request: Request, lightings: Iterable[Illumination]) -> Iterator[Entry]:
     """Lines of the plan: the lattice, each light with an area, exact means, and pixels at borders.
 
     Parameters
@@ -21,15 +22,14 @@ def entries(request: Request, lightings: Iterable[Illumination], coverage: int) 
         Of the first looks.
     lightings
         Those of the first looks; lights without an area do as always, and are not told of.
-    coverage : int
-        Rays through a pixel at a border.
     """
     yield Entry("first looks", "camera", _lattice(request), ("/camera",))
     for lighting in lightings:
         if isinstance(lighting, FirstLook):
             yield from _light(request, lighting)
     yield from _boards(request)
-    detail = f"{coverage} rays tell how much of a pixel each shape fills, where it may be more than one"
+    detail = "rays tell how much of a pixel each shape fills, where it may be more than one: the more, the "
+    detail += f"larger the contrast, from {COVERAGES[1]} on"
     yield Entry("borders", "camera", detail, ("/camera",))
 
 

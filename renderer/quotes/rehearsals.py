@@ -16,7 +16,7 @@ from renderer.adaptive.course import Course, Demand, answer
 from renderer.adaptive.decisions import outlook
 from renderer.adaptive.estimate import COVERS, PROBES, ROUND, STRIDE, Estimate
 from renderer.adaptive.lattice import stride_for
-from renderer.adaptive.levels import COVERED, LOOKED
+from renderer.adaptive.levels import LOOKED
 from renderer.adaptive.samples import Samples
 from renderer.plan import RenderPlan
 from renderer.quotes.deadlines import Deadline
@@ -216,8 +216,8 @@ class Trial:
 
     def _forget_borders(self, seen: Squares) -> None:
         """Look at no borders between squares: there are none in the picture."""
-        want = self._course.estimate.want
-        want[seen.borders() & (want == COVERED)] = 0
+        estimate = self._course.estimate
+        np.copyto(estimate.cover, estimate.coverage, where=seen.borders())
 
     def looks(self) -> float:
         """CPU seconds of the passes up to the borders, if finer lattices ask for as much as this one."""

@@ -13,13 +13,13 @@ import numpy as np
 from renderer import RenderPlan, film, image_files
 from renderer.adaptive import Estimate, Samples, render_samples
 from renderer.adaptive.course import records_centres, with_layers
-from renderer.adaptive.coverage import Surroundings, surroundings
 from renderer.adaptive.decisions import advance
 from renderer.adaptive.estimate import first_levels
 from renderer.adaptive.forecast import Forecast, Prices, forecast, kind_of, noted, usual_prices
-from renderer.adaptive.levels import COVERED, Levels
+from renderer.adaptive.guides import Surroundings, packed, unpacked
 from renderer.adaptive.partition import pass_tiles
 from renderer.adaptive.previews import preview
+from renderer.adaptive.samples import Demanded
 from renderer.adaptive.time_limits import OutOfTimeError, TimeLimit
 from schemas.tiles import Tile
 from service import layers
@@ -40,17 +40,17 @@ class PassWorker:
     def sample(self, plan: RenderPlan, task: SampleTask) -> TileDone | Interrupted:
         """Render what the pass wants in a tile, unless the job's time is spent before it is finished."""
         begun = time.process_time()
-        have, want, before = self._demand(plan, task)
-        around = self._around(task) if (want == COVERED).any() else None
+        levels, before = self._demand(plan, task)
+        around = self._around(task) if task.merged and levels.needs_looks(plan) else None
         limit = None if task.until is None else TimeLimit(task.until, task.ray_seconds)
         try:
-            samples = render_samples(plan, task.tile, have, want, around, limit)
+            samples = render_samples(plan, task.tile, levels, around, limit)
         except OutOfTimeError:
             return Interrupted(late=True)
         kept = {name: value for name, value in _members(samples) if isinstance(value, np.ndarray)}
         kept["seconds"] = np.array(samples.cpu_seconds)
         self.passes.put_samples(task.job, task.pass_.index, task.tile, task.attempt, kept)
-        pixels = preview(task.tile, samples, have, want, before)
+        pixels = preview(task.tile, samples, levels, before)
         if not task.merged and records_centres(plan):
             samples = self._with_layers(plan, task, samples)
         crc32 = self.store.put_tile(task.job, task.tile, task.pass_, task.attempt, pixels)
@@ -63,21 +63,19 @@ class PassWorker:
         self.store.put_layers(task.job, task.tile, task.pass_, task.attempt, kept)
         return found
 
-    def _demand(self, plan: RenderPlan, task: SampleTask) -> tuple[Levels, Levels, Pixels]:
+    def _demand(self, plan: RenderPlan, task: SampleTask) -> tuple[Demanded, Pixels]:
         """Levels that the pixels of a tile have and that are wanted, and the tile as it looks."""
         part = np.s_[task.tile.y0 : task.tile.y1, task.tile.x0 : task.tile.x1]
         if not task.merged:
             want = first_levels(plan, task.tile)
-            return np.zeros_like(want), want, np.zeros((*want.shape, 3), np.float32)
+            return Demanded.first(want), np.zeros((*want.shape, 3), np.float32)
         before = task.job, task.pass_.index - 1, task.merged
-        have, want = np.array(self.passes.get_demand(*before)[:, *part])
-        return have, want, np.array(self.passes.get_picture(*before)[part])
+        levels = Demanded(*np.array(self.passes.get_demand(*before)[:, *part]))
+        return levels, np.array(self.passes.get_picture(*before)[part])
 
     def _around(self, task: SampleTask) -> Surroundings:
         """First looks around a tile."""
-        before = task.job, task.pass_.index - 1, task.merged
-        picture = np.moveaxis(self.passes.get_picture(*before), 2, 0)
-        return surroundings(task.tile, picture, self.passes.get_labels(*before))
+        return unpacked(task.tile, self.passes.get_looks(task.job, task.pass_.index - 1, task.merged))
 
     def advance(self, plan: RenderPlan, task: AdvanceTask) -> AdvanceDone:
         """Merge a pass, and leave for the next one what it needs, or the final picture."""
@@ -127,10 +125,10 @@ class PassWorker:
     def _keep(self, estimate: Estimate, task: AdvanceTask, picture: Pixels) -> None:
         place = task.job, task.pass_.index, task.attempt
         self.passes.put_state(*place, estimate.arrays())
-        self.passes.put_demand(*place, np.stack((estimate.have, estimate.want)))
+        self.passes.put_demand(*place, estimate.demanded.stacked())
         self.passes.put_picture(*place, picture)
-        if (estimate.want == COVERED).any():
-            self.passes.put_labels(*place, estimate.labels)
+        if estimate.needs_looks():
+            self.passes.put_looks(*place, packed(estimate.values, estimate.labels, estimate.colors))
 
     def _keep_final(self, estimate: Estimate, task: AdvanceTask, picture: Pixels) -> str:
         size = picture.shape[0], picture.shape[1]

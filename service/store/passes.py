@@ -19,10 +19,10 @@ from service.store.objects import Objects
 from service.store.tiles import LAYERS_SUFFIX, TILES, Layers, Pixels, StoredTile, get_arrays, put_arrays
 
 Demand = NDArray[np.uint8]
-"""(2, H, W): the levels that the pixels have, and those that a pass wants."""
+"""(4, H, W): the arrays of `renderer.adaptive.samples.Demanded`."""
 
-Labels = NDArray[np.int32]
-"""(H, W): what the first looks met."""
+Looks = NDArray[np.float32]
+"""(7, H, W): what pilot samples found, as `renderer.adaptive.guides.packed` writes it."""
 
 
 class PassStore:
@@ -62,13 +62,13 @@ class PassStore:
         """Return it, for reading."""
         return self._objects.array(_name(job, pass_index, f"demand.{attempt}"))
 
-    def put_labels(self, job: str, pass_index: int, attempt: int, labels: Labels) -> None:
-        """Keep what the first looks met; the pass after this one needs it."""
-        self._put_array(_name(job, pass_index, f"labels.{attempt}"), labels)
+    def put_looks(self, job: str, pass_index: int, attempt: int, looks: Looks) -> None:
+        """Keep what pilot samples found; the pass after this one needs it."""
+        self._put_array(_name(job, pass_index, f"looks.{attempt}"), looks)
 
-    def get_labels(self, job: str, pass_index: int, attempt: int) -> Labels:
+    def get_looks(self, job: str, pass_index: int, attempt: int) -> Looks:
         """Return it, for reading."""
-        return self._objects.array(_name(job, pass_index, f"labels.{attempt}"))
+        return self._objects.array(_name(job, pass_index, f"looks.{attempt}"))
 
     def put_picture(self, job: str, pass_index: int, attempt: int, picture: Pixels) -> None:
         """Keep the picture after a pass."""

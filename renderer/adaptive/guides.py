@@ -1,0 +1,176 @@
+"""What pilot samples around a pixel tell of the brightness of the things that it may show."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.adaptive.labels import of_labels
+from renderer.arrays import Floats, Integers, Masks
+from schemas.tiles import Tile
+
+CENTRE, BESIDE, CORNERS = np.array([4]), np.array([1, 3, 5, 7]), np.array([0, 2, 6, 8])
+"""Places among a pixel and its eight neighbours, row by row."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Nearby:
+    """Pilot samples of pixels and their eight neighbours, row by row.
+
+    Attributes
+    ----------
+    values : (3, 9, n) float32
+    labels : (9, n) int32
+    """
+
+    values: NDArray[np.float32]
+    labels: NDArray[np.int32]
+
+    def contrasts(self) -> Floats:
+        """Squared error (n,) to expect of one ray that tells what a pixel shows, mean over channels."""
+        shown = np.clip(self.values, 0, GLARING)
+        return np.asarray(UNLIKE * shown.var(axis=1, dtype=np.float64).mean(axis=0))
+
+
+UNLIKE = 0.3
+"""The same over the variance among the nine: the mean over the borders of `soft`, `chess` and `lamp`."""
+
+GLARING = 4.0
+"""Brightness beyond which a larger contrast asks for no more rays: all that is shown of it is white."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surroundings:
+    """Pilot samples of a tile and the pixels around it; beyond the picture those at its rim once more.
+
+    Attributes
+    ----------
+    values : (3, h + 2, w + 2) float32
+    labels : (h + 2, w + 2) int32
+    colors : (3, h + 2, w + 2) float32
+        Means of textures over the pixels, 1 where there is none.
+    """
+
+    values: NDArray[np.float32]
+    labels: NDArray[np.int32]
+    colors: NDArray[np.float32]
+
+    def nearby(self, rows: Integers, columns: Integers) -> Nearby:
+        """Those around pixels (n,) of the tile."""
+        y = rows + np.repeat(np.arange(3), 3)[:, None]
+        x = columns + np.tile(np.arange(3), 3)[:, None]
+        return Nearby(self.values[:, y, x], self.labels[y, x])
+
+    def tints(self, rows: Integers, columns: Integers, averaged: Masks) -> "Tints":
+        """What pixels (n,) show all over that have a texture whose mean is known."""
+        labels = self.nearby(rows, columns).labels
+        tinted = np.flatnonzero(of_labels(averaged, labels[4]) & (labels == labels[4]).all(axis=0))
+        y, x = rows[tinted] + 1, columns[tinted] + 1
+        values = self.values[:, y, x].astype(np.float64)
+        light = values / np.maximum(self.colors[:, y, x], DARKEST)
+        return Tints(tinted, labels[4][tinted], values, light)
+
+
+def surroundings(
+    tile: Tile, values: NDArray[np.float32], labels: NDArray[np.int32], colors: NDArray[np.float32]
+) -> Surroundings:
+    """Pilot samples around a tile of a picture (3, H, W), (H, W) and (3, H, W)."""
+    height, width = labels.shape
+    y = np.arange(tile.y0 - 1, tile.y1 + 1).clip(0, height - 1)[:, None]
+    x = np.arange(tile.x0 - 1, tile.x1 + 1).clip(0, width - 1)
+    return Surroundings(values[:, y, x], labels[y, x], colors[:, y, x])
+
+
+def packed(
+    values: NDArray[np.float32], labels: NDArray[np.int32], colors: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """Pilot samples of a picture in one array (7, H, W), for `unpacked`; labels keep their bits."""
+    return np.concatenate((values, colors, labels.view(np.float32)[None]))
+
+
+def unpacked(tile: Tile, looks: NDArray[np.float32]) -> Surroundings:
+    """`surroundings` of what `packed` gave."""
+    return surroundings(tile, looks[:3], looks[6].view(np.int32), looks[3:6])
+
+
+DARKEST = 2.0**-10
+"""Darker textures than this are taken to be as bright, so that the light on them can be told."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tints:
+    """The control variate of pixels filled by a textured shape: its colour in the light of the pilot sample.
+
+    Attributes
+    ----------
+    pixels : (k,) int64
+        Which of the pixels they are.
+    labels : (k,) int32
+    values, light : (3, k) float64
+        Mean of the control variate, and what makes it of a colour.
+    """
+
+    pixels: Integers
+    labels: NDArray[np.int32]
+    values: Floats
+    light: Floats
+
+    def at(self, which: Integers, labels: NDArray[np.int32], colors: Floats) -> Floats:
+        """Control (3, m) of rays through pixels `which` (m,) of these, that met `colors` (3, m).
+
+        Where something that no pilot sample has met hides the shape, its colour is not known: the mean
+        stands for it.
+        """
+        same = self.labels[which] == labels
+        return np.where(same, colors * self.light[:, which], self.values[:, which])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Guide:
+    """Brightness of each thing that n pixels may show.
+
+    The control variate of pixels at borders: a function of what a ray meets alone, whose mean over a pixel is
+    a matter of visibility.
+
+    Attributes
+    ----------
+    labels : (9, n) int32
+    radiance : (3, 9, n) float64
+        Of what is at each of nine places; alike where labels are.
+    known : (9, n) bool
+        Whether a place tells of its label.
+    """
+
+    labels: NDArray[np.int32]
+    radiance: Floats
+    known: Masks
+
+    def at(self, labels: NDArray[np.int32], pixels: Integers) -> tuple[Floats, Masks]:
+        """Radiance (3, m) of what rays through pixels (m,) of those n have met, 0 where it is not known.
+
+        The second array (m,) says where it is.
+        """
+        same = (self.labels[:, pixels] == labels) & self.known[:, pixels]
+        place = same.argmax(axis=0)
+        met = same.any(axis=0)
+        return self.radiance[:, place, pixels] * met, met
+
+
+def guide(nearby: Nearby, fine: Masks) -> Guide:
+    """Brightness by label around n pixels.
+
+    The pixel's own pilot sample is taken before the mean of those beside it, and that before those at its
+    corners; of what is `fine` (shapes,) no neighbour's.
+    """
+    labels, values = nearby.labels, nearby.values
+    found = np.zeros(values.shape)
+    missing = np.ones(labels.shape, dtype=bool)
+    same = labels[:, None] == labels
+    for ring in (CENTRE, BESIDE, CORNERS):
+        times = same[:, ring].sum(axis=1, dtype=np.uint8)
+        met = missing & (times > 0)
+        sums = np.einsum("jkn,ckn->cjn", same[:, ring], values[:, ring])
+        np.divide(sums, times, out=found, where=met)
+        missing &= ~met
+    known = ~of_labels(fine, labels) | (labels == labels[CENTRE])
+    return Guide(labels, found, known)
