@@ -152,7 +152,7 @@ class Course:
         estimate = self.estimate
         if not levels.needs_looks(self.plan):
             return None
-        return surroundings(tile, estimate.values, estimate.labels, estimate.colors)
+        return surroundings(tile, estimate.looks, estimate.labels, estimate.colors)
 
     def _limit(self) -> TimeLimit | None:
         if not self.passes or self.deadline == np.inf:

@@ -57,13 +57,16 @@ class Estimate:
     ----------
     plan : RenderPlan
     values : (3, H, W) float32
-        First looks, and what is interpolated between them.
+        What pixels show without samples: pilot samples, what is interpolated between them, and at borders the
+        mean of what rays met.
+    looks : (3, H, W) float32
+        The pilot samples alone, once those at borders are told apart.
     labels : (H, W) int32
         What the first looks met.
     colors : (3, H, W) float32
         What textures gave there, 1 where there was none.
-    covers, known : (3, H, W) float32
-        What pixels at borders show, and the part that is the mean of their guide.
+    known : (3, H, W) float32
+        Means of control variates.
     contrasts : (H, W) float32
         Squared error to expect of one ray at borders, if it told the share of what it meets.
     spread, doubts : (H, W) float32
@@ -88,9 +91,9 @@ class Estimate:
 
     plan: RenderPlan
     values: Picture
+    looks: Picture
     labels: Labels
     colors: Picture
-    covers: Picture
     known: Picture
     contrasts: NDArray[np.float32]
     spread: NDArray[np.float32]
@@ -119,9 +122,9 @@ class Estimate:
         return cls(
             plan=plan,
             values=np.zeros((3, *size), dtype=np.float32),
+            looks=np.zeros((3, *size), dtype=np.float32),
             labels=np.zeros(size, dtype=np.int32),
             colors=np.ones((3, *size), dtype=np.float32),
-            covers=np.zeros((3, *size), dtype=np.float32),
             known=np.zeros((3, *size), dtype=np.float32),
             contrasts=np.zeros(size, dtype=np.float32),
             spread=np.zeros(size, dtype=np.float32),
@@ -196,8 +199,8 @@ class Estimate:
         self.labels.ravel()[looked] = samples.labels
         put(self.colors.reshape(3, -1), looked, samples.colors)
         covered = self._numbers(tile, demanded.covered)
-        put(self.covers.reshape(3, -1), covered, samples.covers)
-        put(self.known.reshape(3, -1), covered, samples.known)
+        put(self.values.reshape(3, -1), covered, samples.covers)
+        self._know(covered, samples.known)
         self.spread.ravel()[covered], self.doubts.ravel()[covered] = samples.spread, samples.doubts
         self._add(self._numbers(tile, demanded.sampled), samples)
         np.maximum(have, want, out=have)
@@ -209,12 +212,20 @@ class Estimate:
         rows, columns = np.divmod(np.flatnonzero(chosen), tile.width)
         return (rows + tile.y0) * self.have.shape[1] + columns + tile.x0
 
+    def _know(self, pixels: Integers, means: NDArray[np.float32]) -> None:
+        """Put other means (3, m) of their control variates under the samples of pixels (m,)."""
+        known = self.known.reshape(3, -1)
+        change = (means - taken(known, pixels)) * (self.have.ravel()[pixels] >= SAMPLED)
+        for half in self.halves.reshape(HALVES, 3, -1):
+            add(half, pixels, change)
+        put(known, pixels, means)
+
     def _add(self, pixels: Integers, samples: Samples) -> None:
         """Join new samples of pixels (m,) with those that they have (Chan, Golub, LeVeque 1979)."""
         before, after = COUNTS[self.have.ravel()[pixels]], COUNTS[self.want.ravel()[pixels]]
         share = (after - before) / after
         halves = self.halves.reshape(HALVES, 3, -1)
-        apart = samples.halves - taken(halves, pixels)
+        apart = samples.halves + taken(self.known.reshape(3, -1), pixels) - taken(halves, pixels)
         self.squares.ravel()[pixels] += (
             samples.squares + (apart.mean(axis=0) ** 2).mean(axis=0) * before * share
         )
@@ -237,7 +248,7 @@ class Estimate:
         if stride == 1:
             # Slices of all pixels: an index for each of them takes ten times as long.
             y, x = slice(tile.y0, tile.y1), slice(tile.x0, tile.x1)
-        picture = np.where(self.coverage[y, x] > 0, self.covers[:, y, x], self.values[:, y, x])
+        picture = self.values[:, y, x].copy()
         coming = (self.want[y, x] == LOOKED) & (self.have[y, x] < LOOKED)
         if coming.any():
             above, beside = rows // (2 * stride) * (2 * stride), columns // (2 * stride) * (2 * stride)
@@ -245,7 +256,6 @@ class Estimate:
         sampled = self.shown[y, x] & (self.have[y, x] >= SAMPLED)
         if sampled.any():
             picture[:, sampled] = self.halves[:, :, y, x][:, :, sampled].mean(axis=0)
-            picture[:, sampled] += self.known[:, y, x][:, sampled]
         return np.ascontiguousarray(picture.transpose(1, 2, 0))
 
     def needs_looks(self) -> bool:
@@ -333,16 +343,8 @@ class Estimate:
         return self._findings(shown, ~shown | alike[self.strata])
 
     def _findings(self, shown: Masks, telling: Masks) -> Findings:
-        looks = np.where(self.coverage > 0, self.covers, self.values)
         return findings_of(
-            self.halves + self.known,
-            self.squares,
-            self.have,
-            shown,
-            telling,
-            looks,
-            self.strata,
-            self.spread,
+            self.halves, self.squares, self.have, shown, telling, self.values, self.strata, self.spread
         )
 
 

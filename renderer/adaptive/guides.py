@@ -41,31 +41,38 @@ GLARING = 4.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surroundings:
-    """Pilot samples of a tile and the pixels around it; beyond the picture those at its rim once more.
+    """Pilot samples of a tile and, within the picture, of the pixels around it.
 
     Attributes
     ----------
-    values : (3, h + 2, w + 2) float32
-    labels : (h + 2, w + 2) int32
-    colors : (3, h + 2, w + 2) float32
+    values : (3, h, w) float32
+    labels : (h, w) int32
+    colors : (3, h, w) float32
         Means of textures over the pixels, 1 where there is none.
+    top, left : int
+        Rows above the tile, and columns at its left: 1, or 0 at the rim of the picture.
     """
 
     values: NDArray[np.float32]
     labels: NDArray[np.int32]
     colors: NDArray[np.float32]
+    top: int
+    left: int
 
     def nearby(self, rows: Integers, columns: Integers) -> Nearby:
-        """Those around pixels (n,) of the tile."""
-        y = rows + np.repeat(np.arange(3), 3)[:, None]
-        x = columns + np.tile(np.arange(3), 3)[:, None]
-        return Nearby(self.values[:, y, x], self.labels[y, x])
+        """Those around pixels (n,) of the tile; beyond the picture those at its rim once more."""
+        height, width = self.labels.shape
+        y = (rows + (np.repeat(np.arange(-1, 2), 3) + self.top)[:, None]).clip(0, height - 1)
+        x = (columns + (np.tile(np.arange(-1, 2), 3) + self.left)[:, None]).clip(0, width - 1)
+        numbers = y * width + x
+        flat = (np.take(channel, numbers) for channel in self.values)
+        return Nearby(np.stack(tuple(flat)), np.take(self.labels, numbers))
 
     def tints(self, rows: Integers, columns: Integers, averaged: Masks) -> "Tints":
         """What pixels (n,) show all over that have a texture whose mean is known."""
         labels = self.nearby(rows, columns).labels
         tinted = np.flatnonzero(of_labels(averaged, labels[4]) & (labels == labels[4]).all(axis=0))
-        y, x = rows[tinted] + 1, columns[tinted] + 1
+        y, x = rows[tinted] + self.top, columns[tinted] + self.left
         values = self.values[:, y, x].astype(np.float64)
         light = values / np.maximum(self.colors[:, y, x], DARKEST)
         return Tints(tinted, labels[4][tinted], values, light)
@@ -74,11 +81,10 @@ class Surroundings:
 def surroundings(
     tile: Tile, values: NDArray[np.float32], labels: NDArray[np.int32], colors: NDArray[np.float32]
 ) -> Surroundings:
-    """Pilot samples around a tile of a picture (3, H, W), (H, W) and (3, H, W)."""
-    height, width = labels.shape
-    y = np.arange(tile.y0 - 1, tile.y1 + 1).clip(0, height - 1)[:, None]
-    x = np.arange(tile.x0 - 1, tile.x1 + 1).clip(0, width - 1)
-    return Surroundings(values[:, y, x], labels[y, x], colors[:, y, x])
+    """Views of the pilot samples around a tile of a picture (3, H, W), (H, W) and (3, H, W)."""
+    y0, x0 = max(tile.y0 - 1, 0), max(tile.x0 - 1, 0)
+    part = np.s_[y0 : tile.y1 + 1, x0 : tile.x1 + 1]
+    return Surroundings(values[:, *part], labels[part], colors[:, *part], tile.y0 - y0, tile.x0 - x0)
 
 
 def packed(

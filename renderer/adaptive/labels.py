@@ -20,4 +20,6 @@ def labels_of(shapes: Integers) -> NDArray[np.int32]:
 
 def of_labels(shapes: Masks, labels: NDArray[np.int32]) -> Masks:
     """What a mask of the scene's shapes says of labels, False where they show no shape."""
-    return np.append(shapes, False)[np.where(labels < 0, shapes.size, labels)]
+    if not shapes.any():
+        return np.zeros(labels.shape, dtype=bool)
+    return np.take(np.append(False, shapes), labels + 1, mode="clip")

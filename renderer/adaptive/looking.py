@@ -75,6 +75,7 @@ def cover_borders(estimate: Estimate) -> None:
 
     The outermost pixels are among them: no neighbour tells of an edge in their outer half.
     """
+    np.copyto(estimate.looks, estimate.values)
     unseen = outline(estimate.have.shape) | _edges(estimate) | _near(estimate, 1)
     rows, columns = np.nonzero(strata.borders(estimate.labels) | unseen)
     height, width = estimate.have.shape

@@ -68,8 +68,11 @@ class Demanded:
 
     def needs_looks(self, plan: RenderPlan) -> bool:
         """Whether anything is asked of pixels that may have a control variate, made from pilot samples."""
+        if self.covered.any():
+            return True
         tinted = plan.look is not None and plan.averaged.any()
-        return bool((self.covered | self.sampled & (self.guided | tinted)).any())
+        sampled = self.sampled
+        return bool(sampled.any() and (tinted or (sampled & self.guided).any()))
 
     def stacked(self) -> NDArray[np.uint8]:
         """All of it, (4, h, w), in the order of the fields."""

@@ -128,7 +128,7 @@ class PassWorker:
         self.passes.put_demand(*place, estimate.demanded.stacked())
         self.passes.put_picture(*place, picture)
         if estimate.needs_looks():
-            self.passes.put_looks(*place, packed(estimate.values, estimate.labels, estimate.colors))
+            self.passes.put_looks(*place, packed(estimate.looks, estimate.labels, estimate.colors))
 
     def _keep_final(self, estimate: Estimate, task: AdvanceTask, picture: Pixels) -> str:
         size = picture.shape[0], picture.shape[1]
