@@ -26,7 +26,7 @@ from renderer.adaptive.neighbours import spread
 from renderer.adaptive.uncertainty import standard_errors
 from renderer.arrays import Floats, Integers, Masks
 
-MARGIN = 0.9
+MARGIN = 0.95
 """Share of the budget for samples and doubts together: what samples will meet is not known exactly."""
 
 EASES = (1.0, 0.7, 0.5, 0.3, 0.1)
@@ -84,7 +84,8 @@ class _Borders:
     ----------
     pixels : (k,) int64
     contrasts : (k,) float64
-        Scaled so that they explain how exact the shares are.
+        Scaled so that they explain how exact the shares are, half of each its own: pilot samples around
+        tell nothing of what is thinner than pixels, and the own rays of one pixel little.
     coverage : (k,) uint8
     """
 
@@ -97,10 +98,12 @@ class _Borders:
         """Those of a picture."""
         pixels = np.flatnonzero(estimate.coverage)
         contrasts = estimate.contrasts.ravel()[pixels].astype(np.float64)
+        spread = estimate.spread.ravel()[pixels].astype(np.float64)
         coverage = estimate.coverage.ravel()[pixels]
-        explained = float((contrasts * COVERAGES[coverage] ** -1.5).sum())
-        contrasts *= estimate.spread.sum(dtype=np.float64) / explained if explained > 0 else 0.0
-        return cls(pixels, contrasts, coverage)
+        shares = COVERAGES[coverage] ** -1.5
+        explained = float((contrasts * shares).sum())
+        contrasts *= spread.sum() / explained if explained > 0 else 0.0
+        return cls(pixels, (contrasts + spread / shares) / 2, coverage)
 
     def rays(self, sizes: Integers) -> float:
         """Camera samples that cost as much as covering them again with other sizes (k,)."""

@@ -14,7 +14,7 @@ from renderer.adaptive.neighbours import highest, outline, spread
 from renderer.arrays import Masks
 from schemas.tiles import Tile
 
-BORDERS = 0.5
+BORDERS = 0.75
 """Share of the budget that pixels at borders may err by because shares are not exact."""
 
 CALM = 2

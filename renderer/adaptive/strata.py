@@ -31,7 +31,7 @@ TRUSTED = 16.0
 UNSEEN = 16.0
 """What the next probe may find, beside what is expected: few of them have not met what is rare."""
 
-CERTAIN = 1 / 8
+CERTAIN = 1 / 2
 """Least share of the expected error that the next probe may find `UNSEEN` times."""
 
 COUNT = STEPS * (SUSPECT + 1)
