@@ -148,7 +148,9 @@ def _sample_more(estimate: Estimate) -> bool:
     for ease in EASES:
         _allot(estimate, found, ease)
         _question(estimate, found, ease)
-        estimate.want[few] = np.maximum(estimate.want[few], SHOWN)
+        estimate.want[few] = np.maximum(
+            estimate.want[few], np.where(estimate.coverage[few] > 0, PROBED, SHOWN)
+        )
         if estimate.rays_wanted() >= LEAST * spent:
             return True
     return bool(estimate.rays_wanted())

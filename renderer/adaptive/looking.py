@@ -17,6 +17,17 @@ from schemas.tiles import Tile
 BORDERS = 0.75
 """Share of the budget that pixels at borders may err by because shares are not exact."""
 
+UNKNOWN = 2.0**-8
+"""Contrast of borders where pilot samples have found none in all of the picture."""
+
+TOGETHER = np.float32(4)
+"""Product of a step of light and one of colour over the error that both make in a pixel: a shadow's edge along
+that of a field, half of the pixel on either side."""
+
+HIDDEN = 2.0**-6
+"""Share of the contrast of a pixel at a border that its brightness is expected to err by as well: shadows end
+where things touch, and pilot samples beside do not meet that."""
+
 CALM = 2
 """Times the wished error that interpolation may err by. It mostly errs by far less: the least smooth place
 decides."""
@@ -77,10 +88,13 @@ def cover_borders(estimate: Estimate) -> None:
     """
     np.copyto(estimate.looks, estimate.values)
     unseen = outline(estimate.have.shape) | _edges(estimate) | _near(estimate, 1)
-    rows, columns = np.nonzero(strata.borders(estimate.labels) | unseen)
+    seen = strata.borders(estimate.labels)
+    rows, columns = np.nonzero(seen | unseen)
     height, width = estimate.have.shape
     around = surroundings(Tile(0, 0, 0, width, height), estimate.values, estimate.labels, estimate.colors)
     contrasts = around.nearby(rows, columns).contrasts()
+    typical = contrasts[seen[rows, columns]].mean() if seen.any() else UNKNOWN
+    contrasts = np.where(unseen[rows, columns], np.maximum(contrasts, typical), contrasts)
     estimate.contrasts[rows, columns] = contrasts
     sizes = cover_sizes(contrasts, BORDERS * estimate.budget)
     estimate.want[...] = 0
@@ -95,7 +109,7 @@ def choose_probes(estimate: Estimate) -> None:
     expected = strata.expected_errors(estimate.values)
     if estimate.plan.averaged.any():
         _leave_textures_out(estimate, expected)
-    np.copyto(expected, estimate.doubts, where=covered)
+    np.copyto(expected, np.maximum(estimate.doubts, HIDDEN * estimate.contrasts), where=covered)
     finer = estimate.plan.rough | estimate.plan.textured & ~estimate.plan.averaged
     rough = of_labels(finer, estimate.labels)
     np.copyto(expected, highest(expected, WIDE), where=rough)
@@ -132,10 +146,28 @@ def _leave_textures_out(estimate: Estimate, expected: NDArray[np.float32]) -> No
     """
     colors = np.maximum(estimate.colors, np.float32(DARKEST))
     unlike = of_labels(estimate.plan.averaged, estimate.labels) & ~strata.borders(estimate.labels)
-    light = strata.expected_errors(np.divide(estimate.values, colors, dtype=np.float32))
+    lit = np.divide(estimate.values, colors, dtype=np.float32)
+    light = strata.expected_errors(lit)
     light *= (colors**2).mean(axis=0)
+    np.maximum(light, _correlated(lit, estimate.colors), out=light)
     np.maximum(light, BENT * expected, out=light)
     np.copyto(expected, light, where=unlike)
+
+
+def _correlated(light: Picture, colors: Picture) -> NDArray[np.float32]:
+    """Squared error (H, W) to expect of means of colours in the mean light, where both differ inside a pixel.
+
+    The largest steps of light (3, H, W) to a neighbour tell how much it does, and those of colours around.
+    """
+    steps, detail = np.zeros(light.shape, np.float32), np.zeros(light.shape, np.float32)
+    for found, values in ((steps, light), (detail, colors)):
+        for axis in (1, 2):
+            change = np.abs(np.diff(values, axis=axis))
+            first = np.s_[:, :-1] if axis == 1 else np.s_[:, :, :-1]
+            second = np.s_[:, 1:] if axis == 1 else np.s_[:, :, 1:]
+            np.maximum(found[first], change, out=found[first])
+            np.maximum(found[second], change, out=found[second])
+    return ((steps * detail / TOGETHER) ** 2).mean(axis=0)
 
 
 def probes(estimate: Estimate) -> Masks:

@@ -34,6 +34,9 @@ UNSEEN = 16.0
 CERTAIN = 1 / 2
 """Least share of the expected error that the next probe may find `UNSEEN` times."""
 
+ALONE = 2.0**-8
+"""Share of the budget that a single pixel is expected to err by if its like are probed all."""
+
 COUNT = STEPS * (SUSPECT + 1)
 """Number of strata."""
 
@@ -98,11 +101,13 @@ def borders(labels: Labels) -> Masks:
 def chances(strata: Integers, expected: NDArray[np.float32], share: float, budget: float) -> Floats:
     """Share (COUNT,) of the pixels of each stratum that are probed.
 
-    At least some everywhere, and more where more of the `budget` of squared errors is expected.
+    At least some everywhere, and more where more of the `budget` of squared errors is expected: of a stratum,
+    and of one of its pixels, as few may err by all that is expected of many.
     """
+    alone = typical_error(np.arange(COUNT)) / (ALONE * budget)
     sizes = np.bincount(strata.ravel(), minlength=COUNT)
     errors = np.bincount(strata.ravel(), expected.ravel(), minlength=COUNT)
-    return np.minimum((share * sizes + 16 + 50 * errors / budget) / np.maximum(sizes, 1), 1.0)
+    return np.minimum((share * sizes + 16 + 50 * errors / budget) / np.maximum(sizes, 1) + alone, 1.0)
 
 
 def lots(seed: int, shape: tuple[int, int]) -> Floats:
