@@ -84,8 +84,8 @@ class _Borders:
     ----------
     pixels : (k,) int64
     contrasts : (k,) float64
-        Scaled so that they explain how exact the shares are, half of each its own: pilot samples around
-        tell nothing of what is thinner than pixels, and the own rays of one pixel little.
+        Scaled so that they explain how exact the shares are in all. What the rays of a single pixel have
+        found does not count: those that missed what is thin would get no more.
     coverage : (k,) uint8
     """
 
@@ -98,12 +98,10 @@ class _Borders:
         """Those of a picture."""
         pixels = np.flatnonzero(estimate.coverage)
         contrasts = estimate.contrasts.ravel()[pixels].astype(np.float64)
-        spread = estimate.spread.ravel()[pixels].astype(np.float64)
         coverage = estimate.coverage.ravel()[pixels]
-        shares = COVERAGES[coverage] ** -1.5
-        explained = float((contrasts * shares).sum())
-        contrasts *= spread.sum() / explained if explained > 0 else 0.0
-        return cls(pixels, (contrasts + spread / shares) / 2, coverage)
+        explained = float((contrasts * COVERAGES[coverage] ** -1.5).sum())
+        contrasts *= estimate.spread.sum(dtype=np.float64) / explained if explained > 0 else 0.0
+        return cls(pixels, contrasts, coverage)
 
     def rays(self, sizes: Integers) -> float:
         """Camera samples that cost as much as covering them again with other sizes (k,)."""

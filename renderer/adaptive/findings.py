@@ -10,6 +10,11 @@ from renderer.adaptive.strata import COUNT, Survey, survey, typical_error
 from renderer.arrays import Floats, Integers, Masks
 
 
+UNMODELLED = 1 / 8
+"""Standard error of the sum of squared errors, as a share of it, for what samples have not met: errors are
+large in few pixels."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Findings:
     """Numbers about the n sampled pixels that show their samples, and the m probes that show a first look.
@@ -19,7 +24,8 @@ class Findings:
     sampled, probes : (n,) and (m,) int64
         Numbers of the pixels.
     squares : (n,) float64
-        Squared standard errors, mean over channels: a quarter of the squared difference of the halves.
+        Squared standard errors, mean over channels: a quarter of the squared difference of the halves, and
+        what the variances around let expect.
     variances : (n,) float64
         Of single samples, such that they times the number of samples to the power -1.5 add up to `squares`.
     errors : (m,) float64
@@ -50,7 +56,7 @@ class Findings:
     def variance(self) -> float:
         """Of `total`: a squared difference of two numbers has twice its own square."""
         own = float((self.squares**2).sum()) + float((self.spread**2).sum())
-        return 2 * own + self.survey.variance
+        return 2 * own + self.survey.variance + (UNMODELLED * self.total) ** 2
 
 
 def findings_of(
@@ -78,13 +84,14 @@ def findings_of(
     differences = _differences(np.clip(own, 0, 1))
     bright = (own > 1).all(axis=(0, 1))
     single[sampled[bright]] = 0.0
-    variances = _guarded(single.reshape(have.shape), sampled, differences, COUNTS[levels[sampled]])
+    squared, variances = _guarded(single.reshape(have.shape), sampled, differences, COUNTS[levels[sampled]])
+    squared[bright] = 0.0
     errors, noise = errors_of(means[:, :, probes], looks.reshape(3, -1)[:, probes])
     numbers = strata.ravel()
     return Findings(
         sampled=sampled,
         probes=probes,
-        squares=differences,
+        squares=squared,
         variances=variances,
         errors=errors,
         noise=noise,
@@ -113,19 +120,21 @@ def _differences(halves: Floats) -> Floats:
     return ((halves[0] - halves[1]) ** 2).mean(axis=0) / 4
 
 
-def _guarded(single: Floats, sampled: Integers, squares: Floats, taken: Integers) -> Floats:
-    """Variances of the sampled pixels (n,), none far below its neighbours'.
+def _guarded(single: Floats, sampled: Integers, squares: Floats, taken: Integers) -> tuple[Floats, Floats]:
+    """Squared errors and variances of the sampled pixels (n,), none far below its neighbours'.
 
-    Few samples may all fall on one side of an edge: the neighbours tell that there is one. The variances
-    are scaled so that they explain the differences of the halves.
+    Few samples may all fall on one side of an edge: the neighbours tell that there is one. Pixels whose samples
+    tell of an edge get more of them and those that missed it do not, so that their own differences alone
+    would say too little. The variances are scaled so that they explain the differences of the halves.
     """
     known, inside = np.zeros((2, *single.shape))
     known.ravel()[sampled] = 1.0
-    inside.ravel()[sampled] = single.ravel()[sampled]
+    own = inside.ravel()[sampled] = single.ravel()[sampled]
     around = _sums(inside, sampled) / _sums(known, sampled)
-    variances = np.maximum(single.ravel()[sampled], around)
-    explained = float((variances * taken**-1.5).sum())
-    return variances * (float(squares.sum()) / explained if explained > 0 else 0.0)
+    shares = taken**-1.5
+    explained = float((own * shares).sum())
+    scale = float(squares.sum()) / explained if explained > 0 else 0.0
+    return (squares + scale * around * shares) / 2, scale * np.maximum(own, around)
 
 
 def _sums(values: Floats, chosen: Integers) -> Floats:

@@ -24,6 +24,9 @@ TOGETHER = np.float32(4)
 """Product of a step of light and one of colour over the error that both make in a pixel: a shadow's edge along
 that of a field, half of the pixel on either side."""
 
+FAINT = 2.0**-5
+"""Share of the mean contrast of borders that the least of them is taken to have."""
+
 HIDDEN = 2.0**-6
 """Share of the contrast of a pixel at a border that its brightness is expected to err by as well: shadows end
 where things touch, and pilot samples beside do not meet that."""
@@ -94,7 +97,7 @@ def cover_borders(estimate: Estimate) -> None:
     around = surroundings(Tile(0, 0, 0, width, height), estimate.values, estimate.labels, estimate.colors)
     contrasts = around.nearby(rows, columns).contrasts()
     typical = contrasts[seen[rows, columns]].mean() if seen.any() else UNKNOWN
-    contrasts = np.where(unseen[rows, columns], np.maximum(contrasts, typical), contrasts)
+    contrasts = np.maximum(contrasts, typical * np.where(unseen[rows, columns], 1.0, FAINT))
     estimate.contrasts[rows, columns] = contrasts
     sizes = cover_sizes(contrasts, BORDERS * estimate.budget)
     estimate.want[...] = 0
