@@ -24,8 +24,9 @@ TOGETHER = np.float32(4)
 """Product of a step of light and one of colour over the error that both make in a pixel: a shadow's edge along
 that of a field, half of the pixel on either side."""
 
-FAINT = 2.0**-5
-"""Share of the mean contrast of borders that the least of them is taken to have."""
+FAINT, RIM = 2.0**-7, 2.0**-4
+"""Shares of the mean contrast of borders that the least of them is taken to have, and that of the outermost
+pixels."""
 
 HIDDEN = 2.0**-6
 """Share of the contrast of a pixel at a border that its brightness is expected to err by as well: shadows end
@@ -90,18 +91,18 @@ def cover_borders(estimate: Estimate) -> None:
     The outermost pixels are among them: no neighbour tells of an edge in their outer half.
     """
     np.copyto(estimate.looks, estimate.values)
-    unseen = outline(estimate.have.shape) | _edges(estimate) | _near(estimate, 1)
-    seen = strata.borders(estimate.labels)
-    rows, columns = np.nonzero(seen | unseen)
+    seen, unseen = strata.borders(estimate.labels), _edges(estimate) | _near(estimate, 1)
+    rim = outline(estimate.have.shape)
+    rows, columns = np.nonzero(seen | unseen | rim)
     height, width = estimate.have.shape
     around = surroundings(Tile(0, 0, 0, width, height), estimate.values, estimate.labels, estimate.colors)
     contrasts = around.nearby(rows, columns).contrasts()
     typical = contrasts[seen[rows, columns]].mean() if seen.any() else UNKNOWN
-    contrasts = np.maximum(contrasts, typical * np.where(unseen[rows, columns], 1.0, FAINT))
-    estimate.contrasts[rows, columns] = contrasts
+    least = np.select((unseen[rows, columns], rim[rows, columns]), (1.0, RIM), FAINT)
+    estimate.contrasts[rows, columns] = contrasts = np.maximum(contrasts, typical * least)
     sizes = cover_sizes(contrasts, BORDERS * estimate.budget)
     estimate.want[...] = 0
-    estimate.cover[rows, columns] = np.maximum(sizes, unseen[rows, columns])
+    estimate.cover[rows, columns] = np.maximum(sizes, (unseen | rim)[rows, columns])
 
 
 def choose_probes(estimate: Estimate) -> None:
