@@ -175,8 +175,9 @@ def test_shares_are_unbiased(count: int, degrees: float) -> None:
 
 
 def test_the_error_of_a_share_falls_like_the_number_of_rays_to_the_power_of_minus_three_quarters() -> None:
-    """Of both lattices, over edges of all directions, within a tenth; random places have a power of -1/2, a row
-    of them -1.
+    """Of both lattices, over edges of all directions, within a tenth.
+
+    Random places have a power of -1/2, a row of them -1.
     """
     random = np.random.default_rng(2)
     angles = random.uniform(0, 2 * np.pi, 10_000)
@@ -203,7 +204,7 @@ def test_the_lattices_of_a_pixel_know_nothing_of_each_other(count: int) -> None:
 
 
 def test_smaller_errors_are_predicted_to_take_more_rays_in_step_with_the_error_that_they_leave() -> None:
-    """The error falls like their number to the power -3 / 4; there are no fewer or more than may be asked for."""
+    """The error falls like their number to the power -3 / 4; there are as few or many as may be asked for."""
     count, error = USUAL
     for share in np.geomspace(2, 1 / 100, 40):
         assert border_rays(error * share) == pytest.approx(count * share ** (-4 / 3), rel=1e-12)
@@ -302,45 +303,6 @@ def test_a_pixel_that_shows_what_its_own_look_met_keeps_that_to_the_bit(material
     assert found.values.tobytes() == found.known.tobytes() == values.tobytes()
     assert not found.spread.any()
     assert counts == {"camera": 2 * 13 * labels.size}
-
-
-@pytest.mark.parametrize(
-    ("material", "borrows"),
-    [({}, True), ({"color_texture": "board"}, False), ({"mirror": 0.5}, False)],
-    ids=["plain", "texture", "mirror"],
-)
-def test_only_what_is_smooth_is_taken_from_the_looks_of_neighbours(material: Json, borrows: bool) -> None:
-    """A sheet over the left half and three tenths of a column more. Looks at it are changed: pixels whose own
-    look met the background may learn of that.
-    """
-    board = {"type": "checker", "even": [0.5, 0.75, 1], "odd": [0.5, 0.25, 0], "repeat": [3, 5]}
-    materials = {"plain": phong(ambient=1, diffuse=0, **material)}
-    sheet = rectangle(*at(((-1.0, -1.0), (SIDE / 2 + 1.3, 0.0), (0.0, SIDE + 2.0))))
-    plan = plan_of(picture(sheet, materials=materials, textures={"board": board}))
-    values, labels, _ = first_looks(plan)
-    assert (labels == np.where(np.arange(SIDE) < SIDE / 2, 0, -1)).all()
-    changed = np.where(labels == 0, np.float32(2), values)
-    looks = (flat(each, labels) for each in (values, changed))
-    truth, told = (covered(plan, looks=each).values.reshape(values.shape) for each in looks)
-    column = SIDE // 2
-    assert set((told != truth)[:, :, column].ravel().tolist()) == {borrows}
-    assert (told[:, :, :column] == 2).all()
-    assert (told[:, :, column + 1 :] == truth[:, :, column + 1 :]).all()
-
-
-def test_of_neighbours_those_beside_a_pixel_are_asked_before_those_at_its_corners() -> None:
-    """A sheet is seen with a look of 64 at a corner, then of 1 above as well, then of 2 at the left too."""
-    sheet = (7.4, 7.4), (0.9, 0.0), (0.0, 0.9)
-    plan = plan_of(picture(rectangle(*at(sheet))))
-    values = np.zeros((3, SIDE, SIDE), dtype=np.float32)
-    labels = np.full((SIDE, SIDE), -1, dtype=np.int32)
-    share = shares_of(plan, 13, sheet).reshape(SIDE, SIDE)[8, 8]
-    assert 0 < share < 1
-    shown = []
-    for row, column, look in ((7, 7, 64), (7, 8, 1), (8, 7, 2)):
-        labels[row, column], values[:, row, column] = 0, look
-        shown.append(covered(plan, looks=flat(values, labels)).values.reshape(values.shape)[0, 8, 8])
-    assert shown == [np.float32(share * told) for told in (64, 1, 1.5)]
 
 
 def test_where_one_even_thing_is_seen_there_is_no_spread() -> None:
