@@ -292,7 +292,7 @@ class Estimate:
         have, want, coverage, cover = (
             map_.ravel() for map_ in (self.have, self.want, self.coverage, self.cover)
         )
-        pixels = np.flatnonzero((want > have) | (cover > coverage))
+        pixels = np.flatnonzero(self.demanded.rising)
         have, want, cover = have[pixels], want[pixels], cover[pixels] * (cover > coverage)[pixels]
         samples = np.maximum(COUNTS[want] - COUNTS[have], 0)
         return pixels, samples + COVERAGES[cover] + ((want == LOOKED) & (have < LOOKED))

@@ -74,8 +74,8 @@ class Surroundings:
         tinted = np.flatnonzero(of_labels(averaged, labels[4]) & (labels == labels[4]).all(axis=0))
         y, x = rows[tinted] + self.top, columns[tinted] + self.left
         values = self.values[:, y, x].astype(np.float64)
-        light = values / np.maximum(self.colors[:, y, x], DARKEST)
-        return Tints(tinted, labels[4][tinted], values, light)
+        colors = self.colors[:, y, x].astype(np.float64)
+        return Tints(tinted, labels[4][tinted], values, colors, values / np.maximum(colors, DARKEST))
 
 
 def surroundings(
@@ -112,13 +112,16 @@ class Tints:
     pixels : (k,) int64
         Which of the pixels they are.
     labels : (k,) int32
-    values, light : (3, k) float64
-        Mean of the control variate, and what makes it of a colour.
+    values, colors : (3, k) float64
+        Means of the control variate, and of the texture over the pixel.
+    light : (3, k) float64
+        What a colour adds to the control variate.
     """
 
     pixels: Integers
     labels: NDArray[np.int32]
     values: Floats
+    colors: Floats
     light: Floats
 
     def at(self, which: Integers, labels: NDArray[np.int32], colors: Floats) -> Floats:
@@ -127,8 +130,9 @@ class Tints:
         Where something that no pilot sample has met hides the shape, its colour is not known: the mean
         stands for it.
         """
-        same = self.labels[which] == labels
-        return np.where(same, colors * self.light[:, which], self.values[:, which])
+        # As a difference from the mean: what is dark but glossy has light that no colour tells.
+        away = (colors - self.colors[:, which]) * (self.labels[which] == labels)
+        return self.values[:, which] + away * self.light[:, which]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

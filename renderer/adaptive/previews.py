@@ -13,7 +13,8 @@ from schemas.tiles import Tile
 def preview(tile: Tile, samples: Samples, levels: Demanded, before: Image) -> Image:
     """The pixels of a tile with what a pass has found there.
 
-    First looks fill the squares of their lattice, samples join those that a pixel shows.
+    First looks fill the squares of their lattice, samples join those that a pixel shows. Differences from a
+    control variate, whose mean is not here, are seen when the pass is merged.
 
     Parameters
     ----------
@@ -33,10 +34,11 @@ def preview(tile: Tile, samples: Samples, levels: Demanded, before: Image) -> Im
     if looked.any():
         _fill(image, tile, looked, samples.looks)
     image[levels.covered] = samples.covers.T
-    more = levels.sampled & ~levels.guided
+    more = levels.sampled
+    more[more] = ~samples.controlled
     first, last = COUNTS[levels.have[more]], COUNTS[levels.want[more]]
     share = ((last - first) / last)[:, None]
-    image[more] += share * (samples.halves.mean(axis=0).T[~levels.guided[levels.sampled]] - image[more])
+    image[more] += share * (samples.halves.mean(axis=0).T[~samples.controlled] - image[more])
     return image
 
 

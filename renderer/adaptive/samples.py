@@ -57,6 +57,11 @@ class Demanded:
         return (self.want >= SAMPLED) & (self.want > self.have)
 
     @property
+    def rising(self) -> Masks:
+        """Pixels of which anything is wanted."""
+        return (self.want > self.have) | self.covered
+
+    @property
     def guided(self) -> Masks:
         """Pixels whose samples are differences from the guide."""
         return (self.coverage > 0) | (self.cover > 0)
@@ -102,9 +107,11 @@ class Samples:
     spread, doubts : (k,) float32
         Of pixels at borders (`coverage.Cover`).
     halves : (2, 3, m) float32
-        Means of the new samples of either half; at borders of their difference from the guide.
+        Means of the new samples of either half, or of their differences from a control variate.
     squares : (m,) float32
         Sum over the same of squares about their mean, mean over channels.
+    controlled : (m,) bool
+        Whether these are differences from a control variate.
     counts, work : dict
     cpu_seconds : float
         As in `execute.TileResult`.
@@ -123,6 +130,7 @@ class Samples:
     doubts: NDArray[np.float32]
     halves: NDArray[np.float32]
     squares: NDArray[np.float32]
+    controlled: Masks
     counts: dict[str, int]
     work: dict[str, int]
     cpu_seconds: float
@@ -160,10 +168,10 @@ def render_samples(
     counts: Counter[str] = Counter(camera=0, shadow=0, mirror=0, transmission=0, **dict.fromkeys(WORK, 0))
     looks, labels, colors = _first_looks(plan, tile, levels.looked, counts, limit)
     covers = _covers(plan, tile, levels, around, counts, limit)
-    halves, squares = _samples(plan, tile, levels, around, counts, limit)
+    samples = _samples(plan, tile, levels, around, counts, limit)
     work = {name: counts.pop(name) for name in WORK}
     seconds = time.process_time() - begun
-    return Samples(looks, labels, colors, *covers, halves, squares, dict(counts), work, seconds)
+    return Samples(looks, labels, colors, *covers, *samples, dict(counts), work, seconds)
 
 
 def _first_looks(
@@ -217,25 +225,28 @@ def _samples(
     around: Surroundings | None,
     counts: Counter[str],
     limit: TimeLimit | None,
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+) -> tuple[NDArray[np.float32], NDArray[np.float32], Masks]:
     rows, columns = np.nonzero(levels.sampled)
     first, last = COUNTS[levels.have[rows, columns]], COUNTS[levels.want[rows, columns]]
     guided = levels.guided[rows, columns]
     halves = np.empty((HALVES, 3, rows.size), dtype=np.float32)
     squares = np.empty(rows.size, dtype=np.float32)
+    controlled = guided.copy()
     for chosen in _batches(columns, rows, last - first, limit):
         x, y = columns[chosen] + tile.x0, rows[chosen] + tile.y0
         counted = last[chosen] - first[chosen]
         found = _radiance(plan, x, y, first[chosen], last[chosen], counts)
         if around is not None:
             _subtract_guides(plan, found, around, rows[chosen], columns[chosen], guided[chosen], counted)
-            _subtract_tints(plan, found, around, rows[chosen], columns[chosen], guided[chosen], counted)
+            plain = np.flatnonzero(~guided[chosen])
+            tinted = _subtract_tints(plan, found, around, rows[chosen], columns[chosen], plain, counted)
+            controlled[chosen[tinted]] = True
         starts = np.cumsum(counted) - counted
         for count in np.unique(counted).tolist():
             alike = np.flatnonzero(counted == count)
             samples = found.radiance[:, starts[alike][:, None] + np.arange(count)]
             halves[:, :, chosen[alike]], squares[chosen[alike]] = _reduced(samples)
-    return halves, squares
+    return halves, squares, controlled
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -272,11 +283,13 @@ def _subtract_tints(
     around: Surroundings,
     rows: Integers,
     columns: Integers,
-    guided: Masks,
+    others: Integers,
     counted: Integers,
-) -> None:
-    """Take the colour of textures from the samples of those of other pixels (n,) that are filled by one."""
-    others = np.flatnonzero(~guided)
+) -> Integers:
+    """Take the colour of textures from the samples of those pixels that are filled by one; gives which.
+
+    `others` are those of the pixels (n,) that have no guide.
+    """
     tints = around.tints(rows[others], columns[others], plan.averaged)
     which = np.full(rows.size, -1)
     which[others[tints.pixels]] = np.arange(tints.pixels.size)
@@ -284,6 +297,7 @@ def _subtract_tints(
     rays = np.flatnonzero(which >= 0)
     control = tints.at(which[rays], found.labels[rays], taken(found.colors, rays))
     add(found.radiance, rays, -control)
+    return others[tints.pixels]
 
 
 def _radiance(

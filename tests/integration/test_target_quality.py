@@ -89,6 +89,22 @@ def test_picture_and_layers_have_the_bytes_that_the_renderer_makes(client: httpx
     assert done["numerics"] == wanted.report["numerics"]
 
 
+def test_a_board_has_the_same_bytes_though_its_samples_are_differences_from_its_colours(
+    client: httpx2.Client,
+) -> None:
+    """Over several passes, of which each needs the pilot samples around its tiles."""
+    document = scene()
+    document["textures"] = {"board": {"type": "checker", "repeat": [9, 9]}}
+    document["materials"]["floor"] = {"type": "phong", "color_texture": "board", "diffuse": 1.0}
+    job = submit(client, document, quality=target(0.002), layers=LAYERS)
+    done = finish(client, job)
+    wanted = rendered(document, 0.002, layers=LAYERS)
+    assert len(wanted.report["passes"]) > 4
+    assert image(client, job).tobytes() == wanted.image.tobytes()
+    assert done["error"] == wanted.report["error"]
+    assert done["cost"]["rays"] == wanted.report["rays"]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("tile_size", "workers"), [(9, 2), (256, 1)])
 @pytest.mark.parametrize("radius", [0.0, 0.1], ids=["pinhole", "lens"])

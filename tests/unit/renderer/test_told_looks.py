@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 import renderer
+from renderer.adaptive.levels import COVERAGES
 from renderer.hard_cases.documents import Json, bulb, camera, lamp, phong, rectangle, scene, sphere
 from schemas.plans import PlanDocument
 from schemas.quality import FixedQuality, TargetQuality
@@ -85,10 +86,12 @@ def test_half_the_error_has_twice_the_points_in_penumbrae_down_to_a_floor_where_
     assert found["light 0 seen in part"] == f"{points} sobol points with shadow rays"
 
 
-@pytest.mark.parametrize(("error", "rays"), [(2.0**-8, 21), (2.0**-11, 233)])
-def test_smaller_errors_send_more_rays_through_borders(error: float, rays: int) -> None:
-    """An eighth of the error takes 8**(4 / 3) = 16 times the rays; of their numbers 233 is nearest."""
-    assert details(furnished(), error)["borders"].startswith(f"{rays} rays ")
+def test_borders_are_told_with_the_fewest_rays_they_get() -> None:
+    """Two lattices of two rays. How many more there are is known when the contrasts are."""
+    found = details(furnished())["borders"]
+    assert found.startswith("rays tell how much of a pixel each shape fills")
+    assert found.endswith(f"from {COVERAGES[1]} on")
+    assert COVERAGES[1] == 4
 
 
 @pytest.mark.parametrize(("width", "apart"), [(64, None), (256, 2), (512, 4), (4096, 8)])

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 import renderer
 from renderer.adaptive import Estimate
-from renderer.adaptive.allocation import Allocation, allocate
+from renderer.adaptive.allocation import RAY_PRICE, Allocation, allocate, cover_sizes
 from renderer.adaptive.decisions import EASES, LEAP, LEAST, MARGIN, advance
 from renderer.adaptive.estimate import PROBES, ROUND
-from renderer.adaptive.levels import COUNTS, HIGHEST, SAMPLED, levels_of
+from renderer.adaptive.levels import COUNTS, COVERAGES, HIGHEST, SAMPLED, levels_of
 from renderer.adaptive.strata import COUNT, Survey
 from renderer.adaptive.uncertainty import standard_errors
 from renderer.hard_cases.documents import camera, scene
@@ -53,6 +53,10 @@ def left(found: Allocation, single: Numbers, survey: Survey) -> float:
     return float((single * COUNTS[found.pixels] ** -1.5).sum() + (survey.sizes * looked).sum())
 
 
+NO_COVERS = np.zeros(0), np.zeros(0, np.uint8)
+"""Contrasts and coverage of a picture without borders."""
+
+
 def spent(found: Allocation, survey: Survey) -> int:
     return int(COUNTS[found.pixels].sum() + (survey.sizes * COUNTS[found.strata]).sum())
 
@@ -75,7 +79,7 @@ def test_no_other_levels_of_a_few_pixels_do_it_for_much_less(quarters: tuple[int
     single = variances(*quarters)
     goal = part * float((single * COUNTS[SAMPLED] ** -1.5).sum())
     nothing = surveyed()
-    found = allocate(single, np.full(4, SAMPLED, np.uint8), nothing, goal)
+    found = allocate(single, np.full(4, SAMPLED, np.uint8), nothing, goal, *NO_COVERS)
     reached = left(found, single, nothing)
     assert reached <= goal
     errors = [{n: float(c) * COUNTS[n] ** -1.5 for n in LEVELS} for c in single]
@@ -87,7 +91,7 @@ def test_no_other_levels_of_a_few_pixels_do_it_for_much_less(quarters: tuple[int
 def test_no_pixel_gets_fewer_samples_than_it_has_and_the_others_fewer_for_it(have: tuple[int, ...]) -> None:
     single, nothing = variances(-30, -24, -10, -26), surveyed()
     goal = 0.01 * float(single.sum())
-    found = allocate(single, np.array(have, np.uint8), nothing, goal)
+    found = allocate(single, np.array(have, np.uint8), nothing, goal, *NO_COVERS)
     assert (found.pixels >= have).all()
     reached = left(found, single, nothing)
     assert reached <= goal
@@ -104,8 +108,10 @@ def test_strata_and_pixels_share_the_error_at_the_least_cost(part: float) -> Non
     """Every stratum may also keep its first looks for nothing."""
     single = variances(-18, -30)
     survey = surveyed([100, 20, 3], [2e-3, 1e-5, 0.05], variances(-30, -12, -16))
-    goal = part * (left(Allocation(np.full(2, SAMPLED), np.zeros(COUNT, np.int64)), single, survey))
-    found = allocate(single, np.full(2, SAMPLED, np.uint8), survey, goal)
+    goal = part * (
+        left(Allocation(np.full(2, SAMPLED), np.zeros(COUNT, np.int64), NO_COVERS[1]), single, survey)
+    )
+    found = allocate(single, np.full(2, SAMPLED, np.uint8), survey, goal, *NO_COVERS)
     reached = left(found, single, survey)
     assert reached <= goal
     errors = [{n: float(c) * COUNTS[n] ** -1.5 for n in LEVELS} for c in single]
@@ -122,7 +128,7 @@ def test_many_pixels_reach_the_goal_and_not_much_more(goal: float) -> None:
     to a twentieth, and pixels of one quarter of an octave change their level together.
     """
     single = variances(*itertools.chain(range(-80, 0), range(-80, 0)))
-    found = allocate(single, np.full(160, SAMPLED, np.uint8), surveyed(), goal)
+    found = allocate(single, np.full(160, SAMPLED, np.uint8), surveyed(), goal, *NO_COVERS)
     reached = left(found, single, surveyed())
     assert reached <= goal
     if (found.pixels > SAMPLED).any():
@@ -132,7 +138,7 @@ def test_many_pixels_reach_the_goal_and_not_much_more(goal: float) -> None:
 
 def test_first_looks_stay_where_they_are_as_good_as_samples() -> None:
     survey = surveyed([1000, 1000], [1e-9, 0.04], [1e-3, 1e-3])
-    found = allocate(np.zeros(0), np.zeros(0, np.uint8), survey, 2.0)
+    found = allocate(np.zeros(0), np.zeros(0, np.uint8), survey, 2.0, *NO_COVERS)
     assert found.strata[0] == 0
     assert found.strata[1] >= SAMPLED
     assert not found.strata[2:].any()
@@ -140,14 +146,14 @@ def test_first_looks_stay_where_they_are_as_good_as_samples() -> None:
 
 def test_what_probes_tell_no_more_of_than_noise_is_not_sampled() -> None:
     survey = surveyed([1000, 10], [0.01, 0.3], [0.5, 0.1], uncertain=[0.01, 0.1])
-    found = allocate(np.zeros(0), np.zeros(0, np.uint8), survey, 0.5)
+    found = allocate(np.zeros(0), np.zeros(0, np.uint8), survey, 0.5, *NO_COVERS)
     assert found.strata[0] == 0
     assert found.strata[1] >= SAMPLED
 
 
 def test_pixels_that_do_not_vary_get_the_fewest_samples() -> None:
     single = np.array([0.0, 0.0, 0.5])
-    found = allocate(single, np.full(3, SAMPLED, np.uint8), surveyed(), 1e-3)
+    found = allocate(single, np.full(3, SAMPLED, np.uint8), surveyed(), 1e-3, *NO_COVERS)
     assert found.pixels[:2].tolist() == [SAMPLED, SAMPLED]
     assert 0.5 * COUNTS[found.pixels[2]] ** -1.5 <= 1e-3 * 2.0**0.125
 
@@ -160,8 +166,75 @@ def test_the_level_of_a_number_of_samples_is_the_one_whose_logarithm_is_nearest(
 
 
 def test_a_goal_out_of_reach_gets_the_most_samples_there_are() -> None:
-    found = allocate(np.array([0.5, 1.0]), np.full(2, SAMPLED, np.uint8), surveyed(), 0.0)
+    found = allocate(np.array([0.5, 1.0]), np.full(2, SAMPLED, np.uint8), surveyed(), 0.0, *NO_COVERS)
     assert found.pixels.tolist() == [HIGHEST, HIGHEST]
+
+
+SIZES = np.arange(1, COVERAGES.size)
+"""Numbers of the coverages."""
+
+
+def covered(contrasts: Numbers, sizes: NDArray[np.int64]) -> float:
+    """Squared error that coverages leave; the pilot sample is worth one ray."""
+    return float((contrasts * np.maximum(COVERAGES[sizes], 1) ** -1.5).sum())
+
+
+@pytest.mark.parametrize("goal", [1.0, 1e-2, 1e-4])
+def test_coverages_reach_their_goal_with_fewer_rays_than_equal_ones_would(goal: float) -> None:
+    """Contrasts over 20 octaves: the largest ask for the most rays. Of equal coverages, those are compared
+    that leave no less error.
+    """
+    contrasts = variances(*range(-80, 0))
+    sizes = cover_sizes(contrasts, goal)
+    assert covered(contrasts, sizes) <= goal
+    assert (np.diff(sizes) >= 0).all()
+    equal = next(size for size in SIZES if covered(contrasts, np.full(80, size)) <= goal)
+    assert COVERAGES[sizes].sum() < 80 * COVERAGES[equal]
+
+
+@pytest.mark.parametrize("goal", [1.0, 1e-2, 1e-4])
+def test_no_other_coverages_reach_it_with_much_fewer_rays(goal: float) -> None:
+    """Within a twentieth of Lagrange's lower bound: real numbers of rays are rounded to Fibonacci's."""
+    contrasts = variances(*range(-80, 0))
+    sizes = cover_sizes(contrasts, goal)
+    counts, best = np.maximum(COVERAGES, 1).astype(float)[:, None], 0.0
+    for price in 2.0 ** np.arange(0, 50, 0.125):
+        paid = (COVERAGES[:, None] + price * contrasts * counts**-1.5).min(axis=0).sum()
+        best = max(best, float(paid - price * covered(contrasts, sizes)))
+    assert COVERAGES[sizes].sum() <= 1.05 * best
+
+
+def test_without_contrast_no_rays_are_wanted() -> None:
+    assert not cover_sizes(np.zeros(5), 1e-6).any()
+    assert cover_sizes(np.zeros(0), 1e-6).size == 0
+
+
+@pytest.mark.parametrize("goal", [1.0, 0.1, 0.01])
+def test_samples_and_rays_at_borders_share_the_error_at_the_least_cost(goal: float) -> None:
+    """Within a twentieth of Lagrange's lower bound, with a ray at the price of a twelfth of a sample."""
+    single, contrasts = variances(*range(-40, 0)), variances(*range(-50, -10))
+    have, coverage = np.full(40, SAMPLED, np.uint8), np.ones(40, np.uint8)
+    found = allocate(single, have, surveyed(), goal, contrasts, coverage)
+    left_now = left(found, single, surveyed()) + covered(contrasts, found.covers)
+    assert left_now <= goal
+    cost = COUNTS[found.pixels].sum() + RAY_PRICE * COVERAGES[found.covers].sum()
+    samples, rays = COUNTS[SAMPLED:].astype(float)[:, None], COVERAGES[1:].astype(float)[:, None]
+    best = 0.0
+    for price in 2.0 ** np.arange(0, 50, 0.125):
+        own = (samples + price * single * samples**-1.5).min(axis=0).sum()
+        borders = (RAY_PRICE * rays + price * contrasts * rays**-1.5).min(axis=0).sum()
+        best = max(best, float(own + borders - price * left_now))
+    assert cost <= 1.05 * best
+
+
+def test_coverage_only_rises() -> None:
+    """Whatever is left to reach, no pixel is covered by fewer rays than it has been."""
+    contrasts, coverage = variances(*range(-40, 0)), (np.arange(40) % 20 + 1).astype(np.uint8)
+    for goal in (100.0, 1e-2, 1e-5):
+        found = allocate(np.zeros(0), np.zeros(0, np.uint8), surveyed(), goal, contrasts, coverage)
+        assert (found.covers >= coverage).all()
+        if goal == 100.0:
+            assert (found.covers == coverage).all()
 
 
 def bound(single: Numbers, survey: Survey, allowed: float) -> float:
@@ -186,7 +259,7 @@ def test_no_levels_of_many_pixels_and_strata_do_it_for_much_less(goal: float) ->
     single = variances(*range(-80, 0))
     octaves = np.arange(COUNT)
     survey = surveyed(1 + octaves % 7, 2.0 ** -(4 + octaves % 17), 2.0 ** (-((octaves * 5) % 13) - 3.125))
-    found = allocate(single, np.full(80, SAMPLED, np.uint8), survey, goal)
+    found = allocate(single, np.full(80, SAMPLED, np.uint8), survey, goal, *NO_COVERS)
     reached = left(found, single, survey)
     assert reached <= goal
     assert (found.strata == 0).any()
@@ -213,7 +286,8 @@ def asked(estimate: Estimate, ease: float) -> NDArray[np.int64]:
     found = estimate.findings()
     doubt = standard_errors(CONFIDENCE) * np.sqrt(found.variance)
     goal = MARGIN * estimate.budget - doubt
-    levels = allocate(found.variances, estimate.have.ravel(), found.survey, ease * goal).pixels
+    have = estimate.have.ravel()
+    levels = allocate(found.variances, have, found.survey, ease * goal, *NO_COVERS).pixels
     return np.minimum(levels, SAMPLED + LEAP).reshape(estimate.have.shape)
 
 

@@ -7,13 +7,14 @@ import pytest
 
 import renderer
 from renderer.adaptive import Estimate, Samples, render_samples
-from renderer.adaptive.coverage import surroundings
 from renderer.adaptive.decisions import advance
 from renderer.adaptive.estimate import FIRST_AIM, NEXT_AIM, PROBES, ROUND, STRIDE
-from renderer.adaptive.levels import COUNTS, COVERED, LOOKED, SAMPLED
+from renderer.adaptive.guides import surroundings
+from renderer.adaptive.levels import COUNTS, COVERAGES, COVERED, LOOKED, SAMPLED
 from renderer.adaptive.looking import PROBED
+from renderer.adaptive.samples import Demanded
 from renderer.adaptive.strata import expected_errors
-from renderer.hard_cases.documents import camera, ellipsoid, scene, triangle
+from renderer.hard_cases.documents import camera, ellipsoid, scene, sphere, triangle
 from renderer.tiling import tiles
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
@@ -45,9 +46,8 @@ def whole(estimate: Estimate) -> Tile:
 
 def found(estimate: Estimate, tile: Tile) -> Samples:
     """What the pass that is wanted finds in a tile."""
-    part = np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]
-    around = surroundings(tile, estimate.values, estimate.labels)
-    return render_samples(estimate.plan, tile, estimate.have[part], estimate.want[part], around)
+    around = surroundings(tile, estimate.values, estimate.labels, estimate.colors)
+    return render_samples(estimate.plan, tile, estimate.demanded.part(tile), around)
 
 
 class Drawn:
@@ -56,14 +56,15 @@ class Drawn:
     def __init__(self, height: int, width: int) -> None:
         random = np.random.default_rng(5)
         self.samples = random.integers(0, 256, (int(COUNTS[8]), 3, height, width)) / 256
-        self.looks, self.covers = random.random((2, 3, height, width)).astype(np.float32)
-        self.doubts = random.random((height, width)).astype(np.float32)
+        self.looks = random.random((3, height, width)).astype(np.float32)
+        self.covers, self.known = random.random((2, COVERAGES.size, 3, height, width)).astype(np.float32)
+        self.spread, self.doubts = random.random((2, COVERAGES.size, height, width)).astype(np.float32)
         self.labels = random.integers(-3, 5, (height, width)).astype(np.int32)
 
-    def told(self, tile: Tile, have: np.ndarray, want: np.ndarray) -> Samples:
+    def told(self, tile: Tile, levels: Demanded) -> Samples:
         inside = np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]
+        have, want = levels.have, levels.want
         looked = (want == LOOKED) & (have < LOOKED)
-        covered = (want == COVERED) & (have < COVERED)
         more = np.argwhere((want > COVERED) & (have < want))
         halves, squares = np.empty((2, 3, len(more)), np.float32), np.empty(len(more), np.float32)
         for number, (y, x) in enumerate(more):
@@ -71,38 +72,63 @@ class Drawn:
             halves[:, :, number] = part[::2].mean(axis=0), part[1::2].mean(axis=0)
             squares[number] = ((part - part.mean(axis=0)) ** 2).sum() / 3
         looks, labels = self.looks[:, *inside][:, looked], self.labels[inside][looked]
-        covers, doubts = self.covers[:, *inside][:, covered], self.doubts[inside][covered]
-        return Samples(looks, labels, looks / 2, covers, doubts, halves, squares, {}, {}, 0.0)
+        y, x = np.nonzero(levels.cover > levels.coverage)
+        place = levels.cover[y, x], y + tile.y0, x + tile.x0
+        covers, known = (each.transpose(0, 2, 3, 1)[place].T for each in (self.covers, self.known))
+        spread, doubts = self.spread[place], self.doubts[place]
+        return Samples(
+            looks,
+            labels,
+            looks / 2,
+            covers,
+            known,
+            spread,
+            doubts,
+            halves,
+            squares,
+            squares > np.inf,
+            {},
+            {},
+            0.0,
+        )
 
 
-def taken(levels: list[np.ndarray], size: int | None = None, order: int = 0) -> tuple[Estimate, Drawn]:
-    """An estimate after passes that want these levels (H, W), in tiles of some size in some order."""
+Passes = list[tuple[np.ndarray, np.ndarray]]
+
+
+def taken(passes: Passes, size: int | None = None, order: int = 0) -> tuple[Estimate, Drawn]:
+    """An estimate after passes that want these levels and coverages, in tiles of some size in some order."""
     plan = plan_of()
     estimate, drawn = begun(plan), Drawn(plan.height, plan.width)
-    for number, want in enumerate(levels):
-        estimate.want[...] = want
+    for number, (want, cover) in enumerate(passes):
+        estimate.want[...], estimate.cover[...] = want, cover
         parts = tiles(plan, Pass(number, 1, 0, 0), size or 256)
         for place in np.random.default_rng(order).permutation(len(parts)):
             tile = parts[place]
-            part = np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]
-            have = estimate.have[part].copy()
-            estimate.take(tile, drawn.told(tile, have, estimate.want[part]))
+            estimate.take(tile, drawn.told(tile, estimate.demanded.part(tile)))
     return estimate, drawn
 
 
-def rising() -> list[np.ndarray]:
-    """Levels of four passes; each pixel skips some of them."""
+def rising() -> Passes:
+    """Levels of four passes, and coverages of a third of the pixels; each pixel skips some passes."""
     random = np.random.default_rng(1)
-    levels = [random.choice([0, LOOKED, COVERED, SAMPLED], (16, 24)).astype(np.uint8)]
+    levels = [random.choice([0, LOOKED, SAMPLED], (16, 24)).astype(np.uint8)]
+    borders = random.random((16, 24)) < 1 / 3
+    covers = [borders * random.choice([0, 2], (16, 24)).astype(np.uint8)]
     for _ in range(3):
-        levels.append(np.minimum(levels[-1] + random.choice([0, 0, 1, 3], (16, 24)), 8).astype(np.uint8))
-    return levels
+        step = random.choice([0, 0, 1, 3], (16, 24))
+        more = np.minimum(levels[-1] + step, 8)
+        levels.append(np.where(more == COVERED, SAMPLED, more).astype(np.uint8))
+        covers.append((covers[-1] + borders * random.choice([0, 1, 4], (16, 24))).astype(np.uint8))
+    return list(zip(levels, covers, strict=True))
 
 
 def test_several_passes_tell_what_one_pass_with_all_their_samples_does() -> None:
-    levels = rising()
-    estimate, drawn = taken(levels)
-    assert (estimate.have == np.maximum.reduce(levels)).all()
+    levels, covers = zip(*rising(), strict=True)
+    estimate, drawn = taken(rising())
+    covered = covers[-1] > 0
+    reached = np.maximum.reduce(levels)
+    assert (estimate.have == np.where(covered, np.maximum(reached, COVERED), reached)).all()
     assert len(np.unique(estimate.have)) > 6
     for y, x in np.argwhere(estimate.have >= SAMPLED):
         count = COUNTS[estimate.have[y, x]]
@@ -113,12 +139,27 @@ def test_several_passes_tell_what_one_pass_with_all_their_samples_does() -> None
         squares = ((samples - samples.mean(axis=0)) ** 2).sum() / 3
         # Means below 1, off by their rounding, are apart from each other by less than 1 in three merges.
         assert abs(estimate.squares[y, x] - squares) <= 3 * SPACING * count
-    looked = np.logical_or.reduce([level == LOOKED for level in levels])
-    covered = np.logical_or.reduce([level == COVERED for level in levels])
+    looked = np.zeros_like(covered)
+    have = np.zeros_like(levels[0])
+    for level, cover in zip(levels, covers, strict=True):
+        looked |= (level == LOOKED) & (have < LOOKED)
+        have = np.maximum(np.maximum(have, level), COVERED * (cover > 0))
     assert (looked & covered).any()
-    assert (estimate.values[:, covered] == drawn.covers[:, covered]).all()
-    assert (estimate.values[:, looked & ~covered] == drawn.looks[:, looked & ~covered]).all()
-    assert (estimate.doubts == np.where(covered, drawn.doubts, 0)).all()
+    assert (estimate.values[:, looked] == drawn.looks[:, looked]).all()
+    assert len(np.unique(covers[-1])) > 6
+    assert (estimate.coverage == covers[-1]).all()
+    y, x = np.nonzero(covered)
+    last = covers[-1][covered], y, x
+    for name in ("covers", "known"):
+        found, expected = getattr(estimate, name), getattr(drawn, name).transpose(0, 2, 3, 1)[last].T
+        assert (found[:, covered] == expected).all()
+        assert not found[:, ~covered].any()
+    for name in ("spread", "doubts"):
+        found = getattr(estimate, name)
+        assert (found[covered] == getattr(drawn, name)[last]).all()
+        assert not found[~covered].any()
+    shown = estimate.shown & (estimate.have >= SAMPLED)
+    assert (estimate.image()[covered & ~shown] == estimate.covers[:, covered & ~shown].T).all()
     assert (estimate.labels[looked] == drawn.labels[looked]).all()
     assert (estimate.colors[:, looked] == drawn.looks[:, looked] / 2).all()
     assert (estimate.colors[:, ~looked] == 1).all()
@@ -136,7 +177,7 @@ def test_a_tile_that_comes_twice_counts_once() -> None:
     estimate, drawn = taken(rising())
     before = estimate.arrays()["halves"].tobytes()
     tile = whole(estimate)
-    estimate.take(tile, drawn.told(tile, estimate.have, estimate.want))
+    estimate.take(tile, drawn.told(tile, estimate.demanded))
     assert estimate.halves.tobytes() == before
 
 
@@ -145,8 +186,10 @@ def test_rendered_samples_of_two_passes_are_those_of_one() -> None:
     plan = plan_of()
     tile = Tile(0, 4, 3, 17, 12)
     none, few, many = (np.full((9, 13), level, np.uint8) for level in (0, SAMPLED, SAMPLED + 3))
-    first, more = render_samples(plan, tile, none, few), render_samples(plan, tile, few, many)
-    both = render_samples(plan, tile, none, many)
+    first, more, both = (
+        render_samples(plan, tile, Demanded(have, want, none, none))
+        for have, want in ((none, few), (few, many), (none, many))
+    )
     merged = (first.halves * 4.0 + more.halves * 28.0) / 32
     assert np.abs(merged - both.halves).max() <= 2 * SPACING * both.halves.max()
     assert first.counts["camera"] + more.counts["camera"] == both.counts["camera"] == 32 * 9 * 13
@@ -156,13 +199,15 @@ def test_a_pixel_gets_the_same_samples_whatever_levels_the_others_rise_to() -> N
     plan = plan_of()
     tile = Tile(0, 4, 3, 17, 12)
     have, want = np.random.default_rng(7).integers(SAMPLED, SAMPLED + 5, (2, 9, 13)).astype(np.uint8)
-    mixed = render_samples(plan, tile, have, want)
+    none = np.zeros_like(have)
+    mixed = render_samples(plan, tile, Demanded(have, want, none, none))
     rising = want > have
     steps = set(zip(have[rising].tolist(), want[rising].tolist(), strict=True))
     assert len(steps) > 5
     for step in steps:
         alone = rising & (have == step[0]) & (want == step[1])
-        single = render_samples(plan, tile, have, np.where(alone, want, 0).astype(np.uint8))
+        some = np.where(alone, want, 0).astype(np.uint8)
+        single = render_samples(plan, tile, Demanded(have, some, none, none))
         assert mixed.halves[:, :, alone[rising]].tobytes() == single.halves.tobytes()
         assert mixed.squares[alone[rising]].tobytes() == single.squares.tobytes()
 
@@ -196,26 +241,35 @@ def test_the_first_pass_looks_at_a_lattice_and_each_next_one_at_a_finer_one() ->
 
 def test_after_the_looks_come_the_borders_and_then_the_probes() -> None:
     """Borders lie where a neighbour shows another shape, around the picture, where an edge passes, and around
-    what is thin.
+    what is thin. Where things of other shapes are as bright, there is no need of rays.
     """
     thorn = triangle([-2, 0.5, 0], [-2, 0.9, 0], [1.4, 1.3, 0])
     wire = ellipsoid([0, 2.2, 0], [1.2, 0, 0], [0, 0.01, 0], [0, 0, 0.01])
-    estimate = begun(plan_of(scene(thorn, wire)))
+    fine = TargetQuality(mode="target", error=2.0**-10)
+    estimate = begun(renderer.compile_scene(scene(thorn, wire, sphere([0, -0.5, 0], 0.7)), fine))
     passes(estimate, 1)
-    borders = estimate.want > estimate.have
-    assert (estimate.want[borders] == COVERED).all()
+    borders = estimate.cover > 0
+    assert not estimate.want.any()
+    assert not estimate.coverage.any()
     edges, near, unlike = edges_of(estimate.plan), np.zeros_like(borders), np.zeros_like(borders)
     for x, y in estimate.plan.thin.T:
         near[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2] = True
     labels = np.pad(estimate.labels, 1, constant_values=-99)
     for y, x in np.ndindex(unlike.shape):
         unlike[y, x] = (labels[y : y + 3, x : x + 3] != estimate.labels[y, x]).any()
-    assert (borders == edges | near | unlike).all()
+    rim = np.pad(np.zeros((borders.shape[0] - 2, borders.shape[1] - 2), bool), 1, constant_values=True)
+    assert borders[edges | near | rim].all()
+    seen = unlike & ~(edges | near | rim)
+    assert not borders[~(edges | near | unlike)].any()
+    assert (borders & seen).any()
+    bare = seen & ~borders
+    assert estimate.contrasts[bare].max(initial=0) < estimate.contrasts[borders & seen].min()
     assert (edges & ~near & ~unlike).any()
     assert (near & ~edges & ~unlike).any()
     assert not borders.all()
     passes(estimate, 1)
     assert (estimate.have[borders] == COVERED).all()
+    assert (estimate.coverage == estimate.cover).all()
     asked = estimate.want > estimate.have
     assert asked.any()
     assert (estimate.want[asked] == PROBED).all()
@@ -340,41 +394,3 @@ def test_a_lens_samples_every_pixel_at_once() -> None:
     assert estimate.shown.all()
     assert estimate.counters[STRIDE] == 1
     assert estimate.counters[ROUND] == PROBES
-
-
-def rays_at(level: int, coverage: int) -> int:
-    """Camera rays of what a pixel shows at some level."""
-    return {0: 0, LOOKED: 1, COVERED: coverage}.get(level, 2 ** (level - 1))
-
-
-def test_a_picture_counts_one_sample_where_it_was_looked_at_and_none_in_between() -> None:
-    """At borders it counts the rays that they are looked at with."""
-    estimate, _ = taken(rising())
-    coverage = estimate.plan.coverage
-    assert coverage > 1
-    expected = [[rays_at(level, coverage) for level in row] for row in estimate.have.tolist()]
-    assert estimate.counts().tolist() == expected
-
-
-def test_the_rays_of_the_next_pass_are_those_that_pixels_lack() -> None:
-    """Looks are of no use to samples, nor to what is seen of a border; samples are to more samples."""
-    estimate = begun(plan_of())
-    random = np.random.default_rng(6)
-    estimate.have[...], estimate.want[...] = random.integers(0, 9, (2, 16, 24))
-    coverage, expected = estimate.plan.coverage, 0
-    for have, want in zip(estimate.have.ravel().tolist(), estimate.want.ravel().tolist(), strict=True):
-        if want > have:
-            expected += rays_at(want, coverage) - (rays_at(have, coverage) if have >= SAMPLED else 0)
-    assert estimate.rays_wanted() == expected
-    estimate.want[...] = estimate.have
-    assert estimate.rays_wanted() == 0
-
-
-@pytest.mark.parametrize("number", range(3))
-def test_a_pass_sends_the_rays_that_were_foretold(number: int) -> None:
-    """Of looks, probes and samples; at borders what no look has met is looked at as well."""
-    estimate = begun(plan_of())
-    passes(estimate, (0, 2, 3)[number])
-    wanted = estimate.rays_wanted()
-    assert wanted > 0
-    assert found(estimate, whole(estimate)).counts["camera"] == wanted

@@ -43,6 +43,7 @@ def known(seed: int = 1) -> tuple[dict[str, Any], Numbers, Numbers]:
         "telling": ~shown,
         "looks": looks,
         "strata": random.choice([3, 40, 60], SIZE),
+        "spread": np.zeros(SIZE, np.float32),
     }
     return arrays, truth, noise
 
@@ -114,6 +115,21 @@ def test_the_variance_of_the_total_is_no_less_than_it_is() -> None:
         told += findings_of(**arrays).variance
         true += 2 * float(((noise**2 / 2) ** 2).sum())
     assert told >= true
+
+
+def test_squared_errors_of_shares_at_borders_come_on_top() -> None:
+    """The difference of two lattices tells a squared error as that of two halves does: twice its square."""
+    arrays, _, _ = known()
+    without = findings_of(**arrays)
+    arrays["spread"][3:5, 2:30] = np.random.default_rng(6).random((2, 28)) / 1000
+    told = findings_of(**arrays)
+    spread = arrays["spread"].astype(float)
+    assert told.spread.tolist() == spread[3:5, 2:30].ravel().tolist()
+    assert told.total == pytest.approx(without.total + math.fsum(spread.ravel()), rel=1e-12)
+    more = 2 * math.fsum(spread.ravel() ** 2)
+    assert told.variance == pytest.approx(without.variance + more, rel=1e-12)
+    assert told.squares.tolist() == without.squares.tolist()
+    assert told.survey.total == without.survey.total
 
 
 def test_bright_pixels_have_no_error_and_ask_for_no_samples() -> None:
@@ -251,7 +267,10 @@ def searched(estimate: Estimate, others: float, find: tuple[float, float]) -> ND
     halves[:, :, count // 2] = np.array(find)[:, None]
     empty, squares = np.zeros((3, 0), np.float32), np.zeros(count, np.float32)
     nothing = np.zeros(0, np.int32)
-    samples = Samples(empty, nothing, empty, empty, squares[:0], halves, squares, {}, {}, 0.0)
+    none = squares[:0]
+    samples = Samples(
+        empty, nothing, empty, empty, empty, none, none, halves, squares, squares > 0, {}, {}, 0.0
+    )
     estimate.take(Tile(0, 0, 0, 96, 64), samples)
     assert advance(estimate)
     return estimate.strata // STEPS == SUSPECT

@@ -3,7 +3,7 @@ import pytest
 
 from renderer.adaptive.levels import COVERED, LOOKED, SAMPLED
 from renderer.adaptive.previews import preview
-from renderer.adaptive.samples import Samples
+from renderer.adaptive.samples import Demanded, Samples
 from schemas.tiles import Tile
 
 
@@ -11,8 +11,9 @@ def samples(
     looks: list[list[float]] | np.ndarray = (),
     halves: np.ndarray | None = None,
     covers: list[list[float]] | np.ndarray = (),
+    controlled: list[bool] | None = None,
 ) -> Samples:
-    """Looks (n, 3), covers (k, 3), and means of the halves (2, m, 3)."""
+    """Looks (n, 3), covers (k, 3), means of the halves (2, m, 3), and which (m,) are differences."""
     seen, covered = (np.array(each, dtype=np.float32).reshape(-1, 3) for each in (looks, covers))
     means = np.zeros((2, 0, 3)) if halves is None else halves
     return Samples(
@@ -20,19 +21,31 @@ def samples(
         labels=np.zeros(len(seen), np.int32),
         colors=np.ones((3, len(seen)), np.float32),
         covers=covered.T,
+        known=covered.T,
+        spread=np.zeros(len(covered), np.float32),
         doubts=np.zeros(len(covered), np.float32),
         halves=means.transpose(0, 2, 1).astype(np.float32),
         squares=np.zeros(means.shape[1], np.float32),
+        controlled=np.array(controlled or [False] * means.shape[1], dtype=bool),
         counts={},
         work={},
         cpu_seconds=0.0,
     )
 
 
-def shown(tile: Tile, found: Samples, have: np.ndarray, want: np.ndarray, before: float = 0.0) -> np.ndarray:
+def shown(
+    tile: Tile,
+    found: Samples,
+    have: np.ndarray,
+    want: np.ndarray,
+    before: float = 0.0,
+    cover: np.ndarray | None = None,
+) -> np.ndarray:
     """The first channel of what is seen."""
     picture = np.full((tile.height, tile.width, 3), before, np.float32)
-    return preview(tile, found, have.astype(np.uint8), want.astype(np.uint8), picture)[:, :, 0]
+    nothing = np.zeros_like(have)
+    levels = (have, want, nothing, nothing if cover is None else cover)
+    return preview(tile, found, Demanded(*(map_.astype(np.uint8) for map_ in levels)), picture)[:, :, 0]
 
 
 def test_first_looks_fill_the_squares_of_their_lattice() -> None:
@@ -82,6 +95,18 @@ def test_pixels_of_which_nothing_is_wanted_stay() -> None:
 
 def test_pixels_at_borders_take_the_place_of_their_looks_and_leave_the_others() -> None:
     tile, have = Tile(0, 0, 0, 3, 2), np.array([[LOOKED, LOOKED, 0], [LOOKED, COVERED, LOOKED]])
-    want = np.array([[0, COVERED, COVERED], [COVERED, COVERED, 0]])
-    found = shown(tile, samples(covers=[[1, 1, 1], [2, 2, 2], [3, 3, 3]]), have, want, before=0.5)
+    cover = np.array([[0, 1, 5], [2, 0, 0]])
+    covers = samples(covers=[[1, 1, 1], [2, 2, 2], [3, 3, 3]])
+    found = shown(tile, covers, have, np.zeros((2, 3)), before=0.5, cover=cover)
     assert np.array_equal(found, [[0.5, 1, 2], [3, 0.5, 0.5]])
+
+
+def test_differences_from_a_control_variate_are_not_seen_before_their_pass_is_merged() -> None:
+    """They are near 0, whatever the pixel shows."""
+    tile, have, want = (
+        Tile(0, 0, 0, 3, 1),
+        np.array([[SAMPLED, COVERED, LOOKED]]),
+        np.full((1, 3), SAMPLED + 1),
+    )
+    found = samples(halves=np.ones((2, 3, 3)), controlled=[True, False, True])
+    assert np.array_equal(shown(tile, found, have, want, before=0.25), [[0.25, 1, 0.25]])

@@ -12,7 +12,18 @@ from renderer.adaptive.decisions import advance
 from renderer.adaptive.estimate import COVERS, ROUND
 from renderer.adaptive.levels import COVERED, LOOKED
 from renderer.adaptive.looking import BENT, PROBED
-from renderer.adaptive.strata import BORDER, COUNT, EVEN, INTERPOLATED, ROUGH, STEPS, SUSPECT, UNSEEN, Survey
+from renderer.adaptive.strata import (
+    BORDER,
+    CERTAIN,
+    COUNT,
+    EVEN,
+    INTERPOLATED,
+    ROUGH,
+    STEPS,
+    SUSPECT,
+    UNSEEN,
+    Survey,
+)
 from renderer.hard_cases.documents import Json, camera, phong, scene, sphere
 from schemas.quality import TargetQuality
 from tests.images.parts import Files, png
@@ -158,8 +169,8 @@ def beside_something_bright(brightness: float) -> Estimate:
     estimate.values[:, 8:16, 12:28] = brightness
     borders = strata.borders(estimate.labels)
     borders[0] = True
-    estimate.have[borders] = COVERED
-    estimate.values[:, borders & (estimate.labels > 0)] = (3 * brightness + 0.25) / 4
+    estimate.have[borders], estimate.coverage[borders] = COVERED, 5
+    estimate.covers[:, borders & (estimate.labels > 0)] = (3 * brightness + 0.25) / 4
     assert advance(estimate)
     return estimate
 
@@ -270,7 +281,8 @@ def test_a_survey_has_the_means_of_its_probes_and_sums_over_all_pixels() -> None
         of_it = np.flatnonzero(probes["strata"] == stratum)
         errors = [float(probes["errors"][i]) for i in of_it]
         mean = math.fsum(errors) / len(errors)
-        unseen = UNSEEN / len(errors)  # where an error of 1 was expected
+        # An error of 1 was expected, of which each kind has found far less.
+        unseen = CERTAIN * UNSEEN / len(errors)
         uncertain = math.fsum(e * e for e in errors) / len(errors) ** 2 + unseen**2
         assert told.errors[stratum] == pytest.approx(mean, rel=1e-12)
         assert told.uncertain[stratum] ** 2 == pytest.approx(uncertain, rel=1e-12)
@@ -312,8 +324,28 @@ def test_probes_that_find_nothing_leave_in_doubt_what_the_next_one_may_find(
     nothing, sorts = np.zeros(count), np.full(count, 7)
     told = told_by(sorts, np.bincount(sorts, minlength=COUNT), nothing, nothing, nothing, expected)
     assert told.errors[7] == 0
-    assert told.uncertain[7] == UNSEEN * expected / count
+    assert told.uncertain[7] == CERTAIN * UNSEEN * expected / count
     assert not np.delete(told.uncertain, 7).any()
+
+
+@pytest.mark.parametrize(("other", "share"), [(1, 1 / 2), (STEPS, CERTAIN)], ids=["kind", "other kind"])
+def test_the_next_probe_may_find_as_much_of_what_is_expected_as_those_of_its_kind_did(
+    other: int, share: float
+) -> None:
+    """Four probes of a stratum find nothing, four of another the expected error. Where both are of one kind,
+    and of one size, half of what was expected is found; of another kind nothing is.
+    """
+    sorts = np.repeat([7, 7 + other], 4)
+    sizes, nothing = 100 * np.bincount(sorts, minlength=COUNT), np.zeros(8)
+    told = told_by(sorts, sizes, np.repeat([0, 1 / 16], 4), nothing, nothing, 1 / 16)
+    assert told.uncertain[7] == share * UNSEEN / 4 / 16
+
+
+def test_more_found_than_expected_leaves_no_more_in_doubt_than_was_expected() -> None:
+    """One probe is in doubt by what it found itself, and by what the next one may find."""
+    sorts, nothing = np.array([7]), np.zeros(1)
+    told = told_by(sorts, np.bincount(sorts, minlength=COUNT), nothing + 1, nothing, nothing, 1 / 4)
+    assert told.uncertain[7] == math.hypot(1, UNSEEN / 4)
 
 
 @pytest.mark.parametrize("found", [2.0**-6, -(2.0**-6)])

@@ -10,6 +10,7 @@ import renderer
 from renderer.adaptive import Estimate, Samples, render_samples
 from renderer.adaptive.course import Course, Demand, answer
 from renderer.adaptive.levels import SAMPLED
+from renderer.adaptive.samples import Demanded
 from renderer.adaptive.time_limits import (
     BATCH,
     FEWEST,
@@ -70,21 +71,21 @@ def test_no_pixels_make_no_portions() -> None:
 def test_a_tile_ends_at_its_limit_in_the_middle_of_its_work() -> None:
     document = pictures.of_room(camera=camera(width=96, height=96))
     plan = renderer.compile_scene(document, TargetQuality(mode="target", error=1 / 255))
-    none, many = np.zeros((96, 96), np.uint8), np.full((96, 96), SAMPLED + 9, np.uint8)
+    many = Demanded.first(np.full((96, 96), SAMPLED + 9, np.uint8))
     begun = time.process_time()
     with pytest.raises(OutOfTimeError):
         # Minutes of work.
-        render_samples(plan, Tile(0, 0, 0, 96, 96), none, many, None, TimeLimit(time.time() + 0.3, 1e-4))
+        render_samples(plan, Tile(0, 0, 0, 96, 96), many, None, TimeLimit(time.time() + 0.3, 1e-4))
     assert time.process_time() - begun < 30
 
 
 def test_a_limit_that_is_not_reached_changes_no_byte() -> None:
     plan = renderer.compile_scene(pictures.of_room(), TargetQuality(mode="target", error=1 / 255))
     tile = Tile(0, 3, 5, 30, 21)
-    have, want = np.zeros((16, 27), np.uint8), np.full((16, 27), SAMPLED + 2, np.uint8)
-    free = render_samples(plan, tile, have, want)
+    levels = Demanded.first(np.full((16, 27), SAMPLED + 2, np.uint8))
+    free = render_samples(plan, tile, levels)
     # So small portions, and so many.
-    limited = render_samples(plan, tile, have, want, None, TimeLimit(FAR, 1.0))
+    limited = render_samples(plan, tile, levels, None, TimeLimit(FAR, 1.0))
     assert free.halves.tobytes() == limited.halves.tobytes()
     assert free.squares.tobytes() == limited.squares.tobytes()
     assert free.counts == limited.counts
