@@ -9,7 +9,6 @@ from renderer.adaptive.levels import COUNTS, SAMPLED, Levels
 from renderer.adaptive.strata import COUNT, Survey, survey, typical_error
 from renderer.arrays import Floats, Integers, Masks
 
-
 UNMODELLED = 1 / 8
 """Standard error of the sum of squared errors, as a share of it, for what samples have not met: errors are
 large in few pixels."""
@@ -123,9 +122,9 @@ def _differences(halves: Floats) -> Floats:
 def _guarded(single: Floats, sampled: Integers, squares: Floats, taken: Integers) -> tuple[Floats, Floats]:
     """Squared errors and variances of the sampled pixels (n,), none far below its neighbours'.
 
-    Few samples may all fall on one side of an edge: the neighbours tell that there is one. Pixels whose samples
-    tell of an edge get more of them and those that missed it do not, so that their own differences alone
-    would say too little. The variances are scaled so that they explain the differences of the halves.
+    Few samples may all fall on one side of an edge: the neighbours tell that there is one. Pixels whose
+    samples tell of an edge get more of them, and those that missed it do not, so that their own differences
+    alone would say too little. The variances are scaled so that they explain the differences of the halves.
     """
     known, inside = np.zeros((2, *single.shape))
     known.ravel()[sampled] = 1.0

@@ -21,8 +21,8 @@ UNKNOWN = 2.0**-8
 """Contrast of borders where pilot samples have found none in all of the picture."""
 
 TOGETHER = np.float32(4)
-"""Product of a step of light and one of colour over the error that both make in a pixel: a shadow's edge along
-that of a field, half of the pixel on either side."""
+"""Product of a step of light and one of colour over the error that both make in a pixel: a shadow's edge
+along that of a field, half of the pixel on either side."""
 
 FAINT, RIM = 2.0**-7, 2.0**-4
 """Shares of the mean contrast of borders that the least of them is taken to have, and that of the outermost

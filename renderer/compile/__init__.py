@@ -77,7 +77,7 @@ def _look(request: Request, target: TargetQuality) -> RenderPlan:
     lightings = first_looks.lightings(seen, target, plan.lightings, families, table)
     return replace(
         plan,
-        surfaces=tuple(first_looks.averaged(stage) for stage in plan.surfaces),
+        surfaces=tuple(first_looks.averaged(stage, plan.camera, target) for stage in plan.surfaces),
         lightings=lightings,
         entries=tuple(told_looks.entries(seen, lightings)),
     )

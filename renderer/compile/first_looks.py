@@ -8,6 +8,7 @@ import numpy as np
 import schemas.textures as language
 from renderer.adaptive.lighting import CORNERS, SIDES, FirstLook, ProbingEmitter, finest
 from renderer.arrays import Floats, Integers, Masks
+from renderer.cameras import Pinhole
 from renderer.compile.lights import shadow_stages
 from renderer.compile.request import Request
 from renderer.compile.shapes import in_tree
@@ -17,8 +18,10 @@ from renderer.materials.phong import Phong
 from renderer.scenes import LoadedScene
 from renderer.shapes import Family
 from renderer.stages import Illumination, Lighting, PointStage
+from renderer.textures import footprints
 from renderer.textures.averaged import AveragedChecker
 from renderer.textures.checker import BoxCheckerTexture
+from renderer.textures.means import MeanColor
 from schemas.quality import FixedQuality, TargetQuality
 from schemas.sampling import Antialiasing, LightSampling
 
@@ -71,11 +74,12 @@ def places(request: Request, families: list[Family], of_corners: Callable[[Float
     return np.hstack(found)
 
 
-def averaged(stage: PointStage) -> PointStage:
+def averaged(stage: PointStage, camera: Pinhole, target: TargetQuality) -> PointStage:
     """A stage that looks up colours, with the mean over the pixel of what is a checker board."""
     if not isinstance(stage, ColorTexture) or not isinstance(stage.texture, BoxCheckerTexture):
         return stage
-    return replace(stage, texture=AveragedChecker(stage.texture))
+    pixel = footprints.build(camera, 1)
+    return MeanColor(AveragedChecker(stage.texture), stage.used, pixel.across, pixel.along, target.error)
 
 
 def quality_of(target: TargetQuality) -> FixedQuality:
