@@ -132,7 +132,9 @@ def _guarded(single: Floats, sampled: Integers, squares: Floats, taken: Integers
     around = _sums(inside, sampled) / _sums(known, sampled)
     shares = taken**-1.5
     explained = float((own * shares).sum())
-    scale = float(squares.sum()) / explained if explained > 0 else 0.0
+    if explained == 0:
+        return squares, np.zeros(own.size)
+    scale = float(squares.sum()) / explained
     return (squares + scale * around * shares) / 2, scale * np.maximum(own, around)
 
 

@@ -136,7 +136,7 @@ def probe_share(estimate: Estimate) -> float:
 
 def _sample_bright_borders(estimate: Estimate) -> None:
     """Show samples where something brighter than white ends: a small share of it is seen like a large one."""
-    bright = estimate.values.max(axis=0) > 1
+    bright = estimate.looks.max(axis=0) > 1
     if bright.any():
         found = (estimate.coverage > 0) & spread(bright, 1) & spread(~bright, 1)
         estimate.shown |= found

@@ -11,7 +11,7 @@ import renderer
 from renderer.adaptive import Estimate, Samples
 from renderer.adaptive.decisions import FIND, NEAR, WORTH, advance
 from renderer.adaptive.estimate import COVERS, ROUND
-from renderer.adaptive.findings import errors_of, findings_of
+from renderer.adaptive.findings import UNMODELLED, errors_of, findings_of
 from renderer.adaptive.levels import COUNTS, LOOKED, SAMPLED
 from renderer.adaptive.strata import COUNT, STEPS, SUSPECT, typical_error
 from renderer.hard_cases.documents import camera, scene, sphere
@@ -76,13 +76,42 @@ def test_shown_pixels_may_tell_of_looks_as_well() -> None:
     assert told.survey.errors[3] == apart.survey.errors[3]
 
 
-def test_the_squared_error_of_a_pixel_is_a_quarter_of_the_squared_difference_of_its_halves() -> None:
+def variances_of(arrays: dict[str, Any]) -> tuple[Numbers, Numbers, Numbers]:
+    """Of single samples of shown pixels: their own, the mean around, and what n samples leave of one."""
+    single = arrays["squares"] / np.maximum(COUNTS[arrays["have"]] - 1, 1)
+    around = []
+    for y, x in np.argwhere(arrays["shown"]):
+        part = np.s_[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2]
+        around.append(math.fsum(single[part][arrays["shown"][part]]) / arrays["shown"][part].sum())
+    shares = COUNTS[arrays["have"]][arrays["shown"]] ** -1.5
+    return single[arrays["shown"]], np.array(around), shares
+
+
+def joined(arrays: dict[str, Any], differences: Numbers) -> Numbers:
+    """Squared errors of shown pixels from those that their halves tell (n,)."""
+    own, around, shares = variances_of(arrays)
+    scale = math.fsum(differences) / math.fsum(own * shares)
+    errors: Numbers = (differences + scale * around * shares) / 2
+    return errors
+
+
+def test_half_of_a_squared_error_is_that_of_the_halves_and_half_that_of_the_variances_around() -> None:
+    """The halves tell a quarter of their squared difference. Variances are scaled to tell as much in all."""
     arrays, _, _ = known()
     arrays["halves"] = np.random.default_rng(4).uniform(-0.2, 1.2, (2, 3, *SIZE))
     told = findings_of(**arrays)
     a, b = np.clip(arrays["halves"], 0, 1)
-    expected = [((a[:, y, x] - b[:, y, x]) ** 2).sum() / 12 for y, x in np.argwhere(arrays["shown"])]
-    np.testing.assert_allclose(told.squares, expected, rtol=1e-12, atol=0)
+    own = [((a[:, y, x] - b[:, y, x]) ** 2).sum() / 12 for y, x in np.argwhere(arrays["shown"])]
+    np.testing.assert_allclose(told.squares, joined(arrays, np.array(own)), rtol=1e-12, atol=0)
+
+
+def test_where_no_sample_differs_from_another_the_halves_alone_tell() -> None:
+    arrays, _, _ = known()
+    arrays["squares"][...] = 0
+    told = findings_of(**arrays)
+    a, b = arrays["halves"][:, 0][:, arrays["shown"]]
+    np.testing.assert_allclose(told.squares, (a - b) ** 2 / 4, rtol=1e-12)
+    assert not told.variances.any()
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -126,7 +155,7 @@ def test_squared_errors_of_shares_at_borders_come_on_top() -> None:
     spread = arrays["spread"].astype(float)
     assert told.spread.tolist() == spread[3:5, 2:30].ravel().tolist()
     assert told.total == pytest.approx(without.total + math.fsum(spread.ravel()), rel=1e-12)
-    more = 2 * math.fsum(spread.ravel() ** 2)
+    more = 2 * math.fsum(spread.ravel() ** 2) + UNMODELLED**2 * (told.total**2 - without.total**2)
     assert told.variance == pytest.approx(without.variance + more, rel=1e-12)
     assert told.squares.tolist() == without.squares.tolist()
     assert told.survey.total == without.survey.total
@@ -156,26 +185,18 @@ def test_a_pixel_that_is_bright_in_two_channels_still_counts_by_the_third() -> N
     arrays["halves"][:, :2] += 5
     told = findings_of(**arrays)
     a, b = arrays["halves"][:, 2][:, arrays["shown"]]
-    np.testing.assert_allclose(told.squares, (a - b) ** 2 / 12, rtol=1e-12)
+    np.testing.assert_allclose(told.squares, joined(arrays, (a - b) ** 2 / 12), rtol=1e-12)
     assert (told.variances > 0).all()
 
 
-def test_no_variance_is_below_the_mean_around_it_and_all_explain_the_differences() -> None:
+def test_no_variance_is_below_the_mean_around_it_and_single_ones_explain_the_differences() -> None:
     arrays, _, _ = known()
     arrays["squares"][arrays["shown"] & (np.random.default_rng(3).random(SIZE) < 0.7)] = 0
     told = findings_of(**arrays)
-    single = arrays["squares"] / np.maximum(COUNTS[arrays["have"]] - 1, 1)
-    expected = []
-    for y, x in np.argwhere(arrays["shown"]):
-        part = np.s_[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2]
-        around = math.fsum(single[part][arrays["shown"][part]]) / arrays["shown"][part].sum()
-        expected.append(max(single[y, x], around))
-    # Means of nine are formed in two orders.
-    np.testing.assert_allclose(
-        told.variances / told.variances.max(), np.array(expected) / max(expected), rtol=1e-13
-    )
-    taken = COUNTS[arrays["have"]][arrays["shown"]]
-    assert (told.variances * taken**-1.5).sum() == pytest.approx(told.squares.sum(), rel=1e-13)
+    a, b = arrays["halves"][:, 0][:, arrays["shown"]]
+    own, around, shares = variances_of(arrays)
+    scale = math.fsum((a - b) ** 2 / 4) / math.fsum(own * shares)
+    np.testing.assert_allclose(told.variances, scale * np.maximum(own, around), rtol=1e-12)
 
 
 def test_what_is_not_shown_guards_nobody() -> None:
@@ -240,7 +261,8 @@ def test_a_picture_without_samples_tells_what_is_expected_of_it() -> None:
     looks = arrays["strata"][~arrays["shown"]]
     assert told.total == pytest.approx(float(typical_error(looks).sum()), rel=1e-12)
     alike = np.bincount(looks) * typical_error(np.arange(looks.max() + 1))
-    assert told.variance == pytest.approx(float((alike**2).sum()), rel=1e-12)
+    unmodelled = (UNMODELLED * told.total) ** 2
+    assert told.variance == pytest.approx(float((alike**2).sum()) + unmodelled, rel=1e-12)
     assert told.sampled.size == told.probes.size == told.variances.size == 0
 
 

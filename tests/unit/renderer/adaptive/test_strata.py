@@ -170,7 +170,9 @@ def beside_something_bright(brightness: float) -> Estimate:
     borders = strata.borders(estimate.labels)
     borders[0] = True
     estimate.have[borders], estimate.coverage[borders] = COVERED, 5
-    estimate.covers[:, borders & (estimate.labels > 0)] = (3 * brightness + 0.25) / 4
+    looks = estimate.values[0].copy()
+    estimate.values[:, borders & (estimate.labels > 0)] = (3 * brightness + 0.25) / 4
+    estimate.looks[...] = looks
     assert advance(estimate)
     return estimate
 
@@ -179,7 +181,7 @@ def test_where_something_brighter_than_white_ends_samples_are_taken_at_once() ->
     """With the probes, in all pixels at the border that are, or are beside, both brighter and darker ones."""
     estimate = beside_something_bright(8.0)
     assert (estimate.have[8:16, 19:21] == COVERED).all()
-    bright = np.pad(estimate.values[0], 1, mode="edge") > 1
+    bright = np.pad(estimate.looks[0], 1, mode="edge") > 1
     sampled = np.zeros(estimate.have.shape, bool)
     for y, x in np.argwhere(estimate.have == COVERED):
         around = bright[y : y + 3, x : x + 3]
