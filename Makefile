@@ -53,7 +53,7 @@ chaos: .venv/installed  ## kill, stop and starve the service and see that it kee
 load: .venv/installed  ## measure what the service promises under load, into out/load.json; 5 minutes
 	$(BIN)/python -m benchmarks.load
 
-bench-peers: .venv/installed-bench  ## compare CPU seconds at equal error with other renderers, into out/peers.json
+bench-peers: .venv/installed-bench  ## compare CPU seconds at equal error with other renderers, into out/peers.json; half an hour
 	$(BIN)/python -m benchmarks.peers
 
 bench-references: .venv/installed-bench  ## make the reference pictures again with another renderer

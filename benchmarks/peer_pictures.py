@@ -41,7 +41,7 @@ def picture(name: str, samples: int, seed: int) -> NDArray[np.float64]:
     Parameters
     ----------
     samples : int
-        Camera samples of a pixel, a square number.
+        Camera samples of a pixel.
     seed : int
         Pictures with different seeds are independent.
 
@@ -49,6 +49,11 @@ def picture(name: str, samples: int, seed: int) -> NDArray[np.float64]:
     -------
     (H, W, 3) array
         Mean linear radiance of each pixel, not clipped.
+
+    Raises
+    ------
+    ValueError
+        If the sampler rounds the number of samples up, as it does 32 and 128.
     """
     path = references.PATHS[name]
     scene, _ = read_scene(path.read_bytes())
@@ -65,16 +70,24 @@ def shot(peer: PeerScene, camera: Camera, samples: int, seed: int) -> NDArray[np
     return np.concatenate(bands)
 
 
+def sampler(samples: int) -> Any:
+    """Make the sampler of a number of samples a pixel, which has to be one that it does not round up."""
+    points = mi.load_dict({"type": "multijitter", "sample_count": samples})
+    if points.sample_count() != samples:
+        raise ValueError(f"the sampler takes {points.sample_count()} samples in place of {samples}")
+    return points
+
+
 def _band(
     peer: PeerScene, camera: Camera, rows: tuple[int, int], samples: int, seed: int
 ) -> NDArray[np.float64]:
     pixels = (rows[1] - rows[0]) * camera.width
-    sampler = mi.load_dict({"type": "multijitter", "sample_count": samples})
-    sampler.set_samples_per_wavefront(samples)
-    sampler.seed(seed * camera.height + rows[0], pixels * samples)
+    points = sampler(samples)
+    points.set_samples_per_wavefront(samples)
+    points.seed(seed * camera.height + rows[0], pixels * samples)
     pixel = dr.arange(mi.UInt32, pixels * samples) // samples
     column, row = pixel % camera.width, pixel // camera.width + dr.opaque(mi.UInt32, rows[0])
-    value = radiance(peer, _camera_ray(camera, column, row, sampler.next_2d()), sampler)
+    value = radiance(peer, _camera_ray(camera, column, row, points), points)
     sums = [dr.zeros(mi.Float64, pixels) for _ in range(3)]
     for total, component in zip(sums, value, strict=True):
         dr.scatter_reduce(dr.ReduceOp.Add, total, mi.Float64(component), pixel)
@@ -82,16 +95,25 @@ def _band(
     return np.stack([np.array(total) for total in sums], axis=1).reshape(-1, camera.width, 3) / samples
 
 
-def _camera_ray(camera: Camera, column: Any, row: Any, inside: Any) -> Any:
+def _camera_ray(camera: Camera, column: Any, row: Any, points: Any) -> Any:
     position, look_at, up = (np.array(v) for v in (camera.position, camera.look_at, camera.up))
     forward = (look_at - position) / np.linalg.norm(look_at - position)
     right = np.cross(forward, up) / np.linalg.norm(np.cross(forward, up))
     above = np.cross(right, forward)
     half = math.tan(math.radians(camera.vertical_fov) / 2)
+    inside = points.next_2d()
     across = half * camera.width / camera.height * (2 * (column + inside.x) / camera.width - 1)
     upward = half * (1 - 2 * (row + inside.y) / camera.height)
     f, r, u = (mi.Vector3f(*axis.tolist()) for axis in (forward, right, above))
-    return mi.Ray3f(mi.Point3f(*camera.position), dr.normalize(f + r * across + u * upward))
+    origin, direction = mi.Point3f(*camera.position), f + r * across + u * upward
+    if camera.lens_radius:
+        away = float(np.linalg.norm(look_at - position))
+        focus = away if camera.focus_distance is None else camera.focus_distance
+        place = camera.lens_radius * mi.warp.square_to_uniform_disk_concentric(points.next_2d())
+        offset = r * place.x + u * place.y
+        # All rays of a place on the picture meet where the pinhole's crosses the plane in focus.
+        origin, direction = origin + offset, direction - offset / focus
+    return mi.Ray3f(origin, dr.normalize(direction))
 
 
 def make_reference(name: str, samples: int, pictures: int, folder: Path) -> references.Provenance:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from benchmarks.peers_tables import OURS, PEERS, front
+from benchmarks.peers_curves import front, runs_by
+from benchmarks.peers_runs import RENDERERS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
     from benchmarks.peers_runs import Run
 
-COLORS = dict(zip((OURS, *PEERS), ("#4477aa", "#ee6677", "#228833"), strict=True))
+COLORS = dict(zip(RENDERERS, ("#ee6677", "#228833", "#4477aa", "#66ccee"), strict=True))
 """From Paul Tol's bright scheme, which people with any colour vision tell apart."""
 COLUMNS = 3
 
@@ -34,7 +35,9 @@ def draw(scenes: Mapping[str, Sequence[Run]], path: Path) -> None:
 
 def _panel(panel: Axes, scene: str, runs: Sequence[Run]) -> None:
     for name, color in COLORS.items():
-        own = sorted((run for run in runs if run["renderer"] == name), key=lambda run: run["cpu_seconds"])
+        own = runs_by(name, runs)
+        if not own:
+            continue
         best = front(own)
         panel.scatter(*_places(own), color=color, s=10, alpha=0.4, linewidths=0)
         panel.plot(*_places(best), color=color, marker="o", markersize=4, label=name)

@@ -1,7 +1,9 @@
-"""What the compared renderers are asked for: one list each, from cheap to dear."""
+"""What is compared: scenes, errors, goals, and what each renderer is asked for, from cheap to expensive."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from benchmarks.povray_pictures import PovraySetting
@@ -10,16 +12,74 @@ from schemas.quality import FixedQuality, TargetQuality
 from schemas.sampling import Antialiasing, LightSampling
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from schemas.quality import Quality
 
 _Pattern: TypeAlias = Literal["center", "uniform", "rotated", "sobol"]
 _LightPattern: TypeAlias = Literal["uniform", "sobol"]
 
-SCENES = ("soft", "chess", "normal_texturing", "lamp", "shell")
-"""References whose scenes are compared, all 512 x 512."""
+KINDS = {
+    "shapes": "shapes and soft shadows",
+    "textures": "textures and normal maps",
+    "mesh": "meshes",
+    "lens": "a thin lens",
+}
+"""What scenes are compared as, in words."""
 
-TARGETS_255 = (255 / 64, 255 / 128, 1.0, 0.5, 0.25)
-"""Errors to reach, in units of 1/255: from a quick look to less than 8 bits can tell."""
+SCENES = {
+    "soft": "shapes",
+    "chess": "shapes",
+    "lamp": "shapes",
+    "normal_texturing": "textures",
+    "textured_room": "textures",
+    "shell": "mesh",
+    "lens_room": "lens",
+}
+"""References whose scenes are compared, all 512 x 512, and the kind of each."""
+
+ERRORS_255 = (4.0, 2.0, 1.0, 0.5, 0.25, 0.1)
+"""Errors at which renderers are compared, in units of 1/255: from a preview to what no display shows."""
+
+GOALS = {
+    "shapes": (1.0, 0.8, 0.5, 0.35, 0.25, 0.15),
+    "textures": (1.5, 1.2, 1.0, 1.0, 1.0, 1.0),
+    "mesh": (1.5, 1.2, 1.0, 1.0, 1.0, 1.0),
+    "lens": (2.0, 1.5, 1.0, 1.0, 1.0, 1.0),
+}
+"""CPU seconds of target quality over Mitsuba's that we mean to keep within, at each of `ERRORS_255`."""
+
+FIXED_GOAL = 1.05
+"""CPU seconds of target quality over those of fixed samples, the same goal for every scene and error."""
+
+PRECISION_GOAL = (0.75, 1.0)
+"""True error over the one asked for, in the median of what a scene was asked."""
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How much is measured.
+
+    Attributes
+    ----------
+    runs : int
+        Timed runs of a setting; the median counts.
+    longest : float
+        CPU seconds of a run after which nothing finer is tried in the same way.
+    thorough : bool
+        Whether POV-Ray renders, too, and NumPy's own limit is measured.
+    """
+
+    runs: int
+    longest: float
+    thorough: bool
+
+
+FULL = Effort(runs=3, longest=15.0, thorough=True)
+"""Half an hour for all scenes on two idle cores."""
+
+QUICK = Effort(runs=1, longest=3.0, thorough=False)
+"""A minute a scene, to compare a change with."""
 
 
 def fixed(pattern: _Pattern, samples: int, light: _LightPattern, points: int) -> FixedQuality:
@@ -31,29 +91,41 @@ def fixed(pattern: _Pattern, samples: int, light: _LightPattern, points: int) ->
     )
 
 
-_FIXED = (
+REGULAR = (
+    fixed("center", 1, "uniform", 4),
     fixed("center", 1, "uniform", 16),
+    fixed("uniform", 4, "uniform", 4),
     fixed("rotated", 4, "uniform", 16),
-    fixed("rotated", 4, "uniform", 64),
-    fixed("sobol", 4, "sobol", 4),
+    fixed("uniform", 9, "uniform", 9),
     fixed("rotated", 9, "uniform", 36),
     fixed("rotated", 16, "uniform", 16),
     fixed("rotated", 16, "uniform", 64),
-    fixed("sobol", 16, "sobol", 4),
-    fixed("sobol", 24, "sobol", 4),
-    fixed("sobol", 36, "sobol", 4),
-    fixed("sobol", 64, "sobol", 4),
-    fixed("sobol", 128, "sobol", 4),
+    fixed("rotated", 36, "uniform", 36),
+    fixed("rotated", 64, "uniform", 16),
 )
+SOBOL = tuple(fixed("sobol", samples, "sobol", 4) for samples in (1, 2, 4, 8, 16, 32, 64, 128, 256))
 
-_TARGETS = tuple(TargetQuality(mode="target", error=4 / 255 * 2 ** (-step / 2)) for step in range(10))
-"""From 4/255 to 0.18/255: what is asked for and what comes out are not quite the same."""
+FIXED: tuple[tuple[Quality, ...], ...] = (REGULAR, SOBOL)
+"""Ways to ask for fixed samples, each from cheap to expensive."""
 
-PENUMBRA: tuple[tuple[Quality, ...], ...] = (_TARGETS, _FIXED)
-"""Ways to ask for a picture, each from cheap to dear."""
+COARSER = math.sqrt(2)
+"""Beside each error one so many times as large is asked for: the curve has a point between errors."""
 
-MITSUBA = (4, 16, 64, 256)
-"""Multi-jittered samples a pixel, each with one light point."""
+
+def asked(errors_255: Iterable[float]) -> list[TargetQuality]:
+    """Write the targets that show what target quality costs at these errors, the coarsest first.
+
+    Examples
+    --------
+    >>> [label(quality) for quality in asked([1.0, 4.0])]
+    ['target 5.66/255', 'target 4/255', 'target 1.41/255', 'target 1/255']
+    """
+    errors = sorted((factor * error for error in errors_255 for factor in (1, COARSER)), reverse=True)
+    return [TargetQuality(mode="target", error=error / 255) for error in errors]
+
+
+MITSUBA = (1, 2, 4, 8, 16, 30, 64, 132, 256, 506, 1024)
+"""Multi-jittered samples a pixel, each with one light point. The sampler rounds none of these up."""
 
 
 POVRAY = {
@@ -82,7 +154,7 @@ POVRAY = {
 def label(quality: Quality) -> str:
     """A quality of ours in a few words."""
     if isinstance(quality, TargetQuality):
-        return f"target {255 * quality.error:.2g}/255"
+        return f"target {255 * quality.error:.3g}/255"
     camera, light = quality.antialiasing, quality.light
     assert camera is not None
     assert light is not None

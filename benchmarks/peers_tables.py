@@ -1,4 +1,4 @@
-"""The comparison as tables for a terminal, and the choice of the cheapest setting for an error."""
+"""The comparison as rows of cells: for tables on a terminal and for those of the page."""
 
 from __future__ import annotations
 
@@ -6,125 +6,20 @@ from typing import TYPE_CHECKING
 
 from rich.table import Table
 
-from benchmarks.peers_settings import TARGETS_255
+from benchmarks.peers_runs import OURS, OURS_FIXED, PEER, POV
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Sequence
 
+    from benchmarks.peers_comparison import Comparison, Precision
     from benchmarks.peers_limit import Limit
     from benchmarks.peers_runs import Run
 
-PEERS = ("Mitsuba", "POV-Ray")
-OURS = "Penumbra"
-
-
-def cheapest(runs: Iterable[Run], renderer: str, target_255: float) -> Run | None:
-    """Find the run of a renderer that comes within an error for the fewest CPU seconds, or None.
-
-    Examples
-    --------
-    >>> rough = {
-    ...     "renderer": "A",
-    ...     "setting": "1",
-    ...     "cpu_seconds": 1.0,
-    ...     "rmse_255": 2.0,
-    ...     "mean_difference_255": 0.0,
-    ... }
-    >>> fine = {
-    ...     "renderer": "A",
-    ...     "setting": "2",
-    ...     "cpu_seconds": 3.0,
-    ...     "rmse_255": 0.5,
-    ...     "mean_difference_255": 0.0,
-    ... }
-    >>> cheapest([fine, rough], "A", 4.0)["setting"]
-    '1'
-    >>> cheapest([fine, rough], "A", 1.0)["setting"]
-    '2'
-    >>> cheapest([fine, rough], "A", 0.1)
-    """
-    enough = [run for run in runs if run["renderer"] == renderer and run["rmse_255"] <= target_255]
-    return min(enough, key=lambda run: run["cpu_seconds"], default=None)
-
-
-def front(runs: Sequence[Run]) -> list[Run]:
-    """Those of runs in order of their time that come nearer than all cheaper ones.
-
-    Examples
-    --------
-    >>> run = {"renderer": "A", "setting": "", "mean_difference_255": 0.0}
-    >>> runs = [run | {"cpu_seconds": s, "rmse_255": e} for s, e in ((1.0, 3.0), (2.0, 4.0), (3.0, 1.0))]
-    >>> [run["rmse_255"] for run in front(runs)]
-    [3.0, 1.0]
-    """
-    nearer: list[Run] = []
-    for run in runs:
-        if not nearer or run["rmse_255"] < nearer[-1]["rmse_255"]:
-            nearer.append(run)
-    return nearer
-
-
-def target_name(target_255: float) -> str:
-    """Write an error as people say it.
-
-    Examples
-    --------
-    >>> [target_name(255 / 64), target_name(1.0), target_name(0.25)]
-    ['1/64', '1/255', '0.25/255']
-    """
-    return f"1/{round(255 / target_255)}" if target_255 >= 1 else f"{target_255:g}/255"
-
-
 RUN_COLUMNS = ("renderer", "setting", "CPU s", "RMSE x 255", "mean x 255")
-
-
-def run_row(run: Run) -> tuple[str, ...]:
-    """Cells of one setting of one renderer."""
-    error, mean = f"{run['rmse_255']:.3f}", f"{run['mean_difference_255']:+.3f}"
-    return run["renderer"], run["setting"], f"{run['cpu_seconds']:.2f}", error, mean
-
-
-def of_runs(scene: str, runs: Iterable[Run]) -> Table:
-    """Every setting of one scene."""
-    table = Table(*RUN_COLUMNS, title=scene)
-    for run in runs:
-        table.add_row(*run_row(run))
-    return table
-
-
-def ratio_rows(scenes: Mapping[str, Sequence[Run]]) -> list[tuple[str, ...]]:
-    """Cells of scene, error, CPU seconds of each renderer, and ours over each peer's; `-`: not reached."""
-    rows = []
-    for scene, runs in scenes.items():
-        for target in TARGETS_255:
-            found = {name: cheapest(runs, name, target) for name in (*PEERS, OURS)}
-            ours = found[OURS]
-            ratios = [_ratio(ours, found[peer]) for peer in PEERS]
-            rows.append((scene, target_name(target), *map(_cell, found.values()), *ratios))
-    return rows
-
-
-RATIO_COLUMNS = ("scene", "RMSE", *PEERS, OURS, *(f"{OURS} / {peer}" for peer in PEERS))
-
-
-def of_ratios(scenes: Mapping[str, Sequence[Run]]) -> Table:
-    """CPU seconds at equal error."""
-    table = Table(*RATIO_COLUMNS, title="CPU seconds of the cheapest setting within an error")
-    for row in ratio_rows(scenes):
-        table.add_row(*row)
-    return table
-
-
-def _cell(run: Run | None) -> str:
-    return "-" if run is None else f"{run['cpu_seconds']:.2f}"
-
-
-def _ratio(ours: Run | None, theirs: Run | None) -> str:
-    if ours is None or theirs is None:
-        return "-"
-    return f"{ours['cpu_seconds'] / theirs['cpu_seconds']:.2f}"
-
-
+EQUAL_COLUMNS = ("scene", "RMSE", PEER, POV, OURS, f"{OURS} / {PEER}", "goal")
+ASKED_COLUMNS = ("scene", "asked", f"{PEER} at it", OURS, "true RMSE x 255", f"{OURS} / {PEER}")
+FIXED_COLUMNS = ("scene", "RMSE", "target quality", "best fixed samples", "ratio")
+PRECISION_COLUMNS = ("scene", "targets", "kept", "least", "median", "most")
 LIMIT_COLUMNS = (
     "scene",
     "operations",
@@ -136,6 +31,53 @@ LIMIT_COLUMNS = (
     "CPU s",
     "ratio",
 )
+
+
+def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:
+    """Rows of cells for a terminal."""
+    made = Table(*columns, title=title)
+    for row in rows:
+        made.add_row(*row)
+    return made
+
+
+def run_row(run: Run) -> tuple[str, ...]:
+    """Cells of one setting of one renderer."""
+    error, mean = f"{run['rmse_255']:.3f}", f"{run['mean_difference_255']:+.3f}"
+    return run["renderer"], run["setting"], f"{run['cpu_seconds']:.2f}", error, mean
+
+
+def equal_row(row: Comparison) -> tuple[str, ...]:
+    """Cells of CPU seconds at equal error; `-`: not reached."""
+    seconds = (cell(row["seconds"][name]) for name in (PEER, POV, OURS))
+    return (
+        row["scene"],
+        target_name(row["error_255"]),
+        *seconds,
+        cell(row["over_peer"]),
+        goal_name(row["goal"]),
+    )
+
+
+def asked_row(row: Comparison) -> tuple[str, ...]:
+    """Cells of what a user gets who asks for an error; `-`: not measured, or not reached by Mitsuba."""
+    name, peer, asked = target_name(row["error_255"]), cell(row["seconds"][PEER]), row["asked"]
+    if asked is None:
+        return row["scene"], name, peer, "-", "-", "-"
+    true = f"{asked['rmse_255']:.3f}"
+    return row["scene"], name, peer, cell(asked["cpu_seconds"]), true, cell(asked["over_peer"])
+
+
+def fixed_row(row: Comparison) -> tuple[str, ...]:
+    """Cells of target quality beside fixed samples."""
+    seconds = (cell(row["seconds"][name]) for name in (OURS, OURS_FIXED))
+    return row["scene"], target_name(row["error_255"]), *seconds, cell(row["over_fixed"])
+
+
+def precision_row(row: Precision) -> tuple[str, ...]:
+    """Cells of true errors over those asked for."""
+    ratios = (f"{row['least']:.2f}", f"{row['median']:.2f}", f"{row['most']:.2f}")
+    return row["scene"], str(row["targets"]), str(row["kept"]), *ratios
 
 
 def limit_row(limit: Limit) -> tuple[str, ...]:
@@ -153,9 +95,34 @@ def limit_row(limit: Limit) -> tuple[str, ...]:
     )
 
 
-def of_limits(limits: Iterable[Limit]) -> Table:
-    """How far every scene is from the time that its element operations take in cache."""
-    table = Table(*LIMIT_COLUMNS, title="NumPy's own limit")
-    for limit in limits:
-        table.add_row(*limit_row(limit))
-    return table
+def target_name(error_255: float) -> str:
+    """Write an error as people say it.
+
+    Examples
+    --------
+    >>> [target_name(error) for error in (4.0, 0.25)]
+    ['4/255', '0.25/255']
+    """
+    return f"{error_255:g}/255"
+
+
+def goal_name(goal: float | None) -> str:
+    """Write a goal, or `-` where there is none.
+
+    Examples
+    --------
+    >>> [goal_name(goal) for goal in (1.0, 0.35, None)]
+    ['1', '0.35', '-']
+    """
+    return "-" if goal is None else f"{goal:g}"
+
+
+def cell(value: float | None) -> str:
+    """Write seconds or a ratio, or `-` where there is none.
+
+    Examples
+    --------
+    >>> cell(1.234), cell(None)
+    ('1.23', '-')
+    """
+    return "-" if value is None else f"{value:.2f}"

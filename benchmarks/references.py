@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -25,6 +26,8 @@ PATHS = {
     "normal_texturing": SCENES.parent / "gallery" / "normal_texturing.json",
     "lamp": SCENES / "lamp.json",
     "shell": SCENES / "shell.json",
+    "textured_room": SCENES / "textured_room.json",
+    "lens_room": SCENES / "lens_room.json",
 }
 """The scene file that each reference shows."""
 NAMES = tuple(PATHS)
@@ -76,6 +79,32 @@ def rmse_255(image: ArrayLike, reference: ArrayLike) -> float:
     """
     difference = _clipped(image) - _clipped(reference)
     return float(255 * np.sqrt(np.mean(difference**2)))
+
+
+def true_rmse_255(image: ArrayLike, reference: ArrayLike, own_error_255: float) -> float:
+    """Root mean square error of a picture, without the reference's own part in it, in units of 1/255.
+
+    Errors that know nothing of each other add in squares, and the reference's own is known from its halves.
+    With halves m + d and m - d of mean m this is the mean of the product of the picture's differences from
+    both: (x - m - d) (x - m + d) = (x - m)^2 - d^2. So it has no bias, and no half needs to be kept.
+
+    Parameters
+    ----------
+    own_error_255 : float
+        `Provenance.own_error_255`, the root mean square of d.
+
+    Returns
+    -------
+    float
+        0 where the picture is nearer to the reference than that.
+
+    Examples
+    --------
+    >>> round(true_rmse_255([5 / 255, -1.0], [0.0, 0.0], 1.5), 3)
+    3.202
+    """
+    square = rmse_255(image, reference) ** 2 - own_error_255**2
+    return math.sqrt(max(square, 0.0))
 
 
 def mean_difference_255(image: ArrayLike, reference: ArrayLike) -> float:

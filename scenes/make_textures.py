@@ -1,4 +1,4 @@
-"""Draw the texture files of the gallery: painted tiles, and their relief as a normal map and as heights.
+"""Draw the textures of the gallery and the study: painted tiles, their relief as a normal map and heights.
 
 Run it with ``python -m scenes.make_textures``. It takes no random numbers, so it writes the same pixels every
 time.
@@ -6,6 +6,7 @@ time.
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,9 @@ from PIL import Image
 Array = NDArray[np.float64]
 
 FOLDER = Path(__file__).parent / "gallery" / "textures"
+STUDY_FOLDER = Path(__file__).parent / "study" / "textures"
+"""A scene names files in its own folder: the study has copies of what it shows."""
+STUDIED = ("tiles.png", "tiles_normal.png")
 SIZE = 768
 TILES = 3
 
@@ -127,6 +131,9 @@ def main() -> None:
     height = relief(tile)
     save((normals(height) + 1) / 2, "tiles_normal.png")
     save_heights(height / height.max(), "tiles_height.png")
+    STUDY_FOLDER.mkdir(parents=True, exist_ok=True)
+    for name in STUDIED:
+        shutil.copyfile(FOLDER / name, STUDY_FOLDER / name)
     print(f"white in tiles_height.png is {height.max():.6f} sides of a tile")
 
 

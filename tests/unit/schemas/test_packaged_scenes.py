@@ -72,7 +72,13 @@ def test_the_texturing_scenes_differ_in_their_normal_map_only() -> None:
 
 def test_the_texture_files_are_what_the_script_draws(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(make_textures, "FOLDER", tmp_path)
+    monkeypatch.setattr(make_textures, "STUDY_FOLDER", tmp_path / "study")
     make_textures.main()
+    copies = sorted(path.name for path in (tmp_path / "study").iterdir())
+    kept_copies = Path(scenes.__file__).parent / "study" / "textures"
+    assert copies == sorted(path.name for path in kept_copies.iterdir())
+    for name in copies:
+        assert (kept_copies / name).read_bytes() == (GALLERY / "textures" / name).read_bytes()
     for path in sorted((GALLERY / "textures").glob("*.png")):
         drawn, kept = (np.asarray(Image.open(file)).astype(int) for file in (tmp_path / path.name, path))
         # sin and sqrt may differ by an ulp between machines, so a value on the border of two codes may too.

@@ -1,0 +1,101 @@
+"""The comparison in words: which goals are kept and which are not, and the sentence of README."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from benchmarks.peers_runs import OURS_FIXED, PEER
+from benchmarks.peers_settings import FIXED_GOAL, KINDS, PRECISION_GOAL
+from benchmarks.peers_tables import goal_name, target_name
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from benchmarks.peers_comparison import Comparison, Precision
+
+FINE_255 = 1.0
+"""README tells of errors from this one down, and of coarser ones, separately."""
+
+
+def of_goals(rows: Sequence[Comparison]) -> list[str]:
+    """One sentence for each kind of scene: at how many errors it keeps its goals, and where it does not."""
+    return [_of_kind(kind, rows_of(kind, rows)) for kind in KINDS if rows_of(kind, rows)]
+
+
+def rows_of(kind: str, rows: Iterable[Comparison]) -> list[Comparison]:
+    """Those of a kind of scene whose error Mitsuba reaches."""
+    return [row for row in reached(rows) if row["kind"] == kind]
+
+
+def reached(rows: Iterable[Comparison]) -> list[Comparison]:
+    """Those whose error Mitsuba reaches: where it does not, there is nothing to compare with."""
+    return [row for row in rows if row["seconds"][PEER] is not None]
+
+
+def _of_kind(kind: str, rows: Sequence[Comparison]) -> str:
+    scenes = ", ".join(dict.fromkeys(row["scene"] for row in rows))
+    judged = [row for row in rows if row["goal"] is not None]
+    missed = [_missed(row) for row in judged if _is_missed(row)]
+    kept = f"{len(judged) - len(missed)} of {len(judged)} ratios are within their goals"
+    worse = f"; worse than the goal: {', '.join(missed)}" if missed else ""
+    return f"{KINDS[kind].capitalize()} ({scenes}): {kept}{worse}."
+
+
+def _is_missed(row: Comparison) -> bool:
+    ratio, goal = row["over_peer"], row["goal"]
+    return goal is not None and (ratio is None or ratio > goal)
+
+
+def _missed(row: Comparison) -> str:
+    ratio = "not reached" if row["over_peer"] is None else f"{row['over_peer']:.2f}"
+    return f"{row['scene']} at {target_name(row['error_255'])} {ratio} (goal {goal_name(row['goal'])})"
+
+
+def of_fixed(rows: Iterable[Comparison]) -> str:
+    """Whether target quality ever costs more than the best fixed samples of the same true error."""
+    both = [row for row in rows if row["seconds"][OURS_FIXED] is not None]
+    missed = [
+        f"{row['scene']} at {target_name(row['error_255'])} "
+        + ("not reached" if row["over_fixed"] is None else f"{row['over_fixed']:.2f}")
+        for row in both
+        if row["over_fixed"] is None or row["over_fixed"] > FIXED_GOAL
+    ]
+    goal = (
+        f"The goal is at most {FIXED_GOAL:g} times the CPU seconds of the best fixed samples. It is kept in "
+    )
+    kept = f"{len(both) - len(missed)} of the {len(both)} rows that fixed samples reach"
+    return goal + kept + (f"; worse: {', '.join(missed)}." if missed else ".")
+
+
+def of_precision(rows: Iterable[Precision]) -> str:
+    """Whether true errors are as near below the ones asked for as they are meant to be."""
+    low, high = PRECISION_GOAL
+    missed = [f"{row['scene']} {row['median']:.2f}" for row in rows if not low <= row["median"] <= high]
+    goal = f"The goal for the median is {low:g} to {high:g}. "
+    return goal + (f"Not within it: {', '.join(missed)}." if missed else "Every scene is within it.")
+
+
+def of_readme(rows: Sequence[Comparison]) -> str:
+    """What README says of the comparison: ratios by kind of scene at fine errors, of all at coarse ones."""
+    fine = [row for row in rows if row["error_255"] <= FINE_255]
+    coarse = [row for row in rows if row["error_255"] > FINE_255]
+    kinds = [_range(rows_of(kind, fine), KINDS[kind]) for kind in KINDS if rows_of(kind, fine)]
+    return (
+        "Target quality takes this many times the CPU seconds of Mitsuba's compiled renderer at the same "
+        f"true error, {_errors(fine)}: {'; '.join(kinds)}. "
+        f"At coarser errors, {_errors(coarse)}: {_range(reached(coarse), 'all of these')}."
+    )
+
+
+def _errors(rows: Sequence[Comparison]) -> str:
+    errors = [row["error_255"] for row in rows]
+    return f"from {target_name(max(errors))} to {target_name(min(errors))}"
+
+
+def _range(rows: Sequence[Comparison], words: str) -> str:
+    """The least and the most ratio, and how many comparisons have none."""
+    ratios = [row["over_peer"] for row in rows if row["over_peer"] is not None]
+    ends = dict.fromkeys(f"{ratio:.2g}" for ratio in (min(ratios), max(ratios))) if ratios else ()
+    missing = len(rows) - len(ratios)
+    never = f" (not reached in {missing} of {len(rows)} comparisons)" if missing else ""
+    return f"{words} {' to '.join(ends) or '-'}{never}"
