@@ -185,19 +185,19 @@ def _known(parts: _Parts, labels: NDArray[np.int32], nearby: Nearby, fine: Masks
     """What first looks tell of parts.
 
     The pixel's own look is taken before the mean of those beside it, and that before those at its corners;
-    of what is `fine` (shapes,) no neighbour's.
+    of what is `fine` (shapes,) no neighbour's. All of them tell how much it varies: a shadow may end here.
     """
-    same = nearby.labels[:, parts.pixels] == labels
-    same &= ~of_labels(fine, labels) | (np.arange(9) == RINGS[0])[:, None]
-    values = nearby.values[:, :, parts.pixels] * same
+    alike = nearby.labels[:, parts.pixels] == labels
+    same = alike & (~of_labels(fine, labels) | (np.arange(9) == RINGS[0])[:, None])
+    values = nearby.values[:, :, parts.pixels] * alike
     found = np.zeros((3, labels.size))
     missing = np.ones(labels.size, dtype=bool)
     for ring in RINGS:
         times = same[ring].sum(axis=0, dtype=np.uint8)
         met = np.flatnonzero(missing & (times > 0))
-        put(found, met, values[:, ring][:, :, met].sum(axis=1) / times[met])
+        put(found, met, (values[:, ring] * same[ring])[:, :, met].sum(axis=1) / times[met])
         missing[met] = False
-    times = np.maximum(same.sum(axis=0, dtype=np.uint8), 1)
+    times = np.maximum(alike.sum(axis=0, dtype=np.uint8), 1)
     np.clip(values, 0, 1, out=values)
     variances = (values**2).sum(axis=1) / times - (values.sum(axis=1) / times) ** 2
     return _Known(found, np.maximum(variances.mean(axis=0), 0), np.flatnonzero(missing))

@@ -70,8 +70,13 @@ def _near(estimate: Estimate, reach: int) -> Masks:
 def cover_borders(estimate: Estimate) -> None:
     """Ask for many rays where pixels may show more than one thing.
 
-    The outermost pixels are among them: no neighbour tells of an edge in their outer half.
+    The outermost pixels are among them: no neighbour tells of an edge in their outer half. What to expect of
+    all other pixels is kept now: the means that borders are going to show say nothing about the pixels beside
+    them, but the pilot samples that they replace do, as of a shadow's edge between the two.
     """
+    estimate.doubts[...] = strata.expected_errors(estimate.values)
+    if estimate.plan.averaged.any():
+        _leave_textures_out(estimate, estimate.doubts)
     found = strata.borders(estimate.labels) | outline(estimate.have.shape) | _edges(estimate)
     found |= _near(estimate, 1)
     estimate.want[...] = COVERED * found
@@ -80,11 +85,9 @@ def cover_borders(estimate: Estimate) -> None:
 def choose_probes(estimate: Estimate) -> None:
     """Sort the pixels by what they show and what is expected of their looks; ask for probes of each sort."""
     covered = estimate.have == COVERED
-    expected = strata.expected_errors(estimate.values, covered)
-    blurred = np.maximum(estimate.doubts, expected * np.float32(estimate.plan.coverage**-1.5))
-    if estimate.plan.averaged.any():
-        _leave_textures_out(estimate, expected)
-    np.copyto(expected, blurred, where=covered)
+    expected = estimate.doubts.copy()
+    shared = strata.expected_errors(estimate.values) * np.float32(estimate.plan.coverage**-1.5)
+    np.maximum(expected, shared, out=expected, where=covered)
     finer = estimate.plan.rough | estimate.plan.textured & ~estimate.plan.averaged
     rough = of_labels(finer, estimate.labels)
     np.copyto(expected, highest(expected, WIDE), where=rough)
