@@ -25,6 +25,9 @@ BENT = np.float32(2.0**-10)
 """Share of what a look-up at a point would err by that is left: means are taken over parallelograms, and a
 pixel far away is not quite one."""
 
+HIDDEN = np.float32(2.0**-4)
+"""Share of a shape's own brightness, squared, that a shadow between pilot samples is expected to hide."""
+
 DARKEST = 2.0**-10
 """Darker textures than this are taken to be as bright, so that the light on them can be told."""
 
@@ -45,7 +48,7 @@ def look_closer(estimate: Estimate) -> None:
     estimate.want[finer][fill(estimate.values[:, *finer], estimate.labels[finer], cells)] = LOOKED
     estimate.counters[STRIDE] = half
     if half == 1:
-        estimate.want[_edges(estimate) & (estimate.have < LOOKED)] = LOOKED
+        estimate.want[(_edges(estimate) | _shadow_edges(estimate)) & (estimate.have < LOOKED)] = LOOKED
 
 
 def fine(estimate: Estimate) -> Masks:
@@ -57,6 +60,15 @@ def _edges(estimate: Estimate) -> Masks:
     """Pixels that edges of flat shapes pass, (H, W)."""
     passed = np.zeros(estimate.have.shape, dtype=bool)
     passed[estimate.plan.edges[1], estimate.plan.edges[0]] = True
+    return passed
+
+
+def _shadow_edges(estimate: Estimate) -> Masks:
+    """Pixels that edges of hard shadows pass, (H, W)."""
+    passed = np.zeros(estimate.have.shape, dtype=bool)
+    columns, rows, shapes = estimate.plan.shadow_edges
+    there = estimate.labels[rows, columns] == shapes
+    passed[rows[there], columns[there]] = True
     return passed
 
 
@@ -91,6 +103,9 @@ def choose_probes(estimate: Estimate) -> None:
     finer = estimate.plan.rough | estimate.plan.textured & ~estimate.plan.averaged
     rough = of_labels(finer, estimate.labels)
     np.copyto(expected, highest(expected, WIDE), where=rough)
+    shadowed = _shadow_edges(estimate)
+    rough |= shadowed
+    np.maximum(expected, strata.step_error(estimate.values) * HIDDEN, out=expected, where=shadowed)
     estimate.strata[...] = strata.strata_of(expected, estimate.have, rough)
     _sample_bright_borders(estimate)
     raise_chances(estimate, expected)
