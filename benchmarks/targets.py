@@ -137,9 +137,16 @@ def measure() -> Targets:
     return Targets(pairs=pairs, summary=summary(pairs))
 
 
-def pairs_of(number: int, targets: Iterable[float] = TARGETS_255, folder: Path | None = None) -> list[Pair]:
-    """Render an everyday scene at some targets (in 1/255), and compare each picture with the reference."""
+def pairs_of(
+    number: int, targets: Iterable[float] = TARGETS_255, folder: Path | None = None, scale: float = 1.0
+) -> list[Pair]:
+    """Render an everyday scene at some targets (in 1/255), and compare each picture with the reference.
+
+    Sides of the picture are `scale` times those of the scene; a `folder` keeps references between runs.
+    """
     document = everyday_scene(number)
+    sizes = {name: round(scale * document["camera"][name]) for name in ("width", "height")}
+    document["camera"] |= sizes
     reference = Reference(document, folder)
     return [_pair(document, target, reference) for target in targets]
 
