@@ -6,13 +6,12 @@ import json
 import math
 import time
 from functools import partial
-from typing import TYPE_CHECKING, TypedDict
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import renderer
 from benchmarks import meshes
 from benchmarks.machine import Spread, cpu_seconds, spread
 from benchmarks.references import SCENES
-from benchmarks.targets import small
 from scenes.make_meshes import ply
 from schemas.quality import FixedQuality, TargetQuality
 
@@ -118,6 +117,14 @@ def plan_of(scene: str, quality: Quality, side: int) -> renderer.RenderPlan:
     """Compile a study scene whose picture has `side` pixels along its longer side."""
     document = json.loads((SCENES / f"{scene}.json").read_text(encoding="utf-8"))
     return renderer.compile_scene(small(document, side), quality)
+
+
+def small(document: dict[str, Any], side: int) -> dict[str, Any]:
+    """A scene document whose picture has `side` pixels along its longer side."""
+    camera = document["camera"]
+    scale = side / max(camera["width"], camera["height"])
+    sizes = {name: round(camera[name] * scale) for name in ("width", "height")}
+    return {**document, "camera": {**camera, **sizes}}
 
 
 def _balls(quality: Quality) -> Iterator[tuple[int, renderer.RenderPlan]]:

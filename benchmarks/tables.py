@@ -128,9 +128,11 @@ def of_targets(targets: Targets) -> Table:
     """What each picture was asked for, what it says of its error, and what that is; below, all of them."""
     columns = ("scene", "target", "estimate", "low .. high", "true", "true / target", "CPU s")
     total = targets["summary"]
+    low, middle, high = total["ratios"]
     caption = (
         f"{total['pairs']} pairs: {total['kept']:.1%} keep the target, {total['held']:.1%} of the intervals "
-        f"hold the true error, median of true / target {total['median_ratio']:.2f}"
+        f"hold the true error, true / target {middle:.2f} in the median, {low:.2f} to {high:.2f} from the "
+        f"10th to the 90th percentile"
     )
     table = Table(*columns, title="target quality, errors x 255", caption=caption)
     for pair in targets["pairs"]:

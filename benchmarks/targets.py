@@ -1,54 +1,32 @@
-"""Whether pictures of target quality keep what they were asked for, and know how far off they are."""
+"""Whether random pictures of target quality keep what they were asked for, and know how far off they are."""
 
 from __future__ import annotations
 
-import json
 import statistics
+import zlib
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
 import renderer
+from benchmarks.everyday_scenes import everyday_scene, files
 from benchmarks.machine import cpu_seconds
-from benchmarks.references import SCENES
-from renderer.assets import FolderAssets
 from schemas.quality import FixedQuality, TargetQuality
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from pathlib import Path
 
     from numpy.typing import ArrayLike, NDArray
 
-GALLERY = SCENES.parent / "gallery"
+    from renderer.hard_cases.documents import Json
 
-PATHS = (
-    *(SCENES / f"{name}.json" for name in ("soft", "chess", "lamp")),
-    *(
-        GALLERY / f"{name}.json"
-        for name in (
-            "antialiasing_rotated",
-            "basic",
-            "falloff",
-            "filtering",
-            "glass",
-            "lens",
-            "mirror",
-            "normal_texturing",
-            "relief",
-            "texturing",
-        )
-    ),
-)
-"""What is rendered.
+FIRST, COUNT = 20260700, 40
+"""Number of the first scene, and how many there are: consecutive, so that none of them is chosen."""
 
-Meshes are left out, as their references take an hour, and `mipmap`, whose texture is blurred the less the
-more samples a pixel of fixed quality has: its references show another picture."""
-
-ERRORS_255 = (4.0, 2.0, 1.0, 0.5)
+TARGETS_255 = (2.0, 1.0, 0.5)
 """What is asked for, in units of 1/255."""
-
-SIDE = 96
-"""The longer side of the pictures, pixels."""
 
 CONVERGED = FixedQuality.model_validate(
     {
@@ -57,17 +35,69 @@ CONVERGED = FixedQuality.model_validate(
         "light": {"pattern": "sobol", "samples": 4},
     }
 )
-"""Of each half of a reference."""
+"""Of each picture that a reference is the mean of: textures with a filter are blurred as for 256 samples."""
 
-SEEDS = 1, 2
-"""Of the two halves of a reference. No scene has them itself."""
+SURE, MOST_ROUNDS = 0.1, 4
+"""Standard error of a squared true error over the squared target, from which on references are good enough,
+and the most pictures that half of a reference is the mean of."""
+
+
+@dataclass(slots=True, eq=False)
+class Reference:
+    """Two independent means of converged pictures of a scene, refined as long as an error needs it.
+
+    Attributes
+    ----------
+    document : dict
+        The scene.
+    folder : Path or None
+        Where its pictures are kept between runs.
+    """
+
+    document: Json
+    folder: Path | None = None
+
+    def halves(self, rounds: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Means (H, W, 3) of `rounds` pictures each, clipped to 0..1."""
+        first, second = (
+            np.mean([self._picture(2 * turn + half) for turn in range(rounds)], axis=0) for half in (1, 2)
+        )
+        return clipped(first), clipped(second)
+
+    def error_of(self, image: ArrayLike, target: float) -> tuple[float, float]:
+        """True RMSE of an image and the standard error of its square over the squared target.
+
+        What clipped differences from the halves have in common is the image's own error, without bias.
+        """
+        for rounds in range(1, MOST_ROUNDS + 1):
+            first, second = (clipped(image) - half for half in self.halves(rounds))
+            own, noise = (first + second) / 2, (first - second) / 2
+            squares = (2 * (own * noise).mean(axis=2)) ** 2 + 2 * (noise**2).mean(axis=2) ** 2
+            doubt = float(np.sqrt(squares.sum()) / squares.size / target**2)
+            if doubt <= SURE:
+                break
+        return root_of_product(first, second), doubt
+
+    def _picture(self, seed: int) -> NDArray[np.float32]:
+        """One converged picture; no scene has such a low seed itself."""
+        known = f"{self.document['name']}-{zlib.crc32(repr(self.document).encode()):08x}-{seed}.npy"
+        path = self.folder / known if self.folder else None
+        if path and path.exists():
+            found: NDArray[np.float32] = np.load(path)
+            return found
+        seeded = self.document | {"sampling": self.document["sampling"] | {"seed": seed}}
+        image = renderer.render(renderer.compile_scene(loaded(seeded), CONVERGED)).image
+        if path:
+            np.save(path, image)
+        return image
 
 
 class Pair(TypedDict):
     """A scene at a target; errors are those of linear values clipped to 0..1 in units of 1/255.
 
-    `estimate`, `low` and `high` are what the picture says of its own error, `true` is what the reference
-    says, whose own error is `reference` and does not count.
+    `estimate`, `low` and `high` are what the picture reports, `true` is what the reference says; `doubt` is
+    the standard error of the square of `true`, over the square of the target. `samples` are camera rays a
+    pixel.
     """
 
     scene: str
@@ -76,18 +106,22 @@ class Pair(TypedDict):
     low: float
     high: float
     true: float
-    mean_difference: float
-    reference: float
+    doubt: float
+    samples: float
     cpu_seconds: float
 
 
 class Summary(TypedDict):
-    """Shares, 0 to 1, of the pairs that kept the target and whose interval holds the true error."""
+    """Shares, 0 to 1, of the pairs that kept the target and whose interval holds the true error.
+
+    `ratios` are true errors over targets: the lowest tenth, the median and the highest tenth.
+    """
 
     pairs: int
     kept: float
     held: float
-    median_ratio: float
+    ratios: tuple[float, float, float]
+    cpu_seconds: float
 
 
 class Targets(TypedDict):
@@ -98,63 +132,63 @@ class Targets(TypedDict):
 
 
 def measure() -> Targets:
-    """Render every scene at every target once, in one process, after its reference."""
-    pairs = [pair for path in PATHS for pair in _pairs(path)]
+    """Render every scene at every target once, in one process."""
+    pairs = [pair for number in range(FIRST, FIRST + COUNT) for pair in pairs_of(number)]
     return Targets(pairs=pairs, summary=summary(pairs))
+
+
+def pairs_of(
+    number: int, targets: Iterable[float] = TARGETS_255, folder: Path | None = None, scale: float = 1.0
+) -> list[Pair]:
+    """Render an everyday scene at some targets (in 1/255), and compare each picture with the reference.
+
+    Sides of the picture are `scale` times those of the scene; a `folder` keeps references between runs.
+    """
+    document = everyday_scene(number)
+    sizes = {name: round(scale * document["camera"][name]) for name in ("width", "height")}
+    document["camera"] |= sizes
+    reference = Reference(document, folder)
+    return [_pair(document, target, reference) for target in targets]
 
 
 def summary(pairs: list[Pair]) -> Summary:
     """What pairs come to."""
+    ratios = [pair["true"] / pair["target"] for pair in pairs]
+    low, middle, high = (round(float(np.quantile(ratios, share)), 3) for share in (0.1, 0.5, 0.9))
     return Summary(
         pairs=len(pairs),
-        kept=_share([pair["true"] <= pair["target"] for pair in pairs]),
+        kept=_share([ratio <= 1 for ratio in ratios]),
         held=_share([pair["low"] <= pair["true"] <= pair["high"] for pair in pairs]),
-        median_ratio=round(statistics.median(pair["true"] / pair["target"] for pair in pairs), 3),
+        ratios=(low, middle, high),
+        cpu_seconds=round(sum(pair["cpu_seconds"] for pair in pairs), 2),
     )
 
 
 def _share(answers: list[bool]) -> float:
-    return round(sum(answers) / len(answers), 3)
+    return round(statistics.mean(answers), 3)
 
 
-def _pairs(path: Path) -> list[Pair]:
-    document = small(json.loads(path.read_text(encoding="utf-8")), SIDE)
-    halves = [converged(document, path.parent, seed) for seed in SEEDS]
-    return [_pair(path, document, error, halves) for error in ERRORS_255]
+def loaded(document: Json) -> Any:
+    """An everyday scene with its files."""
+    return renderer.load_scene(document, assets=files())
 
 
-def small(document: dict[str, Any], side: int) -> dict[str, Any]:
-    """A scene document whose picture has `side` pixels along its longer side."""
-    camera = document["camera"]
-    scale = side / max(camera["width"], camera["height"])
-    sizes = {name: round(camera[name] * scale) for name in ("width", "height")}
-    return {**document, "camera": {**camera, **sizes}}
-
-
-def converged(document: dict[str, Any], folder: Path, seed: int) -> NDArray[np.float32]:
-    """Half of a reference, (H, W, 3)."""
-    seeded = {**document, "sampling": {**document["sampling"], "seed": seed}}
-    scene = renderer.load_scene(seeded, assets=FolderAssets(folder))
-    return renderer.render(renderer.compile_scene(scene, CONVERGED)).image
-
-
-def _pair(path: Path, document: dict[str, Any], error: float, halves: list[NDArray[np.float32]]) -> Pair:
-    scene = renderer.load_scene(document, assets=FolderAssets(path.parent))
-    plan = renderer.compile_scene(scene, TargetQuality(mode="target", error=error / 255))
+def _pair(document: Json, target: float, reference: Reference) -> Pair:
+    plan = renderer.compile_scene(loaded(document), TargetQuality(mode="target", error=target / 255))
     begun = cpu_seconds()
     result = renderer.render(plan)
     seconds = cpu_seconds() - begun
     known = {name: round(255 * value, 4) for name, value in result.report["error"].items()}
-    first, second = (255 * (clipped(result.image) - clipped(half)) for half in halves)
+    true, doubt = reference.error_of(result.image, target / 255)
     return Pair(
-        scene=path.stem,
-        target=error,
+        scene=document["name"],
+        target=target,
         estimate=known["estimate"],
         low=known["low"],
         high=known["high"],
-        true=round(root_of_product(first, second), 4),
-        mean_difference=round(float(np.mean((first + second) / 2)), 4),
-        reference=round(float(np.sqrt(np.mean((first - second) ** 2)) / 2), 4),
+        true=round(255 * true, 4),
+        doubt=round(doubt, 3),
+        samples=round(result.report["samples"]["antialiasing_mean"], 2),
         cpu_seconds=round(seconds, 3),
     )
 

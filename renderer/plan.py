@@ -65,6 +65,8 @@ class RenderPlan:
         Columns and rows of pixels along shapes that are thin on the picture; none for fixed quality.
     edges : (2, N) int64
         The same of pixels that edges of flat shapes pass.
+    shadow_edges : (3, N) int64
+        The same of pixels that edges of hard shadows may pass, and the shape that each of them falls on.
     """
 
     scene: LoadedScene
@@ -93,6 +95,7 @@ class RenderPlan:
     rough: Masks
     thin: Integers
     edges: Integers
+    shadow_edges: Integers
 
     @property
     def document(self) -> Scene:

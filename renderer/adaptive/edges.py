@@ -32,16 +32,32 @@ def edge_places(camera: Pinhole, corners: Floats) -> Integers:
     return np.hstack(found)
 
 
+def within(starts: Floats, ends: Floats) -> tuple[Floats, Floats]:
+    """Where segments (...) enter and leave what linear functions (C, ...) at their ends are positive in.
+
+    Parameters from 0 to 1; the second is not above the first where nothing is inside.
+    """
+    enters, leaves = np.zeros(starts.shape[1:]), np.ones(starts.shape[1:])
+    for one, other in zip(starts, ends, strict=True):
+        crossing = np.divide(one, one - other, out=np.zeros_like(one), where=one != other)
+        enters = np.where(one < 0, np.maximum(enters, crossing), enters)
+        leaves = np.where(other < 0, np.minimum(leaves, crossing), leaves)
+        leaves = np.where((one < 0) & (other < 0), -1.0, leaves)
+    return enters, leaves
+
+
+def within_view(starts: Floats, ends: Floats) -> tuple[Floats, Floats]:
+    """The same of segments (3, ...) within the view |x| <= depth, |y| <= depth."""
+    sides = [(axis, side) for axis in (0, 1) for side in (-1.0, 1.0)]
+    one, other = (
+        np.stack([place[2] + side * place[axis] for axis, side in sides]) for place in (starts, ends)
+    )
+    return within(one, other)
+
+
 def _inside(starts: Floats, ends: Floats) -> tuple[Floats, Floats]:
-    """The parts of edges (3, K) within the view |x| <= depth, |y| <= depth; depth 0 where there is none."""
-    enters, leaves = np.zeros(starts.shape[1]), np.ones(starts.shape[1])
-    for axis in (0, 1):
-        for side in (-1.0, 1.0):
-            one, other = starts[2] + side * starts[axis], ends[2] + side * ends[axis]
-            crossing = np.divide(one, one - other, out=np.zeros_like(one), where=one != other)
-            enters = np.where(one < 0, np.maximum(enters, crossing), enters)
-            leaves = np.where(other < 0, np.minimum(leaves, crossing), leaves)
-            leaves = np.where((one < 0) & (other < 0), -1.0, leaves)
+    """The parts of edges (3, K) within the view; depth 0 where there is none."""
+    enters, leaves = within_view(starts, ends)
     seen: Masks = enters < leaves
     along = ends - starts
     return (starts + enters * along) * seen, (starts + leaves * along) * seen

@@ -46,6 +46,9 @@ BENT = np.float32(2.0**-10)
 """Share of what a look-up at a point would err by that is left: means are taken over parallelograms, and a
 pixel far away is not quite one."""
 
+SHADED = np.float32(2.0**-4)
+"""Share of a shape's own brightness, squared, that a shadow between pilot samples is expected to hide."""
+
 
 def look_closer(estimate: Estimate) -> None:
     """Interpolate where the lattice is smooth, and ask for looks at half its stride elsewhere."""
@@ -63,7 +66,7 @@ def look_closer(estimate: Estimate) -> None:
     estimate.want[finer][fill(estimate.values[:, *finer], estimate.labels[finer], cells)] = LOOKED
     estimate.counters[STRIDE] = half
     if half == 1:
-        estimate.want[_edges(estimate) & (estimate.have < LOOKED)] = LOOKED
+        estimate.want[(_edges(estimate) | _shadow_edges(estimate)) & (estimate.have < LOOKED)] = LOOKED
 
 
 def fine(estimate: Estimate) -> Masks:
@@ -78,6 +81,15 @@ def _edges(estimate: Estimate) -> Masks:
     return passed
 
 
+def _shadow_edges(estimate: Estimate) -> Masks:
+    """Pixels that edges of hard shadows pass, (H, W)."""
+    passed = np.zeros(estimate.have.shape, dtype=bool)
+    columns, rows, shapes = estimate.plan.shadow_edges
+    there = estimate.labels[rows, columns] == shapes
+    passed[rows[there], columns[there]] = True
+    return passed
+
+
 def _near(estimate: Estimate, reach: int) -> Masks:
     """Pixels so near to shapes that may lie between the nodes of the lattice, (H, W)."""
     near = np.zeros(estimate.have.shape, dtype=bool)
@@ -88,7 +100,9 @@ def _near(estimate: Estimate, reach: int) -> Masks:
 def cover_borders(estimate: Estimate) -> None:
     """Ask for many rays where pixels may show more than one thing, for more where these differ more.
 
-    The outermost pixels are among them: no neighbour tells of an edge in their outer half.
+    The outermost pixels are among them: no neighbour tells of an edge in their outer half. Pilot samples are
+    kept: the means that borders are going to show say nothing about the pixels beside them, but the samples
+    that they replace do, as of a shadow's edge between the two.
     """
     np.copyto(estimate.looks, estimate.values)
     seen, unseen = strata.borders(estimate.labels), _edges(estimate) | _near(estimate, 1)
@@ -110,13 +124,16 @@ def choose_probes(estimate: Estimate) -> None:
     tinted = of_labels(estimate.plan.averaged, estimate.labels) & ~strata.borders(estimate.labels)
     np.copyto(estimate.known, estimate.values, where=tinted & (estimate.coverage == 0))
     covered = estimate.coverage > 0
-    expected = strata.expected_errors(estimate.values)
+    expected = strata.expected_errors(estimate.looks)
     if estimate.plan.averaged.any():
         _leave_textures_out(estimate, expected)
     np.copyto(expected, np.maximum(estimate.doubts, HIDDEN * estimate.contrasts), where=covered)
     finer = estimate.plan.rough | estimate.plan.textured & ~estimate.plan.averaged
     rough = of_labels(finer, estimate.labels)
     np.copyto(expected, highest(expected, WIDE), where=rough)
+    shadowed = _shadow_edges(estimate)
+    rough |= shadowed
+    np.maximum(expected, strata.step_error(estimate.looks) * SHADED, out=expected, where=shadowed)
     estimate.strata[...] = strata.strata_of(expected, estimate.have, rough)
     _sample_bright_borders(estimate)
     raise_chances(estimate, expected)
@@ -150,7 +167,7 @@ def _leave_textures_out(estimate: Estimate, expected: NDArray[np.float32]) -> No
     """
     colors = np.maximum(estimate.colors, np.float32(DARKEST))
     unlike = of_labels(estimate.plan.averaged, estimate.labels) & ~strata.borders(estimate.labels)
-    lit = np.divide(estimate.values, colors, dtype=np.float32)
+    lit = np.divide(estimate.looks, colors, dtype=np.float32)
     light = strata.expected_errors(lit)
     light *= (colors**2).mean(axis=0)
     np.maximum(light, _correlated(lit, estimate.colors), out=light)

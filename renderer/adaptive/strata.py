@@ -44,23 +44,25 @@ PROBES = 1 << 41
 """Stream of the choice of probes, beyond those of lights and lens."""
 
 
-def expected_errors(values: Picture, mixed: Masks | None = None) -> NDArray[np.float32]:
+def expected_errors(values: Picture) -> NDArray[np.float32]:
     """Squared error, mean over channels, to expect of one look at each pixel, (H, W).
 
     A step of height h somewhere between two looks shows as a second difference h; one look errs by h * h / 12
-    in the mean. Pixels that are `mixed` (H, W) of several looks tell nothing of plain ones beside them.
+    in the mean.
     """
     clipped = np.clip(values, 0, 1)
     across = _squares(np.diff(clipped, n=2, axis=2))
     along = _squares(np.diff(clipped, n=2, axis=1))
-    if mixed is not None:
-        across *= ~(mixed[:, :-2] | mixed[:, 2:]) | mixed[:, 1:-1]
-        along *= ~(mixed[:-2] | mixed[2:]) | mixed[1:-1]
     found = np.maximum(
         np.pad(across, ((0, 0), (1, 1)), mode="edge") if across.size else 0,
         np.pad(along, ((1, 1), (0, 0)), mode="edge") if along.size else 0,
     )
     return np.broadcast_to(found / np.float32(36), values.shape[1:]).astype(np.float32)
+
+
+def step_error(values: Picture) -> NDArray[np.float32]:
+    """Squared error, mean over channels, of a pilot sample of each pixel (H, W) that light may end in."""
+    return _squares(np.clip(values, 0, 1)) / np.float32(36)
 
 
 def _squares(differences: Picture) -> NDArray[np.float32]:

@@ -2,12 +2,18 @@
 
 import numpy as np
 
+from renderer.adaptive.edges import EDGES
 from renderer.adaptive.lattice import stride_for
 from renderer.arrays import Floats, Integers, Masks, dot
 from renderer.cameras import Pinhole
 
 DIRECTIONS = 16
 """In which the width of a shape on the picture is measured, over half a turn: the least is 2 % too large."""
+
+TAPERED = 0.5
+"""A drawn-out ellipse of a length and a width is narrower than a pixel over length / (4 width**2) pixels at
+either end: one pixel, where the width is this many times the root of the length. Flat shapes need no such
+rule, as their edges are marked anyway."""
 
 FARTHEST = 65536
 """Places along a shape at most, however far it reaches beyond the picture."""
@@ -23,7 +29,11 @@ def thin_places(camera: Pinhole, corners: Floats) -> Integers:
         Of convex hulls of shapes. Shapes that reach behind the camera are left out: they are near, and wide.
     """
     x, y, ahead = _on_picture(camera, corners)
-    narrow = np.flatnonzero(ahead & (_widths(x, y) < stride_for(camera.width, camera.height)))
+    spans = _spans(x, y)
+    stride = stride_for(camera.width, camera.height)
+    width, length = spans.min(axis=0), spans.max(axis=0)
+    tapered = 0.0 if corners.shape[0] in EDGES else TAPERED
+    narrow = np.flatnonzero(ahead & (width < np.maximum(stride, np.sqrt(stride * length) * tapered)))
     found = [_along(x[:, shape], y[:, shape]) for shape in narrow.tolist()]
     places = np.floor(np.hstack([np.zeros((2, 0)), *found])).astype(np.int64)
     inside = (places >= 0).all(axis=0) & (places[0] < camera.width) & (places[1] < camera.height)
@@ -41,16 +51,19 @@ def _on_picture(camera: Pinhole, corners: Floats) -> tuple[Floats, Floats, Masks
     return x, y, ahead
 
 
-def _widths(x: Floats, y: Floats) -> Floats:
-    """Least width of each hull on the picture, (K,), pixels."""
+def _spans(x: Floats, y: Floats) -> Floats:
+    """Width of each hull on the picture in some directions, (DIRECTIONS, K), pixels."""
     turns = np.arange(DIRECTIONS) * (np.pi / DIRECTIONS)
     along = np.cos(turns)[:, None, None] * x + np.sin(turns)[:, None, None] * y
-    return np.ptp(along, axis=1).min(axis=0)
+    return np.ptp(along, axis=1)
 
 
 def _along(x: Floats, y: Floats) -> Floats:
-    """Places (2, n), at most a pixel apart, between the two corners (V,) that are farthest apart."""
+    """Places (2, n), at most a pixel apart, along the middle of a hull's corners (V,), from end to end."""
     away = np.hypot(x[:, None] - x, y[:, None] - y)
     first, second = np.unravel_index(np.argmax(away), away.shape)
+    order = np.argsort((x - x[first]) * (x[second] - x[first]) + (y - y[first]) * (y[second] - y[first]))
+    half = x.size // 2
+    ends = [(values[order[:half]].mean(), values[order[-half:]].mean()) for values in (x, y)]
     steps = np.linspace(0, 1, min(int(away.max()) + 2, FARTHEST))
-    return np.stack([values[first] + steps * (values[second] - values[first]) for values in (x, y)])
+    return np.stack([start + steps * (end - start) for start, end in ends])

@@ -119,6 +119,7 @@ def _plan(request: Request) -> RenderPlan:
         rough=first_looks.shapes_with(request, "normal_map", "bump_map", "mirror", "transmission"),
         thin=first_looks.places(request, families, partial(thin_places, camera)),
         edges=first_looks.places(request, [*families, *seen], partial(edge_places, camera)),
+        shadow_edges=first_looks.shadow_places(request, families, emitters, camera),
         spawners=bounces,
         unshaded=light_surfaces.Unshaded(
             column(request.document.background),

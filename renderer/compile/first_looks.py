@@ -6,7 +6,9 @@ from dataclasses import fields, replace
 import numpy as np
 
 import schemas.textures as language
+from renderer.adaptive.edges import EDGES
 from renderer.adaptive.lighting import CORNERS, SIDES, FirstLook, ProbingEmitter, finest
+from renderer.adaptive.shadow_edges import shadow_edge_places
 from renderer.arrays import Floats, Integers, Masks
 from renderer.cameras import Pinhole
 from renderer.compile.lights import shadow_stages
@@ -72,6 +74,17 @@ def places(request: Request, families: list[Family], of_corners: Callable[[Float
     if request.target is not None:
         found += [of_corners(family.corners()) for family in families if not in_tree(family)]
     return np.hstack(found)
+
+
+def shadow_places(
+    request: Request, families: list[Family], emitters: list[Emitter], camera: Pinhole
+) -> Integers:
+    """Pixels (3, N) that edges of hard shadows pass, and the shapes they fall on."""
+    if request.target is None or request.document.camera.lens_radius > 0:
+        return np.zeros((3, 0), dtype=np.int64)
+    hulls = [(family.corners(), family.numbers) for family in families if not in_tree(family)]
+    flats = [(corners, numbers) for corners, numbers in hulls if corners.shape[0] in EDGES]
+    return shadow_edge_places(camera, emitters, [corners for corners, _ in hulls], flats)
 
 
 def averaged(stage: PointStage, camera: Pinhole, target: TargetQuality) -> PointStage:

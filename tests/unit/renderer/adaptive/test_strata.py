@@ -11,7 +11,7 @@ from renderer.adaptive import Estimate, strata
 from renderer.adaptive.decisions import advance
 from renderer.adaptive.estimate import COVERS, ROUND
 from renderer.adaptive.levels import COVERED, LOOKED
-from renderer.adaptive.looking import BENT, PROBED
+from renderer.adaptive.looking import BENT, PROBED, cover_borders
 from renderer.adaptive.strata import (
     BORDER,
     CERTAIN,
@@ -142,6 +142,7 @@ def test_what_is_finer_than_pixels_takes_the_highest_expectation_up_to_two_pixel
     for y, x in np.argwhere(rough):
         most[y, x] = expected[max(y - 2, 0) : y + 3, max(x - 2, 0) : x + 3].max()
     assert (most > expected).any()
+    cover_borders(estimate)
     assert advance(estimate)
     assert (estimate.strata == strata.strata_of(most, estimate.have, rough)).all()
     assert (estimate.strata[rough] // STEPS == ROUGH).all()
@@ -157,9 +158,28 @@ def test_of_a_board_whose_light_is_even_little_error_is_expected_but_beside_anot
     estimate.values[...] = estimate.colors / 2
     expected = strata.expected_errors(estimate.values)
     expected[:, 9:] *= BENT
+    cover_borders(estimate)
     assert advance(estimate)
     nothing = np.zeros(expected.shape, bool)
     assert (estimate.strata == strata.strata_of(expected, estimate.have, nothing)).all()
+
+
+def test_a_shadow_that_ends_beside_a_border_is_expected_though_the_border_shows_means() -> None:
+    """Rows 0 to 7 show the background, the others a shape; a shadow lies on the first row of that."""
+    estimate = looked()
+    estimate.labels[:8] = -1
+    estimate.values[:, 9:] = 0.75
+    cover_borders(estimate)
+    covered = estimate.want == COVERED
+    assert covered[8, 5:-5].all()
+    assert not covered[9:-1, 5:-5].any()
+    estimate.have[covered] = COVERED
+    estimate.values[:, 8] = 0.75
+    assert advance(estimate)
+    expected = np.array([[0.5**2 / 12, 0]], dtype=np.float32)
+    sharp, even = strata.strata_of(expected, np.full((1, 2), LOOKED, np.uint8), np.zeros((1, 2), bool))[0]
+    assert (estimate.strata[9, 5:-5] == sharp).all()
+    assert (estimate.strata[11:-2, 5:-5] == even).all()
 
 
 def beside_something_bright(brightness: float) -> Estimate:

@@ -1,0 +1,203 @@
+"""Where edges of hard shadows run on the picture: a shadow, or its tip, may be thinner than a pixel.
+
+The shadow that a light at L casts of a place q on a plane of height 0 is, in homogeneous coordinates,
+h_L q - h_q L with heights h: linear in q (Blinn, "Me and My (Fake) Shadow", 1988). So an edge's shadow is a
+straight line, and what of it lies on a flat shape and in the view are clips of one parameter.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from renderer.adaptive.edges import EDGES, within, within_view
+from renderer.adaptive.lighting import CORNERS
+from renderer.arrays import Floats, Integers, cross, dot, lengths
+from renderer.cameras import Pinhole
+from renderer.lights.emitters import Emitter
+
+STEP = 0.5
+"""Distance of the places along a shadow's edge, pixels, as of other edges."""
+
+SOFT = 2.0
+"""Penumbrae wider than so many pixels hide nothing between pilot samples."""
+
+FAINT = 8.0
+"""The same where shapes cast them that are thinner than the gaps between the light points of pilot samples,
+which do not see them: the wider the penumbra, the less of the light such a shape hides."""
+
+TOUCHING = 2.0**-30
+"""Height over a plane, as a share of the light's, below which an edge lies in the plane."""
+
+MOST_PAIRS = 1 << 15
+"""Pairs of an edge and a flat shape for each light, 10 ms: of very many flat shapes the largest count."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Lines:
+    """Shadows (n,) of edges: homogeneous places in the camera's frame at either end.
+
+    Attributes
+    ----------
+    starts, ends : (3, n) float64
+        Right and up by half the picture's width and height, and depth; all times `weights`.
+    weights : (2, n) float64
+        Above 0.
+    heights : (2, n) float64
+        Of the edge over the plane, by the weights' unit.
+    shapes : (n,) int64
+        Numbers of the shapes that the shadows fall on.
+    """
+
+    starts: Floats
+    ends: Floats
+    weights: Floats
+    heights: Floats
+    shapes: Integers
+
+
+def outline_edges(corners: Floats) -> tuple[Floats, Floats]:
+    """Ends (3, n) of the edges that hulls (V, 3, K) cast shadows by; of round shapes their longest axis."""
+    pairs = EDGES.get(corners.shape[0])
+    if pairs is not None:
+        return tuple(np.hstack([corners[pair[end]] for pair in pairs]) for end in (0, 1))  # type: ignore[return-value]
+    centre = corners.mean(axis=0)
+    axes = _axes(corners)
+    longest = np.argmax((axes**2).sum(axis=1), axis=0)
+    axis = axes[longest, :, np.arange(corners.shape[2])].T
+    return centre - axis, centre + axis
+
+
+def shadow_edge_places(
+    camera: Pinhole, lights: list[Emitter], hulls: list[Floats], flats: list[tuple[Floats, Integers]]
+) -> Integers:
+    """Pixels that edges of hard shadows pass, (3, N): column, row and number of the shape they fall on.
+
+    Parameters
+    ----------
+    camera : Pinhole
+    lights : list of Emitter
+        One with an area casts shadows as its centre does.
+    hulls : list of (V, 3, K) float64
+        What casts shadows.
+    flats : list of ((V, 3, K) float64, (K,) int64)
+        Triangles and parallelograms that they fall on, and their numbers.
+    """
+    found = [np.zeros((3, 0), dtype=np.int64)]
+    for light in lights if flats else ():
+        extent = light.extent * light.weight
+        gap = extent / 2 / (CORNERS - 1)
+        for points, narrow, soft in (([light], np.inf, SOFT), (_rim(light), gap, FAINT)):
+            starts, ends = _edges_of(hulls, narrow)
+            if not starts.size:
+                continue
+            largest = _largest(flats, MOST_PAIRS // (starts.shape[1] * len(points)))
+            for point in points:
+                for corners, numbers in largest:
+                    lines = _shadows(camera, point, starts, ends, corners, numbers)
+                    found.append(_pixels(camera, lines, extent, soft))
+    return np.unique(np.hstack(found), axis=1)
+
+
+def _largest(flats: list[tuple[Floats, Integers]], count: int) -> list[tuple[Floats, Integers]]:
+    """The largest flat shapes: most of a picture's shadows fall on these."""
+    areas = [lengths(cross(corners[1] - corners[0], corners[2] - corners[0])) for corners, _ in flats]
+    least = np.sort(np.hstack(areas))[::-1][: max(count, 1)].min()
+    return [
+        (flat[0][..., area >= least], flat[1][area >= least]) for flat, area in zip(flats, areas, strict=True)
+    ]
+
+
+def _rim(light: Emitter) -> list[Emitter]:
+    """Points at the rim of a light with an area, each as a light."""
+    steps = [(u, v) for u in (-0.5, 0.0, 0.5) for v in (-0.5, 0.0, 0.5)]
+    return [replace(light, centre=light.centre + light.first * u + light.second * v) for u, v in steps]
+
+
+def _edges_of(hulls: list[Floats], narrow: float) -> tuple[Floats, Floats]:
+    """Ends (3, M) of the edges of hulls that are narrower than something."""
+    ends = [outline_edges(hull[..., _least_width(hull) < narrow]) for hull in hulls]
+    starts, others = zip(*ends, strict=True)
+    return np.hstack(starts), np.hstack(others)
+
+
+def _least_width(corners: Floats) -> Floats:
+    """About the width (K,) of hulls (V, 3, K): the second longest axis, or the area over the length."""
+    if corners.shape[0] in EDGES:
+        first, second = corners[1] - corners[0], corners[2] - corners[0]
+        longest = np.maximum(lengths(first), np.maximum(lengths(second), lengths(second - first)))
+        width = lengths(cross(first, second)) / np.maximum(longest, np.finfo(np.float64).tiny)
+        return np.asarray(width)
+    return np.sort(2 * np.sqrt((_axes(corners) ** 2).sum(axis=1)), axis=0)[1]
+
+
+def _axes(corners: Floats) -> Floats:
+    """Semi-axes (3, 3, K) of boxes (8, 3, K)."""
+    return np.stack([corners[-1] - corners[-1 - (1 << bit)] for bit in range(3)]) / 2
+
+
+def _shadows(
+    camera: Pinhole, light: Emitter, starts: Floats, ends: Floats, corners: Floats, numbers: Integers
+) -> _Lines:
+    """Shadows of edges (3, M) on flat shapes (V, 3, R), clipped to these and to the view."""
+    origin, first, second = corners[0], corners[1] - corners[0], corners[2] - corners[0]
+    normal = cross(first, second)
+    lit = light.centre - light.weight * origin
+    heights_of_light = dot(normal, lit)
+    turned = np.where(heights_of_light < 0, -1.0, 1.0)
+    normal, top = normal * turned, heights_of_light * turned
+    duals = cross(second, normal), cross(normal, first)
+    duals = duals[0] / dot(duals[0], first), duals[1] / dot(duals[1], second)
+    ends_found = []
+    for places in (starts, ends):
+        away = places[:, :, None] - origin[:, None, :]
+        height = dot(normal[:, None, :], away)
+        shadow = top * away - height * lit[:, None, :]
+        weight = top - light.weight * height
+        u, v = (dot(dual[:, None, :], shadow) for dual in duals)
+        beyond = (weight - u, weight - v) if corners.shape[0] == 4 else (weight - u - v,)
+        seen = shadow + (origin - camera.position)[:, None, :] * weight
+        space = np.stack(
+            (
+                dot(camera.right[:, :, None], seen) / camera.half_width,
+                dot(camera.up[:, :, None], seen) / camera.half_height,
+                dot(camera.forward[:, :, None], seen),
+            )
+        )
+        kept = np.stack((height - TOUCHING * top, weight - TOUCHING * top, u, v, *beyond))
+        ends_found.append((space, np.stack((height, weight)), kept))
+    (a, one, inside_a), (b, other, inside_b) = ends_found
+    enters, leaves = within(inside_a, inside_b)
+    clip_a, clip_b = within_view(a, b)
+    enters, leaves = np.maximum(enters, clip_a), np.minimum(leaves, clip_b)
+    edge, flat = np.nonzero((enters < leaves) & (top > 0))
+    t = np.stack((enters[edge, flat], leaves[edge, flat]))
+    clipped = [a[:, edge, flat] + side * (b - a)[:, edge, flat] for side in t]
+    measures = np.stack([one[:, edge, flat] + side * (other - one)[:, edge, flat] for side in t], axis=1)
+    return _Lines(clipped[0], clipped[1], measures[1], measures[0], numbers[flat])
+
+
+def _pixels(camera: Pinhole, lines: _Lines, extent: float, soft: float) -> Integers:
+    """Pixels along lines, where the penumbra of a light of some extent around them is narrow."""
+    size = np.array([[camera.width], [camera.height]])
+    tiny = np.finfo(np.float64).tiny
+    x, y = (
+        np.stack([place[axis] / np.maximum(place[2], tiny) for place in (lines.starts, lines.ends)])
+        for axis in (0, 1)
+    )
+    x, y = (x + 1) / 2 * camera.width, (1 - y) / 2 * camera.height
+    counts = (np.hypot(x[1] - x[0], y[1] - y[0]) / STEP).astype(np.int64) + 2
+    line = np.arange(counts.size).repeat(counts)
+    along = (np.arange(line.size) - (np.cumsum(counts) - counts)[line]) / (counts - 1)[line]
+    # Steps are even on the picture; there the parameter in space runs by the other end's depth.
+    near, far = lines.starts[2, line], lines.ends[2, line]
+    t = along * near / np.maximum(along * near + (1 - along) * far, tiny)
+    weight, height, depth = (
+        (1 - t) * pair[0][line] + t * pair[1][line]
+        for pair in (lines.weights, lines.heights, (lines.starts[2], lines.ends[2]))
+    )
+    # Similar triangles: the penumbra is to the light as the way behind the edge is to the way before it.
+    pixel = 2 * camera.half_height / camera.height * depth / np.maximum(weight, tiny)
+    hard = extent * height <= soft * pixel * np.maximum(weight, tiny)
+    places = np.stack([value[0][line] + along * (value[1] - value[0])[line] for value in (x, y)])
+    pixels = np.clip(np.floor(places).astype(np.int64), 0, size - 1)
+    return np.vstack((pixels, lines.shapes[line]))[:, hard]

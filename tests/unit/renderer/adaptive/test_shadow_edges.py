@@ -1,0 +1,109 @@
+"""Pixels along edges of hard shadows, against shadows that rays find."""
+
+import numpy as np
+import pytest
+
+import renderer
+from renderer.adaptive.neighbours import spread
+from renderer.hard_cases.documents import (
+    Json,
+    bulb,
+    camera,
+    ellipsoid,
+    lamp,
+    phong,
+    rectangle,
+    scene,
+    sphere,
+    sun,
+    triangle,
+)
+from schemas.quality import FixedQuality, TargetQuality
+
+SIZE = 48
+TARGET = TargetQuality(mode="target", error=0.004)
+FLOOR = rectangle([-9, 0, -9], [0, 0, 18], [18, 0, 0])
+BOARD = rectangle([-1, 1, -1], [1.4, 0.2, 0.3], [0.1, 0.1, 1.7])
+SAIL = triangle([-1.5, 0.7, -1], [1.2, 0.5, 0.1], [0.2, 1.4, 1])
+WIRE = ellipsoid([0, 0.6, 0], [1.4, 0, 0.4], [0, 0.0075, 0], [-0.002, 0, 0.007])
+BULB, SUN = bulb([1, 5, 2]), sun([-0.4, -1, 0.2])
+
+
+def small(*shapes: Json, lights: list[Json], **changes: object) -> Json:
+    above = camera(position=[0, 6, 3], look_at=[0, 0, 0], vertical_fov=40, width=SIZE, height=SIZE)
+    matt = {"plain": phong([1, 1, 1], ambient=0, diffuse=1)}
+    return scene(*shapes, lights=lights, camera=above | changes, materials=matt)
+
+
+def marked(document: Json) -> np.ndarray:
+    """Pixels (H, W) where the floor, which is the last shape, may show the edge of a shadow."""
+    plan = renderer.compile_scene(renderer.load_scene(document), TARGET)
+    columns, rows, shapes = plan.shadow_edges
+    found = np.zeros((SIZE, SIZE), dtype=bool)
+    on_floor = shapes == len(document["shapes"]) - 1
+    found[rows[on_floor], columns[on_floor]] = True
+    return found
+
+
+def partly_shadowed(document: Json) -> np.ndarray:
+    """Pixels (H, W) of the floor in which some samples are lit and others are not."""
+    found = np.zeros((2, SIZE, SIZE), dtype=bool)
+    plan = renderer.compile_scene(renderer.load_scene(document), None)
+    for place in np.random.default_rng(5).random((40, 2)):
+        y, x = np.indices((SIZE, SIZE)).reshape(2, -1) + place[::-1, None]
+        origins, directions = np.broadcast_to(plan.camera.position, (3, x.size)), plan.camera.directions(x, y)
+        hits = renderer.trace(plan, origins.T, directions.T)
+        on_floor = hits.shape == len(document["shapes"]) - 1
+        lit = hits.visibility[:, 0] > 0
+        found[0] |= (on_floor & lit).reshape(SIZE, SIZE)
+        found[1] |= (on_floor & ~lit).reshape(SIZE, SIZE)
+    return found.all(axis=0)
+
+
+@pytest.mark.parametrize("light", [BULB, SUN], ids=["bulb", "sun"])
+@pytest.mark.parametrize("shape", [BOARD, SAIL, WIRE], ids=["board", "sail", "wire"])
+def test_all_pixels_that_a_hard_shadow_ends_in_are_marked(shape: Json, light: Json) -> None:
+    document = small(shape, FLOOR, lights=[light])
+    ends = partly_shadowed(document)
+    assert ends.sum() > 10
+    found = marked(document)
+    assert not (ends & ~spread(found, 1)).any()
+    # An edge may cross a corner of a pixel between two places along it; a wire's shadow has a width.
+    assert (ends & ~found).sum() <= ends.sum() / 3
+
+
+def test_pixels_far_from_any_shadow_are_not_marked() -> None:
+    document = small(BOARD, FLOOR, lights=[BULB])
+    plan = renderer.compile_scene(renderer.load_scene(document), None)
+    y, x = np.indices((SIZE, SIZE)).reshape(2, -1) + 0.5
+    origins = np.broadcast_to(plan.camera.position, (3, x.size))
+    floor = (renderer.trace(plan, origins.T, plan.camera.directions(x, y).T).shape == 1).reshape(SIZE, SIZE)
+    away = floor & ~spread(partly_shadowed(document), 2)
+    assert away.any()
+    assert not (marked(document) & away).any()
+
+
+def test_a_wide_penumbra_is_marked_only_where_the_shape_is_too_thin_for_pilot_samples() -> None:
+    wide = lamp([-1, 5, 1], [2, 0, 0], [0, 0, 2])
+    assert not marked(small(BOARD, FLOOR, lights=[wide])).any()
+    assert marked(small(WIRE, FLOOR, lights=[wide])).any()
+
+
+def test_shadows_end_where_the_floor_ends_and_lights_below_it_cast_none() -> None:
+    narrow = rectangle([-0.2, 0, -0.2], [0, 0, 0.4], [0.4, 0, 0])
+    assert (
+        marked(small(BOARD, FLOOR, lights=[BULB])).sum() > marked(small(BOARD, narrow, lights=[BULB])).sum()
+    )
+    assert not marked(small(BOARD, FLOOR, lights=[bulb([0, 0.5, 0])])).any()
+
+
+def test_fixed_quality_a_lens_and_round_shapes_alone_ask_for_none() -> None:
+    document = small(BOARD, FLOOR, lights=[BULB])
+    assert (
+        renderer.compile_scene(renderer.load_scene(document), FixedQuality(mode="fixed")).shadow_edges.size
+        == 0
+    )
+    lens = small(BOARD, FLOOR, lights=[BULB], lens_radius=0.1)
+    assert renderer.compile_scene(renderer.load_scene(lens), TARGET).shadow_edges.size == 0
+    balls = small(sphere([0, 2, 0], 0.5), sphere([0, -5, 0], 5), lights=[BULB])
+    assert renderer.compile_scene(renderer.load_scene(balls), TARGET).shadow_edges.size == 0
