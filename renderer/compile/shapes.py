@@ -6,6 +6,7 @@ import numpy as np
 
 from renderer import cost
 from renderer.accelerators.meeting import TreeMeeting
+from renderer.accelerators.raster import RasterMeeting
 from renderer.accelerators.trees import FEW, tree_of
 from renderer.arrays import magnitude
 from renderer.assets import AssetError
@@ -124,7 +125,9 @@ def _list_family(request: Request, family: Family) -> None:
 
 
 def meeting(request: Request, family: Family, camera: Pinhole) -> RayStage:
-    """Few shapes are met one by one, many triangles through a tree."""
+    """Few shapes are intersected one by one, many triangles through a tree; on the screen by a pinhole's rays."""
+    if in_tree(family) and request.document.camera.lens_radius == 0:
+        return RasterMeeting(TreeMeeting(family, tree_of(family)), camera)
     return meeting_of(family, Outline.of(family.corners(), camera) if request.culling else None)
 
 
