@@ -111,7 +111,7 @@ def build(low: Floats, high: Floats) -> Bvh:
     width = -(-count // (1 << splits))
     order = _sorted_by_medians((low + high) / 2, splits, width)
     items = order.reshape(1 << splits, width)
-    # One row an item of all leaves: NumPy takes least values across rows ten times as fast as along short ones.
+    # A row for each place in the leaves: NumPy reduces across rows ten times as fast as along short ones.
     held = np.ascontiguousarray(items.T)
     empty = held == NOTHING
     leaf_low = np.where(empty, np.inf, low[:, held]).min(axis=1)
@@ -140,7 +140,10 @@ def _longest_sides(centers: Floats, rows: Integers) -> Integers:
     """Axis along which the items of each row (R, m) are farthest apart, by up to `SAMPLED` of them."""
     places = np.take(centers, np.ascontiguousarray(rows[:, :: max(1, rows.shape[1] // SAMPLED)].T), axis=1)
     known = np.isfinite(places)
-    greatest, least = np.where(known, places, -np.inf).max(axis=1), np.where(known, places, np.inf).min(axis=1)
+    greatest, least = (
+        np.where(known, places, -np.inf).max(axis=1),
+        np.where(known, places, np.inf).min(axis=1),
+    )
     return np.argmax(greatest - least, axis=0)
 
 

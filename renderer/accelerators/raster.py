@@ -106,6 +106,11 @@ class RasterMeeting:
     camera: Pinhole
     _raster: Raster | None = field(init=False, default=None)
 
+    @property
+    def family(self) -> Triangles:
+        """The triangles."""
+        return self.tree.family
+
     def run(self, rays: Rays) -> None:
         """Offer hits."""
         if rays.screen is None:
@@ -113,5 +118,5 @@ class RasterMeeting:
             return
         # Made where the first camera ray needs it: who explains a plan, or prices it, does not.
         if self._raster is None:
-            self._raster = Raster.of(self.tree.family, self.camera)
+            self._raster = Raster.of(self.family, self.camera)
         self._raster.offer(rays)

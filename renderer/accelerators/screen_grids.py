@@ -29,14 +29,17 @@ ACROSS = 3
 """Cells that a triangle touches along an axis, at most: cells are at least half as wide as it is."""
 
 FEWEST = 1 / 32
-"""A grid of fewer triangles than this share of all is joined with the next coarser one: every grid costs every
-ray a look-up."""
+"""A grid of fewer triangles than this share of all is joined with the next coarser one: each costs a ray a
+look-up. Measured on a mesh of 50,000: with an eighth rays take 1.7 times as long."""
 
 UNSURE = 1 / 4
 """More slack than this, and a place is never surely inside."""
 
 SMALLEST = -16
 """Triangles smaller than 2**-16 pixels share cells of that size."""
+
+BLOCK = 65536
+"""Triangles projected at once: the memory that this takes besides does not grow with the mesh."""
 
 FEW = 256
 """As if a grid held so many triangles more."""
@@ -128,26 +131,63 @@ class ScreenTriangles:
 def screen_triangles(family: Triangles, camera: Pinhole) -> ScreenTriangles:
     """Project the triangles of a family."""
     pixel = 2 * camera.half_height / camera.height
-    outline = Outline.of(family.corners(), camera)
+    half = np.array([[camera.half_width], [camera.half_height]]) / pixel
+    parts = [
+        _projected(family.vertices[:, :, start : start + BLOCK], camera, pixel, half)
+        for start in range(0, family.numbers.size, BLOCK)
+    ]
+    counts = np.cumsum([0] + [part.seen.size for part in parts])
+    numbers = np.concatenate([part.numbers + start for part, start in zip(parts, counts, strict=False)])
+    seen = np.concatenate([part.seen for part in parts])
+    low, high, edges = (
+        np.concatenate([getattr(part, name) for part in parts], axis=1) for name in ("low", "high", "edges")
+    )
+    slack, nearest, farthest = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("slack", "nearest", "farthest")
+    )
+    seen[numbers] = False
+    grids = tuple(_grids(low, high)) if numbers.size else ()
+    return ScreenTriangles(numbers, edges, slack, nearest, farthest, grids, np.flatnonzero(seen), pixel)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Projected:
+    """Some triangles of a family on the screen.
+
+    Attributes
+    ----------
+    seen : (T,) bool
+        Which of them the camera may see.
+    numbers : (k,) int64
+        Those of them that are clearly ahead; the others are about these.
+    low, high : (2, k) float64
+        Bounds, pixels.
+    edges, slack, nearest, farthest
+        As of `ScreenTriangles`.
+    """
+
+    seen: Masks
+    numbers: Integers
+    low: Floats
+    high: Floats
+    edges: NDArray[np.float32]
+    slack: NDArray[np.float32]
+    nearest: Floats
+    farthest: Floats
+
+
+def _projected(vertices: Floats, camera: Pinhole, pixel: float, half: Floats) -> _Projected:
+    """Project triangles with vertices (3, 3, T) onto a screen of half sides (2, 1), pixels."""
+    outline = Outline.of(vertices, camera)
     width, height = camera.half_width, camera.half_height
     seen = outline.inside(np.array([-width, width, -height, height]))
     distance = np.abs(outline.right) + np.abs(outline.up) + np.abs(outline.forward)
-    clear = seen & (outline.forward > CLEAR * distance).all(axis=0)
-    numbers = np.flatnonzero(clear)
-    depth = outline.forward[:, numbers]
+    numbers = np.flatnonzero(seen & (outline.forward > CLEAR * distance).all(axis=0))
+    depth = taken(outline.forward, numbers)
     x, y = (taken(along, numbers) / depth / pixel for along in (outline.right, outline.up))
-    half = np.array([[width], [height]]) / pixel
-    edges, slack = _edge_functions(x, y, half)
-    return ScreenTriangles(
-        numbers=numbers,
-        edges=edges,
-        slack=slack,
-        nearest=depth.min(axis=0) * (1 - ROOM),
-        farthest=depth.max(axis=0) * (1 + ROOM),
-        grids=tuple(_grids(*_bounds(np.stack((x, y)), 1 / pixel, half))),
-        others=np.flatnonzero(seen & ~clear),
-        pixel=pixel,
-    )
+    low, high = _bounds(np.stack((x, y)), 1 / pixel, half)
+    nearest, farthest = depth.min(axis=0) * (1 - ROOM), depth.max(axis=0) * (1 + ROOM)
+    return _Projected(seen, numbers, low, high, *_edge_functions(x, y, half), nearest, farthest)
 
 
 def _edge_functions(x: Floats, y: Floats, half: Floats) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -164,7 +204,7 @@ def _edge_functions(x: Floats, y: Floats, half: Floats) -> tuple[NDArray[np.floa
 
 
 def _bounds(places: Floats, unit: float, half: Floats) -> tuple[Floats, Floats]:
-    """Least and greatest places (2, K) of triangles (2, 3, K) within a screen of half sides (2, 1), pixels."""
+    """Least and greatest places (2, K) of triangles (2, 3, K) on a screen of half sides (2, 1), pixels."""
     low, high = places.min(axis=1), places.max(axis=1)
     low -= ROOM * (np.abs(low) + unit)
     high += ROOM * (np.abs(high) + unit)
@@ -190,9 +230,10 @@ def _grid(chosen: Integers, low: Floats, high: Floats, cell: float) -> Grid:
     while (extent / cell + 1) ** 2 > CELLS * (chosen.size + FEW):
         cell *= 2
     begins, ends = (np.floor(side / cell).astype(np.int64) for side in (low, high))
-    corner = begins.min(axis=1)
-    columns, rows = (ends.max(axis=1) - corner + 1).tolist()
-    begins, ends = begins - corner[:, None], ends - corner[:, None]
+    corner = begins.min(axis=1, keepdims=True)
+    begins, ends = begins - corner, ends - corner
+    left, bottom = corner.ravel().tolist()
+    columns, rows = (ends.max(axis=1) + 1).tolist()
     keys = []
     for step in np.ndindex(ACROSS, ACROSS):
         across, up = begins[0] + step[0], begins[1] + step[1]
@@ -201,4 +242,4 @@ def _grid(chosen: Integers, low: Floats, high: Floats, cell: float) -> Grid:
     # One sort of a number made of both is several times as fast as one of indices.
     cells, items = np.divmod(np.sort(np.concatenate(keys)), chosen.size)
     starts = np.concatenate(([0], np.cumsum(np.bincount(cells, minlength=columns * rows))))
-    return Grid(cell, *corner.tolist(), columns, rows, starts, chosen[items])
+    return Grid(cell, left, bottom, columns, rows, starts, chosen[items])
