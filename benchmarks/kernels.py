@@ -13,6 +13,7 @@ from benchmarks.clocks import Clock, clocked
 from benchmarks.meshes import ball, plan_of
 from benchmarks.textbook.shadows import FlatShadowRays, RoundShadowRays
 from renderer.accelerators.meeting import TreeMeeting
+from renderer.accelerators.raster import RasterMeeting
 from renderer.materials.phong import Diffuse, Highlight
 from renderer.shapes.family import Location, Meeting
 from renderer.shapes.overlaps import Overlaps
@@ -77,5 +78,5 @@ def of_many_triangles() -> RenderPlan:
     """Rays that meet a ball of flat triangles through a tree, and that is all."""
     shape = {"type": "mesh", "asset": "ball", "smooth": False, "material": "plain"}
     plan = plan_of(shape, {"ball": ply(*ball(MANY))})
-    trees = tuple(stage for stage in plan.meetings if isinstance(stage, TreeMeeting))
+    trees = tuple(stage.tree for stage in plan.meetings if isinstance(stage, RasterMeeting))
     return dataclasses.replace(plan, meetings=trees, surfaces=(), lightings=())

@@ -23,6 +23,8 @@ class Costs:
         A point and a light, apart from pairs; a further ray with all that it meets.
     diffuse, highlight, falloff, shadow : float
         A pair of point and light point.
+    raster : float
+        A camera ray against the triangles that cover its place.
     tree, shaft, branch : float
         For each doubling of the triangles in a tree: a ray, a point with the shaft to a light, and a pair of
         point and light point.
@@ -40,6 +42,7 @@ class Costs:
     highlight: float = 2.0
     falloff: float = 1.2
     shadow: float = 0.5
+    raster: float = 450.0
     tree: float = 110.0
     shaft: float = 170.0
     branch: float = 10.0

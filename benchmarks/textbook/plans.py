@@ -14,6 +14,7 @@ from benchmarks.textbook.shadows import FlatShadowRays, RoundShadowRays
 from benchmarks.textbook.single import arguments, single
 from benchmarks.textbook.trees import TextbookTree
 from renderer.accelerators.meeting import TreeMeeting
+from renderer.accelerators.raster import RasterMeeting
 from renderer.lights.surfaces import LightSurfaces
 from renderer.materials.phong import Diffuse, Highlight
 from renderer.shapes.ellipsoids import Ellipsoids
@@ -87,6 +88,8 @@ def _met_by(stage: RayStage) -> RayStage:
     match stage:
         case Meeting():
             return dataclasses.replace(stage, family=_family(stage.family))
+        case RasterMeeting():
+            return _met_by(stage.tree)
         case TreeMeeting():
             return TextbookTree(**arguments(stage))
         case LightSurfaces():

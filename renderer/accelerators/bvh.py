@@ -25,6 +25,9 @@ WIDENING = gamma(16)
 AHEAD = 1 + gamma(32)
 """A hit is not farther in front of the box around it than this, in shares of its distance."""
 
+SAMPLED = 64
+"""Items of a node that tell its longest side: of a million all would take as long as everything else."""
+
 NOTHING = -1
 """Item number of an empty place in a leaf."""
 
@@ -108,9 +111,11 @@ def build(low: Floats, high: Floats) -> Bvh:
     width = -(-count // (1 << splits))
     order = _sorted_by_medians((low + high) / 2, splits, width)
     items = order.reshape(1 << splits, width)
-    empty = items == NOTHING
-    leaf_low = np.where(empty, np.inf, low[:, items]).min(axis=2)
-    leaf_high = np.where(empty, -np.inf, high[:, items]).max(axis=2)
+    # A row for each place in the leaves: NumPy reduces across rows ten times as fast as along short ones.
+    held = np.ascontiguousarray(items.T)
+    empty = held == NOTHING
+    leaf_low = np.where(empty, np.inf, low[:, held]).min(axis=1)
+    leaf_high = np.where(empty, -np.inf, high[:, held]).max(axis=1)
     return Bvh(_levels(leaf_low, leaf_high, splits), items)
 
 
@@ -121,11 +126,8 @@ def _sorted_by_medians(centers: Floats, splits: int, width: int) -> Integers:
     padded = np.concatenate((centers, np.full((3, 1), np.inf)), axis=1)
     for level in range(splits):
         rows = order.reshape(1 << level, -1)
-        places = padded[:, rows]
-        known = np.isfinite(places)
-        extent = np.where(known, places, -np.inf).max(axis=2) - np.where(known, places, np.inf).min(axis=2)
-        axis = np.argmax(extent, axis=0)
-        keys = np.take_along_axis(places, axis[None, :, None], axis=0)[0]
+        axis = _longest_sides(padded, rows)
+        keys = np.take(padded.reshape(-1), rows + (axis * padded.shape[1])[:, None], mode="wrap")
         # Empty places go to both halves in turns, so that no leaf is left with nothing else.
         empty = rows == NOTHING
         keys[empty] = np.where(np.cumsum(empty, axis=1) % 2, np.inf, -np.inf)[empty]
@@ -134,14 +136,27 @@ def _sorted_by_medians(centers: Floats, splits: int, width: int) -> Integers:
     return order
 
 
+def _longest_sides(centers: Floats, rows: Integers) -> Integers:
+    """Axis along which the items of each row (R, m) are farthest apart, by up to `SAMPLED` of them."""
+    places = np.take(centers, np.ascontiguousarray(rows[:, :: max(1, rows.shape[1] // SAMPLED)].T), axis=1)
+    known = np.isfinite(places)
+    greatest, least = (
+        np.where(known, places, -np.inf).max(axis=1),
+        np.where(known, places, np.inf).min(axis=1),
+    )
+    return np.argmax(greatest - least, axis=0)
+
+
 def _levels(low: Floats, high: Floats, splits: int) -> tuple[Level, ...]:
     """Boxes of all levels from those of the leaves; the root takes what is left of the splits."""
     levels: list[Level] = []
     while True:
         fan = min(FAN, splits)
-        grouped_low, grouped_high = (part.reshape(3, -1, 1 << fan) for part in (low, high))
-        levels.append(Level.of(grouped_low.transpose(0, 2, 1), grouped_high.transpose(0, 2, 1)))
-        low, high = grouped_low.min(axis=2), grouped_high.max(axis=2)
+        low, high = (
+            np.ascontiguousarray(part.reshape(3, -1, 1 << fan).transpose(0, 2, 1)) for part in (low, high)
+        )
+        levels.append(Level.of(low, high))
+        low, high = low.min(axis=1), high.max(axis=1)
         splits -= fan
         if splits <= 0:
             return tuple(reversed(levels))

@@ -59,28 +59,32 @@ class TreeMeeting:
 
     def _meet_items(self, rays: Rays, owners: Integers, items: Integers) -> None:
         filled = np.flatnonzero(items != NOTHING)
-        owners, triangles = owners[filled // items.shape[1]], items.reshape(-1)[filled]
-        family, start = self.family, None
-        if rays.departure is not None:
-            start = woop.start_of(
-                rays.departure,
-                owners,
-                family.numbers[triangles],
-                family.primitives[triangles],
-                family.sizes[triangles],
-            )
-        vertices = np.take(family.vertices, triangles, axis=2, mode="clip")
-        directions = taken(rays.directions, owners)
-        found = woop.hits(vertices, rays.origins_at(owners), directions, start)
-        ray, triangle = owners[found.pairs], triangles[found.pairs]
-        # Of the hits of one ray the nearest, and of equal ones the first triangle, comes first.
-        order = np.lexsort((triangle, found.t, ray))
-        best = order[np.flatnonzero(np.diff(ray[order], prepend=-1))]
-        triangle = triangle[best]
-        rays.offer(
-            ray[best],
-            found.t[best],
-            (found.u[best], found.v[best]),
-            family.numbers[triangle],
-            family.primitives[triangle],
+        offer_hits(self.family, rays, owners[filled // items.shape[1]], items.reshape(-1)[filled])
+
+
+def offer_hits(family: Triangles, rays: Rays, owners: Integers, triangles: Integers) -> None:
+    """Intersect pairs of ray and triangle, (P,) each, and offer the rays their nearest hits."""
+    start = None
+    if rays.departure is not None:
+        start = woop.start_of(
+            rays.departure,
+            owners,
+            family.numbers[triangles],
+            family.primitives[triangles],
+            family.sizes[triangles],
         )
+    vertices = np.take(family.vertices, triangles, axis=2, mode="clip")
+    directions = taken(rays.directions, owners)
+    found = woop.hits(vertices, rays.origins_at(owners), directions, start)
+    ray, triangle = owners[found.pairs], triangles[found.pairs]
+    # Of the hits of one ray the nearest, and of equal ones the first triangle, comes first.
+    order = np.lexsort((triangle, found.t, ray))
+    best = order[np.flatnonzero(np.diff(ray[order], prepend=-1))]
+    triangle = triangle[best]
+    rays.offer(
+        ray[best],
+        found.t[best],
+        (found.u[best], found.v[best]),
+        family.numbers[triangle],
+        family.primitives[triangle],
+    )

@@ -76,7 +76,7 @@ def _names(places: Floats) -> NDArray[np.uint64]:
 
 
 def _solid_of(vertices: Floats) -> Solid:
-    low, high = vertices.min(axis=(0, 2)), vertices.max(axis=(0, 2))
+    low, high = vertices.min(axis=2).min(axis=0), vertices.max(axis=2).max(axis=0)
     return Solid(low[:, None], high[:, None], _boxes_of(vertices, low, high))
 
 

@@ -66,7 +66,9 @@ def compile_scene(
     plan = _plan(request)
     if request.target is None or request.document.camera.lens_radius > 0:
         return plan
-    return replace(plan, look=_look(request, first_looks.in_time(request.target)))
+    look = _look(request, first_looks.in_time(request.target))
+    # The same shapes and the same camera: what is formed of them for its rays serves both.
+    return replace(plan, look=replace(look, meetings=plan.meetings))
 
 
 def _look(request: Request, target: TargetQuality) -> RenderPlan:

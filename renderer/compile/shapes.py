@@ -6,6 +6,7 @@ import numpy as np
 
 from renderer import cost
 from renderer.accelerators.meeting import TreeMeeting
+from renderer.accelerators.raster import RasterMeeting
 from renderer.accelerators.trees import FEW, tree_of
 from renderer.arrays import magnitude
 from renderer.assets import AssetError
@@ -116,16 +117,25 @@ def _family(request: Request, build: BuildFamily, numbers: list[int]) -> Family:
 
 def _list_family(request: Request, family: Family) -> None:
     pointers = tuple(f"/shapes/{number}" for number in np.unique(family.numbers).tolist())
-    each = cost.met_in_tree(family.numbers.size) if in_tree(family) else COSTS.shape * cost.met(len(pointers))
+    detail, each = "nearest hits of rays", COSTS.shape * cost.met(len(pointers))
+    if rasterized(family, request):
+        detail, each = "nearest hits: of camera rays by rasterisation, of others through a tree", COSTS.raster
+    elif in_tree(family):
+        detail, each = "nearest hits of rays through a tree", cost.met_in_tree(family.numbers.size)
     price = cost.seconds(request.rays, each)
-    request.listing.add(
-        f"hits of {family.plural}", f"shapes.{family.kind}", "nearest hits of rays", pointers, price
-    )
+    request.listing.add(f"hits of {family.plural}", f"shapes.{family.kind}", detail, pointers, price)
 
 
 def meeting(request: Request, family: Family, camera: Pinhole) -> RayStage:
-    """Few shapes are met one by one, many triangles through a tree."""
+    """Few shapes are intersected one by one, many triangles by rasterisation or through a tree."""
+    if rasterized(family, request):
+        return RasterMeeting(TreeMeeting(family, tree_of(family)), camera)
     return meeting_of(family, Outline.of(family.corners(), camera) if request.culling else None)
+
+
+def rasterized(family: Family, request: Request) -> TypeGuard[Triangles]:
+    """Whether camera rays find a family's triangles on the screen: a pinhole sees each at one place."""
+    return in_tree(family) and request.document.camera.lens_radius == 0
 
 
 def meeting_of(family: Family, outline: Outline | None = None) -> RayStage:

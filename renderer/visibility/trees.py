@@ -28,10 +28,10 @@ POINTS = 4096
 SHAFT_LEVELS = 3
 """Levels that all points walk with the shaft to the whole light."""
 
-FEW_NODES = (8, 32)
+FEW_NODES = (8, 96)
 """Up to so many nodes of the last of these, and of each level below, a point goes on with its shaft."""
 
-FEW_TRIANGLES = 64
+FEW_TRIANGLES = 256
 """Up to so many triangles are compared with all light points at once."""
 
 
