@@ -22,11 +22,15 @@ import numpy as np
 import pytest
 
 import renderer
-from benchmarks.targets import GALLERY, SCENES, clipped, converged, small
+from benchmarks.references import SCENES
+from benchmarks.scaling import small
+from benchmarks.targets import CONVERGED, clipped
 from renderer.assets import FolderAssets
 from schemas.quality import TargetQuality
 
 pytestmark = pytest.mark.slow
+
+GALLERY = SCENES.parent / "gallery"
 
 PATHS = {
     path.stem: path
@@ -63,7 +67,10 @@ def document(name: str, seed: int) -> dict[str, Any]:
 @cache
 def reference(name: str) -> Reference:
     """Pixels err independently, each as far as its two halves are apart."""
-    first, second = (clipped(converged(document(name, 0), PATHS[name].parent, seed)) for seed in HALVES)
+    assets = FolderAssets(PATHS[name].parent)
+    scenes = [renderer.load_scene(document(name, seed), assets=assets) for seed in HALVES]
+    plans = [renderer.compile_scene(scene, CONVERGED) for scene in scenes]
+    first, second = (clipped(renderer.render(plan).image) for plan in plans)
     apart = ((first - second) / 2).mean(axis=2)
     return Reference((first + second) / 2, float(np.sqrt((apart**2).sum())) / apart.size)
 
