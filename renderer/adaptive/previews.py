@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.adaptive.levels import COUNTS, COVERED, LOOKED, Levels
+from renderer.adaptive.levels import COUNTS, COVERED, LOOKED, SAMPLED, Levels
 from renderer.adaptive.samples import Samples
 from renderer.arrays import Masks
 from renderer.film import Image
@@ -13,7 +13,7 @@ from schemas.tiles import Tile
 def preview(tile: Tile, samples: Samples, have: Levels, want: Levels, before: Image) -> Image:
     """The pixels of a tile with what a pass has found there.
 
-    First looks fill the squares of their lattice, samples join those that a pixel shows.
+    What the first pass finds fills the squares of its lattice, later samples join those that a pixel shows.
 
     Parameters
     ----------
@@ -32,6 +32,8 @@ def preview(tile: Tile, samples: Samples, have: Levels, want: Levels, before: Im
     looked = (want == LOOKED) & (have < want)
     if looked.any():
         _fill(image, tile, looked, samples.looks)
+    if not have.any() and (want >= SAMPLED).any():
+        _fill(image, tile, want >= SAMPLED, samples.halves.mean(axis=0))
     image[(want == COVERED) & (have < want)] = samples.covers.T
     more = (want > COVERED) & (have < want)
     first, last = COUNTS[have[more]], COUNTS[want[more]]
