@@ -1,6 +1,7 @@
 """The plan of a picture: what runs, in which order, and who asked for it."""
 
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -15,6 +16,22 @@ from schemas.quality import Quality
 from schemas.sampling import Antialiasing
 from schemas.scene import Scene
 from schemas.tiles import Pass
+
+
+class Policy(Protocol):
+    """How a picture of target quality begins, and what each pass of it asks for."""
+
+    def first_stride(self, width: int, height: int) -> int:
+        """Pixels between the nodes of the first lattice."""
+        ...
+
+    def first_level(self, error: float) -> int:
+        """What the first pass wants of a node, where an error is aimed at."""
+        ...
+
+    def advance(self, estimate: Any) -> bool:
+        """Decide what the next pass of an estimate wants; False if the picture is done."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,6 +73,8 @@ class RenderPlan:
     look : RenderPlan or None
         What runs at the first look that target quality takes at each pixel; None for fixed quality. Its
         entries tell only what it does in another way.
+    policy : Policy or None
+        How target quality goes about the picture; None for fixed quality.
     averaged : (shapes,) bool
         Shapes whose textures first looks average over the pixel.
     textured, rough : (shapes,) bool
@@ -90,6 +109,7 @@ class RenderPlan:
     entries: tuple[Entry, ...]
     left_out: tuple[LeftOut, ...]
     look: "RenderPlan | None"
+    policy: Policy | None
     textured: Masks
     averaged: Masks
     rough: Masks

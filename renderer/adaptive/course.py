@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from renderer.adaptive.decisions import advance
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.forecast import (
     Forecast,
@@ -114,7 +113,7 @@ class Course:
         late = self._render(each)
         late = late or time.monotonic() >= self._last_moment()
         with self._counted():
-            more = not late and advance(self.estimate)
+            more = not late and self.estimate.advance()
             if late:
                 self.estimate.settle()
         self._note()

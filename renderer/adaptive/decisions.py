@@ -136,11 +136,11 @@ def _sample_more(estimate: Estimate) -> bool:
     estimate.cover[...] = estimate.coverage
     if estimate.error.bound <= estimate.target or estimate.counters[ROUND] > MOST_ROUNDS:
         return False
-    _aim_lower(estimate, estimate.error.bound)
+    aim_lower(estimate, estimate.error.bound)
     few = _show_probed(estimate)
     if few.any():
         found = estimate.findings()
-    _suspect(estimate, found)
+    suspect(estimate, found)
     estimate.counters[OUTLOOK] = _rays_to_come(estimate, found)
     spent = int(COUNTS[estimate.have].sum())
     for ease in EASES:
@@ -154,7 +154,7 @@ def _sample_more(estimate: Estimate) -> bool:
     return bool(estimate.rays_wanted())
 
 
-def _aim_lower(estimate: Estimate, bound: float) -> None:
+def aim_lower(estimate: Estimate, bound: float) -> None:
     """Go on from aims that are reached."""
     before = estimate.aim
     while bound <= estimate.aim:
@@ -206,7 +206,7 @@ def _question(estimate: Estimate, found: Findings, ease: float) -> None:
     crowded = unsure & (estimate.chances >= 1)
     estimate.shown |= crowded[estimate.strata]
     most = np.where(survey.sizes > MANY, MOST_PROBED, 1.0)
-    noisy = unsure & (survey.noise**2 > survey.uncertain**2 / 2) & (_closeness(estimate, found) < CLOSEST)
+    noisy = unsure & (survey.noise**2 > survey.uncertain**2 / 2) & (closeness(estimate, found) < CLOSEST)
     have, want, shown = estimate.have.ravel(), estimate.want.ravel(), estimate.shown.ravel()
     again = found.probes[noisy[estimate.strata.ravel()[found.probes]] & ~shown[found.probes]]
     want[again] = np.minimum(have[again] + 2, CLOSEST)
@@ -216,14 +216,14 @@ def _question(estimate: Estimate, found: Findings, ease: float) -> None:
     estimate.want[fresh] = PROBED
 
 
-def _closeness(estimate: Estimate, found: Findings) -> Integers:
+def closeness(estimate: Estimate, found: Findings) -> Integers:
     """Least level of the probes of each stratum."""
     levels = np.full(strata.COUNT, HIGHEST)
     np.minimum.at(levels, estimate.strata.ravel()[found.probes], estimate.have.ravel()[found.probes])
     return levels
 
 
-def _suspect(estimate: Estimate, found: Findings) -> None:
+def suspect(estimate: Estimate, found: Findings) -> None:
     """Sample all pixels near a probe that found what first looks had missed.
 
     They become a stratum of their own, so that what one probe found is not taken to be everywhere.

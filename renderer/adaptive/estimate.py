@@ -11,15 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.adaptive import strata
+from renderer.adaptive.between import NODE, Ways
 from renderer.adaptive.findings import Findings, findings_of
 from renderer.adaptive.halves import HALVES
 from renderer.adaptive.labels import Labels
-from renderer.adaptive.lattice import Picture, stride_for
+from renderer.adaptive.lattice import Picture
 from renderer.adaptive.levels import COUNTS, COVERAGES, COVERED, LOOKED, SAMPLED, Levels
 from renderer.adaptive.samples import Demanded, Samples
 from renderer.adaptive.uncertainty import ErrorEstimate, error_of
 from renderer.arrays import Floats, Integers, Masks, add, put, taken
 from renderer.film import Image
+from renderer.interaction import MISS
 from renderer.layers import Layers
 from renderer.plan import RenderPlan
 from schemas.quality import TargetQuality
@@ -38,12 +40,18 @@ COVERS, PROBES = 1, 2
 
 def first_levels(plan: RenderPlan, tile: Tile) -> Levels:
     """What the first pass wants of the pixels of a tile, (h, w)."""
-    if plan.look is None:
-        return np.full((tile.height, tile.width), SAMPLED, dtype=np.uint8)
-    stride = stride_for(plan.width, plan.height)
+    assert plan.policy is not None
+    assert isinstance(plan.quality, TargetQuality)
+    stride = plan.policy.first_stride(plan.width, plan.height)
     want = np.zeros((tile.height, tile.width), dtype=np.uint8)
-    want[-tile.y0 % stride :: stride, -tile.x0 % stride :: stride] = LOOKED
+    nodes = np.s_[-tile.y0 % stride :: stride, -tile.x0 % stride :: stride]
+    want[nodes] = plan.policy.first_level(first_aim(plan.quality))
     return want
+
+
+def first_aim(target: TargetQuality) -> float:
+    """The error that the first passes work for: where time is short it is coarse to begin with."""
+    return target.error if target.time_limit is None else max(target.error, FIRST_AIM)
 
 
 @dataclass(slots=True, eq=False)
@@ -69,9 +77,11 @@ class Estimate:
         Means of control variates.
     contrasts : (H, W) float32
         Squared error to expect of one ray at borders, if it told the share of what it meets.
-    spread, doubts : (H, W) float32
-        Squared errors there, mean over channels: measured, because shares are not exact, and to expect,
-        because brightness is not.
+    spread : (H, W) float32
+        Squared errors there, mean over channels, as measured, because shares are not exact.
+    doubts : (H, W) float32
+        Squared errors to expect, mean over channels: at borders because brightness is not exact, between
+        nodes because the picture bends.
     have, want : (H, W) uint8
     coverage, cover : (H, W) uint8
         Numbers of `levels.COVERAGES`: had, and wanted.
@@ -80,7 +90,9 @@ class Estimate:
     squares : (H, W) float64
         Sum over the samples of squares about their mean, mean over channels.
     shown : (H, W) bool
-        Pixels whose samples are shown, and not the first look.
+        Pixels whose samples are shown, and not the first look or what is interpolated.
+    ways : (H, W) uint8
+        How pixels that are not shown are interpolated between those that are (`between`).
     strata : (H, W) int64
     chances : (strata.COUNT,) float64
         Share of the pixels of each stratum that are probes.
@@ -105,6 +117,7 @@ class Estimate:
     halves: Floats
     squares: Floats
     shown: Masks
+    ways: Ways
     strata: Integers
     chances: Floats
     counters: Integers
@@ -112,18 +125,15 @@ class Estimate:
 
     @classmethod
     def begin(cls, plan: RenderPlan) -> "Estimate":
-        """Nothing but what the first pass wants: first looks on a coarse lattice.
-
-        A lens leaves nothing smooth between pixels, so all are sampled at once.
-        """
+        """Nothing but what the first pass wants: first looks or samples on a coarse lattice."""
+        assert plan.policy is not None
         size = plan.height, plan.width
-        looks = plan.look is not None
-        stride = stride_for(plan.width, plan.height) if looks else 1
+        want = first_levels(plan, Tile(0, 0, 0, plan.width, plan.height))
         return cls(
             plan=plan,
             values=np.zeros((3, *size), dtype=np.float32),
             looks=np.zeros((3, *size), dtype=np.float32),
-            labels=np.zeros(size, dtype=np.int32),
+            labels=np.full(size, MISS, dtype=np.int32),
             colors=np.ones((3, *size), dtype=np.float32),
             known=np.zeros((3, *size), dtype=np.float32),
             contrasts=np.zeros(size, dtype=np.float32),
@@ -132,13 +142,14 @@ class Estimate:
             have=np.zeros(size, dtype=np.uint8),
             coverage=np.zeros(size, dtype=np.uint8),
             cover=np.zeros(size, dtype=np.uint8),
-            want=first_levels(plan, Tile(0, 0, 0, plan.width, plan.height)),
+            want=want,
             halves=np.zeros((HALVES, 3, *size)),
             squares=np.zeros(size),
-            shown=np.full(size, not looks),
-            strata=np.zeros(size, dtype=np.int64),
+            shown=want >= SAMPLED,
+            ways=np.full(size, NODE, dtype=np.uint8),
+            strata=np.full(size, strata.STEPS - 1),
             chances=np.zeros(strata.COUNT),
-            counters=np.array([stride, 0 if looks else PROBES, 0, 0]),
+            counters=np.array([plan.policy.first_stride(plan.width, plan.height), 0, 0, 0]),
         )
 
     @classmethod
@@ -188,6 +199,11 @@ class Estimate:
     def budget(self) -> float:
         """Sum of squared errors, mean over channels, that the aim allows."""
         return self.aim**2 * self.have.size
+
+    def advance(self) -> bool:
+        """Decide what the next pass wants, after all tiles of this one; False if the picture is done."""
+        assert self.plan.policy is not None
+        return self.plan.policy.advance(self)
 
     def take(self, tile: Tile, samples: Samples) -> None:
         """Add what this pass has found in a tile. The order of tiles does not matter."""

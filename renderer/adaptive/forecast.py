@@ -122,6 +122,8 @@ def usual_prices(plan: RenderPlan) -> dict[str, float]:
 
 def kind_of(estimate: Estimate) -> str:
     """Which rays the next pass traces."""
+    if estimate.plan.look is None:
+        return SAMPLES
     return {0: LOOKS, COVERS: BORDERS}.get(int(estimate.counters[ROUND]), SAMPLES)
 
 

@@ -13,8 +13,8 @@ from schemas.tiles import Tile
 def preview(tile: Tile, samples: Samples, levels: Demanded, before: Image) -> Image:
     """The pixels of a tile with what a pass has found there.
 
-    First looks fill the squares of their lattice, samples join those that a pixel shows. Differences from a
-    control variate, whose mean is not here, are seen when the pass is merged.
+    What the first pass finds fills the squares of its lattice, later samples join those that a pixel shows.
+    Differences from a control variate, whose mean is not here, are seen when the pass is merged.
 
     Parameters
     ----------
@@ -33,6 +33,8 @@ def preview(tile: Tile, samples: Samples, levels: Demanded, before: Image) -> Im
     looked = levels.looked
     if looked.any():
         _fill(image, tile, looked, samples.looks)
+    if not levels.have.any() and levels.sampled.any():
+        _fill(image, tile, levels.sampled, samples.halves.mean(axis=0))
     image[levels.covered] = samples.covers.T
     more = levels.sampled
     more[more] = ~samples.controlled

@@ -12,6 +12,7 @@ import schemas.cameras as language
 from renderer import cost, tiling
 from renderer.adaptive.edges import edge_places
 from renderer.adaptive.halves import lens_in_sequence
+from renderer.adaptive.policies import PilotSamples, SampledLattice
 from renderer.adaptive.thin import thin_places
 from renderer.arrays import column
 from renderer.cameras import Pinhole, pinhole, thin_lens
@@ -21,7 +22,7 @@ from renderer.compile.request import Request
 from renderer.cost import COSTS
 from renderer.lights import surfaces as light_surfaces
 from renderer.materials import phong
-from renderer.plan import RenderPlan
+from renderer.plan import Policy, RenderPlan
 from renderer.scenes import LoadedScene, QualitySource, Source, load_request
 from renderer.stages import Lighting
 from schemas.layers import checked_layers
@@ -116,6 +117,7 @@ def _plan(request: Request) -> RenderPlan:
         surfaces=tuple(points),
         lightings=tuple(lights.lighting(request, emitter, families, table) for emitter in emitters),
         look=None,
+        policy=_policy(request),
         averaged=first_looks.checkered(request),
         textured=first_looks.shapes_with(request, "color_texture"),
         rough=first_looks.shapes_with(request, "normal_map", "bump_map", "mirror", "transmission"),
@@ -139,6 +141,12 @@ def _plan(request: Request) -> RenderPlan:
         entries=tuple(request.listing.entries),
         left_out=(*request.listing.left_out, *surfaces.unused(request)),
     )
+
+
+def _policy(request: Request) -> Policy | None:
+    if request.target is None:
+        return None
+    return SampledLattice() if request.document.camera.lens_radius > 0 else PilotSamples()
 
 
 def _table(request: Request) -> phong.Phong:
@@ -170,6 +178,7 @@ def _lens(request: Request, camera: language.Camera) -> Pinhole:
     request.listing.add("lens", "camera.lens", detail, pointers, cost.seconds(request.rays, COSTS.lens))
     if not request.target:
         return lens
-    reason = "through a lens nothing is smooth from pixel to pixel, so all pixels begin with samples"
-    request.listing.leave_out("camera.first_looks", reason, pointers)
+    stride = SampledLattice().first_stride(camera.width, camera.height)
+    detail = f"pixels {stride} apart are sampled, and those between where the picture is not smooth there"
+    request.listing.add("lattice of samples", "camera.lens", detail, pointers)
     return lens_in_sequence(lens)

@@ -15,8 +15,7 @@ import numpy as np
 from renderer.adaptive.course import Course, Demand, answer
 from renderer.adaptive.decisions import outlook
 from renderer.adaptive.estimate import COVERS, PROBES, ROUND, STRIDE, Estimate
-from renderer.adaptive.lattice import stride_for
-from renderer.adaptive.levels import LOOKED
+from renderer.adaptive.levels import SAMPLED
 from renderer.adaptive.samples import Samples
 from renderer.plan import RenderPlan
 from renderer.quotes.deadlines import Deadline
@@ -164,14 +163,17 @@ class Trial:
         self.rays: Counter[str] = Counter()
         self._seen = seen
         self._course = Course(plan, None, None, np.inf, time.monotonic(), Estimate.begin(plan))
-        if seen is not None and plan.look is not None:
-            self._look_as_whole(stride_for(seen.camera.width, seen.camera.height))
+        if seen is not None and plan.policy is not None:
+            camera = seen.camera
+            self._begin_as_whole(plan.policy.first_stride(camera.width, camera.height))
 
-    def _look_as_whole(self, stride: int) -> None:
+    def _begin_as_whole(self, stride: int) -> None:
         """Begin with the lattice of the whole picture, which has more pixels."""
         estimate = self._course.estimate
+        level = estimate.want.max()
         estimate.want[...] = 0
-        estimate.want[::stride, ::stride] = LOOKED
+        estimate.want[::stride, ::stride] = level
+        estimate.shown[...] = estimate.want >= SAMPLED
         estimate.counters[STRIDE] = stride
 
     @property

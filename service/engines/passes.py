@@ -13,7 +13,6 @@ import numpy as np
 from renderer import RenderPlan, film, image_files
 from renderer.adaptive import Estimate, Samples, render_samples
 from renderer.adaptive.course import records_centres, with_layers
-from renderer.adaptive.decisions import advance
 from renderer.adaptive.estimate import first_levels
 from renderer.adaptive.forecast import Forecast, Prices, forecast, kind_of, noted, usual_prices
 from renderer.adaptive.guides import Surroundings, packed, unpacked
@@ -142,9 +141,9 @@ class PassWorker:
 
 def _advanced(estimate: Estimate) -> bool:
     """Decide about the next pass that has something to do; False where the picture is done."""
-    goes_on = advance(estimate)
+    goes_on = estimate.advance()
     while goes_on and not estimate.rays_wanted():
-        goes_on = advance(estimate)
+        goes_on = estimate.advance()
     return goes_on
 
 

@@ -304,8 +304,8 @@ def test_the_first_pass_grows_to_the_share_that_is_predicted_of_it() -> None:
     plan = renderer.compile_scene(document, TARGET)
     steps, columns = targets.begin(plan, TARGET, 32, 2)
     assert len(steps) == 3 * 2
-    # With a lens every pixel begins with 4 samples.
-    rays = 4 * 80 * 48
+    # With a lens every other pixel of every other row begins with 8 samples.
+    rays = 8 * 40 * 24
     expected = forecast(Estimate.begin(plan), usual_prices(plan))
     share = expected.next / (expected.next + expected.later)
     assert rays / columns["total_work"] == pytest.approx(share, rel=1e-3)

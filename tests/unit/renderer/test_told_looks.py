@@ -121,9 +121,15 @@ def test_the_finest_grid_on_a_light_goes_with_its_brightness_and_the_sharpest_hi
     assert details(document, 1 / 6)["light 0 seen whole"].startswith(grids)
 
 
-def test_a_lens_leaves_first_looks_out_and_says_why() -> None:
+def test_a_lens_asks_for_a_lattice_of_samples_and_for_no_pilot_samples() -> None:
     plan = told(furnished(camera=camera(lens_radius=0.1, focus_distance=5.0)))
     assert plan.first_looks == ()
-    (left,) = [item for item in plan.left_out if item.effect == "camera.first_looks"]
-    assert left.pointers == ("/camera/lens_radius", "/camera/focus_distance")
-    assert "all pixels begin with samples" in left.reason
+    (stage,) = [stage for stage in plan.stages if stage.name == "lattice of samples"]
+    assert stage.pointers == ("/camera/lens_radius", "/camera/focus_distance")
+    assert stage.effect == "camera.lens"
+
+
+def test_neither_a_pinhole_nor_fixed_quality_samples_a_lattice() -> None:
+    lens = furnished(camera=camera(lens_radius=0.1))
+    for plan in (told(furnished()), renderer.compile_scene(lens).describe()):
+        assert "lattice of samples" not in [stage.name for stage in plan.stages]

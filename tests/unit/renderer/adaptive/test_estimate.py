@@ -8,7 +8,7 @@ import pytest
 import renderer
 from renderer.adaptive import Estimate, Samples, render_samples
 from renderer.adaptive.decisions import advance
-from renderer.adaptive.estimate import FIRST_AIM, NEXT_AIM, PROBES, ROUND, STRIDE
+from renderer.adaptive.estimate import FIRST_AIM, NEXT_AIM, STRIDE
 from renderer.adaptive.guides import surroundings
 from renderer.adaptive.levels import COUNTS, COVERAGES, COVERED, LOOKED, SAMPLED
 from renderer.adaptive.looking import PROBED
@@ -387,10 +387,12 @@ def test_the_first_aim_is_coarse_only_where_time_is_limited(
     assert begun(renderer.compile_scene(pictures.of_room(), quality)).aim == aim
 
 
-def test_a_lens_samples_every_pixel_at_once() -> None:
-    view = pictures.of_room()["camera"] | {"lens_radius": 0.1}
-    estimate = begun(plan_of(camera=view))
-    assert (estimate.want == SAMPLED).all()
-    assert estimate.shown.all()
-    assert estimate.counters[STRIDE] == 1
-    assert estimate.counters[ROUND] == PROBES
+def test_a_lens_samples_a_lattice_that_is_coarser_than_that_of_pilot_samples() -> None:
+    view = pictures.of_room()["camera"]
+    stride = int(begun(plan_of(camera=view)).counters[STRIDE])
+    estimate = begun(plan_of(camera=view | {"lens_radius": 0.1}))
+    assert estimate.counters[STRIDE] == 2 * stride
+    nodes = np.zeros(estimate.have.shape, dtype=bool)
+    nodes[:: 2 * stride, :: 2 * stride] = True
+    assert np.array_equal(estimate.want >= SAMPLED, nodes)
+    assert np.array_equal(estimate.shown, nodes)

@@ -1,0 +1,189 @@
+"""Pictures through a lens: samples on a lattice that grows finer, and values in between.
+
+What is out of focus is smooth from pixel to pixel, however sharp it is in itself. So pixels of a coarse
+lattice are sampled, in two halves like all pixels that are; where second differences show more than noise,
+those of a finer one are sampled too, and everywhere else values are interpolated. Probes, chosen by lot among
+the interpolated pixels, tell how far these are from the truth.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.adaptive import strata
+from renderer.adaptive.between import (
+    LEFT,
+    NODE,
+    bends,
+    interpolate,
+    interpolate_once,
+    ways_between,
+)
+from renderer.adaptive.estimate import STRIDE, Estimate
+from renderer.adaptive.lattice import stride_for
+from renderer.adaptive.levels import COUNTS, SAMPLED, Levels, levels_of
+from renderer.adaptive.looking import PROBED, probes, raise_chances
+from renderer.arrays import Floats, Masks
+
+COARSER = 2
+"""Times the stride of pilot samples that the lattice begins with: a node costs eight rays or more."""
+
+NODES = 8, 4 / 255
+"""So many samples of a new node do for an error of so much; more for smaller ones, in proportion."""
+
+MOST = 128
+"""Samples of a new node at most: how many more it needs is known when it has them."""
+
+NOISY = 1.0
+"""Standard deviations of a node's noise that a second difference may show and be taken for straight."""
+
+MEAN_SQUARE = 0.5
+"""Of the error between nodes, over the square of what bends tell of the worst place."""
+
+CLOSER_PROBES = 2
+"""Times the probes of pilot samples: more is known of these before than of what lies between noisy nodes."""
+
+MUCH = 4.0
+"""Times the budget that errors expected of all pixels count for at most when probes are shared out: where
+more is expected, samples come first."""
+
+MOST_PROBED = 9
+"""Highest level of a new probe: 256 samples."""
+
+
+def first_stride(width: int, height: int) -> int:
+    """Pixels between the nodes of the first lattice."""
+    return COARSER * stride_for(width, height)
+
+
+def node_level(error: float) -> int:
+    """Level of a new node where an error is aimed at."""
+    count, at = NODES
+    return int(levels_of(np.clip(count * at / error, count, MOST)))
+
+
+def sampled_nodes(estimate: Estimate) -> Masks:
+    """Pixels that show samples of their own, (H, W)."""
+    return estimate.shown & (estimate.have >= SAMPLED)
+
+
+def update(estimate: Estimate) -> None:
+    """Take over what samples tell of nodes, and interpolate between them again."""
+    nodes = sampled_nodes(estimate)
+    for value, halves in zip(estimate.values, estimate.halves.transpose(1, 0, 2, 3), strict=True):
+        np.copyto(value, (halves[0] + halves[1]) / 2, where=nodes, casting="same_kind")
+    estimate.ways[estimate.shown] = NODE
+    interpolate(estimate.values, estimate.ways)
+
+
+def refine(estimate: Estimate) -> None:
+    """Interpolate where the lattice is smooth, and ask for samples at half its stride elsewhere."""
+    update(estimate)
+    stride = int(estimate.counters[STRIDE])
+    nodes, finer = np.s_[::stride, ::stride], np.s_[:: stride // 2, :: stride // 2]
+    across, along = _errors(estimate, stride, noise(estimate))
+    ways = ways_between(across, along, estimate.ways[finer].shape, estimate.aim)
+    fresh = ways == NODE
+    fresh[::2, ::2] = False
+    _guess(estimate, np.maximum(np.maximum(across, along), 0), stride)
+    ways[::2, ::2] = estimate.ways[nodes]
+    estimate.ways[finer] = ways
+    interpolate_once(estimate.values[:, *finer], ways)
+    interpolate_once(estimate.doubts[finer], ways)
+    estimate.want[...] = 0
+    estimate.want[finer][fresh] = node_level(estimate.aim)
+    estimate.shown[finer][fresh] = True
+    estimate.counters[STRIDE] = stride // 2
+    _sort(estimate)
+
+
+def _guess(estimate: Estimate, errors: NDArray[np.float32], stride: int) -> None:
+    """Values and squared errors to expect of the finer lattice before anything is known: those of nodes."""
+    finer = np.s_[:: stride // 2, :: stride // 2]
+    nodes = np.s_[::stride, ::stride]
+    height, width = estimate.have[finer].shape
+    between = np.ones((height, width), dtype=bool)
+    between[::2, ::2] = False
+    squares = np.float32(MEAN_SQUARE) * errors * errors
+    pairs = [(estimate.doubts[finer], squares)]
+    pairs += [(value[finer], value[nodes]) for value in estimate.values]
+    for target, coarse in pairs:
+        filled = coarse.repeat(2, axis=0).repeat(2, axis=1)[:height, :width]
+        np.copyto(target, filled, where=between)
+
+
+def _errors(
+    estimate: Estimate, stride: int, squares: Floats
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """What interpolation errs by beside the nodes of a lattice, less what their noise (H, W) explains."""
+    nodes = np.s_[::stride, ::stride]
+    explained = (NOISY * np.sqrt(squares[nodes])).astype(np.float32)
+    across, along = bends(np.clip(estimate.values[:, *nodes], 0, 1))
+    return across - explained, along - explained
+
+
+def _variances(estimate: Estimate) -> Floats:
+    """Variances of single samples of nodes, mean over channels, (H, W); 0 elsewhere."""
+    found = np.zeros(estimate.have.shape)
+    nodes = np.flatnonzero(sampled_nodes(estimate))
+    found.ravel()[nodes] = estimate.squares.ravel()[nodes] / (COUNTS[estimate.have.ravel()[nodes]] - 1)
+    return found
+
+
+def noise(estimate: Estimate) -> Floats:
+    """Squared errors of nodes, and what is left of them in between, (H, W).
+
+    Those of nodes are scaled so that they explain how far the halves are apart.
+    """
+    found = _variances(estimate)
+    nodes = np.flatnonzero(found)
+    squares = found.ravel()[nodes] * COUNTS[estimate.have.ravel()[nodes]] ** -1.5
+    if nodes.size:
+        apart = np.diff(np.clip(estimate.halves.reshape(2, 3, -1)[:, :, nodes], 0, 1), axis=0)[0]
+        squares *= (apart**2).mean(axis=0).sum() / (4 * squares.sum())
+    found.ravel()[nodes] = squares
+    interpolate(found, estimate.ways)
+    found *= np.where(estimate.ways == NODE, 1.0, LEFT)
+    return found
+
+
+def missing_nodes(estimate: Estimate, allowed: float) -> Masks:
+    """Interpolated pixels beside which the picture bends by more than is allowed, (H, W)."""
+    squares = noise(estimate)
+    found = np.zeros(estimate.have.shape, dtype=bool)
+    stride = first_stride(estimate.plan.width, estimate.plan.height)
+    while stride > 1:
+        finer = np.s_[:: stride // 2, :: stride // 2]
+        across, along = _errors(estimate, stride, squares)
+        ways = ways_between(across, along, found[finer].shape, allowed)
+        missing = (ways == NODE) & (estimate.ways[finer] != NODE)
+        missing[::2, ::2] = False
+        found[finer] |= missing
+        stride //= 2
+    return found & ~estimate.shown
+
+
+def _sort(estimate: Estimate) -> NDArray[np.float32]:
+    """Sort the pixels by the squared errors that are expected of them, (H, W)."""
+    expected = (noise(estimate) + estimate.doubts).astype(np.float32)
+    nothing = np.zeros(estimate.have.shape, dtype=np.uint8)
+    estimate.strata[...] = strata.strata_of(expected, nothing, nothing.astype(bool))
+    return expected
+
+
+def choose_probes(estimate: Estimate) -> None:
+    """Sort the pixels, and ask for probes of each sort."""
+    update(estimate)
+    expected = _sort(estimate)
+    much = float(expected.sum()) / (MUCH * estimate.budget)
+    raise_chances(estimate, expected / np.float32(max(much, 1.0)))
+    np.minimum(CLOSER_PROBES * estimate.chances, 1.0, out=estimate.chances)
+    estimate.want[...] = probe_levels(estimate) * (probes(estimate) & ~estimate.shown)
+
+
+def probe_levels(estimate: Estimate) -> Levels:
+    """Levels at which the noise of new probes, (H, W), is no more than the error that is expected there."""
+    variances = _variances(estimate)
+    interpolate(variances, estimate.ways)
+    expected = np.maximum(strata.typical_error(estimate.strata), estimate.aim**2)
+    levels = levels_of((variances / expected) ** (2 / 3))
+    return np.clip(levels, PROBED, MOST_PROBED).astype(np.uint8)
