@@ -60,6 +60,8 @@ class RenderPlan:
         Rays that tell what a pixel at a border shows; 0 for fixed quality.
     averaged : (shapes,) bool
         Shapes whose textures first looks average over the pixel.
+    detailed : (shapes,) bool
+        Those of them whose texels first looks shade apart from light.
     textured, rough : (shapes,) bool
         Shapes that take their colour from a texture, and shapes with something else on them that may be finer
         than pixels: bent normals, mirrors, glass.
@@ -93,6 +95,7 @@ class RenderPlan:
     coverage: int
     textured: Masks
     averaged: Masks
+    detailed: Masks
     rough: Masks
     thin: Integers
     edges: Integers

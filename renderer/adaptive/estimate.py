@@ -63,7 +63,8 @@ class Estimate:
     colors : (3, H, W) float32
         What textures gave there, 1 where there was none.
     doubts : (H, W) float32
-        Squared errors to expect of pixels at borders, mean over channels, because shares are not exact.
+        Squared errors to expect, mean over channels: of pixels at borders, because shares are not exact, and
+        of first looks that met what varies within the pixel at a few places.
     have, want : (H, W) uint8
     halves : (2, 3, H, W) float64
         Means of either half of the samples.
@@ -176,6 +177,7 @@ class Estimate:
         put(self.values.reshape(3, -1), looked, samples.looks)
         self.labels.ravel()[looked] = samples.labels
         put(self.colors.reshape(3, -1), looked, samples.colors)
+        self.doubts.ravel()[looked] = samples.residues
         covered = self._numbers(tile, rises & (want == COVERED))
         put(self.values.reshape(3, -1), covered, samples.covers)
         self.doubts.ravel()[covered] = samples.doubts

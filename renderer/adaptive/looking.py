@@ -85,10 +85,12 @@ def choose_probes(estimate: Estimate) -> None:
     if estimate.plan.averaged.any():
         _leave_textures_out(estimate, expected)
     np.copyto(expected, blurred, where=covered)
+    detailed = of_labels(estimate.plan.detailed, estimate.labels)
+    np.maximum(expected, estimate.doubts, out=expected, where=detailed)
     finer = estimate.plan.rough | estimate.plan.textured & ~estimate.plan.averaged
     rough = of_labels(finer, estimate.labels)
     np.copyto(expected, highest(expected, WIDE), where=rough)
-    estimate.strata[...] = strata.strata_of(expected, estimate.have, rough)
+    estimate.strata[...] = strata.strata_of(expected, estimate.have, rough | detailed)
     _sample_bright_borders(estimate)
     raise_chances(estimate, expected)
     estimate.want[...] = PROBED * (probes(estimate) | estimate.shown)

@@ -15,7 +15,7 @@ from renderer.adaptive.labels import labels_of, of_labels
 from renderer.adaptive.levels import COUNTS, COVERED, LOOKED, Levels
 from renderer.adaptive.time_limits import TimeLimit, portions
 from renderer.arrays import Floats, Integers, Masks
-from renderer.execute import WORK, radiance
+from renderer.execute import WORK, Surfaces, radiance
 from renderer.film import BRIGHTEST
 from renderer.layers import Layers
 from renderer.numerics import halving_sum
@@ -51,6 +51,8 @@ class Samples:
         What the centres of pixels show, in the pass that records it.
     layer_seconds : float
         CPU seconds that this took besides.
+    residues : (n,) float32
+        Squared errors to expect of first looks that met what varies within the pixel at a few places.
     """
 
     looks: NDArray[np.float32]
@@ -65,6 +67,7 @@ class Samples:
     cpu_seconds: float
     layers: Layers = field(default_factory=dict)
     layer_seconds: float = 0.0
+    residues: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, dtype=np.float32))
 
 
 def render_samples(
@@ -97,32 +100,44 @@ def render_samples(
     """
     begun = time.process_time()
     counts: Counter[str] = Counter(camera=0, shadow=0, mirror=0, transmission=0, **dict.fromkeys(WORK, 0))
-    looks, labels, colors = _first_looks(plan, tile, (want == LOOKED) & (have < LOOKED), counts, limit)
+    looks, labels, found = _first_looks(plan, tile, (want == LOOKED) & (have < LOOKED), counts, limit)
     covers, doubts = _covers(plan, tile, (want == COVERED) & (have < COVERED), around, counts, limit)
     halves, squares = _samples(plan, tile, have, np.where(want > COVERED, want, 0), counts, limit)
     work = {name: counts.pop(name) for name in WORK}
     seconds = time.process_time() - begun
-    return Samples(looks, labels, colors, covers, doubts, halves, squares, dict(counts), work, seconds)
+    return Samples(
+        looks,
+        labels,
+        found.colors.astype(np.float32),
+        covers,
+        doubts,
+        halves,
+        squares,
+        dict(counts),
+        work,
+        seconds,
+        residues=found.doubts.astype(np.float32),
+    )
 
 
 def _first_looks(
     plan: RenderPlan, tile: Tile, wanted: Masks, counts: Counter[str], limit: TimeLimit | None
-) -> tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.float32]]:
+) -> tuple[NDArray[np.float32], NDArray[np.int32], Surfaces]:
     look = plan.look or plan
     rows, columns = np.nonzero(wanted)
     values = np.empty((3, rows.size), dtype=np.float32)
     labels = np.empty(rows.size, dtype=np.int32)
-    colors = np.ones((3, rows.size))
+    found = Surfaces.none(rows.size)
     middle = np.full(rows.size, 0.5)
     for chosen in _batches(columns, rows, 1, limit):
         x, y = columns[chosen] + tile.x0, rows[chosen] + tile.y0
         rays = camera_rays(look, x, y, np.full(x.size, HALVES), (middle[chosen], middle[chosen]))
-        seen = np.ones((3, x.size))
+        seen = Surfaces.none(x.size)
         values[:, chosen] = np.minimum(radiance(look, rays, counts, seen), BRIGHTEST)
         labels[chosen] = labels_of(rays.shapes)
-        np.copyto(seen, 1.0, where=~of_labels(plan.textured, labels[chosen]))
-        colors[:, chosen] = seen
-    return values, labels, colors.astype(np.float32)
+        np.copyto(seen.colors, 1.0, where=~of_labels(plan.textured, labels[chosen]))
+        found.colors[:, chosen], found.doubts[chosen] = seen.colors, seen.doubts
+    return values, labels, found
 
 
 def _covers(

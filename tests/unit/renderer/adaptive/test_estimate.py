@@ -72,7 +72,8 @@ class Drawn:
             squares[number] = ((part - part.mean(axis=0)) ** 2).sum() / 3
         looks, labels = self.looks[:, *inside][:, looked], self.labels[inside][looked]
         covers, doubts = self.covers[:, *inside][:, covered], self.doubts[inside][covered]
-        return Samples(looks, labels, looks / 2, covers, doubts, halves, squares, {}, {}, 0.0)
+        found = looks, labels, looks / 2, covers, doubts, halves, squares
+        return Samples(*found, {}, {}, 0.0, residues=looks[0] / 2)
 
 
 def taken(levels: list[np.ndarray], size: int | None = None, order: int = 0) -> tuple[Estimate, Drawn]:
@@ -118,7 +119,8 @@ def test_several_passes_tell_what_one_pass_with_all_their_samples_does() -> None
     assert (looked & covered).any()
     assert (estimate.values[:, covered] == drawn.covers[:, covered]).all()
     assert (estimate.values[:, looked & ~covered] == drawn.looks[:, looked & ~covered]).all()
-    assert (estimate.doubts == np.where(covered, drawn.doubts, 0)).all()
+    residues = np.where(looked, drawn.looks[0] / 2, 0)
+    assert (estimate.doubts == np.where(covered, drawn.doubts, residues)).all()
     assert (estimate.labels[looked] == drawn.labels[looked]).all()
     assert (estimate.colors[:, looked] == drawn.looks[:, looked] / 2).all()
     assert (estimate.colors[:, ~looked] == 1).all()
