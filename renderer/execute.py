@@ -130,10 +130,36 @@ def centre_points(plan: RenderPlan, counts: Counter[str], block: Block) -> Point
     return points
 
 
-def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str], colors: Floats | None = None) -> Floats:
+@dataclass(frozen=True, slots=True, eq=False)
+class Surfaces:
+    """What is known of the surfaces that N camera rays meet, beside their radiance.
+
+    Attributes
+    ----------
+    colors : (3, N) float64
+        1 where there is none.
+    doubts : (N,) float64
+        As in `interaction.Points`.
+    """
+
+    colors: Floats
+    doubts: Floats
+
+    @classmethod
+    def none(cls, count: int) -> "Surfaces":
+        """Nothing is known yet."""
+        return cls(np.ones((3, count)), np.zeros(count))
+
+    def take(self, points: Points) -> None:
+        """Keep what is known at points."""
+        put(self.colors, points.rays, points.colors)
+        self.doubts[points.rays] = points.doubts
+
+
+def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str], surfaces: Surfaces | None = None) -> Floats:
     """Radiance (3, N) along camera rays (N,), over all bounces.
 
-    Into `colors` (3, N) go those of the surfaces that the camera rays meet.
+    Into `surfaces` goes what is known of those that the camera rays meet.
 
     A wave's successors are worked on before its neighbours: few wait at a time, and what belongs to one ray
     is added in an order that depends on its own path alone.
@@ -145,8 +171,8 @@ def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str], colors: Floats 
         seen, points = local_radiance(plan, wave.rays, counts)
         result[:, wave.targets] += wave.weights * seen
         counts[wave.count_as] += wave.rays.t.size
-        if wave.depth == 0 and colors is not None:
-            colors[:, points.rays] = points.colors
+        if wave.depth == 0 and surfaces is not None:
+            surfaces.take(points)
         for spawner in plan.spawners:
             waves.extend(spawner.run(points, wave))
     return result

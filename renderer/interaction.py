@@ -144,6 +144,8 @@ class Points:
     footprints : (2, 2, M) float64 or None
         What offsets by a sample's share of the pixel, two of them, add to (u, v): coordinate, offset, point.
         None where no stage asked for them.
+    doubts : (M,) float64
+        Squared error to expect of the radiance, because what varies within the pixel was met at a few places.
     lookups : int
         Texture look-ups made for the points so far.
     """
@@ -174,6 +176,7 @@ class Points:
     cotangents: Floats
     by_u: Floats
     by_v: Floats
+    doubts: Floats
     bent: bool
     footprints: Floats | None = None
     lookups: int = 0
@@ -195,6 +198,17 @@ class Points:
             if value is None or isinstance(value, int) or value.shape[-1] == 1:
                 return value
             return value[..., start:stop]
+
+        return Points(**{item.name: cut(item.name) for item in fields(self)})
+
+    def part(self, index: Integers) -> "Points":
+        """Copies of some points (m,)."""
+
+        def cut(name: str) -> Any:
+            value = getattr(self, name)
+            if value is None or isinstance(value, int) or value.shape[-1] == 1 != self.count:
+                return value
+            return np.take(value, index, axis=-1)
 
         return Points(**{item.name: cut(item.name) for item in fields(self)})
 
@@ -243,6 +257,7 @@ def points_of(rays: Rays, materials: Integers, *, bent: bool) -> Points:
         cotangents=np.zeros((3, count)),
         by_u=np.zeros((3, count)),
         by_v=np.zeros((3, count)),
+        doubts=np.zeros(count),
         bent=bent,
     )
 

@@ -77,6 +77,8 @@ class RenderPlan:
         How target quality goes about the picture; None for fixed quality.
     averaged : (shapes,) bool
         Shapes whose textures first looks average over the pixel.
+    detailed : (shapes,) bool
+        Those of them whose texels first looks shade apart from light.
     textured, rough : (shapes,) bool
         Shapes that take their colour from a texture, and shapes with something else on them that may be finer
         than pixels: bent normals, mirrors, glass.
@@ -112,6 +114,7 @@ class RenderPlan:
     policy: Policy | None
     textured: Masks
     averaged: Masks
+    detailed: Masks
     rough: Masks
     thin: Integers
     edges: Integers
@@ -136,6 +139,11 @@ class RenderPlan:
     def light_points(self) -> int:
         """Largest number of light points of any light, at least 1."""
         return max((lighting.emitter.count for lighting in self.lightings), default=1)
+
+    @property
+    def tinted(self) -> Masks:
+        """Shapes (K,) whose colour is a texture with a known mean, and nothing else on them varies."""
+        return self.averaged & ~self.detailed
 
     def layers_in(self, pass_: Pass) -> tuple[Layer, ...]:
         """Layers that a pass records: all where the camera samples begin, later what is formed from them."""

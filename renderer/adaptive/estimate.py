@@ -81,7 +81,8 @@ class Estimate:
         Squared errors there, mean over channels, as measured, because shares are not exact.
     doubts : (H, W) float32
         Squared errors to expect, mean over channels: at borders because brightness is not exact, between
-        nodes because the picture bends.
+        nodes because the picture bends, and of pilot samples that met what varies within the pixel at a few
+        places.
     have, want : (H, W) uint8
     coverage, cover : (H, W) uint8
         Numbers of `levels.COVERAGES`: had, and wanted.
@@ -214,6 +215,7 @@ class Estimate:
         put(self.values.reshape(3, -1), looked, samples.looks)
         self.labels.ravel()[looked] = samples.labels
         put(self.colors.reshape(3, -1), looked, samples.colors)
+        self.doubts.ravel()[looked] = samples.residues
         covered = self._numbers(tile, demanded.covered)
         put(self.values.reshape(3, -1), covered, samples.covers)
         self._know(covered, samples.known)

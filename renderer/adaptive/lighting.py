@@ -71,7 +71,7 @@ class FirstLook:
         """Add the light to the points' radiance; gives the number of shadow rays."""
         view = self.probe.view(points, workspace)
         rays = view.count * view.light_points.count if self.probe.shadows else 0
-        lit, torn = _sorted_out(view)
+        lit, torn = partition_of(view)
         sides = self.sides(view, lit)
         for number, lighting in enumerate(self.whole):
             lighting.run(points, workspace, view.chosen[lit[sides == number]])
@@ -93,7 +93,7 @@ class FirstLook:
         return np.minimum(np.searchsorted(SIDES, needed), len(SIDES) - 1)
 
 
-def _sorted_out(view: LightView) -> tuple[Integers, Integers]:
+def partition_of(view: LightView) -> tuple[Integers, Integers]:
     """Which of a view's points see all of the light, and which a part."""
     if view.blocked is None:
         return np.arange(view.count), np.arange(0)

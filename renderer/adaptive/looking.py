@@ -121,20 +121,21 @@ def cover_borders(estimate: Estimate) -> None:
 
 def choose_probes(estimate: Estimate) -> None:
     """Sort the pixels by what they show and what is expected of their looks; ask for probes of each sort."""
-    tinted = of_labels(estimate.plan.averaged, estimate.labels) & ~strata.borders(estimate.labels)
+    tinted = of_labels(estimate.plan.tinted, estimate.labels) & ~strata.borders(estimate.labels)
     np.copyto(estimate.known, estimate.values, where=tinted & (estimate.coverage == 0))
     covered = estimate.coverage > 0
     expected = strata.expected_errors(estimate.looks)
     if estimate.plan.averaged.any():
         _leave_textures_out(estimate, expected)
     np.copyto(expected, np.maximum(estimate.doubts, HIDDEN * estimate.contrasts), where=covered)
+    detailed = of_labels(estimate.plan.detailed, estimate.labels)
+    np.maximum(expected, estimate.doubts, out=expected, where=detailed)
     finer = estimate.plan.rough | estimate.plan.textured & ~estimate.plan.averaged
     rough = of_labels(finer, estimate.labels)
     np.copyto(expected, highest(expected, WIDE), where=rough)
     shadowed = _shadow_edges(estimate)
-    rough |= shadowed
     np.maximum(expected, strata.step_error(estimate.looks) * SHADED, out=expected, where=shadowed)
-    estimate.strata[...] = strata.strata_of(expected, estimate.have, rough)
+    estimate.strata[...] = strata.strata_of(expected, estimate.have, rough | detailed | shadowed)
     _sample_bright_borders(estimate)
     raise_chances(estimate, expected)
     estimate.want[...] = PROBED * (probes(estimate) | estimate.shown)

@@ -16,7 +16,7 @@ from renderer.adaptive.labels import labels_of, of_labels
 from renderer.adaptive.levels import COUNTS, COVERAGES, LOOKED, SAMPLED, Levels
 from renderer.adaptive.time_limits import TimeLimit, portions
 from renderer.arrays import Floats, Integers, Masks, add, taken
-from renderer.execute import WORK, radiance
+from renderer.execute import WORK, Surfaces, radiance
 from renderer.film import BRIGHTEST
 from renderer.layers import Layers
 from renderer.numerics import halving_sum
@@ -75,7 +75,7 @@ class Demanded:
         """Whether anything is asked of pixels that may have a control variate, made from pilot samples."""
         if self.covered.any():
             return True
-        tinted = plan.look is not None and plan.averaged.any()
+        tinted = plan.look is not None and plan.tinted.any()
         sampled = self.sampled
         return bool(sampled.any() and (tinted or (sampled & self.guided).any()))
 
@@ -103,6 +103,8 @@ class Samples:
         What the first looks met: a shape's number, -1 for the background, -2 and below for lights.
     colors : (3, n) float32
         What textures gave at the first looks, 1 where there was none.
+    residues : (n,) float32
+        Squared errors to expect of first looks that met what varies within the pixel at a few places.
     covers, known : (3, k) float32
     spread, doubts : (k,) float32
         Of pixels at borders (`coverage.Cover`).
@@ -124,6 +126,7 @@ class Samples:
     looks: NDArray[np.float32]
     labels: NDArray[np.int32]
     colors: NDArray[np.float32]
+    residues: NDArray[np.float32]
     covers: NDArray[np.float32]
     known: NDArray[np.float32]
     spread: NDArray[np.float32]
@@ -166,32 +169,33 @@ def render_samples(
     """
     begun = time.process_time()
     counts: Counter[str] = Counter(camera=0, shadow=0, mirror=0, transmission=0, **dict.fromkeys(WORK, 0))
-    looks, labels, colors = _first_looks(plan, tile, levels.looked, counts, limit)
+    looks, labels, seen = _first_looks(plan, tile, levels.looked, counts, limit)
     covers = _covers(plan, tile, levels, around, counts, limit)
     samples = _samples(plan, tile, levels, around, counts, limit)
     work = {name: counts.pop(name) for name in WORK}
     seconds = time.process_time() - begun
-    return Samples(looks, labels, colors, *covers, *samples, dict(counts), work, seconds)
+    colors, residues = seen.colors.astype(np.float32), seen.doubts.astype(np.float32)
+    return Samples(looks, labels, colors, residues, *covers, *samples, dict(counts), work, seconds)
 
 
 def _first_looks(
     plan: RenderPlan, tile: Tile, wanted: Masks, counts: Counter[str], limit: TimeLimit | None
-) -> tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.float32]]:
+) -> tuple[NDArray[np.float32], NDArray[np.int32], Surfaces]:
     look = plan.look or plan
     rows, columns = np.nonzero(wanted)
     values = np.empty((3, rows.size), dtype=np.float32)
     labels = np.empty(rows.size, dtype=np.int32)
-    colors = np.ones((3, rows.size))
+    found = Surfaces.none(rows.size)
     middle = np.full(rows.size, 0.5)
     for chosen in _batches(columns, rows, 1, limit):
         x, y = columns[chosen] + tile.x0, rows[chosen] + tile.y0
         rays = camera_rays(look, x, y, np.full(x.size, HALVES), (middle[chosen], middle[chosen]))
-        seen = np.ones((3, x.size))
+        seen = Surfaces.none(x.size)
         values[:, chosen] = np.minimum(radiance(look, rays, counts, seen), BRIGHTEST)
         labels[chosen] = labels_of(rays.shapes)
-        np.copyto(seen, 1.0, where=~of_labels(plan.textured, labels[chosen]))
-        colors[:, chosen] = seen
-    return values, labels, colors.astype(np.float32)
+        np.copyto(seen.colors, 1.0, where=~of_labels(plan.textured, labels[chosen]))
+        found.colors[:, chosen], found.doubts[chosen] = seen.colors, seen.doubts
+    return values, labels, found
 
 
 def _covers(
@@ -290,7 +294,7 @@ def _subtract_tints(
 
     `others` are those of the pixels (n,) that have no guide.
     """
-    tints = around.tints(rows[others], columns[others], plan.averaged)
+    tints = around.tints(rows[others], columns[others], plan.tinted)
     which = np.full(rows.size, -1)
     which[others[tints.pixels]] = np.arange(tints.pixels.size)
     which = which.repeat(counted)
@@ -309,9 +313,9 @@ def _radiance(
     numbers = np.arange(count.sum()) - (np.cumsum(count) - count - first).repeat(count)
     place = places(plan.seed, rows * plan.width + columns, numbers)
     rays = camera_rays(plan, columns, rows, numbers, place)
-    colors = np.ones((3, numbers.size))
-    found = np.minimum(radiance(plan, rays, counts, colors), BRIGHTEST)
-    return _Found(found, labels_of(rays.shapes), colors)
+    seen = Surfaces.none(numbers.size)
+    found = np.minimum(radiance(plan, rays, counts, seen), BRIGHTEST)
+    return _Found(found, labels_of(rays.shapes), seen.colors)
 
 
 def _reduced(found: Floats) -> tuple[Floats, Floats]:

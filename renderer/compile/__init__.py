@@ -16,7 +16,7 @@ from renderer.adaptive.policies import PilotSamples, SampledLattice
 from renderer.adaptive.thin import thin_places
 from renderer.arrays import column
 from renderer.cameras import Pinhole, pinhole, thin_lens
-from renderer.compile import first_looks, lights, overlaps, shapes, spawners, surfaces, told_looks
+from renderer.compile import details, first_looks, lights, overlaps, shapes, spawners, surfaces, told_looks
 from renderer.compile import layers as layer_stages
 from renderer.compile.request import Request
 from renderer.cost import COSTS
@@ -67,21 +67,24 @@ def compile_scene(
     plan = _plan(request)
     if request.target is None or request.document.camera.lens_radius > 0:
         return plan
-    look = _look(request, first_looks.in_time(request.target))
+    look = _look(request, first_looks.in_time(request.target), details.materials(request, plan.lightings))
     # The same shapes and the same camera: what is formed of them for its rays serves both.
-    return replace(plan, look=replace(look, meetings=plan.meetings))
+    look = replace(look, meetings=plan.meetings)
+    seen = ("averaged", "detailed", "textured", "rough")
+    return replace(plan, look=look, **{name: getattr(look, name) for name in seen})
 
 
-def _look(request: Request, target: TargetQuality) -> RenderPlan:
+def _look(request: Request, target: TargetQuality, detailed: frozenset[str]) -> RenderPlan:
     """The plan of the first look that target quality takes at each pixel."""
-    seen = Request(first_looks.filtered(request.scene), first_looks.quality_of(target), request.culling)
+    scene, quality = first_looks.filtered(request.scene), first_looks.quality_of(target)
+    seen = Request(scene, quality, request.culling, details=detailed)
     plan = _plan(seen)
     families, table = shapes.families(seen), _table(seen)
     lightings = first_looks.lightings(seen, target, plan.lightings, families, table)
     return replace(
         plan,
         surfaces=tuple(first_looks.averaged(stage, plan.camera, target) for stage in plan.surfaces),
-        lightings=lightings,
+        lightings=details.lightings(seen, target, lightings),
         entries=tuple(told_looks.entries(seen, lightings)),
     )
 
@@ -119,7 +122,8 @@ def _plan(request: Request) -> RenderPlan:
         look=None,
         policy=_policy(request),
         averaged=first_looks.checkered(request),
-        textured=first_looks.shapes_with(request, "color_texture"),
+        detailed=first_looks.detailed(request),
+        textured=first_looks.shapes_with(request, "color_texture") | first_looks.detailed(request),
         rough=first_looks.shapes_with(request, "normal_map", "bump_map", "mirror", "transmission"),
         thin=first_looks.places(request, families, partial(thin_places, camera)),
         edges=first_looks.places(request, [*families, *seen], partial(edge_places, camera)),

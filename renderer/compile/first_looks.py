@@ -54,9 +54,10 @@ def filtered(scene: LoadedScene) -> LoadedScene:
 
 
 def shapes_with(request: Request, *parts: str) -> Masks:
-    """Shapes (K,) whose material has any of these parts."""
+    """Shapes (K,) whose material has any of these parts, those shaded in detail left out."""
     materials = request.document.materials
     having = {name for name, material in materials.items() if any(getattr(material, part) for part in parts)}
+    having -= request.details
     return np.array([shape.material in having for shape in request.document.shapes], dtype=bool)
 
 
@@ -65,7 +66,14 @@ def checkered(request: Request) -> Masks:
     materials, textures = request.document.materials, request.document.textures
     boards = {name for name, texture in textures.items() if isinstance(texture, language.CheckerTexture)}
     having = {name for name, material in materials.items() if material.color_texture in boards}
+    having |= request.details
     return np.array([shape.material in having for shape in request.document.shapes], dtype=bool)
+
+
+def detailed(request: Request) -> Masks:
+    """Shapes (K,) whose material is shaded in detail."""
+    shown = [shape.material in request.details for shape in request.document.shapes]
+    return np.array(shown, dtype=bool)
 
 
 def places(request: Request, families: list[Family], of_corners: Callable[[Floats], Integers]) -> Integers:

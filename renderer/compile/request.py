@@ -25,6 +25,8 @@ class Request:
         Whether conservative tests may leave out work.
     layers : tuple of str
         Names of what shall be told about each pixel beside its colour.
+    details : frozenset of str
+        Materials whose textures are not looked up at points, but shaded all over pixels.
     listing : Listing
         The plan as told to people.
     sampling : Sampling
@@ -45,6 +47,7 @@ class Request:
     quality: Quality | None
     culling: bool
     layers: tuple[str, ...] = ()
+    details: frozenset[str] = frozenset()
     listing: Listing = field(default_factory=Listing)
     sampling: Sampling = field(init=False)
     dtype: np.dtype[np.floating] = field(init=False)

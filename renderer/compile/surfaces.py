@@ -40,7 +40,8 @@ def surfaces(request: Request, families: list[Family], table: Phong) -> tuple[li
     bumps = _bumps(request)
     footprints = _footprints(request)
     stages: list[PointStage] = [
-        location(request, family, framed=bool(maps), sloped=bool(bumps or footprints)) for family in families
+        location(request, family, framed=bool(maps or request.details), sloped=bool(bumps or footprints))
+        for family in families
     ]
     stages.extend(footprints)
     pointers = tuple(f"/materials/{escaped(name)}" for name in request.names)
@@ -63,7 +64,7 @@ def _footprints(request: Request) -> list[Footprints]:
     """Textures that filter ask for footprints, if some shown material looks them up at points."""
     used = [*_textures_of(request, "color_texture"), *_textures_of(request, "normal_map")]
     asking = {name for name in used if getattr(request.document.textures[name], "filter", None) in FILTERING}
-    if not asking:
+    if not asking and not request.details:
         return []
     samples = FINEST if request.target else request.sampling.antialiasing.samples
     pointers = tuple(
@@ -84,7 +85,7 @@ def _textures_of(request: Request, part: str) -> dict[str, Masks]:
     used: dict[str, Masks] = {}
     for i, name in enumerate(request.names):
         texture = getattr(request.document.materials[name], part)
-        if texture is not None:
+        if texture is not None and name not in request.details:
             used.setdefault(texture, np.zeros(len(request.names), dtype=bool))[i] = True
     return used
 
@@ -106,6 +107,8 @@ def _bumps(request: Request) -> list[BumpMap]:
     used: dict[tuple[str, float], list[int]] = {}
     for i, name in enumerate(request.names):
         material = request.document.materials[name]
+        if name in request.details:
+            continue
         if material.bump_map is not None and material.bump_height:
             used.setdefault((material.bump_map, material.bump_height), []).append(i)
         elif material.bump_map is not None:

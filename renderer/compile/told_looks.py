@@ -28,6 +28,7 @@ def entries(request: Request, lightings: Iterable[Illumination]) -> Iterator[Ent
         if isinstance(lighting, FirstLook):
             yield from _light(request, lighting)
     yield from _boards(request)
+    yield from _details(request)
     detail = "rays tell how much of a pixel each shape fills, where it may be more than one: the more, the "
     detail += f"larger the contrast, from {COVERAGES[1]} on"
     yield Entry("borders", "camera", detail, ("/camera",))
@@ -69,3 +70,13 @@ def _boards(request: Request) -> Iterator[Entry]:
             detail = "the exact mean over a pixel, in place of the field that its middle meets"
             name = f"means of color texture {texture}"
             yield Entry(name, "textures.checker", detail, (f"/textures/{escaped(texture)}", *pointers))
+
+
+def _details(request: Request) -> Iterator[Entry]:
+    """Materials whose textures are averaged over pixels, apart from light."""
+    for name in sorted(request.details):
+        material = request.document.materials[name]
+        parts = [part for part in ("color_texture", "normal_map", "bump_map") if getattr(material, part)]
+        pointers = tuple(f"/materials/{escaped(name)}/{part}" for part in parts)
+        detail = "many places in a pixel share the light that reaches its centre"
+        yield Entry(f"detail of {name}", "materials.phong", detail, pointers)

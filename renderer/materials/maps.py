@@ -59,7 +59,7 @@ class NormalMap:
         points.lookups += chosen.size
         silent = dot(decoded, decoded) < FLAT
         decoded = np.where(silent, np.array([[0.0], [0.0], [1.0]]), decoded)
-        tangents, cotangents, outward = _frame(points, chosen)
+        tangents, cotangents, outward = frame_of(points, chosen)
         mapped = unit(decoded[0] * tangents + decoded[1] * cotangents + decoded[2] * outward)
         mapped *= np.where(points.flipped[chosen], -1.0, 1.0)
         points.shading_normals[:, chosen] = mapped
@@ -97,7 +97,7 @@ class BumpMap:
         points.shading_normals[:, chosen] = np.where(area == 0, normals, tilted) * side
 
 
-def _frame(points: Points, chosen: Integers) -> tuple[Floats, Floats, Floats]:
+def frame_of(points: Points, chosen: Integers) -> tuple[Floats, Floats, Floats]:
     """Tangents, cotangents and outward normals, perpendicular to the smooth normal where there is one.
 
     A smooth normal along the tangent takes any frame that fits it.

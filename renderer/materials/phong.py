@@ -19,6 +19,10 @@ from renderer.lights.view import LightView
 SHARP = 128.0
 """Above this exponent a rounding of float32 in the cosine shows; highlights are then formed in float64."""
 
+FAINTEST = 2.0**-100
+"""Powers of cosines below this show in no picture. Zeros and results near the smallest number take
+`np.power` off its vector path: 7 to 52 ns a pair measured, against 2.3 ns without them."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Phong:
@@ -135,8 +139,13 @@ def _mirror(view: LightView) -> Floats:
 def _powers(cosines: Pairs, exponents: Floats) -> None:
     """Cosines ** exponents in place, (L, n) and (n,), with 0 ** 0 = 0: no highlight where r . v <= 0.
 
-    The exponent 0 becomes the smallest normal number, which gives 1 for every cosine but 0.
+    The exponent 0 becomes the smallest normal number, which gives 1 for every cosine but 0. Powers below
+    `FAINTEST` are 0.
     """
     tiny = np.finfo(cosines.dtype).tiny
-    np.minimum(cosines, 1, out=cosines)
-    np.power(cosines, np.maximum(exponents, tiny).astype(cosines.dtype)[None, :], out=cosines)
+    powers = np.maximum(exponents, tiny)
+    least = np.maximum(FAINTEST ** (1 / powers), tiny).astype(cosines.dtype)
+    seen = cosines >= least
+    np.clip(cosines, least, 1, out=cosines)
+    np.power(cosines, powers.astype(cosines.dtype)[None, :], out=cosines)
+    np.multiply(cosines, seen, out=cosines)

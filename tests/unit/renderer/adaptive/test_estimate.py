@@ -80,6 +80,7 @@ class Drawn:
             looks,
             labels,
             looks / 2,
+            looks[0] / 2,
             covers,
             known,
             spread,
@@ -155,9 +156,10 @@ def test_several_passes_tell_what_one_pass_with_all_their_samples_does() -> None
         assert (found[:, covered] == expected).all()
     assert not estimate.known[:, ~covered].any()
     for name in ("spread", "doubts"):
-        found = getattr(estimate, name)
-        assert (found[covered] == getattr(drawn, name)[last]).all()
-        assert not found[~covered].any()
+        assert (getattr(estimate, name)[covered] == getattr(drawn, name)[last]).all()
+    assert not estimate.spread[~covered].any()
+    residues = np.where(looked, drawn.looks[0] / 2, 0)
+    assert (estimate.doubts == residues)[~covered].all()
     shown = estimate.shown & (estimate.have >= SAMPLED)
     assert (estimate.image()[covered & ~shown] == estimate.values[:, covered & ~shown].T).all()
     assert (estimate.labels[looked] == drawn.labels[looked]).all()

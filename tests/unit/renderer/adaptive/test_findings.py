@@ -291,7 +291,7 @@ def searched(estimate: Estimate, others: float, find: tuple[float, float]) -> ND
     nothing = np.zeros(0, np.int32)
     none = squares[:0]
     samples = Samples(
-        empty, nothing, empty, empty, empty, none, none, halves, squares, squares > 0, {}, {}, 0.0
+        empty, nothing, empty, none, empty, empty, none, none, halves, squares, squares > 0, {}, {}, 0.0
     )
     estimate.take(Tile(0, 0, 0, 96, 64), samples)
     assert advance(estimate)

@@ -20,6 +20,7 @@ def samples(
         looks=seen.T,
         labels=np.zeros(len(seen), np.int32),
         colors=np.ones((3, len(seen)), np.float32),
+        residues=np.zeros(len(seen), np.float32),
         covers=covered.T,
         known=covered.T,
         spread=np.zeros(len(covered), np.float32),

@@ -170,10 +170,10 @@ def test_a_shadow_that_ends_beside_a_border_is_expected_though_the_border_shows_
     estimate.labels[:8] = -1
     estimate.values[:, 9:] = 0.75
     cover_borders(estimate)
-    covered = estimate.want == COVERED
+    covered = estimate.cover > 0
     assert covered[8, 5:-5].all()
     assert not covered[9:-1, 5:-5].any()
-    estimate.have[covered] = COVERED
+    estimate.have[covered], estimate.coverage[covered] = COVERED, estimate.cover[covered]
     estimate.values[:, 8] = 0.75
     assert advance(estimate)
     expected = np.array([[0.5**2 / 12, 0]], dtype=np.float32)
