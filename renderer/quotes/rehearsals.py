@@ -217,9 +217,12 @@ class Trial:
             yield demand, answer(self._course.plan, demand)
 
     def _forget_borders(self, seen: Squares) -> None:
-        """Look at no borders between squares: there are none in the picture."""
-        estimate = self._course.estimate
-        np.copyto(estimate.cover, estimate.coverage, where=seen.borders())
+        """Expect nothing of borders between squares: there are none in the picture."""
+        estimate, joints = self._course.estimate, seen.borders()
+        np.copyto(estimate.cover, estimate.coverage, where=joints)
+        if estimate.counters[ROUND] == PROBES:
+            estimate.strata[joints], estimate.shown[joints] = 0, False
+            np.copyto(estimate.want, estimate.have, where=joints)
 
     def looks(self) -> float:
         """CPU seconds of the passes up to the borders, if finer lattices ask for as much as this one."""
