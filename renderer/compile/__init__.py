@@ -69,7 +69,7 @@ def compile_scene(
         return plan
     look = _look(request, first_looks.in_time(request.target), details.materials(request, plan.lightings))
     # The same shapes and the same camera: what is formed of them for its rays serves both.
-    look = replace(look, meetings=plan.meetings)
+    look = replace(look, meetings=plan.meetings, entries=(*look.entries, *told_looks.shadow_edges(plan)))
     seen = ("averaged", "detailed", "textured", "rough")
     return replace(plan, look=look, **{name: getattr(look, name) for name in seen})
 

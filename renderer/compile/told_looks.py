@@ -9,6 +9,7 @@ from renderer.adaptive.lattice import stride_for
 from renderer.adaptive.levels import COVERAGES
 from renderer.adaptive.lighting import NEAREST, SIDES, FirstLook
 from renderer.compile.request import Request
+from renderer.plan import RenderPlan
 from renderer.pointers import escaped
 from renderer.stages import Entry, Illumination
 
@@ -32,6 +33,15 @@ def entries(request: Request, lightings: Iterable[Illumination]) -> Iterator[Ent
     detail = "rays tell how much of a pixel each shape fills, where it may be more than one: the more, the "
     detail += f"larger the contrast, from {COVERAGES[1]} on"
     yield Entry("borders", "camera", detail, ("/camera",))
+
+
+def shadow_edges(plan: RenderPlan) -> Iterator[Entry]:
+    """The line of the plan for pixels that edges of hard shadows pass, if there are any."""
+    count = np.unique(plan.shadow_edges[:2], axis=1).shape[1]
+    if count:
+        pointers = tuple(f"/lights/{number}" for number in range(len(plan.document.lights)))
+        detail = f"{count:,} pixels of flat shapes that edges of hard shadows pass are probed as a kind apart"
+        yield Entry("shadow edges", "camera", detail, pointers)
 
 
 def _lattice(request: Request) -> str:

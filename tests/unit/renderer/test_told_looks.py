@@ -72,7 +72,8 @@ def test_nobody_asks_who_sees_a_light_that_nothing_can_hide() -> None:
 
 
 def test_a_light_without_an_area_is_looked_at_as_always() -> None:
-    assert details(scene(FLOOR, BALL, lights=[bulb([0, 3, 0])])).keys() == {"first looks", "borders"}
+    found = details(scene(FLOOR, BALL, lights=[bulb([0, 3, 0])]))
+    assert found.keys() == {"first looks", "borders", "shadow edges"}
 
 
 @pytest.mark.parametrize(
@@ -92,6 +93,15 @@ def test_borders_are_told_with_the_fewest_rays_they_get() -> None:
     assert found.startswith("rays tell how much of a pixel each shape fills")
     assert found.endswith(f"from {COVERAGES[1]} on")
     assert COVERAGES[1] == 4
+
+
+def test_edges_of_hard_shadows_on_flat_shapes_are_asked_for_by_lights() -> None:
+    sheet = rectangle([-0.5, 1, -0.5], [0, 0, 1], [1, 0, 0])
+    document = scene(FLOOR, sheet, lights=[bulb([0, 3, 0])])
+    edges = told(document).first_looks[-1]
+    assert (edges.name, edges.pointers) == ("shadow edges", ("/lights/0",))
+    assert int(edges.detail.split()[0]) > 0
+    assert "shadow edges" not in details(scene(FLOOR, lights=[bulb([0, 3, 0])]))
 
 
 @pytest.mark.parametrize(("width", "apart"), [(64, None), (256, 2), (512, 4), (4096, 8)])
