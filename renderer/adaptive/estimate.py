@@ -273,7 +273,8 @@ class Estimate:
             picture = np.where(coming, self.values[:, above, beside], picture)
         sampled = self.shown[y, x] & (self.have[y, x] >= SAMPLED)
         if sampled.any():
-            picture[:, sampled] = self.halves[:, :, y, x][:, :, sampled].mean(axis=0)
+            # Differences from a control variate may leave less than nothing where all is dark.
+            picture[:, sampled] = np.maximum(self.halves[:, :, y, x][:, :, sampled].mean(axis=0), 0)
         return np.ascontiguousarray(picture.transpose(1, 2, 0))
 
     def needs_looks(self) -> bool:

@@ -75,11 +75,11 @@ class Squares:
         return self.camera.screen(np.array([left + x[0], right + x[1]]), np.array([bottom + SIDE, top]))
 
     def places(self, pixels: Integers) -> Integers:
-        """Where pixels (2, N) of the picture, columns and rows, are in this one, if they are."""
-        columns, rows = pixels
+        """Where pixels of the picture are in this one, if they are: columns, rows and anything else."""
+        columns, rows = pixels[:2]
         square = self._numbers[rows // SIDE, columns // SIDE]
         inside = square >= 0
-        found = np.stack([columns % SIDE, square * SIDE + rows % SIDE])
+        found = np.stack([columns % SIDE, square * SIDE + rows % SIDE, *pixels[2:]])
         return found[:, inside]
 
     def borders(self) -> Masks:
@@ -103,4 +103,5 @@ def part(plan: RenderPlan, seen: Squares) -> RenderPlan:
     """The plan of a picture of these squares."""
     look = None if plan.look is None else part(plan.look, seen)
     # A camera is what it does: the plan asks no more of it than these squares can tell.
-    return replace(plan, camera=seen, look=look, thin=seen.places(plan.thin), edges=seen.places(plan.edges))  # type: ignore[arg-type]
+    marked = {name: seen.places(getattr(plan, name)) for name in ("thin", "edges", "shadow_edges")}
+    return replace(plan, camera=seen, look=look, **marked)  # type: ignore[arg-type]

@@ -96,9 +96,9 @@ def test_a_board_has_the_same_bytes_though_its_samples_are_differences_from_its_
     document = scene()
     document["textures"] = {"board": {"type": "checker", "repeat": [9, 9]}}
     document["materials"]["floor"] = {"type": "phong", "color_texture": "board", "diffuse": 1.0}
-    job = submit(client, document, quality=target(0.002), layers=LAYERS)
+    job = submit(client, document, quality=target(0.0005), layers=LAYERS)
     done = finish(client, job)
-    wanted = rendered(document, 0.002, layers=LAYERS)
+    wanted = rendered(document, 0.0005, layers=LAYERS)
     assert len(wanted.report["passes"]) > 4
     assert image(client, job).tobytes() == wanted.image.tobytes()
     assert done["error"] == wanted.report["error"]
