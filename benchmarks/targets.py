@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from renderer.hard_cases.documents import Json
 
-FIRST, COUNT = 20260700, 40
+FIRST, COUNT = 20261122, 40
 """Number of the first scene, and how many there are: consecutive, so that none of them is chosen."""
 
 TARGETS_255 = (2.0, 1.0, 0.5)
