@@ -294,6 +294,8 @@ def _subtract_tints(
 
     `others` are those of the pixels (n,) that have no guide.
     """
+    if not plan.tinted.any():
+        return others[:0]
     tints = around.tints(rows[others], columns[others], plan.tinted)
     which = np.full(rows.size, -1)
     which[others[tints.pixels]] = np.arange(tints.pixels.size)
