@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.adaptive.levels import COUNTS
+from renderer.adaptive.levels import COUNTS, SAMPLED
 from renderer.adaptive.samples import Demanded, Samples
 from renderer.arrays import Masks
 from renderer.film import Image
@@ -35,7 +35,8 @@ def preview(tile: Tile, samples: Samples, levels: Demanded, before: Image) -> Im
         _fill(image, tile, looked, samples.looks)
     if not levels.have.any() and levels.sampled.any():
         _fill(image, tile, levels.sampled, samples.halves.mean(axis=0))
-    image[levels.covered] = samples.covers.T
+    plain = levels.have[levels.covered] < SAMPLED
+    image[levels.covered & (levels.have < SAMPLED)] = samples.covers.T[plain]
     more = levels.sampled
     more[more] = ~samples.controlled
     first, last = COUNTS[levels.have[more]], COUNTS[levels.want[more]]

@@ -102,6 +102,13 @@ def test_pixels_at_borders_take_the_place_of_their_looks_and_leave_the_others() 
     assert np.array_equal(found, [[0.5, 1, 2], [3, 0.5, 0.5]])
 
 
+def test_a_pixel_with_samples_keeps_what_it_shows_when_its_border_is_covered_again() -> None:
+    have, cover = np.array([[SAMPLED, COVERED]]), np.array([[3, 3]])
+    covers = samples(covers=[[1, 1, 1], [2, 2, 2]])
+    found = shown(Tile(0, 0, 0, 2, 1), covers, have, np.zeros((1, 2)), before=0.5, cover=cover)
+    assert np.array_equal(found, [[0.5, 2]])
+
+
 def test_differences_from_a_control_variate_are_not_seen_before_their_pass_is_merged() -> None:
     """They are near 0, whatever the pixel shows."""
     tile, have, want = (

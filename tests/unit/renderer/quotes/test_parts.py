@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -84,3 +86,16 @@ def test_borders_are_the_outermost_pixels_of_every_square(seen: Squares) -> None
     ring = np.ones((SIDE, SIDE), dtype=bool)
     ring[1:-1, 1:-1] = False
     np.testing.assert_array_equal(seen.borders(), np.tile(ring, (len(seen.corners), 1)))
+
+
+def test_pixels_of_shadow_edges_move_with_their_squares_and_keep_the_shape_they_fall_on(
+    plan: RenderPlan, seen: Squares
+) -> None:
+    columns, rows = np.arange(plan.width).repeat(plan.height), np.tile(np.arange(plan.height), plan.width)
+    every = replace(plan, shadow_edges=np.stack((columns, rows, columns * plan.height + rows)))
+    moved = part(every, seen).shadow_edges
+    assert moved.shape[1] == seen.width * seen.height
+    x, y = np.divmod(moved[2], plan.height)
+    assert (x % SIDE == moved[0] % SIDE).all()
+    assert (y % SIDE == moved[1] % SIDE).all()
+    assert np.unique(moved[0] * seen.height + moved[1]).size == moved.shape[1]
