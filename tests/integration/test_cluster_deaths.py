@@ -45,7 +45,7 @@ class Service:
 
     def __init__(self, data: Path, cluster: Cluster) -> None:
         self._settings = Settings(
-            data=data, port=0, tile_size=64, log_level="error", engine="dask", dask=cluster.address
+            data=data, port=0, tile_size=48, log_level="error", engine="dask", dask=cluster.address
         )
         self._stack = ExitStack()
         self.start()
@@ -82,6 +82,8 @@ def service(cluster: Cluster, tmp_path_factory: pytest.TempPathFactory) -> Itera
 def test_what_is_lost_with_a_worker_is_rendered_by_another_and_nothing_else(
     cluster: Cluster, service: Service, undisturbed: np.ndarray
 ) -> None:
+    cluster.wait_for_workers()
+    # Sixteen tiles: after a few each worker runs one, and another waits there.
     job = service.half_done()
     lost = cluster.workers.pop()
     slots = psutil.Process(lost.pid).children()
