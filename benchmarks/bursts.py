@@ -18,10 +18,10 @@ import scenes
 from benchmarks.machine import Spread, describe, spread
 from schemas.access import Role
 from service.access import keys
-from service.database.connection import Database
-from service.database.migrations import upgrade
 from service.server import running
 from service.settings import Settings
+from service.storage.database.connection import Database
+from service.storage.database.migrations import upgrade
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -6,12 +6,12 @@ import dataclasses
 import time
 from typing import TYPE_CHECKING, Any
 
-from renderer.stages import Lighting
+from renderer.plan.stages import Lighting
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from renderer.plan import RenderPlan
+    from renderer.plan.plan import RenderPlan
 
 Clock = dict[str, float]
 """CPU seconds by name."""

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from PIL import Image
 
+from accuracy.hard_cases.documents import Json, bulb, phong, sampled, sun
 from benchmarks.everyday_shapes import block, fence, panel, plants, sheet, things
-from renderer.hard_cases.documents import Json, bulb, phong, sampled, sun
 from scenes.make_meshes import ply, shell
 
 if TYPE_CHECKING:

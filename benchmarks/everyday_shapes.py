@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from renderer.hard_cases.documents import Json, ellipsoid, rectangle, sphere, triangle
+from accuracy.hard_cases.documents import Json, ellipsoid, rectangle, sphere, triangle
 
 if TYPE_CHECKING:
     from random import Random

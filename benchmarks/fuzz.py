@@ -29,8 +29,8 @@ from typing import TYPE_CHECKING, Any
 
 import httpx2
 
+from accuracy.study.machine import describe
 from benchmarks.fuzz_bodies import Bodies
-from renderer.study.machine import describe
 from schemas.limits import Limits
 from service import logs
 from service.app import create_app

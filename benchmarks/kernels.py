@@ -23,7 +23,7 @@ from renderer.visibility.polygons import PolygonShadows
 from scenes.make_meshes import ply
 
 if TYPE_CHECKING:
-    from renderer.plan import RenderPlan
+    from renderer.plan.plan import RenderPlan
 
 MANY = 10_000
 """Triangles in the tree, about."""

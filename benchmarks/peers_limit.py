@@ -15,7 +15,7 @@ from benchmarks import references
 from benchmarks.counted_arrays import Operation, Tally, counting
 from benchmarks.machine import cpu_seconds
 from benchmarks.peers_settings import fixed, label
-from renderer.shapes.mesh_files import announced
+from renderer.meshes.files import announced
 from schemas.reading import read_scene
 from schemas.shapes import MeshFile
 

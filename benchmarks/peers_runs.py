@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from benchmarks.povray_pictures import PovraySetting
-    from renderer.plan import RenderPlan
+    from renderer.plan.plan import RenderPlan
     from schemas.quality import Quality
     from schemas.scene import Scene
 

@@ -6,9 +6,9 @@ import statistics
 from typing import TYPE_CHECKING, TypedDict
 
 import renderer
+from accuracy.quotes import quote
 from benchmarks.machine import cpu_seconds
 from benchmarks.references import SCENES
-from renderer.quotes import quote
 from schemas.quality import FixedQuality, TargetQuality
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from benchmarks.machine import Spread, cpu_seconds, spread
 from benchmarks.settings import TIMED, Setting
 
 if TYPE_CHECKING:
-    from renderer.plan import RenderPlan
+    from renderer.plan.plan import RenderPlan
 
 
 class Timing(TypedDict):

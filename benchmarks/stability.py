@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Any, TypedDict
 import numpy as np
 
 import renderer
+from accuracy.hard_cases.placed import placed
 from benchmarks import kernels
 from benchmarks.references import PATHS
 from benchmarks.settings import Setting
 from benchmarks.textbook.plans import factored, textbook
-from renderer.hard_cases.placed import placed
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
 
-    from renderer.plan import RenderPlan
+    from renderer.plan.plan import RenderPlan
 
 WAYS: dict[str, Callable[[RenderPlan], RenderPlan]] = {
     "penumbra": lambda plan: plan,

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from renderer.hard_cases.documents import Json
+    from accuracy.hard_cases.documents import Json
 
 FIRST, COUNT = 20261122, 40
 """Number of the first scene, and how many there are: consecutive, so that none of them is chosen."""

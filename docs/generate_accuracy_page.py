@@ -11,12 +11,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from renderer.study import curves, tables, words
-from renderer.study.page_markdown import table
-from renderer.study.settings import METHODS, PATTERNS, TARGET
+from accuracy.study import curves, tables, words
+from accuracy.study.page_markdown import table
+from accuracy.study.settings import METHODS, PATTERNS, TARGET
 
 if TYPE_CHECKING:
-    from renderer.study.blocks import Table
+    from accuracy.study.blocks import Table
 
 DOCS = Path(__file__).parent
 MEASURED = DOCS.parent / "out" / "study"

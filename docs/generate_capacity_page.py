@@ -10,10 +10,10 @@ import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from accuracy.study.page_markdown import table
 from benchmarks.capacity import report
 from benchmarks.capacity.plot import draw
 from benchmarks.capacity.workloads import SIDE
-from renderer.study.page_markdown import table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -12,13 +12,13 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from renderer.hard_cases import MODULES, sections
+from accuracy.hard_cases import MODULES, sections
 from service.cli import trials
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from renderer.hard_cases import Case, Outcome
+    from accuracy.hard_cases import Case, Outcome
 
 PAGE = Path(__file__).with_name("numerics.md")
 COUNTS = PAGE.parent / "figures" / "hard_cases.json"

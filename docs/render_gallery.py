@@ -14,7 +14,7 @@ from typing import Any
 from PIL import Image
 
 import renderer
-from renderer import image_files
+from renderer.images import files as image_files
 
 ROOT = Path(__file__).parent.parent
 SCENES = ROOT / "scenes"

@@ -6,10 +6,10 @@ from schemas.exports import lazy_names
 
 if TYPE_CHECKING:
     from renderer.assets import AssetSource
-    from renderer.compile import compile_scene
     from renderer.errors import ImageFileError, RenderError, SceneError
-    from renderer.execute import TileResult, render_tile
-    from renderer.plan import RenderPlan
+    from renderer.integrator import TileResult, render_tile
+    from renderer.plan.building import compile_scene
+    from renderer.plan.plan import RenderPlan
     from renderer.rendering import render
     from renderer.results import RenderResult, TileEvent
     from renderer.scenes import LoadedScene, load_scene
@@ -35,10 +35,10 @@ __all__ = [
 
 HOMES = {
     "assets": ("AssetSource",),
-    "compile": ("compile_scene",),
     "errors": ("ImageFileError", "RenderError", "SceneError"),
-    "execute": ("TileResult", "render_tile"),
-    "plan": ("RenderPlan",),
+    "integrator": ("TileResult", "render_tile"),
+    "plan.building": ("compile_scene",),
+    "plan.plan": ("RenderPlan",),
     "rendering": ("render",),
     "results": ("RenderResult", "TileEvent"),
     "scenes": ("LoadedScene", "load_scene"),

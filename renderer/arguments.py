@@ -2,7 +2,7 @@
 
 from operator import index
 
-from renderer.plan import RenderPlan
+from renderer.plan.plan import RenderPlan
 
 MOST_WORKERS = 1024
 """Worker processes, at most; a service has the same bound."""

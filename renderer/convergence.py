@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from renderer.arrays import Floats
+from renderer.math.arrays import Floats
 
 FEWEST = 3
 """Points that a fit needs: a line goes through any two, and nothing would tell how good it is."""

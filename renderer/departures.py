@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Masks, magnitude
-from renderer.numerics import NEARER
-from renderer.streams import Keys
+from renderer.math.arrays import Floats, Integers, Masks, magnitude
+from renderer.math.numerics import NEARER
+from renderer.math.streams import Keys
 
 NEAR = 2.0**-40
 """A ray shorter than this share of its origin's magnitudes ends where it began.

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.arrays import Floats, Integers
-from renderer.numerics import halving_sum
+from renderer.math.arrays import Floats, Integers
+from renderer.math.numerics import halving_sum
 from schemas.tiles import Pass, Tile
 
 Image = NDArray[np.float32]

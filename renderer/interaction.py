@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Masks, taken, unit
 from renderer.departures import Departure
-from renderer.streams import Keys
+from renderer.math.arrays import Floats, Integers, Masks, taken, unit
+from renderer.math.streams import Keys
 
 MISS = -1
 """Shape number of a ray that meets nothing."""

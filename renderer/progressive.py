@@ -13,7 +13,7 @@ import numpy as np
 
 from renderer.adaptive.uncertainty import ErrorEstimate, error_of
 from renderer.film import Image, compose
-from renderer.plan import RenderPlan
+from renderer.plan.plan import RenderPlan
 from schemas.tiles import Pass
 
 FEWEST_PASSES = 3

@@ -11,13 +11,13 @@ import numpy as np
 
 from renderer.adaptive.rendering import render_adaptively
 from renderer.arguments import LARGEST_TILE, MOST_WORKERS, check_callable, check_plan, checked_count
-from renderer.compile import compile_scene
 from renderer.convergence import trend
 from renderer.errors import told
-from renderer.execute import TileResult, render_tile
 from renderer.film import Image, clamped, compose, enlarge, non_finite
+from renderer.integrator import TileResult, render_tile
 from renderer.layers import Sheets
-from renderer.plan import RenderPlan
+from renderer.plan.building import compile_scene
+from renderer.plan.plan import RenderPlan
 from renderer.progressive import errors_of, squares_of, unknown_error
 from renderer.results import RenderResult, TileEvent
 from renderer.scenes import QualitySource

@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from renderer.arrays import Integers
+from renderer.math.arrays import Integers
 from schemas.tiles import Pass, Tile
 
 PREVIEW_PIXELS = 4096

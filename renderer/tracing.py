@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from renderer.arguments import check_plan
-from renderer.arrays import Floats, Integers, vectors
-from renderer.compile import compile_visibility
-from renderer.execute import chunks, shaded_points, workspace
+from renderer.integrator import chunks, shaded_points, workspace
 from renderer.interaction import Points, Rays
-from renderer.numerics import finite
-from renderer.plan import RenderPlan
-from renderer.stages import Lighting
+from renderer.math.arrays import Floats, Integers, vectors
+from renderer.math.numerics import finite
+from renderer.plan.building import compile_visibility
+from renderer.plan.plan import RenderPlan
+from renderer.plan.stages import Lighting
 from renderer.tiling import BLOCK_RAYS
 from schemas.quantities import FARTHEST, LONGEST, SHORTEST
 

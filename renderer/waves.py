@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Masks, lengths
 from renderer.departures import Departure
 from renderer.interaction import Points, Rays
-from renderer.streams import branch
+from renderer.math.arrays import Floats, Integers, Masks, lengths
+from renderer.math.streams import branch
 
 KINDS = ("mirror", "reflection", "refraction")
 """Ways in which a path goes on; the place of each names its random numbers."""

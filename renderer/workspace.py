@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.arrays import Masks, Pairs
+from renderer.math.arrays import Masks, Pairs
 
 PAIRS = 262144
 """Pairs of point and light point worked on at once: 1 MiB an array, which measured best for 64 and for 256

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import renderer
-from renderer import image_files
+from renderer.images import files as image_files
 from scenes.make_assignment import PICTURES
 from scenes.make_assignment_parts import FOLDER
 from scenes.make_assignment_rays import SHOWN_NORMALS

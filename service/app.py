@@ -20,11 +20,9 @@ from schemas.quotes import QuoteRequest
 from schemas.regions import Region
 from schemas.retention import PruneRequest
 from schemas.traces import TraceRequest
-from service import problems
-from service.access.asking import asker
-from service.assembly import started, stop
-from service.feed import Feed
-from service.routes import (
+from service.api import problems
+from service.api.authentication import asker
+from service.api.routes import (
     assets,
     comparisons,
     convergence,
@@ -44,10 +42,12 @@ from service.routes import (
     session,
     tiles,
 )
-from service.routes.methods import allowed, heads_of
-from service.routes.parameters import COMPONENTS, problem
-from service.routes.queries import check_query
-from service.routes.session import REFUSED
+from service.api.routes.methods import allowed, heads_of
+from service.api.routes.parameters import COMPONENTS, problem
+from service.api.routes.queries import check_query
+from service.api.routes.session import REFUSED
+from service.assembly import started, stop
+from service.dispatch.job_events import Feed
 from service.settings import Settings
 from service.telemetry import spans
 
@@ -91,7 +91,7 @@ def create_app(settings: Settings) -> FastAPI:
         try:
             yield
         finally:
-            service.feed.close()
+            service.dispatch.job_events.close()
             await run_in_threadpool(stop, service)
             await run_in_threadpool(telemetry.close)
 

@@ -6,27 +6,27 @@ import os
 
 from anyio import CapacityLimiter
 
-from service import retention
-from service.access.known import Known
-from service.context import Service
-from service.database.connection import Database
-from service.database.migrations import upgrade
-from service.dispatcher import Dispatcher
-from service.engines.choosing import engine_of
-from service.engines.heartbeats import Lease
-from service.engines.worker import WorkerSetup
-from service.feed import Feed
-from service.held import Held
-from service.keeper import Keeper
-from service.prices import QuotedPrices
-from service.relay import Relay
-from service.seats import Seats
+from service.access.credential_cache import Known
+from service.dispatch.dispatcher import Dispatcher
+from service.dispatch.job_events import Feed
+from service.dispatch.notifications import Relay
+from service.jobs import retention
+from service.jobs.body_memory import Held
+from service.jobs.concurrency import Seats
+from service.jobs.context import Service
+from service.jobs.prices import QuotedPrices
+from service.jobs.retention_thread import Keeper
 from service.settings import Settings
-from service.store.assets import AssetStore
-from service.store.passes import PassStore
-from service.store.places import ASSETS, JOBS, place_of
-from service.store.tiles import TileStore
+from service.storage.assets import AssetStore
+from service.storage.database.connection import Database
+from service.storage.database.migrations import upgrade
+from service.storage.passes import PassStore
+from service.storage.places import ASSETS, JOBS, place_of
+from service.storage.tiles import TileStore
 from service.telemetry.spans import SILENT, Telemetry
+from service.workers.choosing import engine_of
+from service.workers.heartbeats import Lease
+from service.workers.worker import WorkerSetup
 
 BODIES = 16
 """As many requests with the largest scene are held in memory at once, or more smaller ones."""
@@ -37,18 +37,18 @@ READERS = 4
 def started(settings: Settings, feed: Feed, telemetry: Telemetry) -> Service:
     """Put a service together and start it."""
     service = assemble(settings, feed, telemetry=telemetry)
-    service.dispatcher.start()
-    service.keeper.start()
-    service.relay.start()
+    service.dispatch.dispatcher.start()
+    service.jobs.retention_thread.start()
+    service.dispatch.notifications.start()
     return service
 
 
 def stop(service: Service) -> None:
     """Stop all that was started, and close the database."""
-    service.keeper.stop()
-    service.relay.stop()
-    service.dispatcher.stop()
-    service.database.close()
+    service.jobs.retention_thread.stop()
+    service.dispatch.notifications.stop()
+    service.dispatch.dispatcher.stop()
+    service.storage.database.close()
 
 
 def assemble(

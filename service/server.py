@@ -22,14 +22,12 @@ from sqlalchemy.exc import SQLAlchemyError
 from uvicorn.config import STARTUP_FAILURE
 
 from service import logs
+from service.access.addresses import is_loopback
 from service.access.keys import any_made
-from service.addresses import is_loopback
+from service.api.headers import SafeHeaders
+from service.api.request_ids import RequestIds
+from service.api.slow_clients import patient
 from service.app import create_app
-from service.context import Service
-from service.database.connection import Database
-from service.database.migrations import upgrade
-from service.database.urls import is_shared
-from service.engines.choosing import check_engine
 from service.errors import (
     DatabaseUrlError,
     EngineError,
@@ -37,13 +35,15 @@ from service.errors import (
     StoreError,
     UnavailableError,
 )
-from service.headers import SafeHeaders
-from service.patience import patient
-from service.request_ids import RequestIds
+from service.jobs.context import Service
 from service.settings import Settings
-from service.store import belonging
-from service.store.lock import held
-from service.store.places import place_of
+from service.storage import belonging
+from service.storage.database.connection import Database
+from service.storage.database.migrations import upgrade
+from service.storage.database.urls import is_shared
+from service.storage.lock import held
+from service.storage.places import place_of
+from service.workers.choosing import check_engine
 
 # Requests in progress have this long to end when the service stops, seconds. Watchers are sent away at once.
 FAREWELL_SECONDS = 5
@@ -69,7 +69,7 @@ class _Server(uvicorn.Server):
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         service: Service = self._app.state.service
-        service.feed.close()
+        service.dispatch.job_events.close()
         await super().shutdown(sockets)
 
 

@@ -221,5 +221,5 @@ class Settings(BaseSettings):
 
     @property
     def place(self) -> str:
-        """Address of pictures and textures, for `service.store.places`."""
+        """Address of pictures and textures, for `service.storage.places`."""
         return self.store or str(self.data)

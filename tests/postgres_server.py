@@ -15,9 +15,9 @@ from typing import Any
 
 from sqlalchemy import create_engine, text
 
-from service.database.connection import Database
-from service.database.migrations import upgrade
-from service.database.models import Base
+from service.storage.database.connection import Database
+from service.storage.database.migrations import upgrade
+from service.storage.database.models import Base
 
 REQUIRED = "POSTGRES_TESTS_REQUIRED"
 PLACES = ("/usr/lib/postgresql/*/bin", "/usr/pgsql-*/bin", "/opt/homebrew/opt/postgresql*/bin")

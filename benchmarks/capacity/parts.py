@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING
 
 from benchmarks.capacity.workloads import request
 from renderer import tiling
-from service import rows
-from service.access.askers import LOCAL
-from service.admission import Admitted, admit
+from service.access.principals import LOCAL
 from service.assembly import assemble
-from service.feed import Feed
+from service.dispatch.job_events import Feed
+from service.jobs.admission import Admitted, admit
+from service.lifecycle import rows
 from service.settings import Settings
-from service.store.folder import Folder
-from service.store.tiles import TileStore
+from service.storage.folder import Folder
+from service.storage.tiles import TileStore
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from service.context import Service
+    from service.jobs.context import Service
 
 
 MANY = 10**9

@@ -18,11 +18,11 @@ from sqlalchemy import event
 
 from benchmarks.capacity import parts
 from schemas.access import Role
-from service import rows
-from service.access.askers import Asker
-from service.engines.tasks import ComposeDone, JobTask, Outcome, TileDone, TileTask
-from service.rounds import Round
-from service.submissions import Submission, enter
+from service.access.principals import Asker
+from service.dispatch.rounds import Round
+from service.jobs.submission import Submission, enter
+from service.lifecycle import rows
+from service.workers.tasks import ComposeDone, JobTask, Outcome, TileDone, TileTask
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from benchmarks.capacity.workloads import Workload
-    from service.admission import Admitted
-    from service.context import Service
+    from service.jobs.admission import Admitted
+    from service.jobs.context import Service
 
 COMPOSING = 0.005
 """Seconds for which a slot puts a small picture together."""

@@ -17,8 +17,8 @@ from benchmarks.chaos.ground import PATIENCE, ended, image, picture, settings, s
 from benchmarks.load.promises import Promise
 from schemas.tiles import Pass, Tile
 from service.server import running
-from service.store.folder import Folder
-from service.store.tiles import StoredTile, TileStore
+from service.storage.folder import Folder
+from service.storage.tiles import StoredTile, TileStore
 
 SIDE = 32
 # Each pass is read so often, lest the disk fill with passes.

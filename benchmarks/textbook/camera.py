@@ -9,7 +9,7 @@ from benchmarks.textbook.single import SINGLE, Singles, normalised
 from renderer.cameras import Pinhole
 
 if TYPE_CHECKING:
-    from renderer.arrays import Floats, Integers
+    from renderer.math.arrays import Floats, Integers
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from benchmarks.textbook.pairs import stepped
-from renderer.arrays import dot, taken
+from renderer.math.arrays import dot, taken
 from renderer.visibility.ellipsoids import EllipsoidShadows
 from renderer.visibility.polygon_grids import GridPolygonShadows
 from renderer.visibility.polygons import signed
 
 if TYPE_CHECKING:
     from benchmarks.textbook.single import Singles
-    from renderer.arrays import Floats, Integers
     from renderer.lights.view import LightView
+    from renderer.math.arrays import Floats, Integers
 
 
 @dataclass(slots=True, eq=False)

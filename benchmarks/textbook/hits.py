@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from benchmarks.textbook.single import SINGLE, STEP, Singles, buffer, dot, normalised
-from renderer.arrays import cross, put, taken
-from renderer.arrays import dot as plain_dot
+from renderer.math.arrays import cross, put, taken
+from renderer.math.arrays import dot as plain_dot
 from renderer.shapes.ellipsoids import Ellipsoids
 from renderer.shapes.family import WHOLE
 from renderer.shapes.rectangles import Rectangles
 from renderer.shapes.triangles import Triangles
 
 if TYPE_CHECKING:
-    from renderer.arrays import Integers
     from renderer.interaction import Points, Rays
+    from renderer.math.arrays import Integers
 
 
 @dataclass(slots=True, eq=False)

@@ -12,10 +12,10 @@ from renderer.lights.emitters import Emitter
 from renderer.lights.samples import Grid, LightPoints
 
 if TYPE_CHECKING:
-    from renderer.arrays import Integers
     from renderer.interaction import Points
     from renderer.lights.view import LightView
-    from renderer.streams import Keys
+    from renderer.math.arrays import Integers
+    from renderer.math.streams import Keys
 
 FORMED = ("positions", "normals", "colors", "radiance", "coordinates")
 """What the stages of a picture without bent normals fill in."""

@@ -9,13 +9,13 @@ import numpy as np
 
 from benchmarks.textbook.pairs import light_places, ways
 from benchmarks.textbook.single import Singles, buffer, dot
-from renderer.arrays import add, taken
-from renderer.arrays import dot as plain_dot
 from renderer.materials.phong import Diffuse, Highlight
+from renderer.math.arrays import add, taken
+from renderer.math.arrays import dot as plain_dot
 
 if TYPE_CHECKING:
-    from renderer.arrays import Integers
     from renderer.lights.view import LightView
+    from renderer.math.arrays import Integers
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,12 +17,12 @@ from renderer.accelerators.meeting import TreeMeeting
 from renderer.accelerators.raster import RasterMeeting
 from renderer.lights.surfaces import LightSurfaces
 from renderer.materials.phong import Diffuse, Highlight
+from renderer.plan.stages import Lighting
 from renderer.shapes.ellipsoids import Ellipsoids
 from renderer.shapes.family import Location, Meeting
 from renderer.shapes.overlaps import Overlaps
 from renderer.shapes.rectangles import Rectangles
 from renderer.shapes.triangles import Triangles
-from renderer.stages import Lighting
 from renderer.visibility.ellipsoids import EllipsoidShadows
 from renderer.visibility.polygon_grids import GridPolygonShadows
 from renderer.visibility.polygons import PolygonShadows
@@ -30,9 +30,9 @@ from renderer.visibility.polygons import PolygonShadows
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from renderer.plan import RenderPlan
+    from renderer.plan.plan import RenderPlan
+    from renderer.plan.stages import LightStage, PointStage, RayStage
     from renderer.shapes import Family
-    from renderer.stages import LightStage, PointStage, RayStage
 
     ForLights = Callable[[LightStage], LightStage]
 

@@ -9,13 +9,13 @@ import numpy as np
 
 from benchmarks.textbook.pairs import light_places, starts, ways
 from benchmarks.textbook.single import Singles, buffer, dot
-from renderer.arrays import cross
-from renderer.arrays import dot as plain_dot
+from renderer.math.arrays import cross
+from renderer.math.arrays import dot as plain_dot
 from renderer.visibility.culling import bounds, shaft
 
 if TYPE_CHECKING:
-    from renderer.arrays import Masks
     from renderer.lights.view import LightView
+    from renderer.math.arrays import Masks
     from renderer.shapes.ellipsoids import Ellipsoids
     from renderer.shapes.polygons import Polygons
     from renderer.visibility.ellipsoids import EllipsoidShadows

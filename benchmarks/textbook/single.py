@@ -8,7 +8,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.execute import workspace
+from renderer.integrator import workspace
 
 SINGLE = np.dtype(np.float32)
 

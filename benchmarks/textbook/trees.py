@@ -10,12 +10,12 @@ import numpy as np
 from benchmarks.textbook.single import SINGLE, STEP, Singles
 from renderer.accelerators.bvh import NOTHING
 from renderer.accelerators.meeting import TreeMeeting
-from renderer.arrays import cross, dot, taken
+from renderer.math.arrays import cross, dot, taken
 
 if TYPE_CHECKING:
     from renderer.accelerators.bvh import Level, Visits
-    from renderer.arrays import Integers
     from renderer.interaction import Rays
+    from renderer.math.arrays import Integers
 
 
 @dataclass(frozen=True, slots=True)

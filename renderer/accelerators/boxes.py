@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats
+from renderer.math.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Masks
-from renderer.numerics import gamma
+from renderer.math.arrays import Floats, Integers, Masks
+from renderer.math.numerics import gamma
 
 LEAF = 4
 """Items in a leaf, at most."""

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.accelerators.bvh import NOTHING
-from renderer.arrays import Floats, Integers, dot, lengths, magnitude, unit
-from renderer.numerics import gamma
+from renderer.math.arrays import Floats, Integers, dot, lengths, magnitude, unit
+from renderer.math.numerics import gamma
 from renderer.shapes.triangles import Triangles
 
 

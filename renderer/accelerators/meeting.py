@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.accelerators.bvh import AHEAD, NOTHING, Bvh, Level, Visits, from_root, turns, visits_of_rays
-from renderer.arrays import Integers, taken
 from renderer.interaction import Rays
+from renderer.math.arrays import Integers, taken
 from renderer.shapes import woop
 from renderer.shapes.triangles import Triangles
 

@@ -12,12 +12,12 @@ import numpy as np
 from renderer.accelerators.meeting import TreeMeeting, offer_hits
 from renderer.accelerators.screen_grids import ROOM, ScreenTriangles, screen_triangles
 from renderer.accelerators.trees import FEW, tree_of
-from renderer.arrays import Floats, Integers, dot, taken
 from renderer.cameras import Pinhole
 from renderer.interaction import Rays
+from renderer.math.arrays import Floats, Integers, dot, taken
+from renderer.plan.stages import RayStage
 from renderer.shapes.family import Meeting, Outline
 from renderer.shapes.triangles import Triangles
-from renderer.stages import RayStage
 
 PORTION = 16384
 """Rays whose candidates are found together."""

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.arrays import Floats, Integers, Masks, taken
 from renderer.cameras import Pinhole
+from renderer.math.arrays import Floats, Integers, Masks, taken
 from renderer.shapes.family import Outline
 from renderer.shapes.triangles import Triangles
 

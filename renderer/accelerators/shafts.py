@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.accelerators.bvh import Level, Visits
-from renderer.arrays import Floats, Masks
-from renderer.numerics import gamma
+from renderer.math.arrays import Floats, Masks
+from renderer.math.numerics import gamma
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.accelerators.boxes import Boxes
-from renderer.arrays import Floats, Integers, Masks, cross, dot, lengths
+from renderer.math.arrays import Floats, Integers, Masks, cross, dot, lengths
+from renderer.math.streams import keys
 from renderer.shapes.triangles import Triangles
-from renderer.streams import keys
 
 CELLS = 32
 """Cells along the longest side of a mesh's bounds: finer ones find more, and boxes for thin limbs."""

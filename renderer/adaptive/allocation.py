@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from renderer.adaptive.levels import COUNTS, COVERAGES, levels_of
 from renderer.adaptive.strata import Survey
-from renderer.arrays import Floats, Integers
+from renderer.math.arrays import Floats, Integers
 
 BINS = 256
 """Of the logarithm of variances, four an octave, for the search of the multiplier."""

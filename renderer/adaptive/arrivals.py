@@ -11,11 +11,11 @@ from typing import Protocol
 import numpy as np
 
 from renderer.adaptive.lighting import partition_of
-from renderer.arrays import Floats, Integers, put, unit
 from renderer.interaction import Points
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
-from renderer.stages import Lighting
+from renderer.math.arrays import Floats, Integers, put, unit
+from renderer.plan.stages import Lighting
 from renderer.workspace import FEWEST_POINTS, PAIRS, Workspace
 
 NODES = {

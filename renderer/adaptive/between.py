@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.adaptive.lattice import Picture
-from renderer.arrays import Floats
+from renderer.math.arrays import Floats
 
 Ways = NDArray[np.uint8]
 """(H, W) uint8, how each pixel gets its value: one of the following."""

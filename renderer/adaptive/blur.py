@@ -22,7 +22,7 @@ from renderer.adaptive.estimate import STRIDE, Estimate
 from renderer.adaptive.lattice import stride_for
 from renderer.adaptive.levels import COUNTS, SAMPLED, Levels, levels_of
 from renderer.adaptive.looking import PROBED, probes, raise_chances
-from renderer.arrays import Floats, Masks
+from renderer.math.arrays import Floats, Masks
 
 COARSER = 2
 """Times the stride of pilot samples that the lattice begins with: a node costs eight rays or more."""

@@ -34,7 +34,7 @@ from renderer.adaptive.findings import Findings
 from renderer.adaptive.levels import COUNTS, SAMPLED
 from renderer.adaptive.looking import probes
 from renderer.adaptive.uncertainty import standard_errors
-from renderer.arrays import Floats
+from renderer.math.arrays import Floats
 
 MARGIN = 0.9
 """Share of the budget for noise, doubts and bends together: what samples will find is not known exactly."""

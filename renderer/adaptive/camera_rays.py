@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers
 from renderer.interaction import Rays
-from renderer.plan import RenderPlan
+from renderer.math.arrays import Floats, Integers
+from renderer.plan.plan import RenderPlan
 
 
 def camera_rays(

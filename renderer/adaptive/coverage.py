@@ -17,12 +17,12 @@ from renderer.adaptive.guides import Nearby, guide
 from renderer.adaptive.halves import HALVES
 from renderer.adaptive.labels import labels_of
 from renderer.adaptive.levels import COVERAGES, FIBONACCI
-from renderer.arrays import Floats, Integers, put
-from renderer.execute import radiance
 from renderer.film import BRIGHTEST
+from renderer.integrator import radiance
 from renderer.lights.emitters import PIXEL_DIMENSIONS
-from renderer.plan import RenderPlan
-from renderer.streams import bits, keys, uniforms
+from renderer.math.arrays import Floats, Integers, put
+from renderer.math.streams import bits, keys, uniforms
+from renderer.plan.plan import RenderPlan
 
 STEPS = dict(zip(FIBONACCI, (1, *FIBONACCI), strict=False))
 """Fibonacci lattices: point i of n lies at (i / n, i z / n), with z the number before n. No direction of an

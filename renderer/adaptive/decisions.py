@@ -24,7 +24,7 @@ from renderer.adaptive.looking import (
 )
 from renderer.adaptive.neighbours import spread
 from renderer.adaptive.uncertainty import standard_errors
-from renderer.arrays import Floats, Integers, Masks
+from renderer.math.arrays import Floats, Integers, Masks
 
 MARGIN = 0.95
 """Share of the budget for samples and doubts together: what samples will meet is not known exactly."""

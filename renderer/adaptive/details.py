@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.adaptive.arrivals import Arrival, Beam
-from renderer.arrays import Floats, Integers, Masks, cross, dot, put, taken
 from renderer.interaction import Points
 from renderer.lights.emitters import Emitter
 from renderer.materials.reliefs import Base, Relief, Vectors, facing_viewer
-from renderer.numerics import halving_sum
+from renderer.math.arrays import Floats, Integers, Masks, cross, dot, put, taken
+from renderer.math.numerics import halving_sum
+from renderer.plan.stages import Illumination
 from renderer.shapes.frames import frame_of_normals
-from renderer.stages import Illumination
 from renderer.textures.texels import Centers, Singles, TexelTable
 from renderer.workspace import Workspace
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Masks, dot
 from renderer.cameras import Pinhole
+from renderer.math.arrays import Floats, Integers, Masks, dot
 
 EDGES = {3: ((0, 1), (1, 2), (2, 0)), 4: ((0, 1), (0, 2), (1, 3), (2, 3))}
 """Pairs of corners with an edge between them, by the number of corners; other hulls are of round shapes."""

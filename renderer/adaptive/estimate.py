@@ -19,11 +19,11 @@ from renderer.adaptive.lattice import Picture
 from renderer.adaptive.levels import COUNTS, COVERAGES, COVERED, LOOKED, SAMPLED, Levels
 from renderer.adaptive.samples import Demanded, Samples
 from renderer.adaptive.uncertainty import ErrorEstimate, error_of
-from renderer.arrays import Floats, Integers, Masks, add, put, taken
 from renderer.film import Image
 from renderer.interaction import MISS
 from renderer.layers import Layers
-from renderer.plan import RenderPlan
+from renderer.math.arrays import Floats, Integers, Masks, add, put, taken
+from renderer.plan.plan import RenderPlan
 from schemas.quality import TargetQuality
 from schemas.tiles import Tile
 

@@ -7,7 +7,7 @@ import numpy as np
 from renderer.adaptive.lattice import Picture
 from renderer.adaptive.levels import COUNTS, SAMPLED, Levels
 from renderer.adaptive.strata import COUNT, Survey, survey, typical_error
-from renderer.arrays import Floats, Integers, Masks
+from renderer.math.arrays import Floats, Integers, Masks
 
 UNMODELLED = 1 / 8
 """Standard error of the sum of squared errors, as a share of it, for what samples have not met: errors are

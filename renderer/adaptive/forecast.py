@@ -16,7 +16,7 @@ from renderer.adaptive.labels import of_labels
 from renderer.adaptive.levels import COUNTS
 from renderer.adaptive.looking import PROBED, probe_share
 from renderer.adaptive.strata import borders
-from renderer.plan import RenderPlan
+from renderer.plan.plan import RenderPlan
 
 LOOKS, BORDERS, SAMPLES, LAYERS = "looks", "borders", "samples", "layers"
 """Kinds of rays."""

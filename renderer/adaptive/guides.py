@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.adaptive.labels import of_labels
-from renderer.arrays import Floats, Integers, Masks
+from renderer.math.arrays import Floats, Integers, Masks
 from schemas.tiles import Tile
 
 CENTRE, BESIDE, CORNERS = np.array([4]), np.array([1, 3, 5, 7]), np.array([0, 2, 6, 8])

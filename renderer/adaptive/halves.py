@@ -10,12 +10,12 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers
 from renderer.cameras.thin_lens import LENS_DIMENSIONS, ThinLens, disk, shuffled
 from renderer.lights.emitters import PIXEL_DIMENSIONS, Emitter
 from renderer.lights.samples import LightPoints, Scatter
+from renderer.math.arrays import Floats, Integers
+from renderer.math.streams import Keys, keys
 from renderer.samplers import PATTERNS
-from renderer.streams import Keys, keys
 
 HALVES = 2
 

@@ -6,8 +6,8 @@ A label is a shape's number, -1 for the background, -2 and below for lights.
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.arrays import Integers, Masks
 from renderer.interaction import EMITTER
+from renderer.math.arrays import Integers, Masks
 
 Labels = NDArray[np.int32]
 """(H, W) int32."""

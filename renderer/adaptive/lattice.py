@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.adaptive.labels import Labels
-from renderer.arrays import Masks
+from renderer.math.arrays import Masks
 
 COARSEST = 8
 """Most pixels between the first looks to begin with."""

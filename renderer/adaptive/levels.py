@@ -8,7 +8,7 @@ Level 2 is a pixel at a border: rays all over it told what it shows (`coverage`)
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.arrays import Floats, Integers
+from renderer.math.arrays import Floats, Integers
 
 Levels = NDArray[np.uint8]
 """(H, W) uint8."""

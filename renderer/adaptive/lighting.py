@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, lengths
 from renderer.interaction import Points
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
-from renderer.stages import Lighting
+from renderer.math.arrays import Floats, Integers, lengths
+from renderer.plan.stages import Lighting
 from renderer.workspace import FEWEST_POINTS, PAIRS, Workspace
 
 SIDES = (2, 4, 8, 16)

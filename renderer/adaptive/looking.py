@@ -11,7 +11,7 @@ from renderer.adaptive.labels import of_labels
 from renderer.adaptive.lattice import Picture, cells_of, fill
 from renderer.adaptive.levels import LOOKED, SAMPLED
 from renderer.adaptive.neighbours import highest, outline, spread
-from renderer.arrays import Masks
+from renderer.math.arrays import Masks
 from schemas.tiles import Tile
 
 BORDERS = 0.75

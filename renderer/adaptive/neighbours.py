@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.arrays import Masks
+from renderer.math.arrays import Masks
 
 
 def outline(shape: tuple[int, ...]) -> Masks:

@@ -11,7 +11,7 @@ import numpy as np
 
 from renderer.adaptive.estimate import STRIDE, Estimate
 from renderer.adaptive.forecast import LAYERS, UNSURE, Prices, forecast
-from renderer.arrays import Floats
+from renderer.math.arrays import Floats
 from renderer.tiling import tiles
 from schemas.tiles import Pass, Tile
 

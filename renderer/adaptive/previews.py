@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 
 from renderer.adaptive.levels import COUNTS, SAMPLED
 from renderer.adaptive.samples import Demanded, Samples
-from renderer.arrays import Masks
 from renderer.film import Image
+from renderer.math.arrays import Masks
 from schemas.tiles import Tile
 
 

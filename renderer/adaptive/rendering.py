@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from renderer.adaptive.course import Course, answer
+from renderer.adaptive.adaptive_render import Course, answer
 from renderer.adaptive.estimate import Estimate
-from renderer.execute import WORK
 from renderer.film import BRIGHTEST, non_finite
-from renderer.plan import RenderPlan
+from renderer.integrator import WORK
+from renderer.plan.plan import RenderPlan
 from renderer.results import RenderResult, TileEvent
 from renderer.workers import shared_out
 from schemas.quality import TargetQuality

@@ -15,12 +15,12 @@ from renderer.adaptive.halves import HALVES, places
 from renderer.adaptive.labels import labels_of, of_labels
 from renderer.adaptive.levels import COUNTS, COVERAGES, LOOKED, SAMPLED, Levels
 from renderer.adaptive.time_limits import TimeLimit, portions
-from renderer.arrays import Floats, Integers, Masks, add, taken
-from renderer.execute import WORK, Surfaces, radiance
 from renderer.film import BRIGHTEST
+from renderer.integrator import WORK, Surfaces, radiance
 from renderer.layers import Layers
-from renderer.numerics import halving_sum
-from renderer.plan import RenderPlan
+from renderer.math.arrays import Floats, Integers, Masks, add, taken
+from renderer.math.numerics import halving_sum
+from renderer.plan.plan import RenderPlan
 from schemas.tiles import Tile
 
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from renderer.adaptive.edges import EDGES, within, within_view
 from renderer.adaptive.lighting import CORNERS
-from renderer.arrays import Floats, Integers, cross, dot, lengths
 from renderer.cameras import Pinhole
 from renderer.lights.emitters import Emitter
+from renderer.math.arrays import Floats, Integers, cross, dot, lengths
 
 STEP = 0.5
 """Distance of the places along a shadow's edge, pixels, as of other edges."""

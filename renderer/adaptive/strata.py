@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from renderer.adaptive.labels import Labels
 from renderer.adaptive.lattice import Picture
 from renderer.adaptive.levels import Levels
-from renderer.arrays import Floats, Integers, Masks
-from renderer.streams import bits, keys, uniforms
+from renderer.math.arrays import Floats, Integers, Masks
+from renderer.math.streams import bits, keys, uniforms
 
 STEPS = 24
 """Strata of a kind: 1.5 octaves each of the squared error, from below 1e-10 up to 1."""

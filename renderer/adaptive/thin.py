@@ -4,8 +4,8 @@ import numpy as np
 
 from renderer.adaptive.edges import EDGES
 from renderer.adaptive.lattice import stride_for
-from renderer.arrays import Floats, Integers, Masks, dot
 from renderer.cameras import Pinhole
+from renderer.math.arrays import Floats, Integers, Masks, dot
 
 DIRECTIONS = 16
 """In which the width of a shape on the picture is measured, over half a turn: the least is 2 % too large."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Integers
+from renderer.math.arrays import Integers
 
 BATCH = 32768
 """Rays worked on at once: twice those of a block, as they are scattered and calls are most of their price."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import schemas.cameras as language
-from renderer.arrays import Floats, Integers, column, cross, dot, unit
+from renderer.math.arrays import Floats, Integers, column, cross, dot, unit
 from schemas.vectors import difference, parallel
 
 

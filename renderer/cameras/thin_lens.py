@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 import schemas.cameras as language
-from renderer.arrays import Floats, Integers, column, lengths, magnitude
 from renderer.cameras import pinhole
 from renderer.cameras.pinhole import Pinhole
-from renderer.numerics import EPS
+from renderer.math.arrays import Floats, Integers, column, lengths, magnitude
+from renderer.math.numerics import EPS
+from renderer.math.streams import Keys, bits, keys
 from renderer.samplers import PATTERNS
 from renderer.samplers.sobol import scrambled
-from renderer.streams import Keys, bits, keys
 from schemas.sampling import Antialiasing
 
 LENS_DIMENSIONS = 1 << 40

@@ -7,8 +7,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.arrays import Floats, Integers
 from renderer.interaction import Points
+from renderer.math.arrays import Floats, Integers
 from schemas.tiles import Pass, Tile
 
 Layers = dict[str, NDArray[Any]]

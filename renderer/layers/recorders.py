@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, lengths
 from renderer.interaction import MISS, Points
 from renderer.layers import spread
 from renderer.layers.layer import Layer, Statistic
+from renderer.math.arrays import Floats, Integers, lengths
 
 REAL, WHOLE = np.dtype(np.float32), np.dtype(np.int32)
 XYZ, RGB, UV, ID = ("X", "Y", "Z"), ("R", "G", "B"), ("U", "V"), ("id",)

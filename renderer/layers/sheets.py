@@ -7,7 +7,7 @@ from renderer.layers.layer import Layer, Layers
 from schemas.tiles import Tile
 
 if TYPE_CHECKING:
-    from renderer.arrays import Floats
+    from renderer.math.arrays import Floats
 
 
 class Sheets:

@@ -7,8 +7,8 @@ that nothing cancels, and a pixel whose samples are all equal has an error of ex
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers
 from renderer.film import BRIGHTEST, Image
+from renderer.math.arrays import Floats, Integers
 from schemas.tiles import Pass, Tile
 
 MEANS, SQUARES, COUNTS = slice(0, 3), slice(3, 6), 6

@@ -10,14 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 
 import schemas.lights as language
-from renderer.arrays import Floats, Integers, column, cross, dot, lengths, magnitude, unit
 from renderer.lights.samples import Grid, LightPoints, Scatter
-from renderer.numerics import SURFACE
+from renderer.math.arrays import Floats, Integers, column, cross, dot, lengths, magnitude, unit
+from renderer.math.numerics import SURFACE
+from renderer.math.streams import Keys, keys
 from renderer.samplers import FIXED, PATTERNS
 from renderer.samplers.patterns import strata
 from renderer.shapes.frames import frame_of_normals
 from renderer.shapes.rectangles import edges_of
-from renderer.streams import Keys, keys
 from schemas.sampling import LightSampling
 
 PIXEL_DIMENSIONS = 0

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView, Weights
-from renderer.numerics import SURFACE
+from renderer.math.arrays import Floats
+from renderer.math.numerics import SURFACE
 
 
 @dataclass(frozen=True, slots=True)

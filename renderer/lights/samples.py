@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Pairs
+from renderer.math.arrays import Floats, Integers, Pairs
 from renderer.workspace import Workspace
 
 Terms = tuple[Floats, Floats, Floats]

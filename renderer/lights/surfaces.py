@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, columns
 from renderer.interaction import EMITTER, Rays
 from renderer.lights.emitters import Emitter
+from renderer.math.arrays import Floats, Integers, columns
 from renderer.shapes.rectangles import Rectangles, from_edges
 
 TIE = 2.0**-40

@@ -6,11 +6,11 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.arrays import Floats, Integers, Masks, Pairs, dot, magnitude, taken
 from renderer.interaction import Points
 from renderer.lights.emitters import Emitter
 from renderer.lights.samples import Frame, LightPoints, Terms
-from renderer.numerics import gamma, halving_sum
+from renderer.math.arrays import Floats, Integers, Masks, Pairs, dot, magnitude, taken
+from renderer.math.numerics import gamma, halving_sum
 from renderer.workspace import Workspace
 
 Value = TypeVar("Value", bound=np.generic)

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, dot, lengths, unit
 from renderer.interaction import Points
+from renderer.math.arrays import Floats, Integers, dot, lengths, unit
 from renderer.shapes.frames import SHORT
 
 

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Masks, cross, dot, lengths, unit
 from renderer.interaction import Points
+from renderer.math.arrays import Floats, Integers, Masks, cross, dot, lengths, unit
 from renderer.shapes.frames import SHORT, frame_of_normals
 from renderer.textures import Texture
 from renderer.textures.heights import LOOKUPS_A_SLOPE, Heights

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers
 from renderer.interaction import Points
 from renderer.materials.optics import reflected
+from renderer.math.arrays import Floats, Integers
 from renderer.waves import Wave, leaving
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from renderer.arrays import Floats, dot
+from renderer.math.arrays import Floats, dot
 
 
 def reflected(viewers: Floats, shading_normals: Floats, normals: Floats) -> Floats:

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 import schemas.materials as language
-from renderer.arrays import Floats, Masks, Pairs, add, columns, dot, taken
 from renderer.interaction import Points
 from renderer.lights.view import LightView
+from renderer.math.arrays import Floats, Masks, Pairs, add, columns, dot, taken
 
 SHARP = 128.0
 """Above this exponent a rounding of float32 in the cosine shows; highlights are then formed in float64."""

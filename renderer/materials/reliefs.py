@@ -5,9 +5,9 @@ from typing import Protocol
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, cross, dot, unit
 from renderer.interaction import Points
 from renderer.materials.maps import FLAT, frame_of
+from renderer.math.arrays import Floats, Integers, cross, dot, unit
 from renderer.textures.texels import Centers, Singles, TexelTable
 
 Vectors = list[Singles]

@@ -9,9 +9,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.arrays import Floats
+from renderer.math.arrays import Floats
+from renderer.math.streams import Keys, bits, uniforms
 from renderer.samplers import sobol as owen
-from renderer.streams import Keys, bits, uniforms
 
 Pattern = Callable[[Keys, NDArray[np.int64], int], tuple[Floats, Floats]]
 """(keys, sample numbers, samples in a set) -> two coordinates in [0, 1)."""

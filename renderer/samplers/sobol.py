@@ -6,8 +6,8 @@ Any first 2**m points put one point in each elementary interval, scrambled or no
 
 import numpy as np
 
-from renderer.arrays import Floats
-from renderer.streams import Bits, Keys, bits, uniforms
+from renderer.math.arrays import Floats
+from renderer.math.streams import Bits, Keys, bits, uniforms
 
 _U = np.uint32
 

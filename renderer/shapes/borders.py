@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Masks, unit
+from renderer.math.arrays import Floats, Integers, Masks, unit
 from renderer.shapes.meshes import Surface, place_numbers
 
 EDGES = ((0, 1), (1, 2), (2, 0))

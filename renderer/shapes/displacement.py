@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 import schemas.shapes as language
-from renderer.arrays import Floats, Integers, Masks, columns, dot, lengths, unit
 from renderer.assets import AssetSource
 from renderer.cameras import Pinhole
+from renderer.math.arrays import Floats, Integers, Masks, columns, dot, lengths, unit
 from renderer.shapes import ellipsoids, rectangles, triangles
 from renderer.shapes.borders import Lift, join, neighbours, open_edges
 from renderer.shapes.meshes import CORNERS, Surface, joined, placed, smooth_normals, surface_of, triangles_of

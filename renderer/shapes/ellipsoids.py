@@ -6,11 +6,23 @@ from dataclasses import dataclass
 import numpy as np
 
 import schemas.shapes as language
-from renderer.arrays import Floats, Integers, Masks, columns, cross, dot, lengths, magnitude, put, taken, unit
 from renderer.assets import AssetSource
 from renderer.departures import Departure, settled
 from renderer.interaction import Points, Rays
-from renderer.numerics import gamma
+from renderer.math.arrays import (
+    Floats,
+    Integers,
+    Masks,
+    columns,
+    cross,
+    dot,
+    lengths,
+    magnitude,
+    put,
+    taken,
+    unit,
+)
+from renderer.math.numerics import gamma
 from renderer.shapes.family import MARGIN, WHOLE, Family
 
 FAR = 4.0

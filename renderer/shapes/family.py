@@ -6,9 +6,9 @@ from typing import Self
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Masks
 from renderer.cameras import Pinhole
 from renderer.interaction import Points, Rays
+from renderer.math.arrays import Floats, Integers, Masks
 
 MARGIN = 2.0**-40
 """Relative margin of conservative tests: thousands of roundings wide, a hair to look at."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from renderer.arrays import Floats, Masks, dot, lengths, unit
+from renderer.math.arrays import Floats, Masks, dot, lengths, unit
 
 SHORT = 1e-6
 """Relative length below which what is left of a tangent is mostly rounding."""

@@ -6,9 +6,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 import schemas.shapes as language
-from renderer.arrays import Floats, Integers, Masks, column, cross, dot, lengths, magnitude, unit
 from renderer.assets import AssetError, AssetSource, limits_of
-from renderer.shapes.mesh_files import read_mesh
+from renderer.math.arrays import Floats, Integers, Masks, column, cross, dot, lengths, magnitude, unit
+from renderer.meshes.files import read_mesh
 from renderer.shapes.triangles import Triangles, too_thin_to_tell, unit_normals
 from schemas.geometry import on_one_line
 from schemas.limits import how_to_raise

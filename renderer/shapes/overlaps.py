@@ -11,9 +11,9 @@ from typing import TypeGuard
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Masks, dot
 from renderer.interaction import Rays
-from renderer.numerics import SURFACE
+from renderer.math.arrays import Floats, Integers, Masks, dot
+from renderer.math.numerics import SURFACE
 from renderer.shapes.family import Family
 from renderer.shapes.polygons import Polygons
 from renderer.shapes.rectangles import Rectangles

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from renderer.arrays import Floats, Integers
+from renderer.math.arrays import Floats, Integers
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 import schemas.shapes as language
-from renderer.arrays import Floats, Integers, column, cross, dot, lengths, magnitude, put, taken, unit
 from renderer.assets import AssetSource
 from renderer.departures import settled
 from renderer.interaction import Points, Rays
-from renderer.numerics import SURFACE, gamma
+from renderer.math.arrays import Floats, Integers, column, cross, dot, lengths, magnitude, put, taken, unit
+from renderer.math.numerics import SURFACE, gamma
 from renderer.shapes.family import WHOLE, Family
 from renderer.shapes.polygons import Polygons
 

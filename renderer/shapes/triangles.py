@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 import schemas.shapes as language
-from renderer.arrays import Floats, Integers, Masks, cross, dot, lengths, magnitude, put, taken, unit
 from renderer.assets import AssetSource
 from renderer.interaction import Points, Rays
+from renderer.math.arrays import Floats, Integers, Masks, cross, dot, lengths, magnitude, put, taken, unit
 from renderer.shapes import woop
 from renderer.shapes.family import Family
 from renderer.shapes.frames import derivatives_of_texture, frame_of_normals, frame_of_texture

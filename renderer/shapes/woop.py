@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Masks, cross, dot, magnitude, taken
 from renderer.departures import Departure, settled
-from renderer.numerics import SURFACE, gamma
+from renderer.math.arrays import Floats, Integers, Masks, cross, dot, magnitude, taken
+from renderer.math.numerics import SURFACE, gamma
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, taken
+from renderer.math.arrays import Floats, taken
 from renderer.textures.checker import BoxCheckerTexture, triangle_wave
 
 MOST = 64.0

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 import schemas.textures as language
-from renderer.arrays import Floats, column
 from renderer.assets import AssetSource
+from renderer.math.arrays import Floats, column
 
 
 @dataclass(frozen=True, slots=True, eq=False)

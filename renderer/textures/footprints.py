@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, cross, dot, lengths, unit
 from renderer.cameras import Pinhole
 from renderer.interaction import Points
+from renderer.math.arrays import Floats, cross, dot, lengths, unit
 from renderer.shapes.frames import frame_of_normals
 
 GRAZING = 2.0**-40

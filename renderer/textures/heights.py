@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats
+from renderer.math.arrays import Floats
 from renderer.textures.image import ImageTexture
 
 LOOKUPS_A_SLOPE = 4

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import schemas.textures as language
-from renderer.arrays import Floats, Integers
 from renderer.assets import AssetSource, content_of, decode_image, limits_of
-from renderer.colors import linear_from_srgb
+from renderer.images.colors import linear_from_srgb
+from renderer.math.arrays import Floats, Integers
 
 
 def _clamp(index: Integers, size: int) -> Integers:

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Masks, dot
 from renderer.interaction import Points
+from renderer.math.arrays import Floats, Integers, Masks, dot
 from renderer.textures import Texture
 
 BENDING = 2.0**-6

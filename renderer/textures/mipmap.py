@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 import schemas.textures as language
-from renderer.arrays import Floats
 from renderer.assets import AssetSource
+from renderer.math.arrays import Floats
 from renderer.textures import image
 from renderer.textures.image import ImageTexture
 

@@ -2,7 +2,7 @@
 
 from typing import Protocol
 
-from renderer.arrays import Floats
+from renderer.math.arrays import Floats
 
 
 class Texture(Protocol):

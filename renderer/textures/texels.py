@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.arrays import Floats, Integers
+from renderer.math.arrays import Floats, Integers
 
 REACH = 16
 """Look-ups of one pixel go no farther from its centre than this, texels along either axis."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, Masks
 from renderer.lights.emitters import Emitter
+from renderer.math.arrays import Floats, Masks
 
 MARGIN = 2.0**-18
 """Relative margin around the shaft. Pair work in float32 moves an occluder's edge by some 2**-21 of it."""

@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Masks, cross, dot, lengths, taken
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
-from renderer.numerics import gamma
+from renderer.math.arrays import Floats, Integers, Masks, cross, dot, lengths, taken
+from renderer.math.numerics import gamma
 from renderer.shapes.ellipsoids import Ellipsoids
 from renderer.shapes.frames import frame_of_normals
 from renderer.visibility.culling import MARGIN, Box, bounds, shaft

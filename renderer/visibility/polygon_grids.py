@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Masks, Pairs
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
-from renderer.numerics import SURFACE, outward
+from renderer.math.arrays import Floats, Integers, Masks, Pairs
+from renderer.math.numerics import SURFACE, outward
 from renderer.shapes.polygons import Polygons
 from renderer.visibility.polygons import PolygonShadows, signed
 

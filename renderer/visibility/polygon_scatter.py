@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Masks, dot, taken
 from renderer.lights.samples import LightPoints, Terms
 from renderer.lights.view import LightView
-from renderer.numerics import SURFACE, unit_of
+from renderer.math.arrays import Floats, Integers, Masks, dot, taken
+from renderer.math.numerics import SURFACE, unit_of
 from renderer.visibility.polygons import PolygonShadows, signed
 
 MARGIN = 2.0**-19

@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Masks, dot
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
-from renderer.numerics import SURFACE, snapped
+from renderer.math.arrays import Floats, Integers, Masks, dot
+from renderer.math.numerics import SURFACE, snapped
 from renderer.shapes.polygons import Polygons
 from renderer.visibility.culling import Box, bounds, shaft
 

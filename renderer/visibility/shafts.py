@@ -7,9 +7,9 @@ import numpy as np
 
 from renderer.accelerators.bvh import Bvh, Visits, visits_of
 from renderer.accelerators.shafts import Shafts
-from renderer.arrays import Floats, Integers, Masks
 from renderer.lights.view import LightView
-from renderer.numerics import SURFACE, gamma
+from renderer.math.arrays import Floats, Integers, Masks
+from renderer.math.numerics import SURFACE, gamma
 
 HORIZON = 8 * SURFACE
 """What is farther below a point's own plane than this share of the sizes does not touch it by rounding."""

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, dot, taken
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
-from renderer.numerics import SURFACE, snapped
+from renderer.math.arrays import Floats, Integers, dot, taken
+from renderer.math.numerics import SURFACE, snapped
 from renderer.shapes.triangles import Triangles
 
 

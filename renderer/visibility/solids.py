@@ -12,9 +12,9 @@ import numpy as np
 from renderer.accelerators.boxes import Boxes
 from renderer.accelerators.bvh import Level, from_root
 from renderer.accelerators.shafts import visits_of_shafts
-from renderer.arrays import Floats, Integers, Masks
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
+from renderer.math.arrays import Floats, Integers, Masks
 from renderer.visibility.shafts import shafts_of
 
 

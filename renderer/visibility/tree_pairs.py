@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats, Integers, Masks, Pairs, cross, dot, magnitude, taken
 from renderer.lights.emitters import Emitter
 from renderer.lights.samples import Terms
 from renderer.lights.view import LightView
-from renderer.numerics import SURFACE, unit_of
+from renderer.math.arrays import Floats, Integers, Masks, Pairs, cross, dot, magnitude, taken
+from renderer.math.numerics import SURFACE, unit_of
 from renderer.shapes.triangles import Triangles
 from renderer.visibility.polygon_scatter import highest, lowest
 from renderer.visibility.sides import rounding_of, start_sides

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.accelerators.bvh import NOTHING, Bvh, Visits, turns, visits_of_rays
-from renderer.arrays import Floats, Integers, Masks, taken
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
+from renderer.math.arrays import Floats, Integers, Masks, taken
 from renderer.shapes import woop
 from renderer.shapes.triangles import Triangles
 from renderer.visibility.shafts import Walk

@@ -14,9 +14,9 @@ from renderer.accelerators.bvh import NOTHING, Visits, from_root
 from renderer.accelerators.discs import Discs
 from renderer.accelerators.shafts import Shafts, visits_of_shafts
 from renderer.accelerators.trees import Tree
-from renderer.arrays import Integers, dot
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
+from renderer.math.arrays import Integers, dot
 from renderer.shapes.triangles import Triangles
 from renderer.visibility.shafts import shafts_of
 from renderer.visibility.tree_pairs import PairShadows

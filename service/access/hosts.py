@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 
 from fastapi import Request
 
-from service.addresses import is_loopback
+from service.access.addresses import is_loopback
 from service.errors import UnknownHostError
 from service.settings import Settings
 

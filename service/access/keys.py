@@ -9,9 +9,9 @@ from sqlalchemy.orm import Session
 
 from schemas.access import Role
 from service.access import secrets
-from service.access.askers import Asker
+from service.access.principals import Asker
 from service.access.secrets import Key
-from service.database.models import KeyRow, SessionRow
+from service.storage.database.models import KeyRow, SessionRow
 
 NOBODYS = "0" * 64
 """A digest that no secret has."""

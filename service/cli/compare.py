@@ -18,7 +18,7 @@ from service.cli.targets import check_target, write_whole
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from renderer.comparison import Comparison, Picture
+    from accuracy.comparison import Comparison, Picture
 
 JOB = "job:"
 NUMBERS = ("rmse", "psnr", "ssim", "relmse", "max_abs", "frac_over", "flip")
@@ -86,8 +86,8 @@ def compare(  # noqa: PLR0913 - one argument for each option
     begun = time.perf_counter(), time.process_time()
     for target in filter(None, (heat_map, side_by_side)):
         check_target(target, (".png",))
-    from renderer.comparison import Policy
-    from renderer.comparison import compare as compared
+    from accuracy.comparison import Policy
+    from accuracy.comparison import compare as compared
     from renderer.errors import ImageFileError
 
     try:
@@ -113,10 +113,10 @@ def read(source: str, encoding: Encoding | None, server: str) -> Picture:
 
     Raises
     ------
-    renderer.comparison.NotComparableError
+    accuracy.comparison.NotComparableError
         It cannot be used.
     """
-    from renderer.comparison import picture_of, read_picture
+    from accuracy.comparison import picture_of, read_picture
 
     if not source.startswith(JOB):
         return read_picture(source, encoding)
@@ -130,7 +130,7 @@ def read(source: str, encoding: Encoding | None, server: str) -> Picture:
 
 
 def _shown(name: str, reference: Picture) -> tuple[NDArray[Any], list[str]]:
-    from renderer.comparison.shown import names_of, shapes_shown
+    from accuracy.comparison.shown import names_of, shapes_shown
 
     scene = scene_files.load(name).scene
     camera = scene.document.camera
@@ -143,7 +143,7 @@ def _shown(name: str, reference: Picture) -> tuple[NDArray[Any], list[str]]:
 
 
 def _save(found: Comparison, heat_map: Path | None, side_by_side: Path | None) -> None:
-    from renderer.comparison import heat
+    from accuracy.comparison import heat
 
     pictures = found.image.linear, found.reference.linear
     for target, draw in ((heat_map, heat.heat_map), (side_by_side, heat.side_by_side)):

@@ -15,8 +15,8 @@ from service.cli.errors import InputError, UnusableSceneError
 from service.cli.targets import check_target, write_whole
 
 if TYPE_CHECKING:
-    from service.importing.assumptions import Assumption
-    from service.importing.task import Conversion
+    from service.converting.assumptions import Assumption
+    from service.converting.task import Conversion
 
 COLUMNS = 80
 
@@ -56,8 +56,8 @@ def convert(
 
 
 def _converted(source: Path, root: Path, folder: Path) -> Conversion:
-    from service.importing.errors import ConversionError
-    from service.importing.formats import convert as convert_file
+    from service.converting.errors import ConversionError
+    from service.converting.formats import convert as convert_file
 
     try:
         return convert_file(source, root=root, folder=folder)
@@ -101,7 +101,7 @@ def _as_document(conversion: Conversion, out: Path) -> dict[str, Any]:
 
 
 def _lines(conversion: Conversion, out: Path) -> Iterator[str]:
-    from service.importing.assumptions import grouped
+    from service.converting.assumptions import grouped
 
     for assumption, others in grouped(conversion.assumptions):
         yield f"  {_kind(assumption)} {_place(assumption, others)}"

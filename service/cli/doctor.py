@@ -190,7 +190,7 @@ def _data_folder(settings: Settings) -> Check:
 
 def _store(settings: Settings) -> Check:
     from service.errors import StoreError
-    from service.store.places import place_of
+    from service.storage.places import place_of
 
     shown = f"{settings.store} (from {_source('store')})"
     try:
@@ -204,8 +204,8 @@ def _database(settings: Settings) -> Check:
     from sqlalchemy import text
     from sqlalchemy.exc import SQLAlchemyError
 
-    from service.database.urls import engine_of, parse
     from service.errors import DatabaseUrlError
+    from service.storage.database.urls import engine_of, parse
 
     try:
         url = parse(settings.database_url)

@@ -69,7 +69,7 @@ def explain(  # noqa: PLR0913 - one argument for each option
 
 def _priced(plan: RenderPlan) -> PlanDocument:
     """The plan, with the price of a picture that all processors of this machine render."""
-    from renderer.quotes.prices import price
+    from accuracy.quotes.prices import price
 
     return plan.describe().model_copy(update={"cost": price(plan, len(os.sched_getaffinity(0)))})
 

@@ -18,7 +18,7 @@ from service.cli.serve import DatabaseOption, DataOption
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
-    from service.database.models import KeyRow
+    from service.storage.database.models import KeyRow
 
 # Written down twice so that help need not load the schemas; the database takes no other.
 RoleName = Literal["submit", "staff", "admin"]
@@ -104,8 +104,8 @@ def revoke(key_id: KeyArgument, data: DataOption = None, database: DatabaseOptio
 @contextmanager
 def _writing(data: Path | None, database: str | None) -> Iterator[Session]:
     """Open the database of a service, which may be running."""
-    from service.database.connection import Database
-    from service.database.migrations import upgrade
+    from service.storage.database.connection import Database
+    from service.storage.database.migrations import upgrade
 
     given = {"data": data, "database": database}
     settings = read_settings({name: value for name, value in given.items() if value is not None})

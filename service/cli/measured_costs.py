@@ -14,7 +14,7 @@ def measure(scene: LoadedScene) -> dict[str, Any]:
     """CPU seconds of a small picture, and what each effect adds to it, as one document."""
     from dataclasses import asdict
 
-    from renderer.ablation import marginal_costs
+    from accuracy.quotes.ablation import marginal_costs
 
     seconds, rows = marginal_costs(scene)
     return {"cpu_seconds": seconds, "effects": [asdict(row) for row in rows]}

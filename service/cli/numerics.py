@@ -15,7 +15,7 @@ from service.cli.exits import ExitCode
 from service.cli.progress import progress_bar
 
 if TYPE_CHECKING:
-    from renderer.hard_cases import Outcome, Section
+    from accuracy.hard_cases import Outcome, Section
     from service.cli.trials import Trial
 
 MOST_WORKERS = 2
@@ -54,7 +54,7 @@ def catalogue() -> tuple[Section, ...]:
         A package that the exact answers need is missing.
     """
     try:
-        from renderer.hard_cases import sections
+        from accuracy.hard_cases import sections
 
         return sections()
     except ModuleNotFoundError as error:
@@ -76,7 +76,7 @@ def _entry(trial: Trial) -> dict[str, Any]:
 
 
 def _total(trials: Sequence[Trial]) -> dict[str, Any]:
-    from renderer.hard_cases.cases import total
+    from accuracy.hard_cases.cases import total
 
     counts = asdict(total(trial.outcome for trial in trials if trial.outcome))
     cases = {"cases": len(trials), "right": sum(trial.right for trial in trials)}

@@ -53,7 +53,7 @@ def quote(  # noqa: PLR0913 - one argument for each option
     as_json: output.JsonOption = False,
 ) -> None:
     """Predict seconds and error of a scene at several qualities; tries parts of it for 1.5 seconds."""
-    from renderer.quotes import quote as quoted
+    from accuracy.quotes import quote as quoted
 
     file = scene_files.load(scene)
     quality = qualities.quality(

@@ -96,7 +96,7 @@ def _run(plan: RenderPlan, workers: int | None, tile: int | None) -> RenderResul
 def _check_format(out: ImageTarget) -> None:
     if out.suffix == ".exr":
         from renderer.errors import MissingExtraError
-        from renderer.image_files import require_exr
+        from renderer.images.files import require_exr
 
         try:
             require_exr()
@@ -105,7 +105,7 @@ def _check_format(out: ImageTarget) -> None:
 
 
 def _save(scene: LoadedScene, result: RenderResult, out: ImageTarget) -> None:
-    from renderer.image_files import encode, encode_layer
+    from renderer.images.files import encode, encode_layer
 
     out.write(encode(out.suffix, result.image, scene.document.display, result.layers))
     for name, values in result.layers.items():

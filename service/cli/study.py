@@ -15,9 +15,9 @@ from service.cli.progress import progress_bar
 from service.cli.targets import write_whole
 
 if TYPE_CHECKING:
+    from accuracy.study.running import Forecast, Study
+    from accuracy.study.settings import Scale
     from renderer import LoadedScene
-    from renderer.study.running import Forecast, Study
-    from renderer.study.settings import Scale
 
 OutOption = Annotated[
     Path, typer.Option("--out", help="A folder for the report, and for the journal that lets a study go on.")
@@ -76,15 +76,15 @@ def study(
 
 
 def _scale(side: int | None, *, quick: bool) -> Scale:
-    from renderer.study.settings import FULL, QUICK
+    from accuracy.study.settings import FULL, QUICK
 
     scale = QUICK if quick else FULL
     return scale if side is None else replace(scale, side=side)
 
 
 def _check_plots() -> None:
+    from accuracy.study import plots
     from renderer.errors import MissingExtraError
-    from renderer.study import plots
 
     try:
         plots.require()
@@ -100,7 +100,7 @@ def _make_folder(out: Path) -> None:
 
 
 def _begun(scene: LoadedScene, out: Path, scale: Scale, budget: float | None) -> Study:
-    from renderer.study.running import Study
+    from accuracy.study.running import Study
 
     try:
         return Study(scene, out, scale, budget)
@@ -109,15 +109,15 @@ def _begun(scene: LoadedScene, out: Path, scale: Scale, budget: float | None) ->
 
 
 def _announced(forecast: Forecast) -> str:
-    from renderer.study.words import seconds
+    from accuracy.study.words import seconds
 
     known = f", {forecast.done} of them done before" if forecast.done else ""
     return f"{forecast.runs} pictures to render{known}: about {seconds(forecast.seconds)}."
 
 
 def _run(course: Study) -> dict[str, Any]:
+    from accuracy.study.words import seconds
     from renderer import RenderError
-    from renderer.study.words import seconds
 
     share = 0.0
     with progress_bar("study") as bar:
@@ -139,7 +139,7 @@ def _run(course: Study) -> dict[str, Any]:
 
 
 def _written(course: Study, document: Mapping[str, Any], out: Path) -> dict[str, Any]:
-    from renderer.study import report
+    from accuracy.study import report
 
     results = report.told(document)
     for name, content in report.files(course, results).items():

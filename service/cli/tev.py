@@ -15,8 +15,8 @@ from service.cli.errors import CommandError
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
+    from service.cli.tev_protocol import Viewer
     from service.client import Client
-    from service.tev import Viewer
 
 _ADDRESS = re.compile(r"(?:\[(?P<v6>[^\]]+)\]|(?P<host>[^:\[\]]+))(?::(?P<port>\d{1,5}))?")
 LARGEST_PORT = 65535
@@ -56,14 +56,14 @@ class Mirror:
 
     def open(self) -> None:
         """Open a black picture of the job's size."""
-        from service.tev import create_image
+        from service.cli.tev_protocol import create_image
 
         job = self.client.get(self.job_id)
         self._send([create_image(self.name, job.width, job.height)])
 
     def show(self) -> None:
         """Send all tiles that are new."""
-        from service.tev import update_image
+        from service.cli.tev_protocol import update_image
 
         more = True
         while more and self.viewer is not None:
@@ -97,7 +97,7 @@ def parsed(address: str) -> tuple[str, int]:
     >>> parsed("studio"), parsed("[::1]:4000")
     (('studio', 14158), ('::1', 4000))
     """
-    from service.tev import DEFAULT_PORT
+    from service.cli.tev_protocol import DEFAULT_PORT
 
     match = _ADDRESS.fullmatch(address)
     port = int(match["port"] or DEFAULT_PORT) if match else 0
@@ -121,7 +121,7 @@ def mirror(client: Client, job_id: str, address: str | None) -> Iterator[Mirror 
 
 
 def _viewer(address: str | None) -> AbstractContextManager[Viewer | None]:
-    from service.tev import Viewer
+    from service.cli.tev_protocol import Viewer
 
     if address is None:
         return nullcontext()

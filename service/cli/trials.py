@@ -9,8 +9,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from accuracy.hard_cases import Case, Outcome, Section, sections
 from renderer.errors import RenderError
-from renderer.hard_cases import Case, Outcome, Section, sections
 from renderer.workers import Workers
 from service.cli.errors import RenderFailedError
 

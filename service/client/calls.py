@@ -22,12 +22,12 @@ from schemas.jobs import Asset, Job, JobList, TileBatch, Version
 from schemas.logs import JobLog
 from schemas.plans import PlanDocument
 from schemas.quotes import Quote
+from schemas.request_pointers import in_scene
 from schemas.retention import Pruned
 from schemas.traces import TraceAnswer
 from service.client.batches import Encoding, PixelBatch, decode_batch
 from service.client.errors import UnexpectedAnswerError
 from service.client.pictures import Picture, PictureKind, read_picture
-from service.request_pointers import in_scene
 
 LONGEST_PAGE = 100
 """Jobs that a service tells at once, at most."""

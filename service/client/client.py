@@ -371,7 +371,7 @@ class Client(Connection):
         reference_encoding: str | None = None,
         **options: Any,
     ) -> ComparisonAnswer:
-        """Compare two pictures on the server; ``penumbra compare`` and ``renderer.comparison`` do it here.
+        """Compare two pictures on the server; ``penumbra compare`` and ``accuracy.comparison`` do it here.
 
         Parameters
         ----------

@@ -13,13 +13,13 @@ from schemas.errors import SceneError
 from schemas.jobs import Job
 from schemas.plans import PlanDocument
 from schemas.quotes import Quote
+from schemas.request_pointers import in_scene
 from schemas.traces import TraceAnswer
 from service.client import calls
 from service.client.calls import Answer, Call
 from service.client.documents import sendable
 from service.client.errors import RequestInvalidError
 from service.client.parcels import Parcel
-from service.request_pointers import in_scene
 
 Result = TypeVar("Result")
 Flow = Generator[Call[Any], Any, Result]

@@ -146,7 +146,7 @@ def _content(name: str, assets: AssetSource | None, *, is_mesh: bool) -> bytes:
         raise ValueError(NO_FOLDER)
     # Most uses of a client have no files and need nothing of the renderer.
     from renderer.assets import content_of  # noqa: PLC0415
-    from renderer.shapes.mesh_files import self_contained  # noqa: PLC0415
+    from renderer.meshes.files import self_contained  # noqa: PLC0415
 
     content = content_of(name, assets)
     return self_contained(name, content, assets) if is_mesh else content

@@ -16,7 +16,7 @@ def rows(origins: npt.ArrayLike, directions: npt.ArrayLike) -> dict[str, Any]:
         One has another shape, or does not hold real numbers.
     """
     # Not before somebody casts rays: a client needs nothing of the renderer otherwise.
-    from renderer.arrays import vectors  # noqa: PLC0415
+    from renderer.math.arrays import vectors  # noqa: PLC0415
 
     given = {"origins": origins, "directions": directions}
     return {name: vectors(name, values).tolist() for name, values in given.items()}

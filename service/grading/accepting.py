@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from renderer.comparison import Comparison, Picture, Policy, compare
-from renderer.comparison.metrics import metrics
+from accuracy.comparison import Comparison, Picture, Policy, compare
+from accuracy.comparison.metrics import metrics
 from schemas.acceptance import Acceptance, Error, Metric, Verdict
 from service.grading import sentences
 from service.grading.errors import BrokenTestError

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from renderer.arrays import Floats
+from renderer.math.arrays import Floats
 from schemas.scene import Scene
 from schemas.shapes import Ellipsoid, Parallelogram, Rectangle, Triangle
 

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from renderer import ablation
-from renderer.comparison.shown import names_of
+from accuracy.comparison.shown import names_of
+from accuracy.quotes import ablation
 from renderer.scenes import LoadedScene
 from schemas.lights import Light, ParallelogramLight, RectangleLight
 from schemas.scene import Scene

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 import renderer
-from renderer.arrays import Floats
+from renderer.math.arrays import Floats
 from renderer.scenes import LoadedScene
 from schemas.lights import DirectionalLight, Light, ParallelogramLight, PointLight
 from schemas.quality import FixedQuality

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from renderer.assets import AssetError, AssetSource, decode_image
-from renderer.colors import linear_from_srgb, srgb_from_linear
+from renderer.images.colors import linear_from_srgb, srgb_from_linear
 from renderer.scenes import LoadedScene
 from schemas.textures import ImageTexture
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from renderer.arrays import Floats
+from renderer.math.arrays import Floats
 from service.grading.folders import MOST_BYTES, Folder
 
 

@@ -6,10 +6,10 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from renderer.comparison import Comparison, NotComparableError, Picture, picture_of
-from renderer.comparison.diagnosis import Cause
-from renderer.comparison.heat import encoded, side_by_side
-from renderer.comparison.regions import Region, named
+from accuracy.comparison import Comparison, NotComparableError, Picture, picture_of
+from accuracy.comparison.diagnosis import Cause
+from accuracy.comparison.heat import encoded, side_by_side
+from accuracy.comparison.regions import Region, named
 from renderer.errors import MissingExtraError
 from schemas.comparisons import ComparisonCause, ComparisonRegion
 from schemas.manifests import ImageTest, SceneTest

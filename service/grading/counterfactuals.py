@@ -1,6 +1,6 @@
 """Why a picture fails: which mistake, made with the reference scene, gives a picture like it.
 
-Mistakes in the picture alone, such as a flip, are undone by `renderer.comparison.diagnosis`. A missing shadow
+Mistakes in the picture alone, such as a flip, are undone by `accuracy.comparison.diagnosis`. A missing shadow
 cannot be undone, but it can be made: the reference scene is rendered without shadows, and if the picture is
 much nearer to this than to the reference, shadows are what is missing.
 """
@@ -16,13 +16,13 @@ from functools import partial
 import numpy as np
 
 import renderer
-from renderer.arrays import Floats
-from renderer.comparison import Comparison
-from renderer.comparison.blocks import bias
-from renderer.comparison.diagnosis import Cause
-from renderer.plan import RenderPlan
+from accuracy.comparison import Comparison
+from accuracy.comparison.blocks import bias
+from accuracy.comparison.diagnosis import Cause
+from renderer.math.arrays import Floats
+from renderer.plan.plan import RenderPlan
+from renderer.plan.stages import Lighting
 from renderer.scenes import LoadedScene
-from renderer.stages import Lighting
 from schemas.quality import FixedQuality
 from schemas.sampling import Antialiasing, LightSampling
 from service.grading.altered_scenes import Alteration, alterations

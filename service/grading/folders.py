@@ -10,8 +10,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from accuracy.comparison.inputs import SIDECARS
 from renderer.assets import FolderAssets
-from renderer.comparison.inputs import SIDECARS
 from service.grading.errors import BrokenTestError, GradingError, NotGradableError, NotSubmittedError
 
 MOST_BYTES = 512 * 1024 * 1024

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from renderer.arrays import Floats
-from renderer.comparison import Comparison, Picture, hard_edges
-from renderer.comparison.mistakes import candidates
+from accuracy.comparison import Comparison, Picture, hard_edges
+from accuracy.comparison.mistakes import candidates
+from renderer.math.arrays import Floats
 from schemas.acceptance import Acceptance, Verdict
 from service.grading.accepting import noiseless
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 
-from renderer.comparison import Picture
+from accuracy.comparison import Picture
 from schemas.grades import GradeInput
 from service.grading.folders import Role
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 import renderer
-from renderer.arrays import Floats, Masks
+from accuracy.comparison.diagnosis import Cause
 from renderer.cameras import pinhole
-from renderer.comparison.diagnosis import Cause
+from renderer.math.arrays import Floats, Masks
 from renderer.scenes import LoadedScene
 from schemas.quality import FixedQuality
 from schemas.sampling import Antialiasing, LightSampling

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer import Hits, RenderPlan, trace
-from renderer.arrays import Floats, Masks
-from renderer.compile import compile_visibility
+from renderer.math.arrays import Floats, Masks
+from renderer.plan.building import compile_visibility
 from service.grading.ray_sources import RayList
 
 ROUNDINGS = 1024

@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.arrays import Floats, Masks
-from renderer.comparison.regions import named
-from renderer.comparison.shown import names_of
+from accuracy.comparison.regions import named
+from accuracy.comparison.shown import names_of
+from renderer.math.arrays import Floats, Masks
 from schemas.scene import Scene
 from service.grading.altered_normals import of_spheres
 from service.grading.hints import HINTS

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.arrays import Floats
 from renderer.cameras import pinhole
+from renderer.math.arrays import Floats
 from schemas.cameras import Camera
 from schemas.manifests import BallRays, CameraRays, Rays, RaysFile
 from service.grading.archives import read_arrays

@@ -8,8 +8,8 @@ from dataclasses import asdict
 import numpy as np
 
 from renderer import RenderPlan, compile_scene, load_scene, trace
-from renderer.arrays import Floats, Masks
 from renderer.errors import SceneError
+from renderer.math.arrays import Floats, Masks
 from schemas.manifests import HitsFile, RaysTest
 from service.grading import sentences
 from service.grading.archives import read_arrays

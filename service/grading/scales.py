@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from renderer.comparison.metrics import GUARD
+from accuracy.comparison.metrics import GUARD
 from schemas.acceptance import Scale
 
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from renderer.arrays import Floats, Masks
-from renderer.comparison import Picture
-from renderer.comparison.blocks import gathered
+from accuracy.comparison import Picture
+from accuracy.comparison.blocks import gathered
+from renderer.math.arrays import Floats, Masks
 from schemas.comparisons import ComparisonRegion
 from service.grading.errors import BrokenTestError
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from renderer.comparison import Comparison
-from renderer.comparison.closeness import closeness
+from accuracy.comparison import Comparison
+from accuracy.comparison.closeness import closeness
 from schemas.grades import Signal
 
 IDENTICAL = "identical_bytes"

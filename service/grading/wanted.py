@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from renderer.comparison import Picture, picture_of
-from renderer.comparison.shown import names_of, shapes_shown
+from accuracy.comparison import Picture, picture_of
+from accuracy.comparison.shown import names_of, shapes_shown
 from renderer.errors import ImageFileError, SceneError
 from renderer.scenes import LoadedScene, load_scene
 from schemas.comparisons import Encoding

@@ -25,9 +25,10 @@ from sqlalchemy import Row, bindparam, select
 from sqlalchemy.exc import SQLAlchemyError
 
 from schemas.jobs import JobState
-from service.database.connection import Database
-from service.database.models import JobRow, RenderRow
-from service.engines.tasks import (
+from service.storage.database.connection import Database
+from service.storage.database.models import JobRow, RenderRow
+from service.telemetry.spans import JobSpans
+from service.workers.tasks import (
     AdvanceTask,
     JobTask,
     Outcome,
@@ -36,7 +37,6 @@ from service.engines.tasks import (
     WorkerDied,
     log_names,
 )
-from service.telemetry.spans import JobSpans
 
 # Renders of which the trace is kept in mind.
 MANY = 1024

@@ -14,7 +14,7 @@ from opentelemetry.sdk.resources import OTELResourceDetector, Resource
 from opentelemetry.sdk.trace import ReadableSpan, SpanProcessor, TracerProvider
 from opentelemetry.sdk.trace.export import BatchSpanProcessor, SpanExporter, SpanExportResult
 
-from service.database.connection import Database
+from service.storage.database.connection import Database
 from service.telemetry.jobs import Ids, SentJobSpans
 from service.telemetry.spans import Telemetry
 

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import structlog
 
-from service.database.connection import Database
-from service.engines.tasks import JobTask, Outcome
+from service.storage.database.connection import Database
+from service.workers.tasks import JobTask, Outcome
 
 if TYPE_CHECKING:
     from fastapi.telemetry import TelemetryConfig

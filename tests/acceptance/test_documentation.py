@@ -49,7 +49,7 @@ def test_every_example_of_the_python_page_works(server: Server, checkout: Path) 
     np.save(checkout / "mine.npy", picture)
     np.save(checkout / "reference.npy", picture)
     (checkout / "test_page.py").write_text("import numpy as np\n" + tests[0])
-    pytest_words = ["-m", "pytest", "-q", "-p", "renderer.pytest_plugin", "test_page.py"]
+    pytest_words = ["-m", "pytest", "-q", "-p", "accuracy.pytest_plugin", "test_page.py"]
     environment = ENVIRONMENT | {"PENUMBRA_SERVER": server.url, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
     for words in (["-c", script.replace("http://127.0.0.1:8000", server.url)], pytest_words):
         done = subprocess.run(

@@ -83,7 +83,13 @@ def test_nothing_is_sent_to_a_build_but_what_the_package_is_made_of() -> None:
     files = list(sent())
     alone = {str(file) for file in files if len(file.parts) == 1}
     assert alone == {"pyproject.toml", "constraints.txt", "README.md", "LICENSE"}
-    assert {file.parts[0] for file in files} - alone == {"schemas", "renderer", "service", "scenes"}
+    assert {file.parts[0] for file in files} - alone == {
+        "schemas",
+        "renderer",
+        "accuracy",
+        "service",
+        "scenes",
+    }
     assert not [file for file in files if "__pycache__" in file.parts or file.suffix == ".pyc"]
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import renderer
-from renderer.image_files import decode_exr
+from renderer.images.files import decode_exr
 from schemas.jobs import Job, TileBatch
 from service.client import Client, NotFoundError, TimedOutError
 from tests.acceptance.conftest import ENVIRONMENT, Server

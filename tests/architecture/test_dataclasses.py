@@ -10,7 +10,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 import numpy as np
 import pytest
 
-from renderer import arrays
+from renderer.math import arrays
 from tests.architecture.sources import modules
 
 NOT_IMPORTED = {"benchmarks", "scenes", "migrations", "__main__"}
@@ -60,6 +60,6 @@ def test_arrays_are_found_in_containers_and_behind_imports_for_types_only() -> N
     assert holds_arrays(dict[str, tuple[arrays.Floats, ...]])
     assert holds_arrays(arrays.Masks | None)
     assert not holds_arrays(tuple[int, ...])
-    from renderer.study.reference import Reference
+    from accuracy.study.reference import Reference
 
     assert holds_arrays(hints_of(Reference)["first"])

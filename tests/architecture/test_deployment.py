@@ -19,8 +19,8 @@ from distributed.cli import dask_scheduler, dask_worker
 from typer.main import get_group
 
 from service.cli.commands import application
-from service.engines.dask_cluster import LOCAL
 from service.settings import Settings
+from service.workers.dask_cluster import LOCAL
 from tests.architecture.sources import ROOT
 
 DEPLOY = ROOT / "deploy"

@@ -33,7 +33,7 @@ def test_only_compile_decides_what_runs() -> None:
     """The loop over stages asks no question about effects."""
     questions = [
         node
-        for node in ast.walk(tree(Path("renderer/execute.py")))
+        for node in ast.walk(tree(Path("renderer/integrator.py")))
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "isinstance"
     ]
     assert questions == []

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 import pytest
 from pydantic import BaseModel
 
-from renderer.effects import LIGHTS, SHAPES, TEXTURES
+from renderer.plan.effects import LIGHTS, SHAPES, TEXTURES
 from renderer.samplers import PATTERNS
 from schemas.lights import Light
 from schemas.materials import Material, PhongMaterial
@@ -56,7 +56,7 @@ def test_every_pattern_of_the_language_is_a_function_of_the_renderer() -> None:
 
 RENDERER_TESTS = [
     *(ROOT / "tests" / folder for folder in ("unit/renderer", "images", "numerics", "statistics")),
-    ROOT / "renderer" / "hard_cases",
+    ROOT / "accuracy" / "hard_cases",
 ]
 
 

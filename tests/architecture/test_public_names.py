@@ -99,6 +99,6 @@ def test_the_classes_of_a_request_are_names_of_the_schemas() -> None:
 
 def test_comparing_pictures_loads_nothing_that_renders() -> None:
     """Graders compare in containers with half a processor, where loading a renderer takes longest."""
-    probe = "import sys, renderer.comparison; print('renderer.compile' in sys.modules)"
+    probe = "import sys, accuracy.comparison; print('renderer.plan' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True, cwd=ROOT)
     assert done.stdout.strip() == "False"

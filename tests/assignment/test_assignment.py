@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from renderer.arrays import Floats
+from renderer.math.arrays import Floats
 from renderer.scenes import LoadedScene
 from scenes.make_assignment_parts import FOLDER
 from schemas.manifest_reading import read_manifest

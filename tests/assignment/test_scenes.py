@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from renderer.comparison import compare, read_picture
+from accuracy.comparison import compare, read_picture
 from scenes import make_assignment, make_assignment_rays, make_assignment_references
 from scenes.make_assignment_parts import FOLDER, HEIGHT, WIDTH
 from tests.assignment.submissions import document

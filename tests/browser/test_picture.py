@@ -16,7 +16,7 @@ import pytest
 from matplotlib import colormaps
 from playwright.sync_api import Browser, Page, expect
 
-from renderer import image_files
+from renderer.images import files as image_files
 from renderer.tiling import TILE
 from schemas.display import Display
 from service.server import running

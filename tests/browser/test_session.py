@@ -10,9 +10,9 @@ from playwright.sync_api import Page, Route, expect
 
 from schemas.access import Role
 from service.access import keys
-from service.database.connection import Database
 from service.server import RunningServer, running
 from service.settings import Settings
+from service.storage.database.connection import Database
 from tests.browser.conftest import Open
 from tests.browser.scenes import PATIENCE, editor, opened, render_button, small
 from tests.integration.support import until

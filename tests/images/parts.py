@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import renderer
-from renderer.execute import camera_rays, radiance
+from renderer.integrator import camera_rays, radiance
 from renderer.tiling import blocks
 from schemas.quality import FixedQuality
 from schemas.tiles import Pass, Tile

@@ -4,8 +4,8 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from renderer.hard_cases.documents import Json, camera, phong, sampled
-from renderer.hard_cases.placed import placed
+from accuracy.hard_cases.documents import Json, camera, phong, sampled
+from accuracy.hard_cases.placed import placed
 from schemas.errors import SceneError
 from schemas.reading import read_scene
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from renderer.hard_cases.documents import Json, bulb, ellipsoid, lamp, phong, rectangle, sphere, sun, triangle
+from accuracy.hard_cases.documents import Json, bulb, ellipsoid, lamp, phong, rectangle, sphere, sun, triangle
 from schemas.layers import LAYER_NAMES
 from tests.images import pictures
 from tests.images.parts import png

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 import renderer
-from renderer.execute import camera_rays, local_radiance, radiance
-from renderer.hard_cases.documents import (
+from accuracy.hard_cases.documents import (
     Json,
     bulb,
     camera,
@@ -23,7 +22,8 @@ from renderer.hard_cases.documents import (
     sun,
     triangle,
 )
-from renderer.streams import branch, keys
+from renderer.integrator import camera_rays, local_radiance, radiance
+from renderer.math.streams import branch, keys
 from renderer.tiling import blocks
 from schemas.reading import read_scene
 from schemas.tiles import Pass, Tile
@@ -144,7 +144,7 @@ def test_no_pixel_depends_on_tiles_or_on_how_points_are_grouped(
     plan = plan_of(glassy(pattern))
     whole = renderer.render(plan).image
     assert renderer.render(plan, tile_size=7).image.tobytes() == whole.tobytes()
-    monkeypatch.setattr("renderer.execute.PAIRS", 256)
+    monkeypatch.setattr("renderer.integrator.PAIRS", 256)
     monkeypatch.setattr("renderer.tiling.BLOCK_RAYS", 512)
     assert renderer.render(plan, tile_size=16).image.tobytes() == whole.tobytes()
 

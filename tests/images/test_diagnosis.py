@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import renderer
-from renderer.colors import linear_from_srgb, srgb_from_linear
-from renderer.comparison import Comparison, compare, picture_of
-from renderer.comparison.mistakes import moved
-from renderer.comparison.shown import names_of, shapes_shown
+from accuracy.comparison import Comparison, compare, picture_of
+from accuracy.comparison.mistakes import moved
+from accuracy.comparison.shown import names_of, shapes_shown
+from renderer.images.colors import linear_from_srgb, srgb_from_linear
 
 SIDE = 96
 Change = Callable[[np.ndarray], np.ndarray]

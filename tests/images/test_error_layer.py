@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 import renderer
-from renderer.hard_cases.documents import Json, camera, phong, rectangle, sampled, scene, sphere
+from accuracy.hard_cases.documents import Json, camera, phong, rectangle, sampled, scene, sphere
 from renderer.layers import LAYERS, Sheets
 from renderer.layers.spread import Spread, merged, standard_errors
 from renderer.tiling import tiles

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import renderer
-from renderer.execute import camera_rays, shaded_points
-from renderer.hard_cases.documents import camera, ellipsoid, phong, rectangle, sampled, scene, triangle
+from accuracy.hard_cases.documents import camera, ellipsoid, phong, rectangle, sampled, scene, triangle
+from renderer.integrator import camera_rays, shaded_points
 from renderer.textures import footprints
 from renderer.tiling import blocks
 from schemas.quality import TargetQuality

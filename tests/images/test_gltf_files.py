@@ -13,13 +13,13 @@ import pytest
 import trimesh
 
 import renderer
+from accuracy.hard_cases.documents import Json, scene
 from renderer.assets import AssetError, FolderAssets
-from renderer.hard_cases.documents import Json, scene
-from renderer.shapes.gltf import MOST_VALUES
-from renderer.shapes.mesh_files import announced, needs_other_files, read_mesh, self_contained
+from renderer.meshes.files import announced, needs_other_files, read_mesh, self_contained
+from renderer.meshes.gltf import MOST_VALUES
 from tests.images.parts import Files
 from tests.images.test_mesh_files import FACES, FILES, FLOOR, VERTICES, mesh_file, solid, textured
-from tests.unit.importing.test_gltf import TRIANGLE, Made
+from tests.unit.converting.test_gltf import TRIANGLE, Made
 
 
 def with_buffers(made: Made, **buffer: Any) -> bytes:

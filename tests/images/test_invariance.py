@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from numpy.typing import NDArray
 
 import renderer
+from accuracy.hard_cases.documents import Json, camera, phong, sampled
+from accuracy.hard_cases.placed import placed
 from renderer.film import compose
-from renderer.hard_cases.documents import Json, camera, phong, sampled
-from renderer.hard_cases.placed import placed
 from renderer.tiling import tiles
 from tests.images import pictures
 from tests.images.parts import DOUBLE, SINGLE, image_of, plan_of, png

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from numpy.typing import NDArray
 
 import renderer
-from renderer.arrays import lengths
-from renderer.hard_cases.documents import Json, bulb, camera, phong, rectangle, sampled, scene, sphere
+from accuracy.hard_cases.documents import Json, bulb, camera, phong, rectangle, sampled, scene, sphere
 from renderer.layers import LAYERS
+from renderer.math.arrays import lengths
 from renderer.tiling import tiles
 from schemas.layers import LAYER_NAMES
 from schemas.quality import FixedQuality

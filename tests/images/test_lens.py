@@ -6,9 +6,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from renderer.cameras import thin_lens
-from renderer.execute import camera_rays, radiance
-from renderer.hard_cases.documents import (
+from accuracy.hard_cases.documents import (
     camera,
     ellipsoid,
     lamp,
@@ -20,9 +18,11 @@ from renderer.hard_cases.documents import (
     sun,
     triangle,
 )
+from renderer.cameras import thin_lens
+from renderer.integrator import camera_rays, radiance
 from renderer.lights.emitters import PIXEL_DIMENSIONS
+from renderer.math.streams import keys
 from renderer.samplers import PATTERNS as PATTERN_FUNCTIONS
-from renderer.streams import keys
 from renderer.tiling import blocks
 from schemas.tiles import Pass, Tile
 from tests.images.parts import image_of, plan_of, samples_of

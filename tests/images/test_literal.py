@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from renderer.hard_cases.documents import Json, bulb, camera, lamp, phong, sampled, sun
+from accuracy.hard_cases.documents import Json, bulb, camera, lamp, phong, sampled, sun
 from schemas.reading import read_scene
 from tests.images import pictures
 from tests.images.literal import Codes, Drawing

@@ -5,7 +5,7 @@ import random
 import numpy as np
 import pytest
 
-from renderer.hard_cases.documents import (
+from accuracy.hard_cases.documents import (
     Json,
     bulb,
     camera,

@@ -12,10 +12,11 @@ import trimesh
 from trimesh.visual import TextureVisuals
 
 import renderer
-from renderer.hard_cases import solids
-from renderer.hard_cases.documents import Json, lamp, rectangle, sampled, scene
-from renderer.shapes import mesh_files, meshes
-from renderer.shapes.mesh_files import announced, read_mesh
+from accuracy.hard_cases import solids
+from accuracy.hard_cases.documents import Json, lamp, rectangle, sampled, scene
+from renderer.meshes import files as mesh_files
+from renderer.meshes.files import announced, read_mesh
+from renderer.shapes import meshes
 from schemas.errors import SceneError
 from schemas.limits import Limits
 from schemas.reading import read_scene

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import renderer
-from renderer.hard_cases import solids
-from renderer.hard_cases.documents import (
+from accuracy.hard_cases import solids
+from accuracy.hard_cases.documents import (
     Json,
     camera,
     lamp,

@@ -10,8 +10,8 @@ import pytest
 from pydantic import TypeAdapter
 
 import renderer
+from accuracy.hard_cases.documents import bulb, camera, rectangle, scene, sphere
 from renderer.adaptive.levels import COUNTS, COVERAGES, HIGHEST
-from renderer.hard_cases.documents import bulb, camera, rectangle, scene, sphere
 from schemas.quality import Quality, TargetQuality
 from tests.images.parts import Files
 from tests.images.rare_scenes import FILES, rare_request, rare_scene

@@ -14,8 +14,8 @@ import pytest
 from numpy.typing import NDArray
 
 import renderer
+from accuracy.hard_cases.documents import Json, camera, lamp, scene, sphere
 from benchmarks.targets import clipped, root_of_product
-from renderer.hard_cases.documents import Json, camera, lamp, scene, sphere
 from schemas.quality import FixedQuality, Quality, TargetQuality
 from tests.images import pictures
 

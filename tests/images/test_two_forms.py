@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from renderer.hard_cases.documents import Json, lamp, phong, rectangle, room, sampled, scene
+from accuracy.hard_cases.documents import Json, lamp, phong, rectangle, room, sampled, scene
 from tests.images.parts import image_of
 
 BY_CORNER = lamp([-0.5, 3.75, -0.25], [1, 0, 0], [0, 0, 0.5], two_sided=False)

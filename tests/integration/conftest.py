@@ -12,10 +12,10 @@ import httpx2
 import pytest
 
 from schemas.limits import Limits
-from service.database.connection import Database
-from service.database.migrations import upgrade
 from service.server import RunningServer, running
 from service.settings import Settings
+from service.storage.database.connection import Database
+from service.storage.database.migrations import upgrade
 from tests.integration.support import PATIENCE
 from tests.postgres_server import REQUIRED, PostgresServer, programs
 from tests.s3_server import S3Server

@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 from sqlalchemy.orm import Session
 
-from service import fairness
-from service.database.models import JobRow, RenderRow
+from service.lifecycle import fairness
+from service.storage.database.models import JobRow, RenderRow
 
 PATIENCE = 60.0
 STEPS = "SELECT * FROM tiles WHERE render IN (SELECT render_number FROM jobs WHERE id LIKE ?)"

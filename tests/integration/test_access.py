@@ -14,11 +14,11 @@ from sqlalchemy import select
 
 from schemas.access import Role
 from service.access import keys
-from service.database.connection import Database
-from service.database.migrations import upgrade
-from service.database.models import KeyRow, SessionRow
 from service.server import RunningServer, running
 from service.settings import Settings
+from service.storage.database.connection import Database
+from service.storage.database.migrations import upgrade
+from service.storage.database.models import KeyRow, SessionRow
 from tests.integration.support import PATIENCE, scene, until
 
 EVERYWHERE = "0.0.0.0"  # noqa: S104  (it is refused)

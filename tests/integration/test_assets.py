@@ -17,8 +17,8 @@ from PIL import Image
 import renderer
 from schemas.limits import Limits
 from service.server import RunningServer
-from service.store.assets import AssetStore
-from service.store.folder import Folder
+from service.storage.assets import AssetStore
+from service.storage.folder import Folder
 from tests.integration.support import ended, finish, image, scene, submit, wait
 from tests.integration.test_bad_requests import problem_of
 

@@ -15,7 +15,7 @@ import pytest
 from PIL import Image, PngImagePlugin
 
 from renderer.assets import AssetError
-from renderer.shapes.gltf import opened
+from renderer.meshes.gltf import opened
 from schemas.limits import Limits
 from service.server import RunningServer
 from tests.integration.support import scene

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from service.engines.choosing import check_engine
 from service.errors import EngineError, UnsafeClusterError
 from service.settings import Settings
+from service.workers.choosing import check_engine
 from tests.integration.conftest import Start
 
 FILES = ("dask_tls_ca", "dask_tls_cert", "dask_tls_key")

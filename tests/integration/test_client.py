@@ -31,10 +31,10 @@ from service.client import (
     UnexpectedAnswerError,
     UnreachableError,
 )
-from service.database.connection import Database
-from service.database.migrations import upgrade
 from service.server import RunningServer
 from service.settings import Settings
+from service.storage.database.connection import Database
+from service.storage.database.migrations import upgrade
 from tests.integration.conftest import Start
 from tests.integration.flaky import Cut, Fault, Flaky, busy
 from tests.integration.support import PATIENCE, long_scene, scene, until

@@ -15,9 +15,9 @@ import psutil
 import pytest
 
 import renderer
-from service.engines.dask_engine import WINDOW
 from service.server import running
 from service.settings import Settings
+from service.workers.dask_engine import WINDOW
 from tests.integration.dask_cluster import Cluster
 from tests.integration.support import PATIENCE, finish, image, scene, steps, submit, until, wait
 

@@ -16,11 +16,11 @@ from sqlalchemy.engine import make_url
 from sqlalchemy.exc import OperationalError
 
 import renderer
-from service.database import connection
-from service.database.connection import Database
-from service.database.models import LeaderRow, TileRow
 from service.server import RunningServer, running
 from service.settings import Settings
+from service.storage.database import connection
+from service.storage.database.connection import Database
+from service.storage.database.models import LeaderRow, TileRow
 from tests.integration.between import Between
 from tests.integration.support import PATIENCE, finish, image, scene, submit, until, wait
 from tests.postgres_server import PostgresServer

@@ -11,9 +11,9 @@ from alembic.migration import MigrationContext
 from sqlalchemy import func, select, text
 from sqlalchemy.exc import IntegrityError
 
-from service.database.connection import Database
-from service.database.migrations import upgrade
-from service.database.models import AssetRow, Base, TileRow
+from service.storage.database.connection import Database
+from service.storage.database.migrations import upgrade
+from service.storage.database.models import AssetRow, Base, TileRow
 from tests.integration.support import BOTH
 
 

@@ -18,11 +18,11 @@ from sqlalchemy import select, update
 from sqlalchemy.exc import OperationalError
 
 import renderer
-from service.database.connection import Database
-from service.database.migrations import upgrade
-from service.database.models import LeaderRow
 from service.server import running
 from service.settings import Settings
+from service.storage.database.connection import Database
+from service.storage.database.migrations import upgrade
+from service.storage.database.models import LeaderRow
 from tests.integration.support import (
     PATIENCE,
     ended,

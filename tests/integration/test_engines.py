@@ -18,8 +18,11 @@ import renderer
 from renderer import tiling
 from schemas.jobs import JobRequest
 from schemas.limits import Limits
-from service.engines.choosing import engine_of
-from service.engines.tasks import (
+from service.settings import Settings
+from service.storage.folder import Folder
+from service.storage.tiles import StoredTile, TileStore
+from service.workers.choosing import engine_of
+from service.workers.tasks import (
     Interrupted,
     Outcome,
     Task,
@@ -30,10 +33,7 @@ from service.engines.tasks import (
     TraceTask,
     WorkerDied,
 )
-from service.engines.worker import WorkerSetup
-from service.settings import Settings
-from service.store.folder import Folder
-from service.store.tiles import StoredTile, TileStore
+from service.workers.worker import WorkerSetup
 from tests.integration.support import scene, until
 
 PATIENCE = 60.0

@@ -9,11 +9,11 @@ import pytest
 from sqlalchemy import select
 
 from renderer import tiling
-from service import fairness, rows
-from service.database.connection import Database
-from service.database.models import JobRow, RenderRow, ShareRow, TileRow
-from service.engines.tasks import ComposeDone, Interrupted, JobTask, Outcome, TileDone, TileTask
-from service.rounds import Round
+from service.dispatch.rounds import Round
+from service.lifecycle import fairness, rows
+from service.storage.database.connection import Database
+from service.storage.database.models import JobRow, RenderRow, ShareRow, TileRow
+from service.workers.tasks import ComposeDone, Interrupted, JobTask, Outcome, TileDone, TileTask
 from tests.integration.support import BOTH, enter, job_with
 
 

@@ -7,8 +7,8 @@ from contextlib import ExitStack
 
 import pytest
 
-from service import feed
-from service.feed import Feed
+from service.dispatch import job_events as feed
+from service.dispatch.job_events import Feed
 
 JOB = "a"
 

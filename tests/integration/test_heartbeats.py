@@ -3,7 +3,7 @@
 import os
 from multiprocessing import Pipe
 
-from service.engines.heartbeats import Lease, Passed, beats
+from service.workers.heartbeats import Lease, Passed, beats
 
 SECONDS = 0.02
 

@@ -9,9 +9,9 @@ import httpx2
 import pytest
 
 import renderer
-from renderer.inspection import inspect, inspection_plan
+from accuracy.inspection import inspect, inspection_plan
 from schemas.inspections import Inspection
-from service.request_pointers import in_scene
+from schemas.request_pointers import in_scene
 from service.server import RunningServer
 from tests.integration.support import PATIENCE, finish, scene, submit
 from tests.integration.test_bad_requests import problem_of

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 import renderer
-from renderer.image_files import decode_exr
+from renderer.images.files import decode_exr
 from schemas.layers import LAYER_NAMES
 from schemas.tiles import Pass, Tile
 from service.errors import StoreDamagedError
-from service.store.folder import Folder
-from service.store.tiles import StoredTile, TileStore
+from service.storage.folder import Folder
+from service.storage.tiles import StoredTile, TileStore
 from tests.integration.conftest import Start
 from tests.integration.support import (
     PATIENCE,

@@ -11,10 +11,12 @@ from sqlalchemy import select
 
 from renderer import tiling
 from schemas.jobs import JobState
-from service import ledger, pass_costs, rows
-from service.database.connection import Database
-from service.database.models import JobRow, RenderRow, TileRow
-from service.engines.tasks import (
+from service.dispatch import ledger
+from service.dispatch.rounds import Round
+from service.lifecycle import pass_costs, rows
+from service.storage.database.connection import Database
+from service.storage.database.models import JobRow, RenderRow, TileRow
+from service.workers.tasks import (
     ComposeDone,
     ComposeTask,
     Interrupted,
@@ -25,7 +27,6 @@ from service.engines.tasks import (
     TileTask,
     WorkerDied,
 )
-from service.rounds import Round
 from tests.integration.support import BOTH, enter, job_with
 
 pytestmark = BOTH

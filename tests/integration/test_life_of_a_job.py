@@ -11,9 +11,9 @@ import pytest
 from PIL import Image
 
 import renderer
-from renderer.image_files import displayed
+from renderer.images.files import displayed
 from schemas.jobs import JobRequest
-from service.request_pointers import in_request
+from schemas.request_pointers import in_request
 from tests.integration.conftest import Start
 from tests.integration.support import (
     ON_BOTH,

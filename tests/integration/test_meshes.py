@@ -15,8 +15,8 @@ import pytest
 import renderer
 from schemas.limits import Limits
 from service.client import Client, JobFailedError
-from service.store.assets import AssetStore
-from service.store.folder import Folder
+from service.storage.assets import AssetStore
+from service.storage.folder import Folder
 from tests.images.test_gltf_files import placed, with_buffers, written
 from tests.images.test_mesh_files import FILES, HUGE, solid
 from tests.integration.conftest import Start

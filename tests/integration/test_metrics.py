@@ -12,9 +12,9 @@ from prometheus_client.parser import text_string_to_metric_families
 
 from schemas.access import Role
 from service.access import keys
-from service.database.connection import Database
-from service.database.migrations import upgrade
 from service.settings import Settings
+from service.storage.database.connection import Database
+from service.storage.database.migrations import upgrade
 from tests.integration.conftest import Start
 from tests.integration.support import (
     ON_BOTH,

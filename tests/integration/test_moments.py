@@ -4,7 +4,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from service.moments import Moments
+from service.lifecycle.clock import Moments
 
 NOON = datetime(2026, 3, 29, 12, tzinfo=UTC)
 

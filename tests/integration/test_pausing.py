@@ -12,13 +12,14 @@ import pytest
 from sqlalchemy import event
 
 from schemas.jobs import JobState
-from service import expiry, pausing, sharing, targets
 from service.cli.process import outcome
 from service.client import AsyncClient, Client
-from service.database.connection import Database
-from service.database.migrations import upgrade
-from service.database.models import JobRow
+from service.dispatch import adaptive_passes as targets
+from service.lifecycle import expiry, pausing, sharing
 from service.server import RunningServer
+from service.storage.database.connection import Database
+from service.storage.database.migrations import upgrade
+from service.storage.database.models import JobRow
 from tests.integration.support import enter, job_of, long_scene, submit, until, wait
 from tests.integration.test_ledger import DONE, Table, places
 

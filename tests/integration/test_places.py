@@ -17,15 +17,15 @@ from PIL import Image
 from schemas.jobs import JobState
 from schemas.limits import Limits
 from schemas.tiles import Pass, Tile
-from service.database.connection import Database
-from service.database.models import RenderRow
 from service.errors import StoreAwayError, StoreDamagedError, StoreTakenError, UploadMismatchError
-from service.store import belonging
-from service.store.assets import AssetStore
-from service.store.objects import Objects
-from service.store.passes import PassStore
-from service.store.places import place_of
-from service.store.tiles import StoredTile, TileStore
+from service.storage import belonging
+from service.storage.assets import AssetStore
+from service.storage.database.connection import Database
+from service.storage.database.models import RenderRow
+from service.storage.objects import Objects
+from service.storage.passes import PassStore
+from service.storage.places import place_of
+from service.storage.tiles import StoredTile, TileStore
 from tests.integration.support import until
 from tests.s3_server import BUCKET, S3Server
 

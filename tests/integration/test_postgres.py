@@ -12,11 +12,11 @@ import psutil
 import pytest
 
 import renderer
-from service.database.connection import Database
 from service.errors import DatabaseUrlError, StoreTakenError
-from service.store import belonging
-from service.store.folder import Folder
-from service.store.lock import held
+from service.storage import belonging
+from service.storage.database.connection import Database
+from service.storage.folder import Folder
+from service.storage.lock import held
 from tests.integration.conftest import Start
 from tests.integration.support import (
     PATIENCE,

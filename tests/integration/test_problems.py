@@ -16,7 +16,7 @@ import renderer
 import schemas
 import service
 from schemas.problems import Problem
-from service import problems
+from service.api import problems
 from service.errors import StoreDamagedError, UnavailableError
 
 # They are raised in the process of a client or a command, never in that of a running service.
@@ -24,7 +24,7 @@ ELSEWHERE = (
     "service.client",
     "service.cli",
     "service.grading",
-    "service.importing",
+    "service.converting",
     "service.settings_file",
 )
 

@@ -13,10 +13,10 @@ import pytest
 
 from schemas.access import Role
 from service.access import keys
-from service.database.connection import Database
-from service.database.migrations import upgrade
 from service.server import RunningServer
 from service.settings import Settings
+from service.storage.database.connection import Database
+from service.storage.database.migrations import upgrade
 from tests.integration.conftest import Start
 from tests.integration.support import PATIENCE, finish, scene, until, workers_of
 

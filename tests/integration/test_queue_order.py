@@ -10,10 +10,10 @@ import pytest
 from sqlalchemy import event, select
 
 from schemas.jobs import Job, JobState
-from service.database.connection import Database
-from service.database.models import JobRow
-from service.engines.tasks import TileTask
-from service.job_documents import documents
+from service.lifecycle.documents import documents
+from service.storage.database.connection import Database
+from service.storage.database.models import JobRow
+from service.workers.tasks import TileTask
 from tests.integration.support import BOTH, job_with
 from tests.integration.test_fairness import Workers
 

@@ -11,7 +11,7 @@ import httpx2
 import pytest
 
 import renderer
-from renderer.quotes import SECONDS
+from accuracy.quotes import SECONDS
 from schemas.quality import FixedQuality, TargetQuality
 from schemas.quotes import Quote
 from service.client import BusyError, Client, RequestInvalidError

@@ -14,10 +14,10 @@ from schemas.access import Role
 from service.access import keys
 from service.client import Client
 from service.client.errors import NotAllowedError
-from service.database.connection import Database
-from service.database.migrations import upgrade
 from service.server import RunningServer, running
 from service.settings import Settings
+from service.storage.database.connection import Database
+from service.storage.database.migrations import upgrade
 from tests.integration.conftest import Start
 from tests.integration.support import PATIENCE, scene, until
 from tests.integration.test_assets import png, put, textured

@@ -16,11 +16,11 @@ from sqlalchemy import select
 from sqlalchemy.exc import SQLAlchemyError
 
 import renderer
-from service.database.connection import Database
-from service.database.models import LeaderRow, TileRow
-from service.leadership import Leadership
+from service.dispatch.leadership import Leadership
 from service.server import RunningServer, running
 from service.settings import Settings
+from service.storage.database.connection import Database
+from service.storage.database.models import LeaderRow, TileRow
 from tests.integration.support import (
     PATIENCE,
     ended,

@@ -19,12 +19,12 @@ from sqlalchemy import func, select
 from schemas.access import Role
 from schemas.jobs import JobRequest
 from service.access import keys
-from service.canonical import spec_of
-from service.database.connection import Database
-from service.database.migrations import upgrade
-from service.database.models import RenderRow
+from service.jobs.canonical import spec_of
 from service.server import RunningServer, running
 from service.settings import Settings
+from service.storage.database.connection import Database
+from service.storage.database.migrations import upgrade
+from service.storage.database.models import RenderRow
 from tests.integration.support import KINDS, PATIENCE, ended, image, job_of, long_scene, scene, until, wait
 
 Users = dict[str, httpx2.Client]

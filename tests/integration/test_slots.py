@@ -19,9 +19,11 @@ from renderer import tiling
 from schemas.jobs import JobRequest
 from schemas.limits import Limits
 from schemas.tiles import Tile
-from service.engines.heartbeats import Lease
-from service.engines.slots import SlotEngine
-from service.engines.tasks import (
+from service.storage.folder import Folder
+from service.storage.tiles import StoredTile, TileStore
+from service.workers.heartbeats import Lease
+from service.workers.slots import SlotEngine
+from service.workers.tasks import (
     Interrupted,
     Outcome,
     Task,
@@ -32,9 +34,7 @@ from service.engines.tasks import (
     TraceTask,
     WorkerDied,
 )
-from service.engines.worker import WorkerSetup
-from service.store.folder import Folder
-from service.store.tiles import StoredTile, TileStore
+from service.workers.worker import WorkerSetup
 from tests.integration.support import scene, until
 
 REPORT_SECONDS = 60.0

@@ -15,10 +15,10 @@ from fastapi.routing import iter_route_contexts
 from schemas.access import Role
 from service.access import keys
 from service.app import create_app
-from service.database.connection import Database
-from service.database.migrations import upgrade
 from service.server import running
 from service.settings import Settings
+from service.storage.database.connection import Database
+from service.storage.database.migrations import upgrade
 from tests.integration.support import PATIENCE
 from tests.integration.test_assets import png, textured
 from tests.integration.test_meshes import FILES, with_mesh

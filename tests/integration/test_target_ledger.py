@@ -15,10 +15,14 @@ from renderer.adaptive.forecast import forecast, usual_prices
 from schemas.jobs import JobState
 from schemas.quality import TargetQuality
 from schemas.tiles import Tile
-from service import ledger, progress, rows, target_tiles, targets
-from service.database.connection import Database
-from service.database.models import RenderRow, TileRow
-from service.engines.tasks import (
+from service.dispatch import adaptive_passes as targets
+from service.dispatch import ledger
+from service.dispatch.rounds import Round
+from service.lifecycle import progress, rows
+from service.storage.database.connection import Database
+from service.storage.database.models import RenderRow, TileRow
+from service.workers import pass_tiles as target_tiles
+from service.workers.tasks import (
     AdvanceDone,
     AdvanceTask,
     Interrupted,
@@ -28,7 +32,6 @@ from service.engines.tasks import (
     TileDone,
     WorkerDied,
 )
-from service.rounds import Round
 from tests.integration.support import BOTH, enter, scene
 
 DONE = TileDone(crc32=1, counts={"camera": 10}, cpu_seconds=0.5)

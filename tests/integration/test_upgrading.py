@@ -15,12 +15,13 @@ from sqlalchemy import column, select
 from sqlalchemy import table as sql_table
 
 from schemas.jobs import JobState
-from service import asset_uses, ledger
-from service.database import migrations
-from service.database.connection import Database
-from service.database.migrations import upgrade
-from service.database.models import AssetOwnerRow, JobRow, RenderRow, TileRow
-from service.job_documents import documents
+from service.dispatch import ledger
+from service.jobs import asset_uses
+from service.lifecycle.documents import documents
+from service.storage.database import migrations
+from service.storage.database.connection import Database
+from service.storage.database.migrations import upgrade
+from service.storage.database.models import AssetOwnerRow, JobRow, RenderRow, TileRow
 from tests.integration.support import BOTH
 
 MOMENT = "2026-01-02 03:04:05.000000"

@@ -1,6 +1,6 @@
 """What every hard case has to show."""
 
-from renderer.hard_cases import Case
+from accuracy.hard_cases import Case
 
 
 def holds(case: Case) -> None:

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 import renderer
-from renderer.hard_cases import oracle
-from renderer.hard_cases.answers import Answer
-from renderer.hard_cases.documents import (
+from accuracy.hard_cases import oracle
+from accuracy.hard_cases.answers import Answer
+from accuracy.hard_cases.documents import (
     Json,
     bulb,
     ellipsoid,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import renderer
-from renderer.hard_cases.documents import (
+from accuracy.hard_cases.documents import (
     Json,
     bulb,
     camera,

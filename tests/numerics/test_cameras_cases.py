@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
+from accuracy.hard_cases import Case
+from accuracy.hard_cases.camera_rays import centres, view_of
+from accuracy.hard_cases.cameras import SECTION
+from accuracy.hard_cases.documents import Json, camera, scene
+from accuracy.hard_cases.edges import on_edges
+from accuracy.hard_cases.placed import placed
+from accuracy.hard_cases.same_pictures import wrong_pixels
+from accuracy.hard_cases.small_scenes import SCENES, image_of, plan_of
 from renderer.cameras import pinhole
-from renderer.hard_cases import Case
-from renderer.hard_cases.camera_rays import centres, view_of
-from renderer.hard_cases.cameras import SECTION
-from renderer.hard_cases.documents import Json, camera, scene
-from renderer.hard_cases.edges import on_edges
-from renderer.hard_cases.placed import placed
-from renderer.hard_cases.same_pictures import wrong_pixels
-from renderer.hard_cases.small_scenes import SCENES, image_of, plan_of
 from schemas.cameras import Camera
 from schemas.errors import SceneError
 from schemas.reading import read_scene

@@ -6,11 +6,11 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from renderer.execute import radiance
-from renderer.hard_cases.documents import phong, scene
-from renderer.hard_cases.shadow_rooms import WALLS, inner_lights, outer_lights, room, seen_in_room
-from renderer.hard_cases.shadow_scenes import PATTERNS, SCALES, Place, places
-from renderer.hard_cases.sharp_corners import rising
+from accuracy.hard_cases.documents import phong, scene
+from accuracy.hard_cases.shadow_rooms import WALLS, inner_lights, outer_lights, room, seen_in_room
+from accuracy.hard_cases.shadow_scenes import PATTERNS, SCALES, Place, places
+from accuracy.hard_cases.sharp_corners import rising
+from renderer.integrator import radiance
 from renderer.interaction import Rays
 from tests.images.parts import DOUBLE, SINGLE, plan_of
 

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from accuracy.hard_cases import solids
 from renderer.accelerators.trees import Tree, build
-from renderer.arrays import unit
-from renderer.hard_cases import solids
+from renderer.math.arrays import unit
 from renderer.shapes import triangles
 from renderer.shapes.triangles import Triangles
 from schemas.shapes import Triangle

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from renderer.hard_cases.documents import ellipsoid, rectangle, sphere, triangle
+from accuracy.hard_cases.documents import ellipsoid, rectangle, sphere, triangle
 from tests.numerics.tracing import traced
 
 SHAPES = {

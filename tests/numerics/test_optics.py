@@ -6,13 +6,13 @@ import mpmath
 import numpy as np
 import pytest
 
-from renderer.arrays import dot, unit
-from renderer.execute import local_radiance
-from renderer.hard_cases.bounces import GLASS, through, waves
-from renderer.hard_cases.documents import Json, bulb, phong, rectangle, scene, sphere, triangle
-from renderer.hard_cases.solids import outward
+from accuracy.hard_cases.bounces import GLASS, through, waves
+from accuracy.hard_cases.documents import Json, bulb, phong, rectangle, scene, sphere, triangle
+from accuracy.hard_cases.solids import outward
+from renderer.integrator import local_radiance
 from renderer.interaction import Rays
 from renderer.materials.optics import fresnel, reflected, refracted, transmitted_cosine
+from renderer.math.arrays import dot, unit
 from tests.images.parts import DOUBLE, plan_of
 
 EPS = float(np.finfo(np.float64).eps)

@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
+from accuracy.hard_cases import MODULES, sections
 from benchmarks.stability import COMPARED, OFFSETS, PRICED, WAYS
-from renderer.hard_cases import MODULES, sections
 from tests.architecture.sources import ROOT
 
 

@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import schemas.cameras as language
+from accuracy.hard_cases import solids
+from accuracy.hard_cases.documents import lamp, scene
 from renderer.accelerators.meeting import TreeMeeting
 from renderer.accelerators.raster import Raster, RasterMeeting
 from renderer.accelerators.trees import FEW, tree_of
 from renderer.cameras import Pinhole, pinhole
-from renderer.hard_cases import solids
-from renderer.hard_cases.documents import lamp, scene
 from renderer.interaction import Rays
 from renderer.shapes.triangles import Triangles, build
 from schemas.shapes import Triangle

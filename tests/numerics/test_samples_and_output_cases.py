@@ -6,11 +6,11 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from renderer.hard_cases import Case
-from renderer.hard_cases.sample_places import shares, turned, unlikely
-from renderer.hard_cases.samples_and_output import SECTION, code
+from accuracy.hard_cases import Case
+from accuracy.hard_cases.sample_places import shares, turned, unlikely
+from accuracy.hard_cases.samples_and_output import SECTION, code
+from renderer.math.streams import keys
 from renderer.samplers import PATTERNS
-from renderer.streams import keys
 from schemas.display import Display
 from tests.numerics.outcomes import holds
 

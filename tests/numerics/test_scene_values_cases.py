@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from renderer.hard_cases import Case
-from renderer.hard_cases.edges import on_edges
-from renderer.hard_cases.placed import placed, turn
-from renderer.hard_cases.same_pictures import CODE, wrong_pixels
-from renderer.hard_cases.scene_values import SECTION
-from renderer.hard_cases.small_scenes import DOUBLE, SCENES, image_of, plan_of
-from renderer.hard_cases.written_scenes import everything, numbers_in
+from accuracy.hard_cases import Case
+from accuracy.hard_cases.edges import on_edges
+from accuracy.hard_cases.placed import placed, turn
+from accuracy.hard_cases.same_pictures import CODE, wrong_pixels
+from accuracy.hard_cases.scene_values import SECTION
+from accuracy.hard_cases.small_scenes import DOUBLE, SCENES, image_of, plan_of
+from accuracy.hard_cases.written_scenes import everything, numbers_in
 from schemas.base import Closed
 from schemas.reading import read_scene
 from tests.numerics.outcomes import holds

@@ -2,8 +2,8 @@
 
 import pytest
 
-from renderer.hard_cases import Case
-from renderer.hard_cases.shadows import SECTION
+from accuracy.hard_cases import Case
+from accuracy.hard_cases.shadows import SECTION
 from tests.numerics.outcomes import holds
 
 

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from accuracy.hard_cases import solids
+from accuracy.hard_cases.documents import Json, bulb, camera, lamp, rectangle, sampled, scene, sun
 from renderer.accelerators.solids import is_closed, solids_of
-from renderer.arrays import Floats
-from renderer.compile import compile_visibility
-from renderer.execute import shaded_points
-from renderer.hard_cases import solids
-from renderer.hard_cases.documents import Json, bulb, camera, lamp, rectangle, sampled, scene, sun
+from renderer.integrator import shaded_points
 from renderer.interaction import Rays
+from renderer.math.arrays import Floats
+from renderer.plan.building import compile_visibility
 from renderer.visibility.polygon_scatter import ScatterPolygonShadows
 from renderer.visibility.solids import SolidShadows
 from renderer.workspace import Workspace

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from accuracy.hard_cases import flat_tolerances, oracle, round_tolerances
+from accuracy.hard_cases.documents import bulb, ellipsoid, lamp, rectangle, scene, sphere, triangle
+from accuracy.hard_cases.scoring import Found, Tolerance
 from renderer.accelerators.trees import FEW
-from renderer.hard_cases import flat_tolerances, oracle, round_tolerances
-from renderer.hard_cases.documents import bulb, ellipsoid, lamp, rectangle, scene, sphere, triangle
-from renderer.hard_cases.scoring import Found, Tolerance
 from schemas.quality import FixedQuality
 from schemas.quantities import FARTHEST, LONGEST, SHORTEST
 from schemas.reading import read_scene

@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from accuracy.hard_cases import solids
+from accuracy.hard_cases.documents import Json, bulb, lamp, sampled, scene, sun, triangle
 from renderer.accelerators import bvh
 from renderer.accelerators.meeting import TreeMeeting
 from renderer.accelerators.shafts import Shafts, visits_of_shafts
 from renderer.accelerators.trees import FEW, tree_of
-from renderer.compile import compile_visibility
-from renderer.execute import shaded_points
-from renderer.hard_cases import solids
-from renderer.hard_cases.documents import Json, bulb, lamp, sampled, scene, sun, triangle
+from renderer.integrator import shaded_points
 from renderer.interaction import Rays
+from renderer.plan.building import compile_visibility
 from renderer.shapes.family import Meeting
 from renderer.shapes.triangles import Triangles, build
 from renderer.visibility.polygon_scatter import ScatterPolygonShadows

@@ -2,8 +2,8 @@
 
 import pytest
 
-from renderer.hard_cases import Case
-from renderer.hard_cases.trees_and_bounces import SECTION
+from accuracy.hard_cases import Case
+from accuracy.hard_cases.trees_and_bounces import SECTION
 from tests.numerics.outcomes import holds
 
 

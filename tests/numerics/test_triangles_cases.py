@@ -5,9 +5,9 @@ import itertools
 import numpy as np
 import pytest
 
-from renderer.hard_cases import Case, oracle, solids
-from renderer.hard_cases.documents import Json, rectangle, scene, triangle
-from renderer.hard_cases.triangles import SECTION
+from accuracy.hard_cases import Case, oracle, solids
+from accuracy.hard_cases.documents import Json, rectangle, scene, triangle
+from accuracy.hard_cases.triangles import SECTION
 from schemas.reading import read_scene
 from tests.numerics.outcomes import holds
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from renderer.hard_cases import oracle, solids
-from renderer.hard_cases.documents import bulb, lamp, rectangle, scene
+from accuracy.hard_cases import oracle, solids
+from accuracy.hard_cases.documents import bulb, lamp, rectangle, scene
 from schemas.reading import read_scene
 from tests.images.parts import DOUBLE, SINGLE
 from tests.numerics.tracing import EPS, towards, traced

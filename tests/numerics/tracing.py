@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 import renderer
-from renderer.hard_cases.documents import Json, sampled, scene
+from accuracy.hard_cases.documents import Json, sampled, scene
 from schemas.quality import FixedQuality
 from tests.images.parts import plan_of
 

@@ -13,9 +13,9 @@ import pytest
 from PIL import Image
 
 import renderer
-from renderer.colors import srgb_from_linear
-from renderer.comparison.closeness import BOUND, Closeness, closeness
-from renderer.comparison.inputs import Picture, picture_of
+from accuracy.comparison.closeness import BOUND, Closeness, closeness
+from accuracy.comparison.inputs import Picture, picture_of
+from renderer.images.colors import srgb_from_linear
 
 SCENES = Path(__file__).parents[2] / "scenes"
 SCENE = SCENES / "study" / "soft.json"

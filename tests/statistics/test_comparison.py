@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from renderer.comparison import Comparison, Picture, Policy, compare
-from renderer.comparison.blocks import LEVEL, bias
+from accuracy.comparison import Comparison, Picture, Policy, compare
+from accuracy.comparison.blocks import LEVEL, bias
 
 SIDE = 64
 STRICT = Policy(tolerance=0.0)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import renderer
-from renderer.hard_cases.documents import camera, sampled
+from accuracy.hard_cases.documents import camera, sampled
 from tests.images import pictures
 from tests.images.parts import plan_of
 

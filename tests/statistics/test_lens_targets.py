@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import renderer
-from renderer.hard_cases.documents import bulb, lamp, phong, rectangle, scene, sphere
+from accuracy.hard_cases.documents import bulb, lamp, phong, rectangle, scene, sphere
 from schemas.quality import TargetQuality
 
 SEEDS = range(20)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from renderer.math.streams import keys
 from renderer.samplers import FIXED, PATTERNS
-from renderer.streams import keys
 from schemas.sampling import Antialiasing, LightSampling
 
 KEYS = [keys(seed, 0, pixel) for seed, pixel in itertools.product((0, 1, 99), (0, 1, 262143))]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from renderer.hard_cases.documents import Json, camera, sampled
+from accuracy.hard_cases.documents import Json, camera, sampled
 from schemas.quality import FixedQuality
 from schemas.sampling import Antialiasing, LightSampling
 from tests.images import pictures

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from renderer.math.streams import bits, keys, uniforms
 from renderer.samplers import PATTERNS
-from renderer.streams import bits, keys, uniforms
 
 ONE_IN_A_MILLION = 4.9  # standard deviations, both sides
 

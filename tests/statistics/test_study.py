@@ -13,10 +13,10 @@ from functools import cache
 import numpy as np
 import pytest
 
+from accuracy.hard_cases.documents import Json, camera, lamp, phong, rectangle, scene, triangle
+from accuracy.study import curves
+from accuracy.study.reference import Judgement, Reference, clipped
 from renderer.film import Image
-from renderer.hard_cases.documents import Json, camera, lamp, phong, rectangle, scene, triangle
-from renderer.study import curves
-from renderer.study.reference import Judgement, Reference, clipped
 from schemas.quality import FixedQuality
 from tests.images.parts import image_of
 

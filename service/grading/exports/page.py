@@ -6,7 +6,7 @@ import html
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from renderer.comparison.heat import GAP
+from accuracy.comparison.heat import GAP
 from schemas.grades import Grade, GradeInput
 from service.grading.exports.pictures import Album, Shown, album
 from service.grading.exports.rows import WORDS, Row, for_staff, for_students, headline

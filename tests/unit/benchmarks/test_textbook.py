@@ -17,8 +17,8 @@ from benchmarks.references import PATHS
 from benchmarks.settings import Setting
 from benchmarks.stability import ASIDE, PRICED, WAYS
 from benchmarks.textbook.plans import factored, textbook
-from renderer.execute import camera_rays, shaded_points, workspace
-from renderer.plan import RenderPlan
+from renderer.integrator import camera_rays, shaded_points, workspace
+from renderer.plan.plan import RenderPlan
 from renderer.tiling import blocks, tiles
 
 SIDE = 160

@@ -10,10 +10,10 @@ import pytest
 from rich.console import Console
 
 from schemas.convergence import Convergence
+from service.api.routes.convergence import EXAMPLE
 from service.cli import convergence, progress
 from service.cli.convergence import Curve, sentences
 from service.cli.progress import Bar, progress_bar
-from service.routes.convergence import EXAMPLE
 
 NOBODY = Bar(None, None)
 FOUND = Convergence.model_validate(EXAMPLE)

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.unit.cli.conftest import Penumbra
-from tests.unit.importing.conftest import TRIANGLE, course
+from tests.unit.converting.conftest import TRIANGLE, course
 
 TWO_MATERIALS = b"usemtl a\n" + TRIANGLE + b"usemtl b\nf 1 3 2\n"
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-import renderer.hard_cases
-from renderer.hard_cases import Outcome, Section
+import accuracy.hard_cases
+from accuracy.hard_cases import Outcome, Section
 from service.cli import numerics, output, trials
 from service.cli.exits import ExitCode
 from service.cli.process import outcome
@@ -47,7 +47,7 @@ def doctor(
     """Run the command in this process, on a catalogue; give its exit code and what it printed."""
 
     def run(section: Section, *words: str) -> tuple[int, str]:
-        monkeypatch.setattr(renderer.hard_cases, "sections", lambda: (section,))
+        monkeypatch.setattr(accuracy.hard_cases, "sections", lambda: (section,))
         monkeypatch.setattr(numerics, "MOST_WORKERS", 1)
         return outcome(["doctor", "--numerics", *words]), capsys.readouterr().out
 
@@ -145,7 +145,7 @@ def test_without_the_package_for_exact_answers_the_command_says_how_to_get_it(tm
 
 
 def test_cases_tried_in_other_processes_give_the_same_answers_in_the_same_order() -> None:
-    catalogue = renderer.hard_cases.sections()
+    catalogue = accuracy.hard_cases.sections()
     places = [(s, 0) for s, section in enumerate(catalogue) if section.cases][:3]
     assert places
     there = list(trials.in_processes(places, workers=2))

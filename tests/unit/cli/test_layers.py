@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from renderer.image_files import decode_exr
+from renderer.images.files import decode_exr
 from schemas.layers import LAYER_NAMES
 from tests.unit.cli.conftest import CLEAN, Penumbra
 

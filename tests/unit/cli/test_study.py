@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from renderer.study.report import CSV_COLUMNS
+from accuracy.study.report import CSV_COLUMNS
 from tests.unit.cli.conftest import CLEAN, COMMAND, Penumbra
 
 ROOT = Path(__file__).parents[3]

@@ -5,7 +5,7 @@ import pytest
 
 from service.cli.errors import CommandError
 from service.cli.tev import parsed
-from service.tev import Viewer, create_image, update_image
+from service.cli.tev_protocol import Viewer, create_image, update_image
 from tests.tev_server import TevServer
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import renderer
-from renderer.comparison import Comparison, Picture, Policy, compare, picture_of
+from accuracy.comparison import Comparison, Picture, Policy, compare, picture_of
 from service.grading.altered_textures import COLORS, NORMALS
 from service.grading.counterfactuals import explain
 from service.grading.hints import HINTS

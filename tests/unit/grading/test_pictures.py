@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from renderer.colors import srgb_from_linear
-from renderer.comparison import compare, picture_of
-from renderer.exr_files import encode_exr
+from accuracy.comparison import compare, picture_of
+from renderer.images.colors import srgb_from_linear
+from renderer.images.exr import encode_exr
 from schemas.acceptance import PICTURE_MISTAKES
 from tests.unit.grading.assignments import SCENE, Assignment, image_test, pixels, scene, scene_test
 
@@ -173,8 +173,8 @@ def test_a_diagnosed_mistake_may_keep_a_share(assignment: Assignment) -> None:
 
 
 def test_every_mistake_that_the_diagnosis_knows_can_be_forgiven_and_no_other() -> None:
-    from renderer.comparison import hard_edges
-    from renderer.comparison.mistakes import candidates
+    from accuracy.comparison import hard_edges
+    from accuracy.comparison.mistakes import candidates
 
     square = np.full((16, 16, 3), 0.25)
     known = {mistake.cause for mistake in candidates(square, square / 2)}

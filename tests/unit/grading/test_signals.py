@@ -3,10 +3,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from renderer.comparison import Comparison, compare
+from accuracy.comparison import Comparison, compare
 from service.grading.signals import signals
+from tests.unit.accuracy.comparison.test_closeness import NOISE, SAMPLES, noisy, picture
 from tests.unit.grading.assignments import Assignment, image_test
-from tests.unit.renderer.comparison.test_closeness import NOISE, SAMPLES, noisy, picture
 
 
 def compared(image: np.ndarray, reference: np.ndarray) -> Comparison:

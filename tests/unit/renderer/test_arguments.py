@@ -12,11 +12,11 @@ import pytest
 
 import renderer
 import schemas
+from accuracy.comparison import assert_render_close
+from accuracy.hard_cases.documents import rectangle, scene
+from accuracy.inspection import inspection_plan
+from accuracy.quotes import quote
 from renderer.arguments import MOST_WORKERS, checked_count
-from renderer.comparison import assert_render_close
-from renderer.hard_cases.documents import rectangle, scene
-from renderer.inspection import inspection_plan
-from renderer.quotes import quote
 from schemas.jobs import JobRequest
 from schemas.reading import read_document
 from tests.images import pictures
@@ -147,7 +147,7 @@ def test_the_folder_of_a_scenes_files_may_be_a_path(tmp_path: Path) -> None:
 
 
 def _pixel() -> bytes:
-    from renderer.image_files import encode_png
+    from renderer.images.files import encode_png
     from schemas.display import Display
 
     return encode_png(np.ones((1, 1, 3)), Display())

@@ -15,8 +15,8 @@ import pytest
 from PIL import Image
 
 import renderer
+from accuracy.hard_cases.documents import phong, rectangle, scene
 from renderer.assets import AssetError, FolderAssets, decode_image, image_size
-from renderer.hard_cases.documents import phong, rectangle, scene
 from schemas.limits import Limits
 from tests.images.parts import Files, png
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from renderer.hard_cases import oracle
-from renderer.hard_cases.documents import ellipsoid, phong, scene, sphere, sun
+from accuracy.hard_cases import oracle
+from accuracy.hard_cases.documents import ellipsoid, phong, scene, sphere, sun
 from schemas.reading import read_scene
 from tests.images.parts import DOUBLE, image_of, png
 from tests.numerics.tracing import EPS, traced

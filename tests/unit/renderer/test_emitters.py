@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from renderer.hard_cases.documents import Json, bulb, lamp, phong, rectangle, sampled, scene, sun
+from accuracy.hard_cases.documents import Json, bulb, lamp, phong, rectangle, sampled, scene, sun
 from renderer.lights import emitters
 from schemas.lights import DirectionalLight, ParallelogramLight, RectangleLight
 from schemas.sampling import LightSampling

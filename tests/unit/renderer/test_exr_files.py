@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from renderer import ImageFileError
 from renderer.errors import MissingExtraError
-from renderer.image_files import decode_exr, encode_exr, write_image
+from renderer.images.files import decode_exr, encode_exr, write_image
 from renderer.layers import LAYERS
 from schemas.display import Display
 

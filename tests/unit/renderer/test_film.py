@@ -5,8 +5,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from accuracy.hard_cases.documents import scene
 from renderer.film import Film, compose, enlarge
-from renderer.hard_cases.documents import scene
 from renderer.tiling import blocks, tiles
 from schemas.tiles import Pass, Tile
 from tests.images.parts import plan_of

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from renderer.errors import ImageFileError, RenderError
-from renderer.image_files import displayed, encode_npy, encode_png, write_image
+from renderer.images.files import displayed, encode_npy, encode_png, write_image
 from schemas.display import Display
 
 SRGB, LINEAR = Display(), Display(transfer="linear")

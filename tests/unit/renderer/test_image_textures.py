@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from renderer.colors import linear_from_srgb
+from renderer.images.colors import linear_from_srgb
 from renderer.textures import image
 from schemas.textures import ImageTexture
 from tests.images.parts import Files, png

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 import renderer
-from renderer.hard_cases.documents import Json, bulb, rectangle, sampled, scene
+from accuracy.hard_cases.documents import Json, bulb, rectangle, sampled, scene
 from tests.images.parts import plan_of
 
 FLOOR = rectangle([-4, 0, -4], [0, 0, 8], [8, 0, 0])

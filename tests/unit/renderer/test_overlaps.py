@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import renderer
-from renderer.hard_cases.documents import (
+from accuracy.hard_cases.documents import (
     Json,
     bulb,
     lamp,
@@ -17,7 +17,7 @@ from renderer.hard_cases.documents import (
     sphere,
     triangle,
 )
-from renderer.hard_cases.solids import mesh, triangles_of
+from accuracy.hard_cases.solids import mesh, triangles_of
 from tests.images.parts import image_of, plan_of, png
 
 FLOOR = rectangle([-2, 0.1, -2], [0, 0, 4], [4, 0, 0])

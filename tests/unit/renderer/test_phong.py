@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from renderer.hard_cases.documents import Json, bulb, camera, phong, rectangle, scene, sun
+from accuracy.hard_cases.documents import Json, bulb, camera, phong, rectangle, scene, sun
 from tests.images.parts import DOUBLE, SINGLE, image_of
 
 BOTH = pytest.mark.parametrize("quality", [SINGLE, DOUBLE], ids=["single", "double"])

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import renderer
-from renderer.effects import LIGHTS, SHAPES, TEXTURES
-from renderer.hard_cases.documents import (
+from accuracy.hard_cases.documents import (
     Json,
     bulb,
     camera,
@@ -23,6 +22,7 @@ from renderer.hard_cases.documents import (
     sun,
     triangle,
 )
+from renderer.plan.effects import LIGHTS, SHAPES, TEXTURES
 from schemas.plans import PlanDocument
 from schemas.quality import FixedQuality
 from schemas.sampling import Antialiasing, LightSampling

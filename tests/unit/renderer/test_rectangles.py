@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from renderer.arrays import column
-from renderer.hard_cases.documents import rectangle
+from accuracy.hard_cases.documents import rectangle
+from renderer.math.arrays import column
 from renderer.shapes.rectangles import edges_of
 from tests.numerics.tracing import EPS, traced
 

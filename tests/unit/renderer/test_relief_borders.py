@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 
 import schemas.textures as language
-from renderer.arrays import Floats
+from accuracy.hard_cases.documents import Json, rectangle, sphere
+from accuracy.hard_cases.rays_seen import Files, png
+from accuracy.hard_cases.relief import hills, mesh, open_edges, relief_scene
 from renderer.cameras import pinhole
-from renderer.hard_cases.documents import Json, rectangle, sphere
-from renderer.hard_cases.rays_seen import Files, png
-from renderer.hard_cases.relief import hills, mesh, open_edges, relief_scene
+from renderer.math.arrays import Floats
 from renderer.shapes import displacement
 from renderer.shapes.displacement import Displaced
 from renderer.textures import image

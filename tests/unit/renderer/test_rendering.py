@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import renderer
+from accuracy.hard_cases.documents import phong, rectangle, sampled, scene, triangle
 from renderer import rendering
-from renderer.hard_cases.documents import phong, rectangle, sampled, scene, triangle
 from renderer.interaction import Rays
 from tests.images import pictures
 from tests.images.parts import SINGLE, image_of, plan_of

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import renderer
-from renderer.hard_cases.documents import phong, rectangle, scene
+from accuracy.hard_cases.documents import phong, rectangle, scene
 from schemas.limits import Limits
 from schemas.reading import read_scene
 from tests.images.parts import Files, png

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 import renderer
+from accuracy.hard_cases.documents import Json, bulb, camera, lamp, phong, rectangle, scene, sphere
 from renderer.adaptive.levels import COVERAGES
-from renderer.hard_cases.documents import Json, bulb, camera, lamp, phong, rectangle, scene, sphere
 from schemas.plans import PlanDocument
 from schemas.quality import FixedQuality, TargetQuality
 

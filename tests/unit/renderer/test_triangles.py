@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from renderer.hard_cases import exact_vectors
-from renderer.hard_cases import flat_families as families
-from renderer.hard_cases.documents import triangle
+from accuracy.hard_cases import exact_vectors
+from accuracy.hard_cases import flat_families as families
+from accuracy.hard_cases.documents import triangle
 from renderer.shapes.frames import frame_of_normals, frame_of_texture
 from renderer.shapes.triangles import unit_normals
 from tests.numerics.tracing import EPS, traced

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import renderer
-from renderer.hard_cases.documents import Json, phong, rectangle, sampled, scene, sphere, sun
+from accuracy.hard_cases.documents import Json, phong, rectangle, sampled, scene, sphere, sun
 from tests.images.parts import Files, png
 
 WALL = rectangle([-9, -9, 0], [18, 0, 0], [0, 18, 0])

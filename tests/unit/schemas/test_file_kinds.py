@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from renderer import image_files
+from renderer.images import files as image_files
 from schemas.errors import SceneError
 from schemas.file_kinds import recognise
 from schemas.jobs import JobRequest

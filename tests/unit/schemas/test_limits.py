@@ -13,9 +13,9 @@ import pytest
 
 import renderer
 import schemas
-from renderer.comparison import NotComparableError, assert_render_close
-from renderer.hard_cases.documents import scene as empty_scene
-from renderer.image_files import encode_png
+from accuracy.comparison import NotComparableError, assert_render_close
+from accuracy.hard_cases.documents import scene as empty_scene
+from renderer.images.files import encode_png
 from schemas.display import Display
 from schemas.errors import SceneError
 from schemas.limits import Limits, LimitsError, limits_in_force, variable_of

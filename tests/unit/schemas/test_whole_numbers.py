@@ -21,8 +21,8 @@ from schemas.reading import read_document, read_scene
 from schemas.regions import Region
 from schemas.retention import PruneRequest
 from schemas.traces import TraceRequest
-from service.canonical import spec_of
-from service.importing.course_document import CourseDocument
+from service.converting.course_document import CourseDocument
+from service.jobs.canonical import spec_of
 
 SCENES = sorted(Path(scenes.__file__).parent.glob("*/*.json"))
 

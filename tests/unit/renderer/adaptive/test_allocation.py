@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 import renderer
+from accuracy.hard_cases.documents import camera, scene
 from renderer.adaptive import Estimate
 from renderer.adaptive.allocation import RAY_PRICE, Allocation, allocate, cover_sizes
 from renderer.adaptive.decisions import EASES, LEAP, LEAST, MARGIN, advance
@@ -16,7 +17,6 @@ from renderer.adaptive.estimate import PROBES, ROUND
 from renderer.adaptive.levels import COUNTS, COVERAGES, HIGHEST, SAMPLED, levels_of
 from renderer.adaptive.strata import COUNT, Survey
 from renderer.adaptive.uncertainty import standard_errors
-from renderer.hard_cases.documents import camera, scene
 from schemas.quality import CONFIDENCE, TargetQuality
 
 LEVELS = range(SAMPLED, HIGHEST + 1)

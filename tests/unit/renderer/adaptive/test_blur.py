@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import renderer
+from accuracy.hard_cases.documents import lamp, phong, rectangle, scene, sphere
+from renderer.adaptive.adaptive_render import Course, answer
 from renderer.adaptive.between import NODE
 from renderer.adaptive.blur import missing_nodes, noise, update
-from renderer.adaptive.course import Course, answer
 from renderer.adaptive.estimate import STRIDE, Estimate
-from renderer.hard_cases.documents import lamp, phong, rectangle, scene, sphere
 from schemas.quality import TargetQuality
 
 SIDE = 64

@@ -11,15 +11,15 @@ import pytest
 from numpy.typing import NDArray
 
 import renderer
+from accuracy.hard_cases.documents import Json, bulb, camera, lamp, phong, rectangle, sampled, scene
 from renderer.adaptive import coverage
 from renderer.adaptive.camera_rays import camera_rays
 from renderer.adaptive.coverage import UNEVEN, USUAL, Cover, border_rays, cover
 from renderer.adaptive.guides import surroundings
 from renderer.adaptive.levels import COVERAGES, FIBONACCI, LOOKED
 from renderer.adaptive.samples import Demanded, render_samples
-from renderer.execute import radiance
-from renderer.hard_cases.documents import Json, bulb, camera, lamp, phong, rectangle, sampled, scene
-from renderer.plan import RenderPlan
+from renderer.integrator import radiance
+from renderer.plan.plan import RenderPlan
 from schemas.quality import TargetQuality
 from schemas.tiles import Tile
 

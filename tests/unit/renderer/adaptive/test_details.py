@@ -8,10 +8,10 @@ import pytest
 from numpy.typing import NDArray
 
 import renderer
+from accuracy.hard_cases.documents import Json, bulb, camera, lamp, phong, rectangle, scene, sphere
 from renderer.adaptive.camera_rays import camera_rays
 from renderer.adaptive.details import LATTICES, lattice
-from renderer.execute import radiance
-from renderer.hard_cases.documents import Json, bulb, camera, lamp, phong, rectangle, scene, sphere
+from renderer.integrator import radiance
 from schemas.quality import FixedQuality, TargetQuality
 from tests.images.parts import Files, png
 

@@ -4,8 +4,8 @@ import numpy as np
 
 from renderer.adaptive.edges import edge_places
 from renderer.adaptive.thin import thin_places
-from renderer.arrays import Floats, unit
 from renderer.cameras import Pinhole
+from renderer.math.arrays import Floats, unit
 from tests.images import pictures
 from tests.images.parts import plan_of
 

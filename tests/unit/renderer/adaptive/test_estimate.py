@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import renderer
+from accuracy.hard_cases.documents import camera, ellipsoid, scene, sphere, triangle
 from renderer.adaptive import Estimate, Samples, render_samples
 from renderer.adaptive.decisions import advance
 from renderer.adaptive.estimate import FIRST_AIM, NEXT_AIM, STRIDE
@@ -14,7 +15,6 @@ from renderer.adaptive.levels import COUNTS, COVERAGES, COVERED, LOOKED, SAMPLED
 from renderer.adaptive.looking import PROBED
 from renderer.adaptive.samples import Demanded
 from renderer.adaptive.strata import expected_errors
-from renderer.hard_cases.documents import camera, ellipsoid, scene, sphere, triangle
 from renderer.tiling import tiles
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile

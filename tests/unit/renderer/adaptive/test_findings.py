@@ -8,13 +8,13 @@ import pytest
 from numpy.typing import NDArray
 
 import renderer
+from accuracy.hard_cases.documents import camera, scene, sphere
 from renderer.adaptive import Estimate, Samples
 from renderer.adaptive.decisions import FIND, NEAR, WORTH, advance
 from renderer.adaptive.estimate import COVERS, ROUND
 from renderer.adaptive.findings import UNMODELLED, errors_of, findings_of
 from renderer.adaptive.levels import COUNTS, LOOKED, SAMPLED
 from renderer.adaptive.strata import COUNT, STEPS, SUSPECT, typical_error
-from renderer.hard_cases.documents import camera, scene, sphere
 from schemas.quality import TargetQuality
 from schemas.tiles import Tile
 

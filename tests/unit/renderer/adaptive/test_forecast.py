@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import renderer
+from accuracy.hard_cases.documents import Json, camera
 from renderer.adaptive import Estimate, Samples
-from renderer.adaptive.course import Course, Demand, answer
+from renderer.adaptive.adaptive_render import Course, Demand, answer
 from renderer.adaptive.forecast import (
     MOST,
     PASSES,
@@ -21,7 +22,6 @@ from renderer.adaptive.forecast import (
     share_by,
     usual_prices,
 )
-from renderer.hard_cases.documents import Json, camera
 from schemas.quality import TargetQuality
 from tests.images import pictures
 from tests.unit.renderer.adaptive.test_rendering import SCENES

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from accuracy.hard_cases.documents import Json, bulb, phong, rectangle
 from renderer.adaptive.guides import Nearby, guide, surroundings
 from renderer.adaptive.levels import LOOKED, SAMPLED
 from renderer.adaptive.samples import Demanded, render_samples
-from renderer.hard_cases.documents import Json, bulb, phong, rectangle
-from renderer.plan import RenderPlan
+from renderer.plan.plan import RenderPlan
 from tests.unit.renderer.adaptive.test_coverage import (
     SIDE,
     at,

@@ -7,9 +7,9 @@ import pytest
 from numpy.typing import NDArray
 
 import renderer
+from accuracy.hard_cases.documents import bulb, lamp, phong, rectangle, scene
 from renderer.adaptive.lighting import CORNERS, SIDES, FirstLook
-from renderer.execute import shaded_points, workspace
-from renderer.hard_cases.documents import bulb, lamp, phong, rectangle, scene
+from renderer.integrator import shaded_points, workspace
 from renderer.interaction import Points, Rays
 from schemas.quality import TargetQuality
 

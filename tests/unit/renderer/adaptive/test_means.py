@@ -7,13 +7,13 @@ import pytest
 from numpy.typing import NDArray
 
 import renderer
+from accuracy.hard_cases.documents import bulb, camera, phong, rectangle, scene
 from renderer.adaptive.camera_rays import camera_rays
 from renderer.adaptive.levels import LOOKED
 from renderer.adaptive.samples import Demanded, render_samples
 from renderer.adaptive.strata import borders
-from renderer.execute import shaded_points
-from renderer.hard_cases.documents import bulb, camera, phong, rectangle, scene
-from renderer.plan import RenderPlan
+from renderer.integrator import shaded_points
+from renderer.plan.plan import RenderPlan
 from schemas.quality import TargetQuality
 from schemas.tiles import Tile
 

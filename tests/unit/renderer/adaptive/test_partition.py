@@ -5,9 +5,9 @@ import pytest
 from numpy.typing import NDArray
 
 import renderer
+from accuracy.hard_cases.documents import camera
 from renderer.adaptive import Estimate
 from renderer.adaptive.partition import PER_WORKER, SHORTEST, WHOLE, partition, tile_count, tiles_of
-from renderer.hard_cases.documents import camera
 from schemas.quality import TargetQuality
 from schemas.tiles import Tile
 from tests.images import pictures

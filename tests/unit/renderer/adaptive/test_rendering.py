@@ -7,10 +7,10 @@ import pytest
 from numpy.typing import NDArray
 
 import renderer
+from accuracy.hard_cases.documents import Json, bulb, camera, lamp, phong, rectangle, scene, sphere
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.levels import COUNTS, COVERAGES
 from renderer.adaptive.samples import render_samples
-from renderer.hard_cases.documents import Json, bulb, camera, lamp, phong, rectangle, scene, sphere
 from schemas.quality import FixedQuality, TargetQuality
 from schemas.sampling import Antialiasing, LightSampling
 from schemas.tiles import Tile

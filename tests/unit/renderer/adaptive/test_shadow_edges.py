@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import renderer
-from renderer.adaptive.neighbours import spread
-from renderer.hard_cases.documents import (
+from accuracy.hard_cases.documents import (
     Json,
     bulb,
     camera,
@@ -18,6 +17,7 @@ from renderer.hard_cases.documents import (
     sun,
     triangle,
 )
+from renderer.adaptive.neighbours import spread
 from schemas.quality import FixedQuality, TargetQuality
 
 SIZE = 48

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import renderer
+from accuracy.hard_cases.documents import Json, camera, phong, scene, sphere
 from renderer.adaptive import Estimate, strata
 from renderer.adaptive.decisions import advance
 from renderer.adaptive.estimate import COVERS, ROUND
@@ -21,7 +22,6 @@ from renderer.adaptive.strata import (
     STEPS,
     SUSPECT,
 )
-from renderer.hard_cases.documents import Json, camera, phong, scene, sphere
 from schemas.quality import TargetQuality
 from tests.images.parts import Files, png
 from tests.images.pictures import codes

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from accuracy.hard_cases.documents import bulb, camera, rectangle
 from renderer.adaptive.coverage import cover
 from renderer.adaptive.guides import packed, surroundings, unpacked
 from renderer.adaptive.levels import LOOKED
 from renderer.adaptive.samples import Demanded, render_samples
-from renderer.hard_cases.documents import bulb, camera, rectangle
-from renderer.plan import RenderPlan
+from renderer.plan.plan import RenderPlan
 from schemas.tiles import Tile
 from tests.images import pictures
 from tests.unit.renderer.adaptive.test_coverage import (

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import renderer
+from accuracy.hard_cases.documents import camera
 from renderer.adaptive import Estimate, Samples, render_samples
-from renderer.adaptive.course import Course, Demand, answer
+from renderer.adaptive.adaptive_render import Course, Demand, answer
 from renderer.adaptive.levels import SAMPLED
 from renderer.adaptive.samples import Demanded
 from renderer.adaptive.time_limits import (
@@ -21,7 +22,6 @@ from renderer.adaptive.time_limits import (
     portions,
     reserve,
 )
-from renderer.hard_cases.documents import camera
 from schemas.quality import TargetQuality
 from schemas.tiles import Tile
 from tests.images import pictures

@@ -1,0 +1,106 @@
+"""Whether small blocks of a picture are brighter or darker than noise makes them.
+
+Noise averages out over a block, a mistake does not. In each block of 8 x 8 pixels the differences of a
+channel are tried against a mean of 0 by the trimmed t of Tukey and McLaughlin (1963): a tenth at each end is
+left out of the mean and winsorised in the variance, so that a few fireflies do not hide the rest.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from accuracy.comparison.quantiles import shared_out, student_limit
+from renderer.math.arrays import Floats, Masks
+
+SIDE = 8
+"""Pixels along a block: enough for a mean of 64, small enough to lie on one surface."""
+
+TRIMMED = 0.1
+"""Share of the differences left out at each end."""
+
+LEVEL = 0.001
+"""Probability with which noise alone makes a block count as biased."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bias:
+    """What the test found, block by block.
+
+    Attributes
+    ----------
+    ratios : (rows, columns) float64
+        |t| over the t that noise exceeds with probability `LEVEL`, the largest of the channels; inf where a
+        block without noise differs.
+    """
+
+    ratios: Floats
+
+    @property
+    def blocks(self) -> Masks:
+        """Which blocks are biased."""
+        return self.ratios > 1
+
+    @property
+    def share(self) -> float:
+        """Share of biased blocks."""
+        return float(np.count_nonzero(self.ratios > 1)) / self.ratios.size
+
+
+def starts(length: int) -> list[int]:
+    """Where blocks begin along a side of so many pixels; the last ends at the border and may overlap."""
+    side = min(SIDE, length)
+    return [*range(0, length - side, SIDE), length - side]
+
+
+def gathered(values: Floats) -> Floats:
+    """Pixels block by block, (H, W, ...) -> (rows, columns, pixels of a block, ...)."""
+    height, width = values.shape[:2]
+    high, wide = min(SIDE, height), min(SIDE, width)
+    if height % high == 0 and width % wide == 0:
+        shape = (height // high, high, width // wide, wide, *values.shape[2:])
+        whole = values.reshape(shape).swapaxes(1, 2)
+    else:
+        rows = np.add.outer(starts(height), np.arange(high))
+        columns = np.add.outer(starts(width), np.arange(wide))
+        whole = values[rows[:, None, :, None], columns[None, :, None, :]]
+    return whole.reshape(*whole.shape[:2], high * wide, *values.shape[2:])
+
+
+def bias(difference: Floats, allowed: Floats) -> Bias:
+    """Try all blocks.
+
+    Parameters
+    ----------
+    difference : (H, W, 3)
+        Linear.
+    allowed : (H, W, 3)
+        A mean no larger than its mean is no bias: in a flat block all pixels are rounded alike, and a fixed
+        pattern of samples is off by the same everywhere.
+    """
+    ordered = np.sort(gathered(difference), axis=2)
+    pixels = ordered.shape[2]
+    cut = int(TRIMMED * pixels)
+    inner = ordered[:, :, cut : pixels - cut]
+    mean = inner.mean(axis=2)
+    kept = pixels - 2 * cut
+    # The ends count as the last value kept.
+    squares = ((inner - mean[:, :, None]) ** 2).sum(axis=2)
+    low, high = inner[:, :, 0] - mean, inner[:, :, -1] - mean
+    squares += cut * (low * low + high * high)
+    squares -= (cut * (low + high)) ** 2 / pixels
+    error = np.sqrt(np.maximum(squares, 0) * pixels / max(pixels - 1, 1)) / kept
+    excess = np.maximum(np.abs(mean) - gathered(allowed).mean(axis=2), 0)
+    return Bias(_over(excess, error * limit(pixels)).max(axis=2))
+
+
+def limit(pixels: int) -> float:
+    """The |t| of one channel that noise exceeds in one of three with probability `LEVEL`."""
+    freedom = pixels - 2 * int(TRIMMED * pixels) - 1
+    return student_limit(shared_out(LEVEL, 3), freedom) if freedom > 0 else math.inf
+
+
+def _over(excess: Floats, bounds: Floats) -> Floats:
+    ratios = np.where(excess > 0, np.inf, 0.0)
+    np.divide(excess, bounds, out=ratios, where=(bounds > 0) & (excess > 0))
+    return ratios

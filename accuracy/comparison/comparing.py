@@ -1,0 +1,192 @@
+"""Comparing a picture with its reference: numbers, a verdict, a reason, and where to look."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accuracy.comparison import flip, variances
+from accuracy.comparison.blocks import Bias, bias
+from accuracy.comparison.diagnosis import Cause, diagnose
+from accuracy.comparison.errors import NotComparableError
+from accuracy.comparison.inputs import Picture
+from accuracy.comparison.metrics import GUARD, Metrics, metrics
+from accuracy.comparison.regions import Region, named, worst
+from accuracy.comparison.similarity import luma, ssim
+from accuracy.comparison.verdicts import Judgement, Policy, judge
+from renderer.math.arrays import Floats, Masks
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """What comparing two pictures has shown.
+
+    Attributes
+    ----------
+    image, reference : Picture
+    policy : Policy
+    metrics : Metrics
+    ssim : float or None
+        None for pictures smaller than its window.
+    flip : float or None
+        None where it was not asked for.
+    bias : Bias
+    judgement : Judgement
+    causes : tuple of Cause
+    regions : tuple of Region
+        None where the pictures are equal but for rounding.
+    names : sequence of str
+        Names of the scene's shapes, by their indices.
+    """
+
+    image: Picture
+    reference: Picture
+    policy: Policy
+    metrics: Metrics
+    ssim: float | None
+    flip: float | None
+    bias: Bias
+    judgement: Judgement
+    causes: tuple[Cause, ...]
+    regions: tuple[Region, ...]
+    names: Sequence[str]
+
+    @property
+    def passed(self) -> bool:
+        """Whether the pictures show the same but for noise."""
+        return self.judgement.verdict != "mismatch"
+
+    def document(self) -> dict[str, Any]:
+        """All of it as JSON values; an infinite PSNR, that of equal pictures, is null."""
+        told = asdict(self.metrics) | {
+            "psnr": _finite(self.metrics.psnr),
+            "ssim": self.ssim,
+            "bias_blocks": self.bias.share,
+            "flip": self.flip,
+        }
+        return {
+            "schema": "penumbra/comparison/v1",
+            "verdict": self.judgement.verdict,
+            "score": 1.0 if self.passed else 0.0,
+            "reason": self.judgement.reason,
+            "test": self.judgement.test,
+            "margin": self.judgement.margin,
+            "samples_factor": self.judgement.samples_factor,
+            "metrics": told,
+            "diagnosis": [asdict(cause) for cause in self.causes],
+            "worst_regions": [
+                asdict(region) | {"name": named(region.shape, self.names)} for region in self.regions
+            ],
+            "inputs": {"image": _input(self.image), "reference": _input(self.reference)},
+            "policy": asdict(self.policy),
+        }
+
+
+def compare(
+    image: Picture,
+    reference: Picture,
+    *,
+    policy: Policy | None = None,
+    shapes: NDArray[Any] | None = None,
+    names: Sequence[str] = (),
+    with_flip: bool = False,
+) -> Comparison:
+    """Compare a picture with its reference.
+
+    Parameters
+    ----------
+    policy
+        What is taken for the same.
+    shapes : (H, W) int, optional
+        What each pixel shows, as in the layer ``shape``; by default that layer of the reference, then that of
+        the picture.
+    names
+        Names of the shapes, by index; where they are missing, a shape is named by its index.
+    with_flip
+        Whether FLIP is computed too. It takes longer than all the rest together.
+
+    Raises
+    ------
+    NotComparableError
+        If the pictures differ in size.
+    MissingExtraError
+        If FLIP is asked for and its package is not installed.
+    """
+    if image.linear.shape != reference.linear.shape:
+        raise NotComparableError(
+            f"{image.name} is {image.width} x {image.height} pixels and {reference.name} is "
+            f"{reference.width} x {reference.height}. Pictures are compared pixel by pixel: render both in "
+            "one size."
+        )
+    policy = policy or Policy()
+    difference = image.linear - reference.linear
+    rounding = image.rounding + reference.rounding
+    equal = bool((np.abs(difference) <= rounding + GUARD).all())
+    allowed = rounding + policy.tolerance
+    biased = bias(difference, allowed)
+    lumas = luma(image.linear), luma(reference.linear)
+    causes = () if equal else diagnose(image.linear, reference.linear, lumas, allowed, policy.most_bias)
+    both = variances.known(image) and variances.known(reference)
+    scores = variances.scores(image, reference, allowed) if both else None
+    judgement = judge(
+        equal=equal,
+        bias=biased,
+        scores=scores,
+        cause=causes[0].cause if causes else None,
+        policy=policy,
+    )
+    shapes = _shapes(shapes, reference, image)
+    return Comparison(
+        image=image,
+        reference=reference,
+        policy=policy,
+        metrics=metrics(image.linear, reference.linear, policy.limit),
+        ssim=ssim(*lumas),
+        flip=flip.flip(image.linear, reference.linear) if with_flip else None,
+        bias=biased,
+        judgement=judgement,
+        causes=causes,
+        regions=() if equal else worst(difference, _suspects(biased, scores), shapes),
+        names=_names(names, shapes),
+    )
+
+
+def _suspects(biased: Bias, scores: variances.Scores | None) -> Masks:
+    return biased.blocks if scores is None else scores.ratios > 1
+
+
+def _shapes(given: NDArray[Any] | None, *pictures: Picture) -> NDArray[Any] | None:
+    known = [given, *(picture.layers.get("shape") for picture in pictures)]
+    return next((shapes for shapes in known if shapes is not None), None)
+
+
+def _names(names: Sequence[str], shapes: NDArray[Any] | None) -> list[str]:
+    count = 0 if shapes is None else int(shapes.max()) + 1
+    return [*names, *(f"shape {number}" for number in range(len(names), count))]
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _input(picture: Picture) -> dict[str, Any]:
+    samples = picture.layers.get("samples")
+    return {
+        "name": picture.name,
+        "sha256": picture.sha256,
+        "width": picture.width,
+        "height": picture.height,
+        "encoding": picture.encoding,
+        "encoding_stated": picture.stated,
+        "bits": picture.bits,
+        "clipped_pixels": picture.clipped,
+        "samples": None if samples is None else float(_mean(samples)),
+        "notes": list(picture.notes),
+    }
+
+
+def _mean(samples: Floats) -> float:
+    return float(samples.mean())

@@ -1,0 +1,197 @@
+"""Mistakes that people make with pictures, each with a way to undo it.
+
+A picture with the mistake becomes the right one when it is undone, up to noise and rounding. A way that also
+smooths the picture would bring any noisy picture nearer to its reference; beside it stands a control that
+smooths at least as much and undoes nothing.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.images.colors import linear_from_srgb, srgb_from_linear
+from renderer.math.arrays import Floats
+
+Undo = Callable[[Floats], Floats]
+
+LEAST_EXPOSURE = 0.02
+"""Smaller shares of brightness than this are left to noise and rounding."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mistake:
+    """One mistake.
+
+    Attributes
+    ----------
+    cause : str
+        A word for programs.
+    hint : str
+        What was probably done, and what to do, a sentence for people.
+    undo : callable
+        Linear picture (H, W, 3) with values 0..1 to such a picture.
+    control : callable or None
+        What is fair to compare with; None for the picture as it is.
+    """
+
+    cause: str
+    hint: str
+    undo: Undo
+    control: Undo | None = None
+
+
+def candidates(image: Floats, reference: Floats) -> Iterator[Mistake]:
+    """Mistakes that can be tried on a picture of this shape."""
+    yield from ENCODINGS
+    yield from CHANNELS
+    yield from TURNED
+    if image.shape[0] == image.shape[1]:
+        yield TRANSPOSED
+    yield from SHIFTS
+    yield from _exposure(image, reference)
+
+
+def _exposure(image: Floats, reference: Floats) -> Iterator[Mistake]:
+    """Brightness by the ratio of means: unlike a least squares fit, noise does not draw it below 1."""
+    whole = (image < 1).all(axis=2) & (reference < 1).all(axis=2)
+    seen = float(image[whole].sum())
+    if 2 * np.count_nonzero(whole) < whole.size or seen == 0:
+        return
+    scale = float(reference[whole].sum()) / seen
+    if abs(scale - 1) < LEAST_EXPOSURE or scale == 0:
+        return
+    hint = (
+        f"The picture is {1 / scale:.3g} times as bright as the reference everywhere. Look at the exposure, "
+        "the colours of lights and sums over samples that are not divided by their number."
+    )
+
+    def undo(picture: Floats) -> Floats:
+        return np.clip(picture * scale, 0, 1)
+
+    yield Mistake("exposure", hint, undo)
+
+
+def _from_power(picture: Floats) -> Floats:
+    return srgb_from_linear(picture) ** 2.2
+
+
+def _once(picture: Floats) -> Floats:
+    return linear_from_srgb(picture).astype(np.float64)
+
+
+ENCODINGS = (
+    Mistake(
+        "gamma_missing",
+        "The numbers in the file are linear but were read as sRGB. Encode them before saving, or state that "
+        "the encoding is linear.",
+        srgb_from_linear,
+    ),
+    Mistake(
+        "gamma_twice",
+        "The picture was encoded for the display twice, or is encoded but was read as linear. Encode it "
+        "once, or state that the encoding is srgb.",
+        _once,
+    ),
+    Mistake(
+        "gamma_2.2",
+        "The picture was encoded with a power of 1/2.2. sRGB is not that power: use its formula with the "
+        "linear part near black.",
+        _from_power,
+    ),
+)
+
+
+def _ordered(order: tuple[int, int, int]) -> Undo:
+    def undo(picture: Floats) -> Floats:
+        return picture[:, :, list(order)]
+
+    return undo
+
+
+# The order in which the picture's own channels are read to give red, green and blue.
+CHANNELS = tuple(
+    Mistake(
+        f"channels_{''.join(name)}",
+        f"The channels are stored in the order {', '.join(name)}. Save them as red, green, blue.",
+        _ordered(tuple(name.index(channel) for channel in "rgb")),  # type: ignore[arg-type]
+    )
+    for name in ("bgr", "rbg", "grb", "gbr", "brg")
+)
+
+TURNED = (
+    Mistake(
+        "flipped_vertically",
+        "The picture is upside down. Row 0 is the top one: look at the sign of y where rays are made, and at "
+        "the order in which rows are written.",
+        lambda picture: picture[::-1],
+    ),
+    Mistake(
+        "flipped_horizontally",
+        "Left and right are exchanged. Look at the cross product that gives the camera's right.",
+        lambda picture: picture[:, ::-1],
+    ),
+    Mistake(
+        "turned_half",
+        "The picture is turned by 180 degrees: both its rows and its columns are written backwards.",
+        lambda picture: picture[::-1, ::-1],
+    ),
+)
+
+TRANSPOSED = Mistake(
+    "transposed",
+    "Rows and columns are exchanged. The first index of an image array is the row.",
+    lambda picture: picture.transpose(1, 0, 2),
+)
+
+
+def moved(picture: Floats, right: int, down: int) -> Floats:
+    """The picture moved by at most one pixel each way; what is moved in from outside stays as it was."""
+    placed = picture.copy()
+    placed[_to(down), _to(right)] = picture[_to(-down), _to(-right)]
+    return placed
+
+
+def _to(step: int) -> slice:
+    """Where a side that is moved by -1, 0 or 1 pixels comes to lie."""
+    return slice(max(step, 0), min(step, 0) or None)
+
+
+def _moving(right: int, down: int) -> Undo:
+    return lambda picture: moved(picture, right, down)
+
+
+def _halfway(right: int, down: int) -> Undo:
+    """Means of neighbours: a picture with half a pixel's offset, and half the noise."""
+    return lambda picture: (picture + moved(picture, right, down)) / 2
+
+
+def _smoothed(right: int, down: int) -> Undo:
+    """Weights 1/4, 1/2, 1/4: less noise than means of two have, and no offset."""
+    return lambda picture: picture / 2 + (moved(picture, right, down) + moved(picture, -right, -down)) / 4
+
+
+ASIDE = {-1: "left", 1: "right", 0: ""}
+ALONG = {-1: "up", 1: "down", 0: ""}
+OFFSETS = tuple((x, y) for x in (-1, 0, 1) for y in (-1, 0, 1) if (x, y) != (0, 0))
+
+
+def _shift(x: int, y: int, step: str, undo: Undo, control: Undo | None) -> Mistake:
+    where = " and ".join(filter(None, (ASIDE[x], ALONG[y])))
+    return Mistake(
+        f"{'half' if control else 'one'}_pixel_{where.replace(' and ', '_')}",
+        f"The picture lies {step} too far {where}. The centre of pixel i is at i + 0.5; a picture of "
+        "width n ends at n, not at n - 1.",
+        undo,
+        control,
+    )
+
+
+SHIFTS = tuple(
+    mistake
+    for x, y in OFFSETS
+    for mistake in (
+        _shift(x, y, "one pixel", _moving(-x, -y), None),
+        _shift(x, y, "half a pixel", _halfway(-x, -y), _smoothed(-x, -y)),
+    )
+)

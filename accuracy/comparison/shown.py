@@ -1,0 +1,39 @@
+"""What each pixel of a scene shows, so that places in a picture have names."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.integrator import render_layers
+from renderer.plan.building import compile_scene
+from renderer.scenes import LoadedScene
+from schemas.quality import FixedQuality
+from schemas.sampling import Antialiasing, LightSampling
+from schemas.scene import Scene
+from schemas.tiles import Tile
+
+CHEAPEST = FixedQuality(
+    mode="fixed",
+    antialiasing=Antialiasing(pattern="center", samples=1),
+    light=LightSampling(pattern="uniform", samples=1),
+)
+"""Nothing is lit for this; a scene's own quality would only be compiled."""
+
+
+def shapes_shown(scene: LoadedScene) -> NDArray[Any]:
+    """The shape at the centre of each pixel, (H, W) int32 indices; -1 where there is none.
+
+    Raises
+    ------
+    SceneError
+        If the scene, or a file that it names, cannot be used.
+    """
+    plan = compile_scene(scene, CHEAPEST, layers=("shape",))
+    layers, _ = render_layers(plan, Tile(0, 0, 0, plan.width, plan.height))
+    return np.asarray(layers["shape"])
+
+
+def names_of(scene: Scene) -> list[str]:
+    """A name for each shape of a scene, by index: its own or its type, and where it stands."""
+    return [f"{shape.name or shape.type} (shapes/{number})" for number, shape in enumerate(scene.shapes)]

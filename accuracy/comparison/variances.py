@@ -1,0 +1,85 @@
+"""Whether two noisy pictures may be of the same scene, where both tell how noisy each pixel is.
+
+The means of a block are as many pixels' noise together, so that their difference over its standard error is
+close to normal. One false alarm in a thousand is shared out among all blocks and channels (Sidak 1967).
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from accuracy.comparison.blocks import gathered
+from accuracy.comparison.inputs import Picture
+from accuracy.comparison.quantiles import normal_equivalent, normal_limit, shared_out
+from renderer.math.arrays import Floats
+
+LEVEL = 0.001
+"""Probability of a false alarm in all blocks together."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scores:
+    """What the test found, block by block.
+
+    Attributes
+    ----------
+    ratios : (rows, columns) float64
+        |z| over the z that noise exceeds in any block with probability `LEVEL`, the largest of the channels.
+    largest : float
+        The largest |z|.
+    limit : float
+        The z that noise exceeds.
+    """
+
+    ratios: Floats
+    largest: float
+    limit: float
+
+    @property
+    def differs(self) -> bool:
+        """Whether some block differs by more than noise explains."""
+        return bool(self.largest > self.limit)
+
+
+def known(picture: Picture) -> bool:
+    """Whether a picture has the layers ``error`` and ``samples``, and 2 samples or more in each pixel."""
+    error, samples = picture.layers.get("error"), picture.layers.get("samples")
+    return (
+        error is not None and samples is not None and bool(np.isfinite(error).all() and (samples > 1).all())
+    )
+
+
+def scores(image: Picture, reference: Picture, allowed: Floats) -> Scores:
+    """Try all blocks of two pictures of which the errors are `known`.
+
+    A mean difference no larger than the mean of `allowed` (H, W, 3) counts as none.
+
+    The error of a block is itself an estimate: its degrees of freedom are those of Welch (1947) and
+    Satterthwaite (1946), and a t of few is brought to the z that is as rare.
+    """
+    means = _block_means(image) - _block_means(reference)
+    variances, weights = np.zeros_like(means), np.zeros_like(means)
+    for picture in (image, reference):
+        squares = picture.layers["error"].astype(np.float64) ** 2
+        freedom = picture.layers["samples"].astype(np.float64)[:, :, None] - 1
+        variances += gathered(squares).sum(axis=2)
+        weights += gathered(squares * squares / freedom).sum(axis=2)
+    pixels = gathered(image.linear[:, :, 0]).shape[2]
+    excess = np.maximum(np.abs(means) - gathered(allowed).mean(axis=2), 0.0)
+    z = _rare(excess, np.sqrt(variances) / pixels, variances, weights)
+    bound = normal_limit(shared_out(LEVEL, z.size))
+    return Scores(z.max(axis=2) / bound, float(z.max()), bound)
+
+
+def _block_means(picture: Picture) -> Floats:
+    return gathered(picture.linear).mean(axis=2)
+
+
+def _rare(excess: Floats, errors: Floats, variances: Floats, weights: Floats) -> Floats:
+    ratios = np.where(excess > 0, math.inf, 0.0)
+    np.divide(excess, errors, out=ratios, where=errors > 0)
+    freedom = np.full_like(variances, math.inf)
+    np.divide(variances * variances, weights, out=freedom, where=weights > 0)
+    z = normal_equivalent(np.minimum(ratios, 1e100), freedom)
+    return np.where(np.isinf(ratios), math.inf, z)

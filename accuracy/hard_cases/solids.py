@@ -1,0 +1,155 @@
+"""Closed solids and rooms whose faces share corners and edges bit for bit."""
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+
+from accuracy.hard_cases.documents import Json, rectangle, triangle
+
+Floats = np.ndarray
+
+
+def box(corner: list[float], size: float) -> list[Json]:
+    """Six rectangles, each edge of the box written twice from the same corner or from its end."""
+    x, y, z = corner
+    a, b, c = [size, 0.0, 0.0], [0.0, size, 0.0], [0.0, 0.0, size]
+    return [
+        rectangle(corner, a, b),
+        rectangle(corner, b, c),
+        rectangle(corner, c, a),
+        rectangle([x, y, z + size], a, b),
+        rectangle([x + size, y, z], b, c),
+        rectangle([x, y + size, z], c, a),
+    ]
+
+
+def box_corners(corner: list[float], size: float) -> Floats:
+    """Its eight corners, (8, 3)."""
+    return np.array(
+        [
+            [x + size * s for x, s in zip(corner, side, strict=True)]
+            for side in itertools.product((0, 1), repeat=3)
+        ]
+    )
+
+
+def box_edges(corner: list[float], size: float) -> list[tuple[Floats, Floats]]:
+    """Its twelve edges as pairs of corners."""
+    corners = box_corners(corner, size)
+    return [(a, b) for a, b in itertools.combinations(corners, 2) if np.count_nonzero(a != b) == 1]
+
+
+def turned_box(center: Floats, axes: Floats, size: float) -> list[Json]:
+    """Six rectangles by their centres, whose corners agree but for rounding; rows of `axes` are unit."""
+    return [
+        {
+            "type": "rectangle",
+            "center": (center + side * size / 2 * axes[i]).tolist(),
+            "normal": (side * axes[i]).tolist(),
+            "tangent": axes[(i + 1) % 3].tolist(),
+            "size": [size, size],
+            "material": "plain",
+        }
+        for i, side in itertools.product(range(3), (-1, 1))
+    ]
+
+
+def turned_box_edges(center: Floats, axes: Floats, size: float, shares: Floats) -> Floats:
+    """Places on the twelve edges of the same box, at `shares` from -1 to 1 of half an edge."""
+    half = axes * size / 2
+    return np.concatenate(
+        [
+            center + np.outer(shares, half[i]) + a * half[(i + 1) % 3] + b * half[(i + 2) % 3]
+            for i, a, b in itertools.product(range(3), (-1, 1), (-1, 1))
+        ]
+    )
+
+
+def icosphere(center: list[float], radius: float, rounds: int) -> tuple[Floats, Floats]:
+    """Vertices (V, 3) near a sphere and triangles (T, 3) of a closed mesh."""
+    g = (1 + 5**0.5) / 2
+    vertices = [
+        np.array(v) for a, b in itertools.product((-1, 1), (-g, g)) for v in ((0, a, b), (a, b, 0), (b, 0, a))
+    ]
+    near = min(float(np.linalg.norm(a - b)) for a, b in itertools.combinations(vertices, 2))
+    faces = [
+        face
+        for face in itertools.combinations(range(12), 3)
+        if all(
+            np.linalg.norm(vertices[i] - vertices[j]) < 1.01 * near
+            for i, j in itertools.combinations(face, 2)
+        )
+    ]
+    for _ in range(rounds):
+        faces = _divided(vertices, faces)
+    places = np.array([v / np.linalg.norm(v) for v in vertices]) * radius + center
+    return places, np.array(faces)
+
+
+def outward(center: list[float], radius: float, rounds: int) -> tuple[Floats, Floats]:
+    """The same mesh with all triangles counter-clockwise seen from outside."""
+    vertices, faces = icosphere(center, radius, rounds)
+    a, b, c = (vertices[column] for column in faces.T)
+    inward = ((np.cross(b - a, c - a)) * (a - center)).sum(axis=1) < 0
+    return vertices, np.where(inward[:, None], faces[:, ::-1], faces)
+
+
+def globe(center: Sequence[float]) -> tuple[Floats, Floats]:
+    """Vertices (482, 3) of a sphere of radius 1 in 32 x 16 parts, and its triangles (960, 3)."""
+    turns = np.arange(32) * np.pi / 16
+    heights = np.arange(1, 16) * np.pi / 16
+    rings = [
+        np.column_stack((np.sin(h) * np.cos(turns), np.sin(h) * np.sin(turns), np.full(32, np.cos(h))))
+        for h in heights
+    ]
+    vertices = np.concatenate((*rings, np.array([[0.0, 0, 1], [0, 0, -1]]))) + center
+    here, after = np.arange(32), (np.arange(32) + 1) % 32
+    faces = [np.column_stack((np.full(32, 480), here, after))]
+    for ring in range(14):
+        a, b, c, d = (ring * 32 + k for k in (here, after, after + 32, here + 32))
+        faces += [np.column_stack((a, d, c)), np.column_stack((a, c, b))]
+    faces.append(np.column_stack((np.full(32, 481), 448 + after, 448 + here)))
+    return vertices, np.concatenate(faces)
+
+
+def mesh(vertices: Floats, faces: Floats) -> Json:
+    """One mesh of the scene language."""
+    return {
+        "type": "mesh",
+        "vertices": vertices.tolist(),
+        "triangles": faces.tolist(),
+        "material": "plain",
+    }
+
+
+def _divided(vertices: list[Floats], faces: list[tuple[int, int, int]]) -> list[tuple[int, int, int]]:
+    middles: dict[tuple[int, int], int] = {}
+
+    def middle(i: int, j: int) -> int:
+        key = (min(i, j), max(i, j))
+        if key not in middles:
+            vertices.append(
+                (vertices[i] / np.linalg.norm(vertices[i]) + vertices[j] / np.linalg.norm(vertices[j])) / 2
+            )
+            middles[key] = len(vertices) - 1
+        return middles[key]
+
+    smaller = []
+    for a, b, c in faces:
+        ab, bc, ca = middle(a, b), middle(b, c), middle(c, a)
+        smaller += [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+    return smaller
+
+
+def triangles_of(vertices: Floats, faces: Floats) -> list[Json]:
+    """One triangle of the scene language a face."""
+    return [triangle(*(vertices[i].tolist() for i in face)) for face in faces]
+
+
+def edge_places(vertices: Floats, faces: Floats, shares: list[float]) -> Floats:
+    """Places on all edges of a mesh, as well as doubles can say."""
+    pairs = sorted(
+        {tuple(sorted(pair)) for face in faces.tolist() for pair in itertools.combinations(face, 2)}
+    )
+    return np.array([vertices[i] + s * (vertices[j] - vertices[i]) for i, j in pairs for s in shares])

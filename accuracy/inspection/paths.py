@@ -1,0 +1,101 @@
+"""The ray through the middle of a pixel, and all that go on from where it ends, as a tree."""
+
+from collections import deque
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from accuracy.inspection.lighting import SeenLight, lights_at
+from renderer.integrator import camera_rays, shaded_points
+from renderer.interaction import Points, Rays
+from renderer.math.arrays import Floats
+from renderer.math.streams import branch
+from renderer.plan.building import compile_visibility
+from renderer.plan.plan import RenderPlan
+from renderer.plan.stages import Lighting
+from renderer.tiling import Block
+from renderer.waves import KINDS, Wave, camera_wave
+from schemas.tiles import Pass
+
+MOST_RAYS = 256
+"""Rays of a tree that are told. Between mirrors and in glass there may be thousands; nobody reads them."""
+
+ONE_RAY = Pass(index=1, stride=1, first=0, last=1)
+
+
+@dataclass(slots=True, eq=False)
+class Leg:
+    """One ray of a path, and what it met.
+
+    Attributes
+    ----------
+    kind : str
+        `camera`, or one of `waves.KINDS`.
+    wave : Wave
+        Of this one ray.
+    points : Points
+        The point that it met, or none.
+    radiance, ambient : (3,) float64
+        Of the place that it met, and the part of ambient light in it.
+    lights : list of SeenLight
+        All lights of the scene, where it met a shape.
+    legs : list of Leg
+        The rays that go on from there.
+    """
+
+    kind: str
+    wave: Wave
+    points: Points
+    radiance: Floats
+    ambient: Floats
+    lights: list[SeenLight]
+    legs: list["Leg"] = field(default_factory=list)
+
+
+def ray_of(plan: RenderPlan, x: int, y: int) -> Rays:
+    """The ray through the middle of the pixel in column x and row y."""
+    return camera_rays(plan, Block(np.array([x]), np.array([y]), (x, y, x + 1, y + 1)), ONE_RAY)
+
+
+def walk(plan: RenderPlan, x: int, y: int) -> tuple[Leg, bool]:
+    """Follow the ray of a pixel; also say whether the tree is complete. Short paths come first."""
+    lights = compile_visibility(plan)
+    root = _followed(plan, lights, "camera", camera_wave(ray_of(plan, x, y)))
+    waiting, told = deque([root]), 1
+    while waiting:
+        leg = waiting.popleft()
+        for kind, wave in _going_on(plan, leg):
+            if told == MOST_RAYS:
+                return root, False
+            leg.legs.append(_followed(plan, lights, kind, wave))
+            told += 1
+        waiting.extend(leg.legs)
+    return root, True
+
+
+def _going_on(plan: RenderPlan, leg: Leg) -> list[tuple[str, Wave]]:
+    waves = [wave for spawner in plan.spawners for wave in spawner.run(leg.points, leg.wave)]
+    return [(_kind(leg.points, wave), wave) for wave in waves]
+
+
+def _kind(points: Points, wave: Wave) -> str:
+    """The kind of bounce that gave a wave's path its name."""
+    departure = wave.rays.departure
+    assert departure is not None
+    return next(kind for i, kind in enumerate(KINDS) if (branch(points.paths, i) == departure.paths).all())
+
+
+def _followed(plan: RenderPlan, lights: tuple[Lighting, ...], kind: str, wave: Wave) -> Leg:
+    for stage in (*plan.meetings, *plan.visible_lights):
+        stage.run(wave.rays)
+    points = shaded_points(plan, wave.rays)
+    if not points.count:
+        seen = plan.unshaded.radiance(wave.rays.shapes)[:, 0]
+        return Leg(kind, wave, points, seen, np.zeros(3), [])
+    ambient = points.radiance[:, 0].copy()
+    seen_lights = lights_at(plan, lights, points)
+    radiance = ambient.copy()
+    for light in seen_lights:
+        for term in light.terms.values():
+            radiance += term
+    return Leg(kind, wave, points, radiance, ambient, seen_lights)

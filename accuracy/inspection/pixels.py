@@ -1,0 +1,127 @@
+"""One pixel explained, as a document."""
+
+from collections import Counter
+from typing import cast
+
+import numpy as np
+
+from accuracy.inspection.lighting import SeenLight
+from accuracy.inspection.paths import Leg, ray_of, walk
+from accuracy.inspection.reasons import reasons
+from renderer.integrator import radiance
+from renderer.interaction import EMITTER
+from renderer.math.arrays import Floats, lengths, unit
+from renderer.plan.plan import RenderPlan
+from schemas.inspections import (
+    Blocker,
+    InspectedLight,
+    InspectedRay,
+    InspectedSurface,
+    Inspection,
+    Part,
+    RayKind,
+    Triple,
+)
+from schemas.pointers import pointer
+from schemas.scene import Scene
+
+
+def inspect(plan: RenderPlan, x: int, y: int) -> Inspection:
+    """Explain what the ray through the middle of a pixel has seen.
+
+    Parameters
+    ----------
+    plan : RenderPlan
+        Of `inspection_plan`; any other with one camera sample a pixel and no lens.
+    x, y : int
+        Column and row, from the upper left.
+
+    Returns
+    -------
+    Inspection
+        Its `color` is what rendering the pixel with this plan gives, before it is rounded to float32. If the
+        tree is complete, weights times radiance add up to it, to some 2^-50 of the sum of their magnitudes a
+        ray: the same terms are only added in another order.
+
+    Raises
+    ------
+    IndexError
+        If the picture does not have this pixel.
+    """
+    if not (0 <= x < plan.width and 0 <= y < plan.height):
+        raise IndexError(f"The picture has {plan.width} x {plan.height} pixels; ({x}, {y}) is none of them.")
+    color = triple(radiance(plan, ray_of(plan, x, y), Counter())[:, 0])
+    root, complete = walk(plan, x, y)
+    ray = _ray(plan.document, root)
+    told = reasons(plan.document, ray)
+    return Inspection(x=x, y=y, color=color, reasons=told, ray=ray, complete=complete)
+
+
+def triple(values: Floats) -> Triple:
+    """Three numbers of an array, as Python has them."""
+    return cast("Triple", tuple(values.tolist()))
+
+
+def _ray(scene: Scene, leg: Leg) -> InspectedRay:
+    rays = leg.wave.rays
+    return InspectedRay(
+        kind=cast("RayKind", leg.kind),
+        weight=float(leg.wave.weights[0]),
+        origin=triple(rays.origins[:, 0]),
+        direction=triple(unit(rays.directions)[:, 0]),
+        surface=_surface(scene, leg) if leg.points.count else None,
+        light=_light_met(int(rays.shapes[0])),
+        radiance=triple(leg.radiance),
+        rays=tuple(_ray(scene, following) for following in leg.legs),
+    )
+
+
+def _light_met(number: int) -> Part | None:
+    return Part(pointer=pointer(["lights", number - EMITTER]), name=None) if number >= EMITTER else None
+
+
+def _surface(scene: Scene, leg: Leg) -> InspectedSurface:
+    points = leg.points
+    number = int(points.shapes[0])
+    shape = scene.shapes[number]
+    texture = scene.materials[shape.material].color_texture
+    return InspectedSurface(
+        shape=number,
+        part=Part(pointer=pointer(["shapes", number]), name=shape.name),
+        primitive=int(points.primitives[0]),
+        t=float((points.t * lengths(points.directions)).item()),
+        position=triple(points.positions[:, 0]),
+        uv=cast("tuple[float, float]", tuple(points.coordinates[:, 0].tolist())),
+        normal=triple(points.normals[:, 0]),
+        shading_normal=triple(points.shading_normals[:, 0]),
+        material=Part(pointer=pointer(["materials", shape.material]), name=shape.material),
+        texture=None if texture is None else Part(pointer=pointer(["textures", texture]), name=texture),
+        color=triple(points.colors[:, 0]),
+        ambient=triple(leg.ambient),
+        lights=tuple(_light(scene, light) for light in leg.lights),
+    )
+
+
+def _light(scene: Scene, seen: SeenLight) -> InspectedLight:
+    return InspectedLight(
+        light=seen.number,
+        pointer=pointer(["lights", seen.number]),
+        visibility=(seen.points - seen.below - seen.blocked) / seen.points,
+        points=seen.points,
+        below_horizon=seen.below,
+        blocked=seen.blocked,
+        blockers=tuple(_blocker(scene, *blocker) for blocker in seen.blockers),
+        cosine=seen.cosine,
+        turned_away=seen.turned_away,
+        diffuse=_term(seen, "diffuse"),
+        specular=_term(seen, "specular"),
+    )
+
+
+def _term(seen: SeenLight, name: str) -> Triple:
+    return triple(seen.terms.get(name, np.zeros(3)))
+
+
+def _blocker(scene: Scene, number: int, points: int) -> Blocker:
+    place = pointer(["shapes", number])
+    return Blocker(pointer=place, name=scene.shapes[number].name, shape=number, points=points)

@@ -1,0 +1,140 @@
+"""What a picture would cost, and how far off it would be: told by a pilot of a second or so."""
+
+from time import monotonic
+
+from accuracy.quotes.choices import Adaptive, Fixed, Priced, closest, soonest
+from accuracy.quotes.pilots import Pilot
+from accuracy.quotes.prices import price
+from accuracy.quotes.ranges import Range
+from accuracy.quotes.settings import ERRORS
+from renderer.plan.building import compile_scene
+from renderer.scenes import LoadedScene
+from schemas.quality import Quality
+from schemas.quotes import EffectShare, Offer, Predicted, Quote
+from schemas.quotes import Pilot as PilotReport
+
+SECONDS = 1.5
+"""How long a pilot may take."""
+
+__all__ = ["SECONDS", "quote"]
+
+
+def quote(
+    scene: LoadedScene,
+    quality: Quality | None = None,
+    *,
+    target_error: float | None = None,
+    seconds: float | None = None,
+    workers: int = 1,
+    limit: float = SECONDS,
+) -> Quote:
+    """Predict what a picture costs at several qualities, and how far off it will be.
+
+    The price comes from the plan alone. All else comes from a pilot in this process: blocks of the picture
+    are timed, pixels sampled twice, effects left out, and pictures of target quality begun, as long as there
+    is time. What there was no time for is missing in the answer.
+
+    Parameters
+    ----------
+    scene : LoadedScene
+    quality : Quality, optional
+        What is asked for, in place of the scene's own sampling.
+    target_error : float, optional
+        A wished error, 1e-6 to 1.
+    seconds : float, optional
+        A given time.
+    workers : int
+        Processes that will render.
+    limit : float
+        Seconds of the pilot. No unit of work begins that would end later, if it took as long as the longest
+        so far. Compiling the scene for the first time comes on top, as no picture does without.
+
+    Returns
+    -------
+    schemas.quotes.Quote
+
+    Raises
+    ------
+    SceneError
+        If the scene, or a file that it names, cannot be used.
+
+    Notes
+    -----
+    Which places are looked at depends on the scene and its seed alone. How many of them are,
+    and so every figure but the price, depends on the machine.
+    """
+    before = monotonic()
+    plan = compile_scene(scene, quality)
+    begun = monotonic()
+    pilot = Pilot(scene, plan.quality, target_error, plan)
+    pilot.run(limit, begun - before)
+    fixed, adaptive = pilot.fixed(workers), pilot.adaptive(workers)
+    known: list[Fixed | Adaptive] = [*fixed, adaptive]
+    asked = _asked(pilot, known)
+    return Quote(
+        asked=_chosen(asked),
+        offers=tuple(_offer(offer) for offer in _offers(pilot, fixed, adaptive)),
+        for_error=_chosen(soonest(known, target_error)) if target_error else None,
+        for_seconds=_chosen(closest(known, seconds)) if seconds else None,
+        effects=_effects(pilot, asked),
+        price=price(plan, workers),
+        workers=workers,
+        pilot=PilotReport(
+            seconds=monotonic() - begun,
+            blocks=len(pilot.stopwatch.firsts) if pilot.stopwatch else 0,
+            pixels=pilot.sampled.pixels if pilot.sampled else 0,
+            target_errors=sum(rehearsal.found is not None for rehearsal in pilot.rehearsals),
+        ),
+    )
+
+
+def _asked(pilot: Pilot, known: list[Fixed | Adaptive]) -> Priced | None:
+    for each in known:
+        if isinstance(each, Adaptive):
+            if pilot.target and each.points:
+                return each.priced(pilot.target.error, pilot.target.time_limit)
+        elif pilot.target is None and each.ladder == pilot.ladders[0]:
+            return each.priced(pilot.asked)
+    return None
+
+
+def _offers(pilot: Pilot, fixed: list[Fixed], adaptive: Adaptive) -> list[Priced]:
+    """All that was priced: the ladders from few samples to many, then errors from large to small."""
+    offers = []
+    for each in fixed:
+        own = {pilot.asked} if pilot.target is None and each.ladder == pilot.ladders[0] else set()
+        offers += [each.priced(count) for count in sorted({*each.ladder.counts} | own)]
+    return offers + [adaptive.priced(error) for error in sorted(adaptive.errors(ERRORS), reverse=True)]
+
+
+def _effects(pilot: Pilot, asked: Priced | None) -> tuple[EffectShare, ...]:
+    if pilot.ablation is None or asked is None:
+        return ()
+    total = asked.cpu_seconds.estimate
+    shares = sorted(pilot.ablation.found, key=lambda found: -found.share)
+    return tuple(
+        EffectShare(
+            effect=found.variant.effect,
+            pointers=found.variant.pointers,
+            cpu_seconds=found.share * total,
+            share=found.share,
+        )
+        for found in shares
+    )
+
+
+def _chosen(offer: Priced | None) -> Offer | None:
+    return None if offer is None else _offer(offer)
+
+
+def _offer(offer: Priced) -> Offer:
+    return Offer(
+        quality=offer.quality,
+        cpu_seconds=_predicted(offer.cpu_seconds),
+        seconds=_predicted(offer.seconds),
+        error=None if offer.error is None else _predicted(offer.error),
+    )
+
+
+def _predicted(known: Range) -> Predicted:
+    return Predicted(estimate=known.estimate, low=known.low, high=known.high)

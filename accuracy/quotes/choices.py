@@ -1,0 +1,176 @@
+"""The cheapest setting for a wished error, and the best one for a given time."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import ceil, floor, log, log10
+
+from accuracy.quotes.accuracies import Accuracy
+from accuracy.quotes.ranges import Range, factor
+from accuracy.quotes.settings import Ladder, target
+from accuracy.quotes.timings import Timing
+from schemas.quality import CONFIDENCE, Quality
+
+KEPT, LEAST = 0.7, 0.3
+"""What the error of target quality comes to, over the one asked for, and the least of it that is usual: it
+stops below, and how far below is chance."""
+
+FALLS = 2.0
+"""Power of the error like which the seconds of target quality grow beyond what was tried: that of independent
+samples."""
+
+BETWEEN = 0.5
+"""Standard deviation of that power."""
+
+FINEST = 1e-6
+"""Smallest error that target quality takes."""
+
+FARTHEST = 0.1
+"""Errors are offered down to this part of what was tried: beyond, nothing is known."""
+
+
+@dataclass(frozen=True, slots=True)
+class Priced:
+    """A quality with what it is predicted to cost and to reach.
+
+    Attributes
+    ----------
+    quality : Quality
+    cpu_seconds, seconds : Range
+    error : Range or None
+    """
+
+    quality: Quality
+    cpu_seconds: Range
+    seconds: Range
+    error: Range | None
+
+
+@dataclass(frozen=True, slots=True)
+class Fixed:
+    """All that is known of a ladder.
+
+    Attributes
+    ----------
+    ladder : Ladder
+    timing : Timing
+    accuracy : Accuracy or None
+    workers : int
+    """
+
+    ladder: Ladder
+    timing: Timing
+    accuracy: Accuracy | None
+    workers: int
+
+    def priced(self, count: int) -> Priced:
+        """One of its qualities."""
+        cpu = self.timing.cpu_seconds(count)
+        error = self.accuracy.error(count) if self.accuracy else None
+        return Priced(self.ladder.quality(count), cpu, cpu.scaled(1 / self.workers), error)
+
+    def for_error(self, error: float) -> Priced | None:
+        """The least count whose error is predicted to be at most this."""
+        count = self.ladder.at_least(self.accuracy.count(error)) if self.accuracy else None
+        return None if count is None else self.priced(count)
+
+    def for_seconds(self, seconds: float) -> Priced | None:
+        """The greatest count that is predicted to fit."""
+        first, later = self.timing.first.estimate, self.timing.later.estimate
+        spare = seconds * self.workers - first
+        if spare < 0:
+            return None
+        count = self.ladder.at_most(1 + spare / later if later else float("inf"))
+        return None if count is None else self.priced(count)
+
+
+@dataclass(frozen=True, slots=True)
+class Adaptive:
+    """All that is known of target quality.
+
+    Attributes
+    ----------
+    points : dict of float to (Range, Range)
+        By error, CPU seconds and seconds.
+    precision : str
+    confidence : float
+        Share of pictures that are to keep their target.
+    """
+
+    points: dict[float, tuple[Range, Range]]
+    precision: str
+    confidence: float = CONFIDENCE
+
+    def errors(self, usual: Iterable[float]) -> set[float]:
+        """Those that were tried, and the usual ones between them."""
+        least, most = min(self.points, default=1.0), max(self.points, default=0.0)
+        return {*self.points, *(error for error in usual if least < error < most)}
+
+    def priced(self, error: float, limit: float | None = None) -> Priced:
+        """Any error: between those that were tried, and beyond them, along a power of the error."""
+        nearest = min(self.points, key=lambda known: abs(log(known / error)))
+        apart = log(nearest / error)
+        moved = factor(BETWEEN * abs(apart)).scaled((nearest / error) ** self._power(error))
+        cpu, seconds = (known.times(moved) for known in self.points[nearest])
+        reached = Range(error * KEPT, error * LEAST, error)
+        offer = Priced(target(error, self.precision, limit, self.confidence), cpu, seconds, reached)
+        return offer if limit is None else _limited(offer, limit)
+
+    def _power(self, error: float) -> float:
+        """Like which the seconds grow as the error falls."""
+        errors = sorted(self.points)
+        if error < errors[0]:
+            return FALLS
+        if len(errors) < 2:
+            return 0.0
+        finer = max((known for known in errors[:-1] if known <= error), default=errors[0])
+        coarser = errors[errors.index(finer) + 1]
+        dearest, cheapest = (self.points[known][0].estimate for known in (finer, coarser))
+        return min(max(log(dearest / cheapest) / log(coarser / finer), 0.0), FALLS)
+
+    def for_error(self, error: float) -> Priced | None:
+        """What reaches an error."""
+        return self.priced(error) if self.points else None
+
+    def for_seconds(self, seconds: float) -> Priced | None:
+        """The least error whose picture is predicted to fit, with the time as its limit."""
+        fitting = [error for error, (_, known) in self.points.items() if known.estimate <= seconds]
+        if not fitting:
+            return None
+        best = min(fitting)
+        spare = seconds / self.points[best][1].estimate
+        return self.priced(_rounded(best * max(spare ** (-1 / FALLS), FARTHEST)), seconds)
+
+
+def _limited(offer: Priced, limit: float) -> Priced:
+    """An offer that ends after so many seconds; what error it has reached by then is not known."""
+    ends = offer.seconds.estimate, offer.seconds.low, offer.seconds.high
+    shares = [min(1.0, limit / end) if end else 1.0 for end in ends]
+    cpu = offer.cpu_seconds
+    return Priced(
+        quality=offer.quality,
+        cpu_seconds=Range(cpu.estimate * shares[0], cpu.low * shares[1], cpu.high * shares[2]),
+        seconds=Range(*(end * share for end, share in zip(ends, shares, strict=True))),
+        error=offer.error if shares[0] == 1.0 else None,
+    )
+
+
+def _rounded(error: float) -> float:
+    """Two digits, upwards."""
+    step = 10.0 ** (floor(log10(error)) - 1)
+    return max(float(f"{ceil(error / step) * step:.2g}"), FINEST)
+
+
+def soonest(known: Iterable[Fixed | Adaptive], error: float) -> Priced | None:
+    """What reaches an error in the least time."""
+    offers = [offer for each in known if (offer := each.for_error(error))]
+    return min(offers, key=lambda offer: offer.seconds.estimate, default=None)
+
+
+def closest(known: Iterable[Fixed | Adaptive], seconds: float) -> Priced | None:
+    """What comes closest to the converged picture in so many seconds."""
+    offers = [
+        (offer.error.estimate, offer)
+        for each in known
+        if (offer := each.for_seconds(seconds)) and offer.error
+    ]
+    return min(offers, key=lambda pair: pair[0], default=(0.0, None))[1]

@@ -1,0 +1,167 @@
+"""The pilot of a quote: what it renders, in which order, and what becomes of it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import partial
+
+from accuracy.quotes.accuracies import SAMPLES, Sampled
+from accuracy.quotes.choices import Adaptive, Fixed
+from accuracy.quotes.deadlines import Deadline, within
+from accuracy.quotes.effects import Ablation
+from accuracy.quotes.rehearsals import Rehearsal
+from accuracy.quotes.settings import ERRORS, Ladder, compiled, own_ladder, sobol_ladder
+from accuracy.quotes.timings import Stopwatch
+from renderer.plan.plan import RenderPlan
+from renderer.scenes import LoadedScene
+from schemas.quality import CONFIDENCE, Quality, TargetQuality
+
+TIMING_AT_MOST = 0.6
+"""Share of the time for timing blocks where they cost much or differ much."""
+
+TIMING, EFFECTS = 0.25, 0.12
+"""Shares of the time that is left for fixed samples, when their turn comes, for timing blocks and for leaving
+out effects. What they leave is for sampling pixels."""
+
+TARGETS = 0.65
+"""Share of the time that is kept for target quality, however long all else takes: it is nearly always the
+cheapest way to an error."""
+
+LESS = 0.4
+"""Share of that time for the largest of several errors: smaller ones take longer."""
+
+SPARE = 0.1
+"""Share of the time that is kept for what units of work take longer than the ones before."""
+
+SEEDS = 101, 102
+"""Added to the scene's seed for the two sets of samples: no set is that of the picture."""
+
+QUICK = 0.04
+"""Share of the time that compiling may take for plans that are not needed but welcome."""
+
+SLOW = 1e-4
+"""CPU seconds of a camera ray where not a single block could be timed: slower than nearly all are."""
+
+
+@dataclass(slots=True)
+class Pilot:
+    """Renders as much of a scene as there is time for.
+
+    Attributes
+    ----------
+    scene : LoadedScene
+    quality : Quality or None
+        What is asked for.
+    wished : float or None
+        An error that matters more than others.
+    plan : RenderPlan
+        Of the quality that is asked for.
+    ladders : list of Ladder
+        The one that is asked for, and the one whose errors fall fastest, if that is another.
+    asked : int
+        Samples that are asked for on the first ladder.
+    """
+
+    scene: LoadedScene
+    quality: Quality | None
+    wished: float | None
+    plan: RenderPlan
+    ladders: list[Ladder] = field(init=False)
+    asked: int = field(init=False)
+    stopwatch: Stopwatch | None = None
+    sampled: Sampled | None = None
+    ablation: Ablation | None = None
+    rehearsals: list[Rehearsal] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Choose what to look at."""
+        own, self.asked = own_ladder(self.scene.document.sampling, self.quality)
+        other = sobol_ladder(own.precision)
+        # With target quality the scene's own ladder is beside the point, and so is one that is the other.
+        self.ladders = [other] if self.target or own == other else [own, other]
+
+    @property
+    def target(self) -> TargetQuality | None:
+        """The target quality that is asked for, if it is one."""
+        return self.quality if isinstance(self.quality, TargetQuality) else None
+
+    def run(self, seconds: float, compiling: float) -> None:
+        """Render for so many seconds; compiling the plan has taken `compiling` seconds."""
+        deadline = Deadline.after(seconds * (1 - SPARE))
+        last = self.ladders[-1].quality(SAMPLES)
+        for half in within(deadline, [partial(compiled, self.scene, last, SEEDS[0])], compiling):
+            plans = [self.plan, half][-len(self.ladders) :]
+            early = deadline.part(1 - TARGETS)
+            self.stopwatch = Stopwatch(plans)
+            self.stopwatch.run(early.part(TIMING), early.part(TIMING_AT_MOST))
+            self._leave_out(plans[0], compiling, early.part(EFFECTS))
+            self._sample(half, compiling, early)
+            self._rehearse(deadline)
+
+    def _leave_out(self, plan: RenderPlan, compiling: float, deadline: Deadline) -> None:
+        quality = self.ladders[0].quality(plan.antialiasing.samples)
+        self.ablation = Ablation(self.scene, quality, plan)
+        self.ablation.run(deadline, compiling)
+
+    def _sample(self, half: RenderPlan, compiling: float, deadline: Deadline) -> None:
+        """Sample pixels with the plans of the last ladder, twice, and with those of the first."""
+        last = self.ladders[-1].quality(SAMPLES)
+        units = [partial(compiled, self.scene, last, SEEDS[1])]
+        for other in within(deadline, units, compiling):
+            welcome = compiling <= QUICK * deadline.left
+            own = [dict(self._rungs(ladder, others_too=welcome)) for ladder in self.ladders[:-1]]
+            self.sampled = Sampled(own, (half, other))
+            self.sampled.run(deadline, self._ray_seconds())
+
+    def _rungs(self, ladder: Ladder, *, others_too: bool) -> Iterator[tuple[int, RenderPlan]]:
+        """Plans of the counts whose errors are measured: one that tells of all others, and these too."""
+        nearest = min(self.asked, ladder.measured[-1])
+        for count in sorted({nearest, *ladder.measured} if others_too else {nearest}):
+            yield count, self.plan if count == self.asked else compiled(self.scene, ladder.quality(count))
+
+    def _rehearse(self, deadline: Deadline) -> None:
+        """Try the errors that matter most, the last of them as long as there is time."""
+        precision, ray = self.ladders[0].precision, self._ray_seconds()
+        errors = self._in_order()
+        for number, error in enumerate(errors):
+            rehearsal = Rehearsal(self.scene, error, precision, ray, self._confidence())
+            rehearsal.run(deadline if number == len(errors) - 1 else deadline.part(LESS))
+            self.rehearsals.append(rehearsal)
+
+    def _in_order(self) -> list[float]:
+        """Target errors: those asked for, then the largest and the smallest of the others."""
+        errors = self._errors()
+        others = sorted({*ERRORS} - {*errors}, reverse=True)
+        return list(dict.fromkeys([*errors, others[0], others[-1]]))
+
+    def _errors(self) -> list[float]:
+        """Target errors that are asked for."""
+        return [error for error in (self.target and self.target.error, self.wished) if error]
+
+    def _confidence(self) -> float:
+        """That of all target errors: the one asked for, or the usual one."""
+        return self.target.confidence if self.target else CONFIDENCE
+
+    def _ray_seconds(self) -> float:
+        """CPU seconds of a camera ray with few light points."""
+        assert self.stopwatch is not None
+        timing = self.stopwatch.timing(len(self.ladders) - 1) or self.stopwatch.timing(0)
+        return timing.first.estimate / (self.plan.width * self.plan.height) if timing else SLOW
+
+    def fixed(self, workers: int) -> list[Fixed]:
+        """What is known of the ladders."""
+        found = []
+        for number, ladder in enumerate(self.ladders):
+            timing = self.stopwatch.timing(number) if self.stopwatch else None
+            if timing:
+                accuracy = self.sampled.accuracy(number) if self.sampled else None
+                found.append(Fixed(ladder, timing, accuracy, workers))
+        return found
+
+    def adaptive(self, workers: int) -> Adaptive:
+        """What is known of target quality."""
+        points = {}
+        for rehearsal in self.rehearsals:
+            cpu = rehearsal.cpu_seconds()
+            if cpu is not None:
+                points[rehearsal.error] = (cpu, cpu.scaled(1 / workers))
+        return Adaptive(points, self.ladders[0].precision, self._confidence())

@@ -1,0 +1,243 @@
+"""CPU seconds of target quality, from the first passes of the very picture, or of a part of it.
+
+What it takes depends on what its looks and samples find. So the picture itself is begun; where there is
+time, it is finished, and its cost is known. Else its passes up to the first probes are rendered, in a part
+that fits the time, and the allocation tells how many samples are to follow.
+"""
+
+import time
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from accuracy.quotes.deadlines import Deadline
+from accuracy.quotes.parts import Squares, part, squares
+from accuracy.quotes.ranges import Range, factor
+from accuracy.quotes.settings import compiled, target
+from accuracy.quotes.timings import UNSTEADY
+from renderer.adaptive.adaptive_render import Course, Demand, answer
+from renderer.adaptive.decisions import outlook
+from renderer.adaptive.estimate import COVERS, PROBES, ROUND, STRIDE, Estimate
+from renderer.adaptive.levels import SAMPLED
+from renderer.adaptive.samples import Samples
+from renderer.plan.plan import RenderPlan
+from renderer.scenes import LoadedScene
+from schemas.quality import CONFIDENCE
+
+LOOKS, BORDERS, SAMPLES = "looks", "borders", "samples"
+"""Kinds of passes."""
+
+USUAL = {LOOKS: 3.0, BORDERS: 0.3, SAMPLES: 1.0}
+"""CPU seconds of their rays over those of one with few light points in a block, about: first looks have many
+light points, and few rays at borders are lit."""
+
+SPARE = 1.3
+"""Times the predicted seconds that have to be left for a pass."""
+
+WHOLE, PART = 0.5, 0.35
+"""Share of the time left that the looks at the whole picture, or at a part, may take: borders and probes
+follow."""
+
+SMALLEST = 1 / 32
+"""Smallest share of a picture that says something of the whole."""
+
+DENSER = 0.75
+"""What looks at finer lattices cost, over those at the first: they are more and nearer to each other."""
+
+FURTHER = 4
+"""Looks of the next finer lattice for each of this one."""
+
+ROUNDS, OF_MORE = 1.15, 0.5
+"""Times the samples foretold that are taken. Samples come in rounds, and each may find what was not
+expected. A part of a picture asks for too many: its error is less sure than that of the whole."""
+
+PASSES = 0.08
+"""CPU seconds of the passes themselves, however few rays they have."""
+
+FORETOLD, OF_A_PART = 0.15, 0.3
+"""Standard deviations of the logarithm of the CPU time where its samples are foretold, by the whole picture
+and by a part of it. See `python -m benchmarks quotes`."""
+
+
+class _TooLate(BaseException):
+    """The deadline came in the middle of a pass. No error, so nothing on its way takes it for one."""
+
+
+@dataclass(slots=True)
+class Rehearsal:
+    """A picture of target quality, as far as there was time for it.
+
+    Attributes
+    ----------
+    scene : LoadedScene
+    error : float
+    precision : str
+    ray_seconds : float
+        CPU seconds of a camera ray with few light points, about.
+    confidence : float
+        Share of pictures that are to keep the target.
+    whole : bool
+        Whether the whole picture was rendered to its end.
+    found : float or None
+        CPU seconds of the whole picture: those that it took, or that are foretold.
+    unsure : float
+        Standard deviation of their logarithm.
+    """
+
+    scene: LoadedScene
+    error: float
+    precision: str
+    ray_seconds: float
+    confidence: float = CONFIDENCE
+    whole: bool = False
+    found: float | None = None
+    unsure: float = field(default=UNSTEADY)
+
+    def run(self, deadline: Deadline) -> None:
+        """Render until the deadline."""
+        plan = compiled(self.scene, target(self.error, self.precision, confidence=self.confidence))
+        trial = Trial(plan, None, deadline, self.ray_seconds)
+        try:
+            if trial.lasts() * SPARE <= deadline.left:
+                trial.step()
+            if trial.looks() <= WHOLE * deadline.left:
+                self._finish(trial)
+            elif deadline.left > 0:
+                self._foretell(plan, trial)
+        except _TooLate:
+            pass
+
+    def _finish(self, trial: "Trial") -> None:
+        """Render the whole picture, as far as that goes."""
+        while trial.more and (not trial.probed or trial.lasts() * SPARE <= trial.deadline.left):
+            trial.step()
+            if trial.probed:
+                self._tell(trial.cpu_seconds + trial.prices[SAMPLES] * ROUNDS * trial.outlook(), FORETOLD)
+        if not trial.more:
+            self.whole = True
+            self._tell(trial.cpu_seconds, 0.0)
+
+    def _foretell(self, plan: RenderPlan, whole: "Trial") -> None:
+        """Render a part of the picture up to its probes, and take its rays to be as dear as elsewhere."""
+        prices = whole.prices | {LOOKS: whole.prices[LOOKS] * DENSER}
+        share = PART * whole.deadline.left / max(prices[LOOKS] * _all_looks(plan), 1e-9)
+        seen = squares(plan, max(share, SMALLEST))
+        trial = Trial(plan if seen is None else part(plan, seen), seen, whole.deadline, self.ray_seconds)
+        while trial.more and not trial.probed:
+            trial.step()
+        rays = trial.rays + Counter({SAMPLES: round(OF_MORE * trial.outlook())})
+        seconds = sum(count * prices[kind] for kind, count in rays.items())
+        self._tell(PASSES + seconds * plan.width * plan.height / trial.pixels, OF_A_PART)
+
+    def _tell(self, found: float, unsure: float) -> None:
+        self.found, self.unsure = found, float(np.hypot(unsure, UNSTEADY))
+
+    def cpu_seconds(self) -> Range | None:
+        """CPU seconds of the whole picture, None if nothing is known of them."""
+        return None if self.found is None else factor(self.unsure).scaled(self.found)
+
+
+class Trial:
+    """The passes of a picture or of squares of it, one by one.
+
+    Attributes
+    ----------
+    deadline : Deadline
+    ray_seconds : float
+        CPU seconds of a camera ray with few light points, about.
+    more : bool
+        Whether passes are to come.
+    prices : dict
+        CPU seconds of a ray by kind of pass, as the last one of its kind has shown.
+    rays : Counter
+        Camera rays so far, by kind.
+    """
+
+    def __init__(
+        self, plan: RenderPlan, seen: Squares | None, deadline: Deadline, ray_seconds: float
+    ) -> None:
+        self.deadline, self.more = deadline, True
+        self.prices = {kind: times * ray_seconds for kind, times in USUAL.items()}
+        self.rays: Counter[str] = Counter()
+        self._seen = seen
+        self._course = Course(plan, None, None, np.inf, time.monotonic(), Estimate.begin(plan))
+        if seen is not None and plan.policy is not None:
+            camera = seen.camera
+            self._begin_as_whole(plan.policy.first_stride(camera.width, camera.height))
+
+    def _begin_as_whole(self, stride: int) -> None:
+        """Begin with the lattice of the whole picture, which has more pixels."""
+        estimate = self._course.estimate
+        level = estimate.want.max()
+        estimate.want[...] = 0
+        estimate.want[::stride, ::stride] = level
+        estimate.shown[...] = estimate.want >= SAMPLED
+        estimate.counters[STRIDE] = stride
+
+    @property
+    def pixels(self) -> int:
+        """How many the picture has."""
+        return self._course.estimate.have.size
+
+    @property
+    def kind(self) -> str:
+        """What the next pass does."""
+        return {0: LOOKS, COVERS: BORDERS}.get(int(self._course.estimate.counters[ROUND]), SAMPLES)
+
+    @property
+    def probed(self) -> bool:
+        """Whether samples tell how many others are to follow."""
+        return bool(self._course.estimate.counters[ROUND] > PROBES)
+
+    @property
+    def wanted(self) -> int:
+        """Camera rays of the next pass."""
+        return self._course.estimate.rays_wanted()
+
+    @property
+    def cpu_seconds(self) -> float:
+        """Spent so far."""
+        return self._course.cpu_seconds
+
+    def step(self) -> None:
+        """Render a pass."""
+        kind, wanted, before = self.kind, self.wanted, self.cpu_seconds
+        self.more = self._course.step(self._each)
+        self.rays[kind] += wanted
+        self.prices[kind] = (self.cpu_seconds - before) / max(wanted, 1)
+        if self._seen is not None:
+            self._forget_borders(self._seen)
+
+    def _each(self, demands: list[Demand]) -> Iterator[tuple[Demand, Samples | None]]:
+        for demand in demands:
+            if self.deadline.left < 0:
+                raise _TooLate
+            yield demand, answer(self._course.plan, demand)
+
+    def _forget_borders(self, seen: Squares) -> None:
+        """Expect nothing of borders between squares: there are none in the picture."""
+        estimate, joints = self._course.estimate, seen.borders()
+        np.copyto(estimate.cover, estimate.coverage, where=joints)
+        if estimate.counters[ROUND] == PROBES:
+            estimate.strata[joints], estimate.shown[joints] = 0, False
+            np.copyto(estimate.want, estimate.have, where=joints)
+
+    def looks(self) -> float:
+        """CPU seconds of the passes up to the borders, if finer lattices ask for as much as this one."""
+        stride = int(self._course.estimate.counters[STRIDE])
+        return self.lasts() * DENSER * sum(FURTHER**pass_ for pass_ in range(stride.bit_length()))
+
+    def lasts(self) -> float:
+        """CPU seconds of the next pass, if its rays are as dear as those of the last of its kind."""
+        return self.wanted * self.prices[self.kind]
+
+    def outlook(self) -> int:
+        """Camera rays of the passes to come, after the probes."""
+        return max(outlook(self._course.estimate), self.wanted) if self.more else 0
+
+
+def _all_looks(plan: RenderPlan) -> float:
+    """Rays of the looks at a picture that is nowhere smooth."""
+    return plan.width * plan.height if plan.look else Estimate.begin(plan).rays_wanted()

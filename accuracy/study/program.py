@@ -1,0 +1,216 @@
+"""The tasks of a study, in the order in which they tell most."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from accuracy.quotes.ablation import variants
+from accuracy.study.settings import BEST, Scale, Setting, fixed, swept
+from accuracy.study.tasks import Subject, Task, sized
+from renderer.plan.building import compile_scene
+from renderer.scenes import LoadedScene
+from schemas.quality import FixedQuality, TargetQuality
+from schemas.sampling import Antialiasing, LightSampling
+
+if TYPE_CHECKING:
+    from schemas.sampling import Sampling
+
+REFERENCE_SEEDS = (1 << 31, (1 << 31) + 1)
+"""Of the halves of the reference. Those of settings count from 1."""
+
+REFERENCE_POINTS = 4
+"""Light points for each camera sample of a reference."""
+
+MANY = 64
+"""Light points that tell what each of them costs."""
+
+DEAR = 1.0
+"""Expected CPU seconds above which a setting is rendered once. Its interval then comes from its pixels."""
+
+DOUBLED = (("sobol", 16, min), ("uniform", 4, max))
+"""Methods, camera samples and which number of light points is also rendered in double precision: one picture
+whose time goes into rays, and one whose time goes into pairs of points and light points."""
+
+EFFECT_SAMPLES = 16
+"""Most camera samples, and most light points, of the pictures without an effect."""
+
+LONGEST_OWN = 20.0
+"""Expected CPU seconds up to which the scene is rendered at its own size, to know how seconds grow."""
+
+
+@dataclass(eq=False)
+class Program:
+    """What to render of a scene.
+
+    Parameters
+    ----------
+    scene : LoadedScene
+    scale : Scale
+    place : str
+        Digest of the machine.
+    """
+
+    scene: LoadedScene
+    scale: Scale
+    place: str
+
+    @cached_property
+    def subject(self) -> Subject:
+        """The whole scene at the size of the study."""
+        return Subject.of(self._at(self.scale.side))
+
+    @cached_property
+    def area_lights(self) -> bool:
+        """Whether the number of light points makes a difference."""
+        return compile_scene(self.subject.scene, fixed(BEST, 1, 4).quality).light_points > 1
+
+    @cached_property
+    def settings(self) -> tuple[Setting, ...]:
+        """All settings, by method."""
+        return tuple(swept(self.scale, area_lights=self.area_lights))
+
+    def references(self, samples: int) -> tuple[Task, Task]:
+        """Both halves of a reference with so many camera samples each."""
+        quality = fixed(BEST, samples, REFERENCE_POINTS).quality
+        first, second = (
+            Task("reference", f"reference {number}", self.subject, quality, seed, self.place, kept=True)
+            for number, seed in enumerate(REFERENCE_SEEDS, start=1)
+        )
+        return first, second
+
+    def rounds(self, judges: tuple[Task, Task]) -> list[Task]:
+        """All that is timed: a round for each seed, and in each what is cheap before what is dear."""
+        tasks = []
+        for seed in range(1, self.scale.seeds + 1):
+            settings = [self._setting(setting, seed, judges) for setting in self.settings]
+            wanted = [task for task in settings if seed == 1 or self.price(task) <= DEAR]
+            wanted += [*self._doubles(wanted, judges), *self._effects(seed), *self._own_size(seed)]
+            tasks += sorted(wanted, key=self._order)
+        return tasks
+
+    def picture(self, setting: Setting, judges: tuple[Task, Task]) -> Task:
+        """A setting once more, to be looked at."""
+        return Task("picture", setting.name, self.subject, setting.quality, 1, self.place, judges, kept=True)
+
+    def warm_up(self) -> list[Task]:
+        """The cheapest setting of each method: what they import and allocate falls on nobody's account.
+
+        The last one is large enough to tell how fast the machine is.
+        """
+        cheapest = {setting.method: setting for setting in reversed(self.settings)}
+        return [self._setting(setting, 1, ()) for setting in (*cheapest.values(), self._small)]
+
+    def price(self, task: Task) -> float:
+        """Expected CPU seconds by the plan of the whole scene; for target quality a guess."""
+        camera, studied = task.subject.scene.document.camera, self.subject.scene.document.camera
+        pixels = camera.width * camera.height / (studied.width * studied.height)
+        if isinstance(task.quality, TargetQuality):
+            return pixels * max(1.0, 2 / (255 * task.quality.error)) * self._price_of(4, 4)
+        assert task.quality.antialiasing is not None
+        assert task.quality.light is not None
+        return pixels * self._price_of(task.quality.antialiasing.samples, task.quality.light.samples)
+
+    def _price_of(self, samples: int, points: int) -> float:
+        # Both are few compilations: with a large mesh each takes as long as a small picture.
+        one, many = self._prices
+        return samples * (one + (many - one) * (points - 1) / (MANY - 1))
+
+    @cached_property
+    def _prices(self) -> tuple[float, float]:
+        """Of one camera sample with one light point, and with `MANY`."""
+        one, many = (
+            compile_scene(self.subject.scene, fixed(BEST, 1, points).quality).describe().cost.cpu_seconds
+            for points in (1, MANY)
+        )
+        return one, many
+
+    def _order(self, task: Task) -> float:
+        # A picture comes after the one that it is compared with, even where it is cheaper.
+        return max(self.price(task), self.price(task.against)) if task.against else self.price(task)
+
+    def _at(self, side: int) -> LoadedScene:
+        return LoadedScene(sized(self.scene.document, side), self.scene.assets)
+
+    def _setting(self, setting: Setting, seed: int, judges: tuple[Task, ...]) -> Task:
+        kept = setting in self._doubled
+        return Task(
+            "setting", setting.name, self.subject, setting.quality, seed, self.place, judges, kept=kept
+        )
+
+    @cached_property
+    def _doubled(self) -> list[Setting]:
+        """The settings that `DOUBLED` names."""
+        return [
+            choice(
+                (known for known in self.settings if known.method == method and known.samples == samples),
+                key=lambda known: known.points,
+            )
+            for method, samples, choice in DOUBLED
+        ]
+
+    def _doubles(self, singles: list[Task], judges: tuple[Task, Task]) -> list[Task]:
+        return [
+            Task(
+                "precision",
+                single.name,
+                self.subject,
+                single.quality.model_copy(update={"precision": "double"}),
+                single.seed,
+                self.place,
+                judges,
+                against=single,
+            )
+            for single in singles
+            if single.kept
+        ]
+
+    @cached_property
+    def _without(self) -> list[Subject]:
+        return [
+            Subject.of(LoadedScene(variant.document, self.scene.assets), variant.effect, variant.pointers)
+            for variant in variants(self.subject.scene.document)
+        ]
+
+    def _effects(self, seed: int) -> list[Task]:
+        own = own_quality(self.subject.scene.document.sampling)
+        whole = Task("whole", "all effects", self.subject, own, seed, self.place, kept=True)
+        return [whole] + [
+            Task(
+                "effect",
+                part.effect,
+                part,
+                own_quality(part.scene.document.sampling),
+                seed,
+                self.place,
+                against=whole,
+            )
+            for part in self._without
+        ]
+
+    def _own_size(self, seed: int) -> list[Task]:
+        camera = self.scene.document.camera
+        side = max(camera.width, camera.height)
+        if side <= self.scale.side:
+            return []
+        subject = Subject.of(self._at(side))
+        task = Task("size", self._small.name, subject, self._small.quality, seed, self.place)
+        return [task] if self.price(task) <= LONGEST_OWN else []
+
+    @cached_property
+    def _small(self) -> Setting:
+        """The best pattern's first setting with 4 camera samples."""
+        return next(known for known in self.settings if known.method == BEST and known.samples == 4)
+
+
+def own_quality(sampling: Sampling) -> FixedQuality:
+    """The scene's own patterns with few samples of each."""
+    antialiasing, light = sampling.antialiasing, sampling.light
+    return FixedQuality(
+        mode="fixed",
+        antialiasing=Antialiasing(
+            pattern=antialiasing.pattern, samples=min(EFFECT_SAMPLES, antialiasing.samples)
+        ),
+        light=LightSampling(pattern=light.pattern, samples=min(EFFECT_SAMPLES, light.samples)),
+    )

@@ -1,0 +1,125 @@
+"""A picture that others are judged by, whose own error is known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from renderer.math.arrays import Floats, Masks
+
+HOT = 0.1
+"""A pixel that is off by more, in some channel, catches the eye: 25 steps of 8 bits."""
+
+EDGE = 0.1
+"""Neighbours that differ by more have an edge between them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """How far a picture is from the converged one.
+
+    Attributes
+    ----------
+    mse : float
+        Mean squared error of linear values clipped to 0..1, without bias: what the reference's own error
+        adds is taken away. It may come out below 0 where the picture is nearer than the reference.
+    by_reference : float
+        Standard error of `mse` for what is not known of the reference.
+    by_pixels : float
+        Bound on the standard error of `mse`, the reference's part included, where pixels err independently.
+    edges_mse, smooth_mse : float
+        The same over pixels beside edges, and over all others; 0 where there are none.
+    hot : float
+        Share of pixels, 0 to 1, that are off by more than `HOT` in some channel.
+    """
+
+    mse: float
+    by_reference: float
+    by_pixels: float
+    edges_mse: float
+    smooth_mse: float
+    hot: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reference:
+    """Two converged pictures that know nothing of each other.
+
+    Attributes
+    ----------
+    first, second : (H, W, 3) float64
+        Linear values clipped to 0..1, made with different seeds.
+    """
+
+    first: Floats
+    second: Floats
+
+    @property
+    def mean(self) -> Floats:
+        """The reference itself, (H, W, 3)."""
+        return (self.first + self.second) / 2
+
+    @property
+    def own_mse(self) -> float:
+        """Mean squared error of `mean`: a quarter of that between the halves."""
+        return float(np.mean((self.first - self.second) ** 2)) / 4
+
+    def edges(self) -> Masks:
+        """Both of any two neighbours that differ by more than `EDGE` in some channel, (H, W)."""
+        mean = self.mean
+        marked = np.zeros(mean.shape[:2], dtype=bool)
+        beside = (np.abs(np.diff(mean, axis=1)) > EDGE).any(axis=2)
+        below = (np.abs(np.diff(mean, axis=0)) > EDGE).any(axis=2)
+        marked[:, 1:] |= beside
+        marked[:, :-1] |= beside
+        marked[1:] |= below
+        marked[:-1] |= below
+        return marked
+
+    def judge(self, image: NDArray[Any]) -> Judgement:
+        """Compare a picture, (H, W, 3) linear, whose random numbers are not those of the reference.
+
+        The mean of (x - a)(x - b) over pixels x of the picture and a, b of the halves is the mean squared
+        difference from the reference less the reference's own mean squared error: an identity. Its
+        expectation is the squared error of x, as the errors of the halves are independent.
+
+        The noise that the halves leave in it is that of (x - (a + b)/2)(a - b), whose mean is 0 and whose
+        squares are seen.
+        """
+        picture = clipped(image)
+        products = np.mean((picture - self.first) * (picture - self.second), axis=2)
+        noise = np.mean((picture - self.mean) * (self.first - self.second), axis=2)
+        edges = self.edges()
+        return Judgement(
+            mse=float(products.mean()),
+            by_reference=float(np.sqrt(np.sum(noise**2))) / noise.size,
+            by_pixels=float(np.sqrt(np.sum(products**2))) / products.size,
+            edges_mse=_mean(products[edges]),
+            smooth_mse=_mean(products[~edges]),
+            hot=float((np.abs(picture - self.mean) > HOT).any(axis=2).mean()),
+        )
+
+
+def _mean(values: Floats) -> float:
+    return float(values.mean()) if values.size else 0.0
+
+
+def clipped(image: NDArray[Any]) -> Floats:
+    """Linear values as errors are defined for them, float64 in 0..1."""
+    return np.clip(np.asarray(image, dtype=np.float64), 0.0, 1.0)
+
+
+def rms_difference(image: NDArray[Any], other: NDArray[Any]) -> float:
+    """Root mean square difference of two pictures of linear values clipped to 0..1.
+
+    Examples
+    --------
+    >>> rms_difference(np.array([0.0, 3.0]), np.array([0.5, 1.0]))
+    0.3535533905932738
+    """
+    return float(np.sqrt(np.mean((clipped(image) - clipped(other)) ** 2)))

@@ -1,0 +1,211 @@
+"""The report of a study: its blocks in their order, and the files that they make."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from typing import TYPE_CHECKING, Any
+
+from accuracy.study import answers, page_html, page_markdown, pictures, plots, tables
+from accuracy.study.blocks import Block, Heading, Paragraph, Plot, Points, Strip
+from accuracy.study.curves import rays, seconds
+from accuracy.study.machine import IDLE
+from accuracy.study.pictures import GAIN, file_names
+from accuracy.study.words import error, interval
+from accuracy.study.words import seconds as duration
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from accuracy.study.running import Study
+
+LIGHT_PLOT_SAMPLES = 4
+"""Camera samples of the plot against light points: the fewest with which all numbers of points are tried."""
+
+CSV_COLUMNS = (
+    "name",
+    "method",
+    "camera_samples",
+    "light_points",
+    "runs",
+    "cpu_seconds",
+    "cpu_seconds_low",
+    "cpu_seconds_high",
+    "prepare_seconds",
+    "rays",
+    "rmse_255",
+    "rmse_255_low",
+    "rmse_255_high",
+    "reference_rmse_255",
+    "edges_rmse_255",
+    "smooth_rmse_255",
+    "hot",
+    "front",
+)
+
+
+def told(document: Mapping[str, Any]) -> dict[str, Any]:
+    """The results with what they mean, in sentences: `answers` and `about`."""
+    return {**document, "answers": answers.answers(document), "about": answers.about(document)}
+
+
+def files(study: Study, results: Mapping[str, Any]) -> dict[str, bytes]:
+    """All files of a report by their paths: the results, both reports, and the images of `report.md`.
+
+    Parameters
+    ----------
+    study : Study
+        Has been run.
+    results : dict
+        What `told` makes of what it gave.
+    """
+    blocks = list(_blocks(results, _strips(study, results)))
+    title = _title(results)
+    texts = {
+        "results.json": json.dumps(results, indent=2, ensure_ascii=False, allow_nan=False) + "\n",
+        "results.csv": _csv(results),
+        "report.html": page_html.page(title, blocks),
+        "report.md": page_markdown.page(blocks),
+    }
+    return {name: text.encode() for name, text in texts.items()} | _images(blocks)
+
+
+def _images(blocks: list[Block]) -> dict[str, bytes]:
+    found: dict[str, bytes] = {}
+    for block in blocks:
+        if isinstance(block, Plot):
+            found[f"{page_markdown.IMAGES}/{block.name}.svg"] = block.svg.encode()
+        if isinstance(block, Strip):
+            found |= {f"{page_markdown.IMAGES}/{name}": png for name, png, _ in block.pictures}
+    return found
+
+
+def _csv(document: Mapping[str, Any]) -> str:
+    buffer = io.StringIO()
+    writer = csv.DictWriter(buffer, CSV_COLUMNS, extrasaction="ignore", lineterminator="\n")
+    writer.writeheader()
+    for row in document["settings"]:
+        flat = {**row, "reference_rmse_255": document["reference"]["rmse_255"]}
+        for member in ("cpu_seconds", "rmse_255"):
+            value = row[member]
+            flat |= {
+                member: value["estimate"],
+                f"{member}_low": value["low"],
+                f"{member}_high": value["high"],
+            }
+        writer.writerow(flat)
+    return buffer.getvalue()
+
+
+def _title(document: Mapping[str, Any]) -> str:
+    return f"What accuracy costs: {document['scene'] or 'a scene without a name'}"
+
+
+def _blocks(document: Mapping[str, Any], strips: list[Strip]) -> Iterator[Block]:
+    yield Heading(_title(document), 1)
+    yield Points([(row["question"], row["answer"]) for row in document["answers"]])
+    yield Paragraph(document["about"])
+    yield from map(Paragraph, _conditions(document))
+    yield from _curves(document)
+    yield from _costs(document)
+    if strips:
+        yield Heading("Pictures at equal time")
+        yield from strips
+    yield Heading("All settings")
+    yield Paragraph(
+        "Camera samples x light points of each; settings that another one beats are grey in the page. Hot "
+        "pixels are off by more than a tenth of full scale in some channel. Beside edges: pixels whose "
+        "neighbours differ by more than a tenth."
+    )
+    yield tables.settings(document)
+
+
+def _conditions(document: Mapping[str, Any]) -> Iterator[str]:
+    machine, reference = document["machine"], document["reference"]
+    yield (
+        f"Errors are root mean square ones of linear values clipped to 0..1, against a reference of "
+        f"{reference['setting']}. Its own error is {error(reference['rmse_255'])}; it is taken away from all "
+        "errors and drawn in all plots. Intervals hold in 95 of 100 cases. Seconds are CPU seconds of one "
+        "process that renders one picture at a time: the median of the runs, with the least and the "
+        "greatest. Reading the scene and building trees are left out."
+    )
+    yield (
+        f"Measured on {machine['date'][:10]} on one core of {machine['cpu']}, Python {machine['python']}, "
+        f"NumPy {machine['numpy']}, Penumbra {machine['penumbra']}."
+    )
+    if machine["load"] > IDLE:
+        yield f"The machine had other work to do (load {machine['load']:g}), so seconds are too long."
+    missing = document["runs"]["planned"] - document["runs"]["done"]
+    if missing:
+        yield f"{missing} of {document['runs']['planned']} runs did not fit the budget; run it again."
+    yield from document["notes"]
+
+
+def _curves(document: Mapping[str, Any]) -> Iterator[Block]:
+    yield Heading("Error against seconds")
+    yield Plot(
+        "seconds",
+        plots.error_against(document, seconds, "seconds"),
+        "A line through the best settings of each method; its other settings are faint.",
+    )
+    yield Paragraph("CPU seconds to the same error, on these lines, and how many times the least of them:")
+    yield tables.equal_error(document)
+    yield Heading("What half the error costs")
+    yield Paragraph(
+        "The error falls like a power of the cost, the order, fitted to the best settings of each method."
+    )
+    yield tables.methods(document)
+    yield Heading("Work against error")
+    yield Plot("rays", plots.error_against(document, rays, "rays"), "Rays do not depend on the machine.")
+    yield Heading("Settings worth their time")
+    yield Plot("front", plots.front(document), "What costs less has a larger error; grey ones are beaten.")
+    yield tables.front(document)
+    if document["area_lights"]:
+        yield Heading("Light points and soft shadows")
+        caption = f"With {LIGHT_PLOT_SAMPLES} camera samples, pixels beside edges left aside."
+        yield Plot("light", plots.light_points(document, LIGHT_PLOT_SAMPLES), caption)
+
+
+def _costs(document: Mapping[str, Any]) -> Iterator[Block]:
+    if document["effects"]:
+        yield Heading("What effects cost")
+        yield Paragraph(
+            "Each effect is left out once: the seconds that go with it, and how far the picture changes. "
+            "Below 0 it saves more work than it makes. Rendered with the scene's own patterns and at most 16 "
+            "samples of each kind."
+        )
+        yield tables.effects(document)
+    if document["precision"]:
+        yield Heading("What double precision costs")
+        yield tables.precision(document)
+
+
+def _strips(study: Study, document: Mapping[str, Any]) -> list[Strip]:
+    rows = document["pictures"]
+    if not rows:
+        return []
+    images = [study.picture(row["key"]) for row in rows]
+    shown = pictures.views(images, study.reference, study.program.scene.document.display)
+    names = [*(file_names(row["method"]) for row in rows), file_names("reference")]
+    lines = [
+        f"{row['name']}: {duration(row['cpu_seconds']['estimate'])}, RMSE x 255 {interval(row['rmse_255'])}, "
+        f"hot pixels {row['hot']:.2%}"
+        for row in rows
+    ] + ["the reference"]
+    captions = {
+        "whole": "As displayed.",
+        "difference": f"The difference from the reference, {GAIN} times enlarged around grey.",
+        "detail": "The part where they are off most, its pixels enlarged.",
+    }
+    return [
+        Strip(
+            caption,
+            [
+                (name[view], getattr(views, view), text)
+                for name, views, text in zip(names, shown, lines, strict=True)
+                if view != "difference" or text != lines[-1]
+            ],
+        )
+        for view, caption in captions.items()
+    ]

@@ -1,0 +1,204 @@
+"""What a study found, as one document: `results.json`."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from accuracy.study import comparisons, curves, intervals
+from accuracy.study.reference import Reference, clipped
+from accuracy.study.settings import BEST, METHODS, Setting
+from renderer.convergence import NORMAL, Interval
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from accuracy.study.journal import Journal
+    from accuracy.study.machine import Machine
+    from accuracy.study.program import Program
+    from accuracy.study.tasks import Task
+
+FORMAT = 1
+"""Of the document; grows when a member changes its meaning."""
+
+FEWEST = 3
+"""Runs whose spread tells an interval. With two, Student's t is 12.7 and tells nothing."""
+
+ABOUT = 1.2
+"""Times a time that counts as the same: settings have seconds where they have them."""
+
+FILTERED = (
+    "A texture of this scene is filtered by the number of samples: with few samples it is blurred, and that "
+    "counts as error here."
+)
+
+LEVELS_255 = (16.0, 8.0, 4.0, 2.0, 1.0, 0.5, 0.25)
+"""Errors at which methods are compared, in units of 1/255."""
+
+
+def document(
+    program: Program,
+    references: tuple[Task, Task],
+    tasks: Sequence[Task],
+    journal: Journal,
+    machine: Machine,
+) -> dict[str, Any]:
+    """All that the journal tells about a study, but for its pictures."""
+    done = [task for task in tasks if task.key in journal]
+    first, second = (clipped(journal.picture(task.key)) for task in references)
+    reference = Reference(first, second)
+    rows = _rows(program.settings, done, journal)
+    best = {row["name"] for row in curves.front(rows)}
+    rows = [row | {"front": row["name"] in best} for row in rows]
+    camera, own = program.subject.scene.document.camera, program.scene.document.camera
+    return {
+        "format": FORMAT,
+        "scene": program.scene.document.name or "",
+        "width": camera.width,
+        "height": camera.height,
+        "own_width": own.width,
+        "own_height": own.height,
+        "area_lights": program.area_lights,
+        "machine": machine,
+        "runs": {"planned": len(tasks) + len(references), "done": len(done) + len(references)},
+        "reference": {
+            "setting": f"two halves of {Setting(BEST, references[0].quality).name} with different seeds",
+            "rmse_255": 255 * math.sqrt(reference.own_mse),
+            "cpu_seconds": sum(journal[task.key]["cpu_seconds"] for task in references),
+        },
+        "settings": rows,
+        "methods": _methods(rows),
+        "equal_error": _equal_error(rows),
+        "precision": comparisons.precision(done, journal, rows),
+        "effects": comparisons.effects(done, journal),
+        "size": comparisons.size(done, journal),
+        "notes": _notes(program),
+    }
+
+
+def error_of(runs: Sequence[Mapping[str, Any]]) -> Interval:
+    """The mean squared error of some runs of a setting, each with its judgement.
+
+    The interval holds what seeds and the reference leave open. Three runs or more tell by their spread what
+    seeds do; for less there is the bound from the pixels of each.
+    """
+    values = [run["mse"] for run in runs]
+    middle = statistics.fmean(values)
+    if len(runs) < FEWEST:
+        half = NORMAL * math.sqrt(sum(run["by_pixels"] ** 2 for run in runs)) / len(runs)
+    else:
+        half = math.hypot(intervals.half_width(values), NORMAL * runs[0]["by_reference"])
+    return Interval(middle, middle - half, middle + half)
+
+
+def root_255(squares: Interval) -> Interval:
+    """A mean squared error as a root mean square one, in units of 1/255; what is below 0 counts as 0.
+
+    Examples
+    --------
+    >>> root_255(Interval(4 / 255**2, -1.0, 9 / 255**2))
+    Interval(estimate=2.0, low=0.0, high=3.0)
+    """
+    assert squares.high is not None
+    return Interval(
+        *(255 * math.sqrt(max(end, 0.0)) for end in (squares.estimate, squares.low, squares.high))
+    )
+
+
+def at_equal_time(document: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The best setting of each method for a time that fits all of them as well as may be."""
+    groups = [curves.front([row for row in document["settings"] if row["method"] == m]) for m in METHODS]
+    groups = [group for group in groups if group]
+    if not groups:
+        return []
+    times = [curves.seconds(row) for group in groups for row in group]
+    best = min(times, key=lambda spent: max(min(_apart(row, spent) for row in group) for group in groups))
+    chosen = (_best_within(group, best) for group in groups)
+    return [{key: row[key] for key in ("name", "method", "cpu_seconds", "rmse_255", "hot")} for row in chosen]
+
+
+def _best_within(group: Sequence[curves.Row], spent: float) -> curves.Row:
+    """The best setting that takes about so long at most, else the one that is nearest to it."""
+    enough = [row for row in group if curves.seconds(row) <= ABOUT * spent]
+    return enough[-1] if enough else min(group, key=lambda row: _apart(row, spent))
+
+
+def _apart(row: curves.Row, spent: float) -> float:
+    return abs(math.log(curves.seconds(row) / spent))
+
+
+def _rows(settings: Iterable[Setting], done: Sequence[Task], journal: Journal) -> list[dict[str, Any]]:
+    found: dict[str, list[Any]] = {}
+    for task in done:
+        if task.part == "setting":
+            found.setdefault(task.name, []).append(journal[task.key])
+    return [_row(setting, found[setting.name]) for setting in settings if setting.name in found]
+
+
+def _row(setting: Setting, runs: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    judged = [run["judgement"] for run in runs]
+    rmse = root_255(error_of(judged))
+    return {
+        "name": setting.name,
+        "method": setting.method,
+        "counts": setting.counts,
+        "camera_samples": setting.samples or None,
+        "light_points": setting.points or None,
+        "runs": len(runs),
+        "cpu_seconds": asdict(intervals.middle([run["cpu_seconds"] for run in runs])),
+        "prepare_seconds": statistics.median(run["prepare_seconds"] for run in runs),
+        "rays": statistics.fmean(sum(run["rays"].values()) for run in runs),
+        "rmse_255": asdict(rmse),
+        "told": rmse.low > 0,
+        "edges_rmse_255": _mean_255(judged, "edges_mse"),
+        "smooth_rmse_255": _mean_255(judged, "smooth_mse"),
+        "hot": statistics.fmean(run["hot"] for run in judged),
+    }
+
+
+def _mean_255(judged: Sequence[Mapping[str, Any]], name: str) -> float:
+    return 255 * math.sqrt(max(0.0, statistics.fmean(run[name] for run in judged)))
+
+
+def _methods(rows: Sequence[curves.Row]) -> list[dict[str, Any]]:
+    found = []
+    for method in METHODS:
+        own = [row for row in rows if row["method"] == method]
+        best, fewest = curves.front(own), curves.front(own, curves.rays)
+        power, by_rays = curves.order(best), curves.order(fewest, curves.rays)
+        more = curves.halving(power) if power else None
+        if own:
+            found.append(
+                {
+                    "method": method,
+                    "front": [row["name"] for row in best],
+                    "front_by_rays": [row["name"] for row in fewest],
+                    "order": asdict(power) if power else None,
+                    "order_by_rays": asdict(by_rays) if by_rays else None,
+                    "halving": asdict(more) if more else None,
+                }
+            )
+    return found
+
+
+def _equal_error(rows: Sequence[curves.Row]) -> list[dict[str, Any]]:
+    """CPU seconds of each method at the same error, where two of them reach it at least."""
+    lines = {method: curves.front([row for row in rows if row["method"] == method]) for method in METHODS}
+    found = []
+    for level in LEVELS_255:
+        costs = {method: curves.cost_at(line, level) for method, line in lines.items()}
+        reached = {method: cost for method, cost in costs.items() if cost is not None}
+        if len(reached) > 1:
+            least = min(reached.values())
+            ratios = {method: cost / least for method, cost in reached.items()}
+            found.append({"rmse_255": level, "cpu_seconds": reached, "ratios": ratios})
+    return found
+
+
+def _notes(program: Program) -> list[str]:
+    textures = program.scene.document.textures.values()
+    if any(getattr(texture, "filter", None) in {"mipmap", "box"} for texture in textures):
+        return [FILTERED]
+    return []

@@ -1,0 +1,242 @@
+"""A study: renders what is not in its journal yet, and tells how long it will take."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from accuracy.study import machine, results
+from accuracy.study.journal import Journal
+from accuracy.study.keys import place_key
+from accuracy.study.program import Program
+from accuracy.study.reference import Reference, clipped, rms_difference
+from renderer.plan.building import compile_scene
+from renderer.rendering import render
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from accuracy.study.settings import Scale
+    from accuracy.study.tasks import Task
+    from renderer.scenes import LoadedScene
+
+REFERENCE_SHARE = 0.4
+"""Of a budget, for the reference: without it there are no errors, and with it alone nothing else."""
+
+ROUNDS_SHARE = 0.9
+"""Of a budget, until all that is timed has to be done: the pictures at equal time come last."""
+
+
+@dataclass(frozen=True, slots=True)
+class Forecast:
+    """How far a study is.
+
+    Attributes
+    ----------
+    runs, done : int
+        Pictures to render, and those that are in the journal.
+    share : float
+        Of the expected work, 0 to 1, that is done.
+    seconds : float
+        Expected until it is done; at most what is left of the budget.
+    now : str
+        What is rendered.
+    """
+
+    runs: int
+    done: int
+    share: float
+    seconds: float
+    now: str = ""
+
+
+class Study:
+    """What a scene's accuracy costs, tried out.
+
+    Everything is rendered in this process, one picture at a time, and seconds are its CPU seconds.
+
+    Parameters
+    ----------
+    scene : LoadedScene
+    folder : Path
+        Where the journal is; made if it is not there.
+    scale : Scale
+        How much to try.
+    budget : float, optional
+        Seconds by the clock after which nothing new is begun. One run may go beyond it by as much as its
+        forecast was wrong.
+
+    Raises
+    ------
+    SceneError
+        If the scene, or a file that it names, cannot be used.
+    OSError
+        If the folder cannot be made or read.
+    """
+
+    def __init__(self, scene: LoadedScene, folder: Path, scale: Scale, budget: float | None = None) -> None:
+        self.machine = machine.describe()
+        self.program = Program(scene, scale, place_key(self.machine))
+        compile_scene(self.program.subject.scene)
+        self._deadline = None if budget is None else time.monotonic() + budget
+        self._budget = budget
+        self._journal = Journal(folder)
+        self._measured = self._expected = self._preparing = 0.0
+        self._known: dict[tuple[str, str], float] = {}
+        self._wall = self._cpu = 0.0
+        self._warm_up()
+        self.references = self._references()
+        self.tasks = self.program.rounds(self.references)
+        self._learn()
+
+    def forecast(self, now: str = "") -> Forecast:
+        """How far it is, pictures at equal time left aside."""
+        tasks = [*self.references, *self.tasks]
+        done = [task.key in self._journal for task in tasks]
+        expected = [self._expected_seconds(task) for task in tasks]
+        seconds = sum(one for one, is_done in zip(expected, done, strict=True) if not is_done)
+        spent = sum(expected) - seconds
+        if self._deadline is not None:
+            seconds = min(seconds, max(0.0, self._deadline - time.monotonic()))
+        share = spent / (spent + seconds) if any(done) else 0.0
+        return Forecast(len(tasks), sum(done), share, seconds, now)
+
+    def run(self, tell: Callable[[Forecast], None]) -> dict[str, Any]:
+        """Render all that is missing and fits the budget, and give the results.
+
+        Parameters
+        ----------
+        tell : callable
+            Called with a `Forecast` before every run.
+
+        Raises
+        ------
+        RenderError
+            A picture cannot be rendered.
+        """
+        for task in self.references:
+            self._do(task, tell)
+        for task in self.tasks:
+            if self._fits(task, ROUNDS_SHARE):
+                self._do(task, tell)
+        document = results.document(self.program, self.references, self.tasks, self._journal, self.machine)
+        return document | {"pictures": self._pictures(document, tell)}
+
+    def picture(self, key: str) -> Any:
+        """A picture of the study by its key, (H, W, 3) float32 linear."""
+        return self._journal.picture(key)
+
+    @cached_property
+    def reference(self) -> Reference:
+        """The reference; its halves have been rendered."""
+        first, second = (clipped(self._journal.picture(task.key)) for task in self.references)
+        return Reference(first, second)
+
+    @property
+    def _slowness(self) -> float:
+        """Measured CPU seconds over expected ones."""
+        return self._measured / self._expected if self._expected else 1.0
+
+    def _warm_up(self) -> None:
+        *warm, telling = self.program.warm_up()
+        for task in warm:
+            self._timed(task)
+        entry, _ = self._timed(telling)
+        self._preparing = entry["prepare_seconds"]
+        self._count(telling, entry["cpu_seconds"])
+
+    def _learn(self) -> None:
+        """Take what was measured before in place of what warming up took."""
+        known = [task for task in self.tasks if task.key in self._journal]
+        if known:
+            self._measured = self._expected = 0.0
+        for task in known:
+            self._count(task, self._journal[task.key]["cpu_seconds"])
+
+    def _count(self, task: Task, seconds: float) -> None:
+        self._measured += seconds
+        self._expected += self.program.price(task)
+        self._known[task.part, task.name] = seconds
+
+    def _expected_seconds(self, task: Task) -> float:
+        """What the same took with another seed, else what its plan lets expect, and what comes before.
+
+        By the clock: other work on the machine makes it longer.
+        """
+        known = self._known.get((task.part, task.name))
+        cpu = self._preparing + (self.program.price(task) * self._slowness if known is None else known)
+        return cpu * self._wall / self._cpu
+
+    def _timed(self, task: Task) -> tuple[dict[str, Any], Any]:
+        begun = time.monotonic()
+        entry, image = _timed(task)
+        self._wall += time.monotonic() - begun
+        self._cpu += entry["prepare_seconds"] + entry["cpu_seconds"]
+        return entry, image
+
+    def _references(self) -> tuple[Task, Task]:
+        """The reference that was begun before, else the best that the budget allows."""
+        levels = [self.program.references(samples) for samples in self.program.scale.references]
+        begun = (level for level in levels if any(self._is_done(half) for half in level))
+        fitting = (
+            level
+            for level in levels
+            if self._budget is None
+            or sum(map(self._expected_seconds, level)) <= REFERENCE_SHARE * self._budget
+        )
+        return next(begun, None) or next(fitting, levels[-1])
+
+    def _fits(self, task: Task, share: float = 1.0) -> bool:
+        if self._deadline is None or self._budget is None:
+            return True
+        end = self._deadline - (1 - share) * self._budget
+        return time.monotonic() + self._expected_seconds(task) <= end
+
+    def _is_done(self, task: Task) -> bool:
+        return task.key in self._journal and (not task.kept or self._journal.has_picture(task.key))
+
+    def _do(self, task: Task, tell: Callable[[Forecast], None]) -> None:
+        if self._is_done(task) or (task.against and not self._is_done(task.against)):
+            return
+        tell(self.forecast(task.name))
+        entry, image = self._timed(task)
+        if task.judges:
+            entry["judgement"] = asdict(self.reference.judge(image))
+        if task.against:
+            entry["difference"] = rms_difference(image, self._journal.picture(task.against.key))
+        self._journal.add(entry, image if task.kept else None)
+        self._count(task, entry["cpu_seconds"])
+
+    def _pictures(self, document: dict[str, Any], tell: Callable[[Forecast], None]) -> list[dict[str, Any]]:
+        rows = []
+        for row in results.at_equal_time(document):
+            setting = next(known for known in self.program.settings if known.name == row["name"])
+            task = self.program.picture(setting, self.references)
+            if self._fits(task):
+                self._do(task, tell)
+                rows.append(row | {"key": task.key})
+        return rows
+
+
+def _timed(task: Task) -> tuple[dict[str, Any], Any]:
+    """Render a picture; gives what the journal says of it, and the picture."""
+    begun = time.process_time()
+    plan = compile_scene(task.subject.seeded(task.seed), task.quality)
+    prepared = time.process_time()
+    result = render(plan)
+    ended = time.process_time()
+    report = result.report
+    entry = {
+        "key": task.key,
+        "part": task.part,
+        "name": task.name,
+        "seed": task.seed,
+        "prepare_seconds": prepared - begun,
+        "cpu_seconds": ended - prepared,
+        "rays": report["rays"],
+        "stated_error": report["error"],
+    }
+    return entry, result.image

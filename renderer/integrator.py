@@ -1,0 +1,222 @@
+"""Running a plan: one loop over its stages, and no question about effects in it."""
+
+import threading
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.film import Film
+from renderer.interaction import Points, Rays, points_of
+from renderer.layers import Layers, record
+from renderer.lights.emitters import PIXEL_DIMENSIONS
+from renderer.math.arrays import Floats, put
+from renderer.math.streams import keys
+from renderer.plan.plan import RenderPlan
+from renderer.samplers import PATTERNS
+from renderer.tiling import Block, blocks
+from renderer.waves import camera_wave
+from renderer.workspace import FEWEST_POINTS, PAIRS, Workspace
+from schemas.tiles import Pass, Tile
+
+WORK = ("shading_points", "texture_lookups")
+"""What is counted beside rays."""
+
+_local = threading.local()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TileResult:
+    """One tile of one pass.
+
+    Attributes
+    ----------
+    pixels : (h, w, 3) float32
+        Linear mean over the pass's samples; for the preview one value a stride x stride block.
+    counts : dict
+        Rays by kind: camera, shadow, mirror, transmission; layers where they were asked for.
+    work : dict
+        `shading_points`: points where rays met shapes. `texture_lookups`: textures looked up at them; a bump
+        map takes four for a point. Both with what layers asked for.
+    cpu_seconds : float
+        Of this thread's process.
+    layers : dict of str to array
+        What the pass has recorded for the plan's layers, for `layers.Sheets`.
+    """
+
+    pixels: NDArray[np.float32]
+    counts: dict[str, int]
+    work: dict[str, int]
+    cpu_seconds: float
+    layers: Layers = field(default_factory=dict)
+
+
+def render_tile(plan: RenderPlan, tile: Tile, pass_: Pass) -> TileResult:
+    """Render one tile of one pass.
+
+    A pure function: the result depends on nothing but its arguments, and a pixel not on the tile.
+
+    Parameters
+    ----------
+    plan : RenderPlan
+    tile : Tile
+        Of `tiling.tiles(plan, pass_)`, or any other within the picture.
+    pass_ : Pass
+        One of `plan.passes`.
+    """
+    begun = _cpu_seconds()
+    counts: Counter[str] = Counter(camera=0, shadow=0, mirror=0, transmission=0, **dict.fromkeys(WORK, 0))
+    film = Film(tile, pass_)
+    layers = plan.layers_in(pass_)
+    sampled = {layer.name: layer.statistic.of(tile, pass_) for layer in layers if layer.statistic}
+    for block in blocks(tile, pass_):
+        samples = radiance(plan, camera_rays(plan, block, pass_), counts)
+        for part in sampled.values():
+            part.add(block.columns, block.rows, samples)
+        # Last, as it may add up the samples in place.
+        film.add(block.columns, block.rows, samples)
+    records = record(layers, tile, partial(centre_points, plan, counts))
+    records |= {name: part.record for name, part in sampled.items()}
+    work = {name: counts.pop(name) for name in WORK}
+    return TileResult(film.image(), dict(counts), work, _cpu_seconds() - begun, records)
+
+
+def render_layers(plan: RenderPlan, tile: Tile) -> tuple[Layers, dict[str, int]]:
+    """Fill the layers of a tile that tell what the centres of its pixels show, and count what that takes."""
+    counts: Counter[str] = Counter()
+    return record(plan.layers, tile, partial(centre_points, plan, counts)), dict(counts)
+
+
+def camera_rays(plan: RenderPlan, block: Block, pass_: Pass) -> Rays:
+    """Rays through a block, those of one pixel together, in the order of their sample numbers."""
+    count = pass_.last - pass_.first
+    columns, rows = block.columns.repeat(count), block.rows.repeat(count)
+    samples = np.tile(np.arange(pass_.first, pass_.last, dtype=np.int64), block.columns.size)
+    pixels = rows * plan.width + columns
+    across, down = PATTERNS[plan.antialiasing.pattern](
+        keys(plan.seed, PIXEL_DIMENSIONS, pixels), samples, plan.antialiasing.samples
+    )
+    x0, y0, x1, y1 = block.bounds
+    left, right = plan.camera.screen(np.array([x0, x1]), np.array([y1, y0]))
+    origins, directions = plan.camera.rays(columns + across, rows + down, pixels, samples)
+    return Rays(
+        origins=origins,
+        directions=directions,
+        pixels=pixels,
+        samples=samples,
+        screen=np.concatenate((left, right)),
+    )
+
+
+def centre_points(plan: RenderPlan, counts: Counter[str], block: Block) -> Points:
+    """The points that the rays through the centres of a block's pixels meet."""
+    x0, y0, x1, y1 = block.bounds
+    x, y = (index.astype(np.float64) + 0.5 for index in (block.columns, block.rows))
+    rays = Rays(
+        origins=plan.camera.position,
+        directions=plan.camera.directions(x, y),
+        pixels=block.rows * plan.width + block.columns,
+        samples=np.zeros_like(block.columns),
+        screen=np.concatenate(plan.camera.screen(np.array([x0, x1]), np.array([y1, y0]))),
+    )
+    for stage in plan.meetings:
+        stage.run(rays)
+    counts["layers"] += rays.t.size
+    points = shaded_points(plan, rays)
+    _count(points, counts)
+    return points
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surfaces:
+    """What is known of the surfaces that N camera rays meet, beside their radiance.
+
+    Attributes
+    ----------
+    colors : (3, N) float64
+        1 where there is none.
+    doubts : (N,) float64
+        As in `interaction.Points`.
+    """
+
+    colors: Floats
+    doubts: Floats
+
+    @classmethod
+    def none(cls, count: int) -> "Surfaces":
+        """Nothing is known yet."""
+        return cls(np.ones((3, count)), np.zeros(count))
+
+    def take(self, points: Points) -> None:
+        """Keep what is known at points."""
+        put(self.colors, points.rays, points.colors)
+        self.doubts[points.rays] = points.doubts
+
+
+def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str], surfaces: Surfaces | None = None) -> Floats:
+    """Radiance (3, N) along camera rays (N,), over all bounces.
+
+    Into `surfaces` goes what is known of those that the camera rays meet.
+
+    A wave's successors are worked on before its neighbours: few wait at a time, and what belongs to one ray
+    is added in an order that depends on its own path alone.
+    """
+    result = np.zeros((3, rays.t.size))
+    waves = [camera_wave(rays)]
+    while waves:
+        wave = waves.pop()
+        seen, points = local_radiance(plan, wave.rays, counts)
+        result[:, wave.targets] += wave.weights * seen
+        counts[wave.count_as] += wave.rays.t.size
+        if wave.depth == 0 and surfaces is not None:
+            surfaces.take(points)
+        for spawner in plan.spawners:
+            waves.extend(spawner.run(points, wave))
+    return result
+
+
+def local_radiance(plan: RenderPlan, rays: Rays, counts: Counter[str]) -> tuple[Floats, Points]:
+    """Radiance (3, N) of what rays meet without what comes by further rays, and the points met."""
+    for stage in (*plan.meetings, *plan.visible_lights):
+        stage.run(rays)
+    result = plan.unshaded.radiance(rays.shapes)
+    points = shaded_points(plan, rays)
+    _count(points, counts)
+    for chunk in chunks(plan, points):
+        for lighting in plan.lightings:
+            counts["shadow"] += lighting.run(chunk, workspace())
+    put(result, points.rays, points.radiance)
+    return result, points
+
+
+def shaded_points(plan: RenderPlan, rays: Rays) -> Points:
+    """The points where rays met shapes, ready for light."""
+    points = points_of(rays, plan.materials, bent=plan.bent)
+    for stage in plan.surfaces:
+        stage.run(points)
+    return points
+
+
+def _count(points: Points, counts: Counter[str]) -> None:
+    counts["shading_points"] += points.count
+    counts["texture_lookups"] += points.lookups
+
+
+def chunks(plan: RenderPlan, points: Points) -> list[Points]:
+    """Points in portions that make about `PAIRS` pairs with a light."""
+    step = max(FEWEST_POINTS, PAIRS // plan.light_points)
+    return [points.between(start, min(start + step, points.count)) for start in range(0, points.count, step)]
+
+
+def workspace() -> Workspace:
+    """Buffers of this thread."""
+    if not hasattr(_local, "workspace"):
+        _local.workspace = Workspace()
+    return _local.workspace
+
+
+def _cpu_seconds() -> float:
+    return time.process_time()

@@ -1,0 +1,1 @@
+"""Vectors, rounding-error bounds and random numbers."""

@@ -1,0 +1,203 @@
+"""Reading mesh files: OBJ, PLY and glTF, through trimesh.
+
+Nothing but the file itself is read, and the buffers beside a glTF file. What a file announces is counted
+before anything is allocated for it.
+"""
+
+import io
+import posixpath
+import re
+import warnings
+from typing import Any
+
+import numpy as np
+
+from renderer.assets import MISSING, AssetError, AssetSource, content_of, limits_of
+from renderer.math.arrays import Floats, Integers
+from renderer.meshes import gltf, gltf_packing
+from renderer.warning_filters import changed_filters
+from schemas.file_kinds import recognise
+from schemas.limits import how_to_raise, limits_in_force
+from schemas.quantities import LARGEST
+
+# A number of more digits is too large, and too long for Python to read.
+_PLY_COUNTS = re.compile(rb"(?m)^element[ \t]+(?:face|vertex)[ \t]+(\d{1,18})")
+_OBJ_GROUP = re.compile(rb"(?m)^[ \t]*(?:mtllib|usemtl|o|g|s)(?:[ \t].*)?$")
+# No other mesh format is JSON.
+_JSON = re.compile(rb"(?:\xef\xbb\xbf)?\s*\{")
+_BEGINNING = 1 << 16
+_FORMATS = "Use OBJ, PLY or glTF (GLB, or .gltf with its buffers)."
+_GLTF = frozenset({"glb", "gltf"})
+
+
+def read_mesh(name: str, assets: AssetSource) -> tuple[Floats, Integers, Floats | None]:
+    """Vertices (3, V), triangles (3, T) and texture coordinates (2, V) or None of a file.
+
+    Materials, and all other files that a mesh names but buffers of glTF, are left out.
+
+    Raises
+    ------
+    AssetError
+        If there is no such file, it is no mesh, it is damaged, or it has too many triangles.
+    """
+    content = content_of(name, assets)
+    kind = file_kind(content)
+    most = limits_of(assets).max_mesh_triangles
+    announced(content, most)
+    if kind in _GLTF:
+        mesh = _arrays(_load("glb", glb_of(name, content, assets)))
+    else:
+        mesh = _arrays(_load(kind, _without_groups(content) if kind == "obj" else content))
+    _refuse_too_many(mesh[1].shape[1], most)
+    return mesh
+
+
+def glb_of(name: str, content: bytes, assets: AssetSource) -> bytes:
+    """A glTF file and its buffers as one GLB of geometry alone.
+
+    Parameters
+    ----------
+    name
+        Name of the file, from whose folder the buffers are named.
+    content
+        Its bytes.
+    assets
+        Where the buffers come from.
+
+    Raises
+    ------
+    AssetError
+        If it is damaged, or a buffer cannot be had.
+    """
+
+    def read(uri: str) -> bytes:
+        try:
+            return content_of(posixpath.join(posixpath.dirname(name), uri), assets)
+        except AssetError as error:
+            why = f". {error}" if str(error) != MISSING else f", which is not there. {_BESIDE}"
+            raise AssetError(f"The mesh needs the file {uri[:_LONGEST_SHOWN]!r}{why}") from error
+
+    return gltf_packing.packed(gltf.opened(content, limits_of(assets).max_mesh_triangles), read)
+
+
+def self_contained(name: str, content: bytes, assets: AssetSource) -> bytes:
+    """A mesh file as one that needs no other: a `.gltf` file with its buffers becomes a GLB.
+
+    Other files stay as they are, byte for byte, and so do those that are no meshes. Parameters and errors
+    are those of `glb_of`.
+    """
+    most = limits_of(assets).max_mesh_triangles
+    needs_packing = _JSON.match(content) or needs_other_files(content, most)
+    return glb_of(name, content, assets) if needs_packing else content
+
+
+def needs_other_files(content: bytes, most: int) -> bool:
+    """Whether a file is glTF with buffers that lie elsewhere; AssetError if it is glTF and damaged."""
+    is_gltf = content.startswith(b"glTF") or _JSON.match(content) is not None
+    return is_gltf and bool(gltf.external_files(gltf.opened(content, most)))
+
+
+_LONGEST_SHOWN = 100
+_BESIDE = "Put it beside the mesh, or save the mesh as GLB."
+
+
+def _without_groups(content: bytes) -> bytes:
+    """An OBJ file as one mesh, its triangles in the order in which they stand."""
+    return _OBJ_GROUP.sub(b"", content)
+
+
+def file_kind(content: bytes) -> str:
+    """Kind of a mesh file, by what it begins with: names of uploaded files say nothing.
+
+    Returns
+    -------
+    str
+        `glb`, `gltf`, `ply` or `obj`.
+
+    Raises
+    ------
+    AssetError
+        If it is none of these.
+    """
+    kind = recognise(content)
+    if kind and kind.group == "mesh":
+        return kind.name
+    if _JSON.match(content):
+        return "gltf"
+    given = f"This is {kind.phrase}, not a mesh." if kind else "This is no mesh that can be read."
+    raise AssetError(f"{given} {_FORMATS}")
+
+
+def announced(content: bytes, most: int | None = None) -> int:
+    """Number of triangles or vertices that a file promises, at least, without reading them.
+
+    Parameters
+    ----------
+    content
+        The whole file.
+    most
+        How many may be; by default those of the limits in force.
+
+    Raises
+    ------
+    AssetError
+        If it is no mesh, or promises more triangles than are allowed.
+    """
+    most = limits_in_force().max_mesh_triangles if most is None else most
+    kind = file_kind(content)
+    if kind in _GLTF:
+        count = gltf.triangle_count(gltf.opened(content, most))
+    elif kind == "ply":
+        header = content[: content.find(b"end_header")][:_BEGINNING]
+        count = max((int(found) for found in _PLY_COUNTS.findall(header)), default=0)
+    else:
+        count = content.count(b"\nf ")
+    _refuse_too_many(count, most)
+    return count
+
+
+def _refuse_too_many(count: int, most: int) -> None:
+    if count > most:
+        raise AssetError(
+            f"The mesh has {count} triangles, more than the {most} allowed. Simplify it. "
+            f"{how_to_raise('max_mesh_triangles')}"
+        )
+
+
+def _load(kind: str, content: bytes) -> Any:
+    try:
+        # Scenes without mesh files are rendered where it is not installed.
+        import trimesh  # noqa: PLC0415
+    except ImportError as error:
+        raise AssetError("Reading mesh files needs trimesh: pip install 'penumbra-render[mesh]'.") from error
+    try:
+        with changed_filters():
+            # NumPy tells by this that an OBJ has words where it should have numbers.
+            warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)
+            loaded: Any = trimesh.load(io.BytesIO(content), file_type=kind, process=False)
+        return loaded.to_geometry() if isinstance(loaded, trimesh.Scene) else loaded
+    except Exception as error:
+        raise AssetError(f"The mesh cannot be read as {kind.upper()}: it is damaged.") from error
+
+
+def _arrays(mesh: Any) -> tuple[Floats, Integers, Floats | None]:
+    triangles = np.asarray(getattr(mesh, "faces", ()), dtype=np.int64).reshape(-1, 3)
+    vertices = np.asarray(mesh.vertices, dtype=np.float64).reshape(-1, 3)
+    texture = getattr(getattr(mesh, "visual", None), "uv", None)
+    if not len(triangles):
+        raise AssetError("The mesh has no triangles.")
+    if triangles.min() < 0 or triangles.max() >= len(vertices):
+        raise AssetError(f"A triangle names a vertex that is not among the {len(vertices)} of the mesh.")
+    _refuse_odd_numbers("vertices", vertices)
+    if texture is not None:
+        texture = np.asarray(texture, dtype=np.float64)
+        if texture.shape != (len(vertices), 2):
+            raise AssetError("The mesh does not have one pair of texture coordinates for each vertex.")
+        _refuse_odd_numbers("texture coordinates", texture)
+        texture = np.ascontiguousarray(texture.T)
+    return np.ascontiguousarray(vertices.T), np.ascontiguousarray(triangles.T), texture
+
+
+def _refuse_odd_numbers(things: str, numbers: Floats) -> None:
+    if not (np.abs(numbers) <= LARGEST).all():
+        raise AssetError(f"Some {things} of the mesh are no finite numbers, or beyond {LARGEST:g}.")

@@ -1,0 +1,1 @@
+"""What runs for a picture: stages, each with the lines of the scene that asked for it."""

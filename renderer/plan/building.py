@@ -1,0 +1,189 @@
+"""From a scene to a plan. Nothing else decides what runs.
+
+What a scene does not call for is not built: no light without colour, no texture that no shape shows, no
+highlight of strength 0. What is built carries the lines of the scene that asked for it.
+"""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import partial
+
+import schemas.cameras as language
+from renderer import tiling
+from renderer.adaptive.edges import edge_places
+from renderer.adaptive.halves import lens_in_sequence
+from renderer.adaptive.policies import PilotSamples, SampledLattice
+from renderer.adaptive.thin import thin_places
+from renderer.cameras import Pinhole, pinhole, thin_lens
+from renderer.lights import surfaces as light_surfaces
+from renderer.materials import phong
+from renderer.math.arrays import column
+from renderer.plan import cost, details, first_looks, lights, overlaps, shapes, surfaces, told_looks
+from renderer.plan import layers as layer_stages
+from renderer.plan import scattering as spawners
+from renderer.plan.cost import COSTS
+from renderer.plan.plan import Policy, RenderPlan
+from renderer.plan.request import Request
+from renderer.plan.stages import Lighting
+from renderer.scenes import LoadedScene, QualitySource, Source, load_request
+from schemas.layers import checked_layers
+from schemas.quality import TargetQuality
+
+
+def compile_scene(
+    scene: Source | LoadedScene,
+    quality: QualitySource | None = None,
+    *,
+    layers: Iterable[str] = (),
+    culling: bool = True,
+) -> RenderPlan:
+    """Decide what a scene calls for, and build just that.
+
+    Parameters
+    ----------
+    scene
+        What `load_scene` takes or gives.
+    quality
+        Takes the place of the scene's own sampling: `schemas.FixedQuality`, `schemas.TargetQuality`, or a
+        dict as a request over HTTP has it.
+    layers
+        What to tell about each pixel beside its colour, by names of `schemas.layers.LAYER_NAMES`.
+    culling
+        Whether conservative tests may leave out work. Images are the same without, and slower.
+
+    Returns
+    -------
+    RenderPlan
+
+    Raises
+    ------
+    SceneError
+        If the scene, a file that it names, or the quality cannot be used; pointers into the quality begin
+        with ``/quality``.
+    ValueError
+        If there is no layer of some name.
+    """
+    names = checked_layers(layers)
+    request = Request(*load_request(scene, quality), culling, names)
+    plan = _plan(request)
+    if request.target is None or request.document.camera.lens_radius > 0:
+        return plan
+    look = _look(request, first_looks.in_time(request.target), details.materials(request, plan.lightings))
+    # The same shapes and the same camera: what is formed of them for its rays serves both.
+    look = replace(look, meetings=plan.meetings, entries=(*look.entries, *told_looks.shadow_edges(plan)))
+    seen = ("averaged", "detailed", "textured", "rough")
+    return replace(plan, look=look, **{name: getattr(look, name) for name in seen})
+
+
+def _look(request: Request, target: TargetQuality, detailed: frozenset[str]) -> RenderPlan:
+    """The plan of the first look that target quality takes at each pixel."""
+    scene, quality = first_looks.filtered(request.scene), first_looks.quality_of(target)
+    seen = Request(scene, quality, request.culling, details=detailed)
+    plan = _plan(seen)
+    families, table = shapes.families(seen), _table(seen)
+    lightings = first_looks.lightings(seen, target, plan.lightings, families, table)
+    return replace(
+        plan,
+        surfaces=tuple(first_looks.averaged(stage, plan.camera, target) for stage in plan.surfaces),
+        lightings=details.lightings(seen, target, lightings),
+        entries=tuple(told_looks.entries(seen, lightings)),
+    )
+
+
+def compile_visibility(plan: RenderPlan) -> tuple[Lighting, ...]:
+    """One stage a light of the scene, black ones too, that marks what blocks it and adds nothing."""
+    request = Request(plan.scene, plan.quality, plan.culling)
+    return lights.visibility(request, shapes.families(request))
+
+
+def _plan(request: Request) -> RenderPlan:
+    """Build the stages in the order in which they run."""
+    camera = _camera(request)
+    families = shapes.families(request)
+    emitters = lights.emitters(request, families)
+    meetings = [shapes.meeting(request, family, camera) for family in families]
+    meetings += overlaps.stages(request, families)
+    visible = lights.visible_lights(request)
+    seen = [light.rectangles for light in visible]
+    table = _table(request)
+    points, bent = surfaces.surfaces(request, families, table)
+    bounces = spawners.spawners(request)
+    antialiasing = request.sampling.antialiasing
+    return RenderPlan(
+        scene=request.scene,
+        quality=request.quality,
+        camera=camera,
+        antialiasing=antialiasing,
+        seed=request.sampling.seed,
+        passes=tiling.passes(camera.width, camera.height, antialiasing.samples),
+        meetings=tuple(meetings),
+        visible_lights=tuple(visible),
+        surfaces=tuple(points),
+        lightings=tuple(lights.lighting(request, emitter, families, table) for emitter in emitters),
+        look=None,
+        policy=_policy(request),
+        averaged=first_looks.checkered(request),
+        detailed=first_looks.detailed(request),
+        textured=first_looks.shapes_with(request, "color_texture") | first_looks.detailed(request),
+        rough=first_looks.shapes_with(request, "normal_map", "bump_map", "mirror", "transmission"),
+        thin=first_looks.places(request, families, partial(thin_places, camera)),
+        edges=first_looks.places(request, [*families, *seen], partial(edge_places, camera)),
+        shadow_edges=first_looks.shadow_places(request, families, emitters, camera),
+        spawners=bounces,
+        unshaded=light_surfaces.Unshaded(
+            column(request.document.background),
+            light_surfaces.colors([light.color for light in request.document.lights]),
+        ),
+        materials=surfaces.material_numbers(request),
+        bent=bent,
+        dtype=request.dtype,
+        layers=layer_stages.layers(request, families),
+        culling=request.culling,
+        numerics={
+            "degenerate_dropped": request.degenerate + sum(map(shapes.without_area, families)),
+            "retried": request.retried,
+        },
+        entries=tuple(request.listing.entries),
+        left_out=(*request.listing.left_out, *surfaces.unused(request)),
+    )
+
+
+def _policy(request: Request) -> Policy | None:
+    if request.target is None:
+        return None
+    return SampledLattice() if request.document.camera.lens_radius > 0 else PilotSamples()
+
+
+def _table(request: Request) -> phong.Phong:
+    return phong.build([request.document.materials[name] for name in request.names])
+
+
+def _camera(request: Request) -> Pinhole:
+    samples = request.sampling.antialiasing
+    detail = f"rays through {samples.samples} {samples.pattern} places in each pixel"
+    if request.target:
+        detail = f"rays through {samples.pattern} places in pixels, as many as the error asks for"
+    request.listing.add(
+        "camera rays", "camera", detail, ("/camera",), cost.seconds(request.rays, COSTS.camera)
+    )
+    camera = request.document.camera
+    if camera.lens_radius > 0:
+        return _lens(request, camera)
+    for name in ("lens_radius", "focus_distance"):
+        if name in camera.model_fields_set:
+            request.listing.leave_out("camera.lens", "/camera/lens_radius is 0", (f"/camera/{name}",))
+    return pinhole.build(camera)
+
+
+def _lens(request: Request, camera: language.Camera) -> Pinhole:
+    """A lens asks for two more sample dimensions."""
+    lens = thin_lens.build(camera, request.sampling.antialiasing, request.sampling.seed)
+    pointers = tuple(f"/camera/{name}" for name in ("lens_radius", "focus_distance") if getattr(camera, name))
+    detail = f"a place on the lens for each ray, in focus at a distance of {lens.focus:.6g}"
+    request.listing.add("lens", "camera.lens", detail, pointers, cost.seconds(request.rays, COSTS.lens))
+    if not request.target:
+        return lens
+    stride = SampledLattice().first_stride(camera.width, camera.height)
+    detail = f"pixels {stride} apart are sampled, and those between where the picture is not smooth there"
+    request.listing.add("lattice of samples", "camera.lens", detail, pointers)
+    return lens_in_sequence(lens)

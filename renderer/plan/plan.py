@@ -1,0 +1,173 @@
+"""The plan of a picture: what runs, in which order, and who asked for it."""
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from renderer.cameras import Pinhole
+from renderer.layers import Layer
+from renderer.lights.surfaces import Unshaded
+from renderer.math.arrays import Integers, Masks
+from renderer.plan.stages import Entry, Illumination, PointStage, RayStage, Spawner
+from renderer.scenes import LoadedScene
+from schemas.plans import LeftOut, PlanCost, PlanDocument, PlanStage
+from schemas.quality import Quality
+from schemas.sampling import Antialiasing
+from schemas.scene import Scene
+from schemas.tiles import Pass
+
+
+class Policy(Protocol):
+    """How a picture of target quality begins, and what each pass of it asks for."""
+
+    def first_stride(self, width: int, height: int) -> int:
+        """Pixels between the nodes of the first lattice."""
+        ...
+
+    def first_level(self, error: float) -> int:
+        """What the first pass wants of a node, where an error is aimed at."""
+        ...
+
+    def advance(self, estimate: Any) -> bool:
+        """Decide what the next pass of an estimate wants; False if the picture is done."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RenderPlan:
+    """All that rendering a scene needs; made by `compile_scene`, changed by nobody.
+
+    Attributes
+    ----------
+    scene : LoadedScene
+    quality : Quality or None
+        What took the place of the scene's own sampling.
+    camera : Pinhole
+    antialiasing : Antialiasing
+    seed : int
+    passes : tuple of Pass
+        The first is a coarse preview; the others share out the camera samples.
+    meetings, visible_lights : tuples of stages
+        For rays: hits with shapes, and lights that the camera sees.
+    surfaces, lightings : tuples of stages
+        For points, and for points and one light.
+    spawners : tuple of stages
+        Send new rays from points.
+    unshaded : Unshaded
+    materials : (shapes,) int64
+        Material of each shape.
+    bent : bool
+        Whether some stage bends shading normals.
+    dtype : float32 or float64
+        Of pair work.
+    layers : tuple of Layer
+        What is told about each pixel beside its colour.
+    culling : bool
+        Whether conservative tests leave out work; images are the same without them.
+    numerics : dict
+        `degenerate_dropped`: triangles without area, which are left out. `retried`: triangles so thin that
+        exact arithmetic had to tell if they have one.
+    entries, left_out
+        The plan as told to people.
+    look : RenderPlan or None
+        What runs at the first look that target quality takes at each pixel; None for fixed quality. Its
+        entries tell only what it does in another way.
+    policy : Policy or None
+        How target quality goes about the picture; None for fixed quality.
+    averaged : (shapes,) bool
+        Shapes whose textures first looks average over the pixel.
+    detailed : (shapes,) bool
+        Those of them whose texels first looks shade apart from light.
+    textured, rough : (shapes,) bool
+        Shapes that take their colour from a texture, and shapes with something else on them that may be finer
+        than pixels: bent normals, mirrors, glass.
+    thin : (2, N) int64
+        Columns and rows of pixels along shapes that are thin on the picture; none for fixed quality.
+    edges : (2, N) int64
+        The same of pixels that edges of flat shapes pass.
+    shadow_edges : (3, N) int64
+        The same of pixels that edges of hard shadows may pass, and the shape that each of them falls on.
+    """
+
+    scene: LoadedScene
+    quality: Quality | None
+    camera: Pinhole
+    antialiasing: Antialiasing
+    seed: int
+    passes: tuple[Pass, ...]
+    meetings: tuple[RayStage, ...]
+    visible_lights: tuple[RayStage, ...]
+    surfaces: tuple[PointStage, ...]
+    lightings: tuple[Illumination, ...]
+    spawners: tuple[Spawner, ...]
+    unshaded: Unshaded
+    materials: Integers
+    bent: bool
+    dtype: np.dtype[np.floating]
+    layers: tuple[Layer, ...]
+    culling: bool
+    numerics: dict[str, int]
+    entries: tuple[Entry, ...]
+    left_out: tuple[LeftOut, ...]
+    look: "RenderPlan | None"
+    policy: Policy | None
+    textured: Masks
+    averaged: Masks
+    detailed: Masks
+    rough: Masks
+    thin: Integers
+    edges: Integers
+    shadow_edges: Integers
+
+    @property
+    def document(self) -> Scene:
+        """The scene as written."""
+        return self.scene.document
+
+    @property
+    def width(self) -> int:
+        """Pixels."""
+        return self.camera.width
+
+    @property
+    def height(self) -> int:
+        """Pixels."""
+        return self.camera.height
+
+    @property
+    def light_points(self) -> int:
+        """Largest number of light points of any light, at least 1."""
+        return max((lighting.emitter.count for lighting in self.lightings), default=1)
+
+    @property
+    def tinted(self) -> Masks:
+        """Shapes (K,) whose colour is a texture with a known mean, and nothing else on them varies."""
+        return self.averaged & ~self.detailed
+
+    def layers_in(self, pass_: Pass) -> tuple[Layer, ...]:
+        """Layers that a pass records: all where the camera samples begin, later what is formed from them."""
+        return tuple(layer for layer in self.layers if layer.recorded_in(pass_))
+
+    def describe(self) -> PlanDocument:
+        """The plan for people and programs: stages with who asked, what was left out, predicted cost."""
+        total = sum(entry.seconds for entry in self.entries)
+        rays = self.width * self.height * self.antialiasing.samples
+        shadow = sum(lighting.emitter.count for lighting in self.lightings if lighting.casts)
+        return PlanDocument(
+            stages=tuple(_stage(entry, total) for entry in self.entries),
+            first_looks=tuple(_stage(entry, 0.0) for entry in self.look.entries) if self.look else (),
+            left_out=self.left_out,
+            cost=PlanCost(camera_rays=rays, shadow_rays=rays * shadow, cpu_seconds=total),
+        )
+
+
+def _stage(entry: Entry, total: float) -> PlanStage:
+    """A line of the plan, with its share of the predicted seconds if there are any."""
+    return PlanStage(
+        name=entry.name,
+        effect=entry.effect,
+        pointers=entry.pointers,
+        detail=entry.detail,
+        share=entry.seconds / total if total else None,
+    )

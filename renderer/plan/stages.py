@@ -1,0 +1,166 @@
+"""What a plan is made of: stages that run, each with the lines of the scene that asked for it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from renderer.interaction import Points, Rays
+from renderer.lights.emitters import Emitter
+from renderer.lights.view import LightView, facing
+from renderer.math.arrays import Floats, Integers, taken
+from renderer.waves import Wave
+from renderer.workspace import Workspace
+from schemas.plans import LeftOut
+
+
+class RayStage(Protocol):
+    """Works on a block of rays."""
+
+    def run(self, rays: Rays) -> None:
+        """Change the rays' hits."""
+        ...
+
+
+class PointStage(Protocol):
+    """Works on the points of a block."""
+
+    def run(self, points: Points) -> None:
+        """Change the points."""
+        ...
+
+
+class LightStage(Protocol):
+    """Works on the pairs of points and light points."""
+
+    def run(self, view: LightView) -> None:
+        """Mark pairs as blocked, or add to the points' radiance."""
+        ...
+
+
+class Spawner(Protocol):
+    """Sends new rays from points."""
+
+    def run(self, points: Points, wave: Wave) -> Sequence[Wave]:
+        """Rays that leave the points that a wave has met."""
+        ...
+
+
+class Illumination(Protocol):
+    """All that one light does to points."""
+
+    @property
+    def emitter(self) -> Emitter:
+        """The light."""
+        ...
+
+    @property
+    def casts(self) -> bool:
+        """Whether anything can stand in its way."""
+        ...
+
+    def run(self, points: Points, workspace: Workspace) -> int:
+        """Add the light to the points' radiance; gives the number of shadow rays."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Lighting:
+    """All that one light does: who faces it, what blocks it, and what it adds.
+
+    Attributes
+    ----------
+    emitter : Emitter
+    shadows, terms : tuple of LightStage
+    dtype : float32 or float64
+        Of pair work.
+    """
+
+    emitter: Emitter
+    shadows: tuple[LightStage, ...]
+    terms: tuple[LightStage, ...]
+    dtype: np.dtype[np.floating]
+
+    @property
+    def casts(self) -> bool:
+        """Whether anything can stand in its way."""
+        return bool(self.shadows)
+
+    def view(self, points: Points, workspace: Workspace, among: Integers | None = None) -> LightView:
+        """The light as seen by those of the points that face it, with blocked pairs marked.
+
+        Points `among` (m,) are known to face it; without them, it is found out for all.
+        """
+        towards = self.emitter.towards(points.positions)
+        chosen = np.flatnonzero(facing(self.emitter, points, towards)) if among is None else among
+        view = LightView(
+            emitter=self.emitter,
+            points=points,
+            chosen=chosen,
+            light_points=self.emitter.points(
+                points.pixels[chosen], points.samples[chosen], points.paths[chosen], self.dtype
+            ),
+            towards=taken(towards, chosen),
+            origins=points.sources if points.sources.shape[1] == 1 else taken(points.sources, chosen),
+            dtype=self.dtype,
+            workspace=workspace,
+        )
+        if view.count:
+            for shadow in self.shadows:
+                shadow.run(view)
+            if points.bent:
+                view.block_below_horizon()
+        return view
+
+    def run(self, points: Points, workspace: Workspace, among: Integers | None = None) -> int:
+        """Add the light to the points' radiance, as `view` sees it; gives the number of shadow rays."""
+        view = self.view(points, workspace, among)
+        rays = view.count * view.light_points.count if self.shadows else 0
+        view.drop_dark()
+        if view.count:
+            for term in self.terms:
+                term.run(view)
+        return rays
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A line of the plan.
+
+    Attributes
+    ----------
+    name, effect, detail : str
+    pointers : tuple of str
+    seconds : float
+        Predicted CPU seconds.
+    """
+
+    name: str
+    effect: str
+    detail: str
+    pointers: tuple[str, ...]
+    seconds: float = 0.0
+
+
+@dataclass(slots=True)
+class Listing:
+    """The plan in the making: its entries, and what was left out."""
+
+    entries: list[Entry] = field(default_factory=list)
+    left_out: list[LeftOut] = field(default_factory=list)
+
+    def add(
+        self, name: str, effect: str, detail: str, pointers: tuple[str, ...], seconds: float = 0.0
+    ) -> None:
+        """Note a stage."""
+        self.entries.append(Entry(name, effect, detail, pointers, seconds))
+
+    def leave_out(self, effect: str, reason: str, pointers: tuple[str, ...] = ()) -> None:
+        """Note what does not run."""
+        self.left_out.append(LeftOut(effect=effect, pointers=pointers, reason=reason))
+
+
+def luminous(color: Floats) -> bool:
+    """Whether a colour is not black."""
+    return bool(np.any(color > 0))

@@ -1,0 +1,183 @@
+"""What happens at the points that rays have met: colours, normals, ambient light."""
+
+import numpy as np
+
+from renderer.cameras import pinhole
+from renderer.materials.horizon import Horizon
+from renderer.materials.maps import BumpMap, ColorTexture, NormalMap
+from renderer.materials.phong import Ambient, Colors, Phong
+from renderer.math.arrays import Integers, Masks, column
+from renderer.plan import cost
+from renderer.plan.cost import COSTS
+from renderer.plan.pointers import escaped
+from renderer.plan.request import Request
+from renderer.plan.shapes import location
+from renderer.plan.stages import Listing, PointStage
+from renderer.plan.textures import heights_of, texture_of
+from renderer.shapes import Family
+from renderer.shapes.triangles import Triangles
+from renderer.textures import Texture
+from renderer.textures import footprints as footprint_stage
+from renderer.textures.footprints import Footprints
+from schemas.plans import LeftOut
+
+FILTERING = ("mipmap", "box")
+"""Filters that take a mean over a footprint."""
+
+TEXTURED = ("color_texture", "normal_map", "bump_map", "displacement_map")
+"""Fields of a material that name a texture."""
+
+
+FINEST = 256
+"""Textures filter as for so many samples a pixel where their number is not known before."""
+
+
+def surfaces(request: Request, families: list[Family], table: Phong) -> tuple[list[PointStage], bool]:
+    """Stages that form the points: geometry, colours, normals, ambient light."""
+    if not families:
+        return [], False
+    maps = _textures_of(request, "normal_map")
+    bumps = _bumps(request)
+    footprints = _footprints(request)
+    stages: list[PointStage] = [
+        location(request, family, framed=bool(maps or request.details), sloped=bool(bumps or footprints))
+        for family in families
+    ]
+    stages.extend(footprints)
+    pointers = tuple(f"/materials/{escaped(name)}" for name in request.names)
+    request.listing.add(
+        "materials", "materials.phong", "each point takes its material's parameters", pointers
+    )
+    stages.append(Colors(table))
+    for name, used in _textures_of(request, "color_texture").items():
+        stages.append(ColorTexture(_texture(request, name, "color_texture", used), used))
+    for name, used in maps.items():
+        stages.append(NormalMap(_texture(request, name, "normal_map", used), used))
+    stages.extend(bumps)
+    horizon = _horizon(request, families)
+    stages.extend(horizon)
+    stages.extend(_ambient(request, table))
+    return stages, bool(horizon)
+
+
+def _footprints(request: Request) -> list[Footprints]:
+    """Textures that filter ask for footprints, if some shown material looks them up at points."""
+    used = [*_textures_of(request, "color_texture"), *_textures_of(request, "normal_map")]
+    asking = {name for name in used if getattr(request.document.textures[name], "filter", None) in FILTERING}
+    if not asking and not request.details:
+        return []
+    samples = FINEST if request.target else request.sampling.antialiasing.samples
+    pointers = tuple(
+        f"/textures/{escaped(name)}/filter" for name in request.document.textures if name in asking
+    )
+    detail = (
+        f"what 1 / {samples} of a pixel covers in textures"
+        if samples > 1
+        else "what a pixel covers in textures"
+    )
+    price = cost.seconds(request.rays, COSTS.footprint)
+    request.listing.add("ray footprints", "textures.footprints", detail, pointers, price)
+    return [footprint_stage.build(pinhole.build(request.document.camera), samples)]
+
+
+def _textures_of(request: Request, part: str) -> dict[str, Masks]:
+    """Which materials, (materials,) bool, use each texture in one of their parts."""
+    used: dict[str, Masks] = {}
+    for i, name in enumerate(request.names):
+        texture = getattr(request.document.materials[name], part)
+        if texture is not None and name not in request.details:
+            used.setdefault(texture, np.zeros(len(request.names), dtype=bool))[i] = True
+    return used
+
+
+def _texture(request: Request, name: str, part: str, used: Masks) -> Texture:
+    texture = request.document.textures[name]
+    asking = tuple(f"/materials/{escaped(request.names[i])}/{part}" for i in np.flatnonzero(used))
+    detail = "colours by texture coordinates" if part == "color_texture" else "bends shading normals"
+    price = cost.seconds(request.rays / len(request.names), COSTS.lookup * len(asking))
+    effect = f"textures.{texture.type}" if part == "color_texture" else "materials.phong.normal_map"
+    request.listing.add(
+        f"{part.replace('_', ' ')} {name}", effect, detail, (f"/textures/{escaped(name)}", *asking), price
+    )
+    return texture_of(request, name, stored=part == "normal_map")
+
+
+def _bumps(request: Request) -> list[BumpMap]:
+    """One stage for each bump map and height that a shown material asks for."""
+    used: dict[tuple[str, float], list[int]] = {}
+    for i, name in enumerate(request.names):
+        material = request.document.materials[name]
+        if name in request.details:
+            continue
+        if material.bump_map is not None and material.bump_height:
+            used.setdefault((material.bump_map, material.bump_height), []).append(i)
+        elif material.bump_map is not None:
+            pointer = f"/materials/{escaped(name)}/bump_height"
+            request.listing.leave_out("materials.phong.bump_map", "its height is 0", (pointer,))
+    return [_bump(request, name, height, materials) for (name, height), materials in used.items()]
+
+
+def _bump(request: Request, name: str, height: float, materials: list[int]) -> BumpMap:
+    asking = tuple(f"/materials/{escaped(request.names[i])}/bump_map" for i in materials)
+    price = cost.seconds(request.rays / len(request.names), 4 * COSTS.lookup * len(asking))
+    pointers = (f"/textures/{escaped(name)}", *asking)
+    request.listing.add(
+        f"bump map {name}", "materials.phong.bump_map", "tilts shading normals by heights", pointers, price
+    )
+    return BumpMap(heights_of(request, name, height), np.isin(np.arange(len(request.names)), materials))
+
+
+def _horizon(request: Request, families: list[Family]) -> list[Horizon]:
+    """The end of all that tilts normals, if there is any."""
+    smooth = [family for family in families if isinstance(family, Triangles) and family.smooth.any()]
+    numbers = {number for family in smooth for number in family.numbers[family.smooth].tolist()}
+    asking = [f"/shapes/{number}" for number in sorted(numbers)]
+    for name in request.names:
+        material = request.document.materials[name]
+        if material.normal_map is not None:
+            asking.append(f"/materials/{escaped(name)}/normal_map")
+        if material.bump_map is not None and material.bump_height:
+            asking.append(f"/materials/{escaped(name)}/bump_map")
+    if not asking:
+        return []
+    detail = "shading normals that point away from the viewer are bent to the horizon"
+    request.listing.add("normals at the horizon", "materials.phong", detail, tuple(asking))
+    return [Horizon()]
+
+
+def _ambient(request: Request, table: Phong) -> list[Ambient]:
+    asking = tuple(
+        f"/materials/{escaped(name)}"
+        for name, share in zip(request.names, table.ambient, strict=True)
+        if share
+    )
+    if not any(request.document.ambient):
+        request.listing.leave_out("ambient", "/ambient is black", ("/ambient",))
+    elif not asking:
+        request.listing.leave_out("ambient", "no material that is shown answers ambient light", ("/ambient",))
+    else:
+        request.listing.add("ambient term", "ambient", "light from everywhere", ("/ambient", *asking))
+        return [Ambient(table, column(request.document.ambient))]
+    return []
+
+
+def material_numbers(request: Request) -> Integers:
+    """Material of each shape, (shapes,) int64, as a number among those that are shown."""
+    numbers = {name: i for i, name in enumerate(request.names)}
+    return np.array([numbers[shape.material] for shape in request.document.shapes], dtype=np.int64)
+
+
+def unused(request: Request) -> list[LeftOut]:
+    """Materials and textures that no shape shows."""
+    listing = Listing()
+    for name in request.document.materials:
+        if name not in request.names:
+            listing.leave_out(
+                "materials.phong", "no shape has this material", (f"/materials/{escaped(name)}",)
+            )
+    parts = {name for part in TEXTURED for name in _textures_of(request, part)}
+    for name, texture in request.document.textures.items():
+        if name not in parts:
+            reason = "no material that is shown uses this texture"
+            listing.leave_out(f"textures.{texture.type}", reason, (f"/textures/{escaped(name)}",))
+    return listing.left_out

@@ -1,0 +1,92 @@
+"""What first looks do in another way than samples, as it is told to people."""
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+import schemas.textures as language
+from renderer.adaptive.lattice import stride_for
+from renderer.adaptive.levels import COVERAGES
+from renderer.adaptive.lighting import NEAREST, SIDES, FirstLook
+from renderer.plan.plan import RenderPlan
+from renderer.plan.pointers import escaped
+from renderer.plan.request import Request
+from renderer.plan.stages import Entry, Illumination
+
+
+def entries(request: Request, lightings: Iterable[Illumination]) -> Iterator[Entry]:
+    """Lines of the plan: the lattice, each light with an area, exact means, and pixels at borders.
+
+    Parameters
+    ----------
+    request : Request
+        Of the first looks.
+    lightings
+        Those of the first looks; lights without an area do as always, and are not told of.
+    """
+    yield Entry("first looks", "camera", _lattice(request), ("/camera",))
+    for lighting in lightings:
+        if isinstance(lighting, FirstLook):
+            yield from _light(request, lighting)
+    yield from _boards(request)
+    yield from _details(request)
+    detail = "rays tell how much of a pixel each shape fills, where it may be more than one: the more, the "
+    detail += f"larger the contrast, from {COVERAGES[1]} on"
+    yield Entry("borders", "camera", detail, ("/camera",))
+
+
+def shadow_edges(plan: RenderPlan) -> Iterator[Entry]:
+    """The line of the plan for pixels that edges of hard shadows pass, if there are any."""
+    count = np.unique(plan.shadow_edges[:2], axis=1).shape[1]
+    if count:
+        pointers = tuple(f"/lights/{number}" for number in range(len(plan.document.lights)))
+        detail = f"{count:,} pixels of flat shapes that edges of hard shadows pass are probed as a kind apart"
+        yield Entry("shadow edges", "camera", detail, pointers)
+
+
+def _lattice(request: Request) -> str:
+    camera = request.document.camera
+    stride = stride_for(camera.width, camera.height)
+    if stride == 1:
+        return "one ray through the middle of each pixel"
+    far = f"{stride} pixels apart along rows and columns"
+    return f"one ray through the middle of pixels {far}, and of those between where the picture is not smooth"
+
+
+def _light(request: Request, light: FirstLook) -> Iterator[Entry]:
+    number = light.emitter.number
+    effect, pointer = f"lights.{request.document.lights[number].type}", (f"/lights/{number}",)
+    if light.casts:
+        points = light.probe.emitter.count
+        detail = f"shadow rays to {points} points up to its edges tell who sees all of it, and who a part"
+        yield Entry(f"view of light {number}", effect, detail, pointer)
+    most = SIDES[min(int(np.searchsorted(SIDES, NEAREST * light.finest.max())), len(SIDES) - 1)] ** 2
+    least = SIDES[0] ** 2
+    grids = f"a grid of {least} to {most} points" if most > least else f"a grid of {least} points"
+    detail = f"{grids}, by how near it is and how sharp the highlight; no shadow rays"
+    yield Entry(f"light {number} seen whole", effect, detail, pointer)
+    if light.casts:
+        emitter = light.partial.emitter
+        detail = f"{emitter.count} {emitter.pattern} points with shadow rays"
+        yield Entry(f"light {number} seen in part", effect, detail, pointer)
+
+
+def _boards(request: Request) -> Iterator[Entry]:
+    document = request.document
+    for texture, board in document.textures.items():
+        asking = [name for name in request.names if document.materials[name].color_texture == texture]
+        if asking and isinstance(board, language.CheckerTexture):
+            pointers = [f"/materials/{escaped(name)}/color_texture" for name in asking]
+            detail = "the exact mean over a pixel, in place of the field that its middle meets"
+            name = f"means of color texture {texture}"
+            yield Entry(name, "textures.checker", detail, (f"/textures/{escaped(texture)}", *pointers))
+
+
+def _details(request: Request) -> Iterator[Entry]:
+    """Materials whose textures are averaged over pixels, apart from light."""
+    for name in sorted(request.details):
+        material = request.document.materials[name]
+        parts = [part for part in ("color_texture", "normal_map", "bump_map") if getattr(material, part)]
+        pointers = tuple(f"/materials/{escaped(name)}/{part}" for part in parts)
+        detail = "many places in a pixel share the light that reaches its centre"
+        yield Entry(f"detail of {name}", "materials.phong", detail, pointers)

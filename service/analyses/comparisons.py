@@ -1,0 +1,114 @@
+"""Comparing pictures for a request, in a worker."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import binascii
+from collections.abc import Iterator
+
+import renderer
+from accuracy.comparison.inputs import SIDECARS
+from schemas.comparisons import ComparisonAnswer, ComparisonRequest, SentPicture
+from schemas.jobs import JobState
+from schemas.problems import Problem
+from schemas.reading import read_document
+from service.access.principals import Asker
+from service.errors import ComparisonFailedError, UnavailableError, UnknownJobError, WorkerLostError
+from service.jobs import lifecycle as jobs
+from service.jobs.context import Service
+from service.workers.tasks import (
+    CompareDone,
+    ComparedPicture,
+    CompareRefused,
+    CompareTask,
+    Outcome,
+    TaskFailed,
+)
+
+
+async def compare(service: Service, asker: Asker, body: bytes) -> ComparisonAnswer:
+    """Compare the two pictures of a request.
+
+    Raises
+    ------
+    renderer.SceneError
+        If the request, or one of its pictures, cannot be used.
+    BusyError
+        If too many comparisons are being made.
+    ComparisonFailedError
+        If comparing fails, for want of memory.
+    UnavailableError
+        If it took too long, or its worker died.
+    """
+    with service.comparison_seats.taken():
+        task = await service.read(_task, service, asker, body)
+        answer = asyncio.wrap_future(service.dispatch.dispatcher.call(task))
+        try:
+            outcome = await asyncio.wait_for(answer, service.settings.max_wait_seconds)
+        except TimeoutError:
+            raise UnavailableError("No worker was free to compare in time. Try again in a moment.") from None
+    return _answer(outcome)
+
+
+def _task(service: Service, asker: Asker, body: bytes) -> CompareTask:
+    request, _ = read_document(body, ComparisonRequest, limits=service.settings.limits)
+    sent = {"image": request.image, "reference": request.reference}
+    problems = [problem for role, picture in sent.items() for problem in _problems(role, picture)]
+    if problems:
+        raise renderer.SceneError(problems)
+    image, reference = (_compared(service, asker, role, picture) for role, picture in sent.items())
+    # What is decoded need not travel twice.
+    bare = request.model_copy(update={"image": SentPicture(), "reference": SentPicture()})
+    return CompareTask(bare, image, reference)
+
+
+def _problems(role: str, picture: SentPicture) -> Iterator[Problem]:
+    if (picture.job is None) == (picture.content is None):
+        detail = "A picture is named by 'job' or sent in 'content': give one of the two."
+        yield Problem(pointer=f"/{role}", detail=detail, code="one_of")
+
+
+def _compared(service: Service, asker: Asker, role: str, picture: SentPicture) -> ComparedPicture:
+    if picture.job is None:
+        content = _decoded(role, picture.content or "")
+        return ComparedPicture(None, "", content, picture.encoding, ())
+    render, layers = _rendered(service, asker, role, picture.job)
+    return ComparedPicture(picture.job, render, b"", picture.encoding, layers)
+
+
+def _decoded(role: str, content: str) -> bytes:
+    try:
+        return base64.b64decode(content, validate=True)
+    except (binascii.Error, ValueError):
+        detail = "This is not Base64. Send the bytes of the file in Base64, without line breaks."
+        raise renderer.SceneError(
+            [Problem(pointer=f"/{role}/content", detail=detail, code="base64")]
+        ) from None
+
+
+def _rendered(service: Service, asker: Asker, role: str, job_id: str) -> tuple[str, tuple[str, ...]]:
+    """Where the picture of a job lies, and which of its layers tell more; a problem if it has no picture."""
+    try:
+        with service.storage.database.reading() as session:
+            jobs.owner_of(session, job_id, None if asker.sees_all else asker.name)
+            row = jobs.find(session, job_id)
+    except UnknownJobError as error:
+        raise renderer.SceneError([_of_job(role, str(error))]) from None
+    if row.render is None or row.state is not JobState.SUCCEEDED:
+        raise renderer.SceneError([_of_job(role, f"This job has no complete picture; it is {row.state}.")])
+    return row.render.id, tuple(name for name in SIDECARS if name in row.render.layers)
+
+
+def _of_job(role: str, detail: str) -> Problem:
+    return Problem(pointer=f"/{role}/job", detail=detail, code="job_not_comparable")
+
+
+def _answer(outcome: Outcome) -> ComparisonAnswer:
+    if isinstance(outcome, CompareRefused):
+        raise renderer.SceneError([outcome.problem])
+    if isinstance(outcome, TaskFailed):
+        raise ComparisonFailedError(outcome.message)
+    if not isinstance(outcome, CompareDone):
+        raise WorkerLostError("The worker died while it compared these pictures.")
+    return outcome.answer

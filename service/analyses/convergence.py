@@ -1,0 +1,117 @@
+"""The convergence of a job as requests ask for it: as a document, as a table, and as a plot."""
+
+from __future__ import annotations
+
+import csv
+import io
+from typing import Literal
+
+from accuracy.convergence_plot import draw
+from renderer.convergence import trend
+from schemas.convergence import Convergence
+from schemas.jobs import JobState
+from service.jobs import lifecycle as jobs
+from service.jobs.context import Service
+from service.jobs.negotiation import liked_best
+from service.lifecycle import pass_costs
+from service.lifecycle.documents import work_of
+from service.storage.database.models import RenderRow
+
+Form = Literal["json", "csv", "svg", "png"]
+
+MEDIA_TYPES: dict[Form, str] = {
+    "json": "application/json",
+    "csv": "text/csv",
+    "svg": "image/svg+xml",
+    "png": "image/png",
+}
+"""The forms that there are; the first one is that of requests which do not say."""
+
+
+def form_of(accept: str) -> Form:
+    """Choose the form that an Accept header likes best (RFC 9110), the first of ours where it likes none.
+
+    >>> [form_of(header) for header in ("image/*;q=0.5, text/csv", "image/*, */*;q=0.1", "text/html", "")]
+    ['csv', 'svg', 'json', 'json']
+    """
+    forms = {media_type.partition(";")[0]: form for form, media_type in MEDIA_TYPES.items()}
+    return forms[liked_best(accept, tuple(forms))]
+
+
+def etag_of(service: Service, job_id: str, form: Form) -> str:
+    """Return the tag that the answer would have now, without making it."""
+    with service.storage.database.reading() as session:
+        row = jobs.find(session, job_id)
+        return f'"{row.id}-{row.state.value}-{work_of(row)["last_seq"]}-convergence.{form}"'
+
+
+def convergence(service: Service, job_id: str) -> Convergence:
+    """Tell the passes of a job and what they say of its error."""
+    with service.storage.database.reading() as session:
+        row = jobs.find(session, job_id)
+        render = row.render
+    passes = list(pass_costs.told(render)) if render else []
+    target_error = render.target_error if render else None
+    return Convergence.model_validate(
+        {
+            "job": row.id,
+            "state": row.state,
+            "mode": "fixed" if target_error is None else "target",
+            "target_error": target_error,
+            "passes": passes,
+            **trend(passes, _unknown(render)),
+        }
+    )
+
+
+def _unknown(render: RenderRow | None) -> str | None:
+    """Why no pass tells its error; None where that is not known."""
+    if render is None:
+        return "The job ended before its picture was finished, or its picture is gone."
+    if render.target_error is not None:
+        return None
+    if not render.pass_costs:
+        return "The job was submitted before the service noted what passes cost."
+    running = "The passes are compared when the picture is finished."
+    return render.error_unknown or (None if render.state is JobState.SUCCEEDED else running)
+
+
+def encoded(found: Convergence, form: Form) -> bytes:
+    """Make the answer.
+
+    Raises
+    ------
+    MissingExtraError
+        If it is a plot, and the library that draws it is not installed.
+    """
+    match form:
+        case "json":
+            return found.model_dump_json().encode()
+        case "csv":
+            return _table(found).encode()
+        case "svg" | "png":
+            return _plot(found, form)
+
+
+def _table(found: Convergence) -> str:
+    """Write a row for each pass (RFC 4180); what is not known is left empty."""
+    kinds = list(found.passes[-1].rays) if found.passes else []
+    ends = ("estimate", "low", "high")
+    text = io.StringIO()
+    writer = csv.writer(text)
+    writer.writerow(
+        ["pass_index", "seconds", "cpu_seconds"]
+        + [f"rays_{kind}" for kind in kinds]
+        + [f"error_{end}" for end in ends]
+    )
+    for entry in found.passes:
+        error = [getattr(entry.error, end) if entry.error else "" for end in ends]
+        rays = [entry.rays.get(kind, 0) for kind in kinds]
+        writer.writerow([entry.pass_index, entry.seconds, entry.cpu_seconds, *rays, *error])
+    return text.getvalue()
+
+
+def _plot(found: Convergence, form: Form) -> bytes:
+    title = f"Job {found.job}, {found.state.value}"
+    passes = [entry.model_dump() for entry in found.passes]
+    return draw(passes, form=form, title=title, target=found.target_error, unknown=found.reason)

@@ -1,0 +1,1 @@
+"""HTTP: authentication, request bodies, headers, errors and routes."""

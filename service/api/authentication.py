@@ -1,0 +1,101 @@
+"""Finding out who asks, before any route does anything."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import Depends, Path, Request
+from fastapi.concurrency import run_in_threadpool
+
+from service.access.hosts import check_host
+from service.access.principals import LOCAL, Asker
+from service.errors import CrossSiteError, ForbiddenError, UnauthenticatedError
+from service.jobs import lifecycle as jobs
+from service.jobs.context import Here, Service
+
+COOKIE = "penumbra_session"
+SAFE = ("GET", "HEAD", "OPTIONS")
+
+
+async def asker(request: Request, here: Here) -> Asker:
+    """Tell who asks.
+
+    Raises
+    ------
+    UnauthenticatedError
+        If a key is needed, and there is none that is good.
+    UnknownHostError
+        If it was sent to a name that is not the service's.
+    CrossSiteError
+        If the page of another site has sent a browser here to change something.
+    """
+    key = bearer(request)
+    if key is None:
+        _check_origin(request)
+    asks_for_keys = not here.settings.behind_proxy and await _keys_made(here)
+    check_host(request, here.settings, asks_for_keys=asks_for_keys)
+    if not asks_for_keys:
+        return LOCAL
+    found = await run_in_threadpool(_look_up, here, key, request.cookies.get(COOKIE))
+    if found is None:
+        raise UnauthenticatedError(wrong=key is not None)
+    return found
+
+
+async def _keys_made(service: Service) -> bool:
+    known = service.known.keys_made_lately()
+    return await run_in_threadpool(service.known.keys_made) if known is None else known
+
+
+def bearer(request: Request) -> str | None:
+    """Give what stands in ``Authorization: Bearer``."""
+    scheme, _, key = request.headers.get("authorization", "").partition(" ")
+    return key.strip() if scheme.lower() == "bearer" else None
+
+
+def _look_up(service: Service, key: str | None, token: str | None) -> Asker | None:
+    if key is not None:
+        return service.known.of_key(key)
+    return service.known.of_session(token) if token else None
+
+
+def _check_origin(request: Request) -> None:
+    # A browser adds cookies, and reaches loopback, for any page; and it says from where a page comes.
+    if request.method in SAFE:
+        return
+    origin = request.headers.get("origin")
+    foreign = origin is not None and origin.partition("://")[2] != request.headers.get("host")
+    if foreign or request.headers.get("sec-fetch-site", "same-origin") not in ("same-origin", "none"):
+        raise CrossSiteError
+
+
+Asking = Annotated[Asker, Depends(asker)]
+
+
+async def _seen(here: Here, asking: Asking, job_id: Annotated[str, Path(max_length=64)]) -> str:
+    if not asking.sees_all:
+        await run_in_threadpool(_owner, here, job_id, asking.name)
+    return job_id
+
+
+async def _changed(here: Here, asking: Asking, job_id: Annotated[str, Path(max_length=64)]) -> str:
+    if not asking.changes_all:
+        owner = await run_in_threadpool(_owner, here, job_id, None if asking.sees_all else asking.name)
+        if owner != asking.name:
+            raise ForbiddenError("Only its owner or an admin stops and removes a job.")
+    return job_id
+
+
+def _owner(service: Service, job_id: str, asked_by: str | None) -> str:
+    with service.storage.database.reading() as session:
+        return jobs.owner_of(session, job_id, asked_by)
+
+
+SeenJob = Annotated[str, Depends(_seen)]
+"""The id of a job that the asker may see; 404 for all others."""
+
+ChangedJob = Annotated[str, Depends(_changed)]
+"""The id of a job that the asker may stop and remove."""
+
+KeptJob = SeenJob
+"""The id of a job that the asker may pin: staff, who see those of all, pin for their users."""

@@ -1,0 +1,122 @@
+"""Reading request bodies: their type is checked, their length and their pace while they arrive."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from typing import Annotated
+
+from fastapi import Depends, Request
+from starlette.requests import ClientDisconnect
+
+from schemas.limits import Limits
+from service.errors import (
+    BodyIncompleteError,
+    BodySlowError,
+    BodyTooLargeError,
+    MediaTypeError,
+)
+from service.jobs.context import Here
+
+SLOWEST = 16 * 1024
+"""Bytes a second at which a body may arrive after the first moments: a modem's pace would do."""
+# A longer one is no length of anything that could arrive.
+_MOST_DIGITS = 18
+
+
+async def chunks(request: Request, limit: int, patience: float) -> AsyncIterator[bytes]:
+    """Iterate over a body as it arrives.
+
+    Parameters
+    ----------
+    limit
+        Most bytes.
+    patience
+        Seconds that the first bytes may take; those that follow must come at `SLOWEST` on the average.
+
+    Raises
+    ------
+    BodyTooLargeError
+        As soon as it is known that the body has more than ``limit`` bytes.
+    BodySlowError
+        As soon as it is late.
+    BodyIncompleteError
+        If the connection ends first.
+    MediaTypeError
+        If it is compressed: a few bytes could unpack to any number.
+    """
+    if request.headers.get("content-encoding", "identity").strip().lower() not in ("identity", ""):
+        raise MediaTypeError("Send the body as it is, without Content-Encoding.")
+    size = _announced(request)
+    if size <= limit:
+        size = 0
+        async for chunk in _arriving(request, patience):
+            size += len(chunk)
+            if size > limit:
+                break
+            yield chunk
+    if size > limit:
+        raise BodyTooLargeError(f"The body is longer than {limit} bytes.")
+
+
+def _announced(request: Request) -> int:
+    text = request.headers.get("content-length", "0")
+    return int(text[:_MOST_DIGITS]) if text.isdecimal() else 0
+
+
+async def _arriving(request: Request, patience: float) -> AsyncIterator[bytes]:
+    stream, size = request.stream(), 0
+    begun = asyncio.get_running_loop().time()
+    try:
+        while True:
+            async with asyncio.timeout_at(begun + patience + size / SLOWEST):
+                chunk = await anext(stream, None)
+            if chunk is None:
+                return
+            size += len(chunk)
+            yield chunk
+    except TimeoutError:
+        raise BodySlowError("The body came too slowly. Send it again.") from None
+    except ClientDisconnect:
+        raise BodyIncompleteError("The connection ended before the body did.") from None
+
+
+async def _json_body(request: Request, here: Here) -> AsyncIterator[bytes]:
+    async with _json(request, here, here.settings.limits) as body:
+        yield body
+
+
+async def _trace_body(request: Request, here: Here) -> AsyncIterator[bytes]:
+    async with _json(request, here, here.settings.trace_limits) as body:
+        yield body
+
+
+@asynccontextmanager
+async def _json(request: Request, here: Here, limits: Limits) -> AsyncIterator[bytes]:
+    """Give a body that is said to be JSON; it is not parsed. One without a type is taken.
+
+    Raises
+    ------
+    MediaTypeError
+        If its type is not JSON.
+    BusyError
+        If all bodies together would need too much memory.
+    """
+    media_type = request.headers.get("content-type", "application/json").partition(";")[0].strip().lower()
+    if media_type != "application/json" and not media_type.endswith("+json"):
+        raise MediaTypeError("Send the body as application/json.")
+    with here.bodies.account() as account:
+        parts = []
+        async for chunk in chunks(request, limits.max_body_bytes, here.settings.patience_seconds):
+            account.add(len(chunk))
+            parts.append(chunk)
+        # Problems that are found after it was read get their lines from it.
+        request.state.body = b"".join(parts)
+        yield request.state.body
+
+
+JsonBody = Annotated[bytes, Depends(_json_body)]
+
+TraceBody = Annotated[bytes, Depends(_trace_body)]
+"""As long as the rays that a request may have need."""

@@ -1,0 +1,245 @@
+"""How errors are answered: one table from exceptions to statuses, and one form for all of them (RFC 9457)."""
+
+from __future__ import annotations
+
+import codecs
+import sqlite3
+from collections.abc import Callable, Sequence
+from http import HTTPStatus
+from typing import Any, NamedTuple
+
+import structlog
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import Response
+from sqlalchemy.exc import DataError, DBAPIError
+from sqlalchemy.exc import TimeoutError as PoolTimeoutError
+from starlette.exceptions import HTTPException
+
+import renderer
+from accuracy.comparison import NotComparableError
+from renderer.adaptive.time_limits import OutOfTimeError
+from renderer.assets import AssetError, NoSuchAssetError
+from renderer.convergence import NothingToFitError
+from renderer.errors import ImageFileError, MissingExtraError
+from schemas.errors import SHOWN
+from schemas.limits import LimitsError
+from schemas.problems import Problem, ProblemDocument
+from service import errors
+from service.client.places import located
+from service.jobs.context import Service
+from service.storage.database.connection import PRIMARY
+from service.storage.folder import NO_ROOM, NOT_WRITABLE
+
+MEDIA_TYPE = "application/problem+json"
+RETRY_AFTER_SECONDS = 1
+NOWHERE = "There is nothing at this address. The addresses of the service are in /openapi.json."
+
+log = structlog.get_logger()
+
+
+class Kind(NamedTuple):
+    """How an exception is answered.
+
+    ``told`` says whether its text is meant for the person who asked; other texts are for the log only.
+    """
+
+    status: int
+    code: str
+    told: bool = True
+    retry: bool = False
+
+
+KINDS: dict[type[Exception], Kind] = {
+    renderer.SceneError: Kind(422, "scene_not_usable"),
+    renderer.RenderError: Kind(500, "render_failed", told=False),
+    ImageFileError: Kind(500, "picture_failed", told=False),
+    NotComparableError: Kind(422, "not_comparable"),
+    MissingExtraError: Kind(501, "extra_missing"),
+    OutOfTimeError: Kind(500, "out_of_time", told=False),
+    LimitsError: Kind(500, "limits", told=False),
+    AssetError: Kind(422, "asset_not_usable"),
+    NoSuchAssetError: Kind(422, "asset_not_usable"),
+    NothingToFitError: Kind(422, "nothing_to_fit"),
+    errors.ServiceError: Kind(500, "internal", told=False),
+    errors.RequestError: Kind(400, "bad_request"),
+    errors.BodyTooLargeError: Kind(413, "body_too_large"),
+    errors.BodyIncompleteError: Kind(400, "body_incomplete"),
+    errors.BodySlowError: Kind(408, "body_slow"),
+    errors.UnknownHostError: Kind(421, "unknown_host"),
+    errors.MediaTypeError: Kind(415, "media_type"),
+    errors.ParametersError: Kind(422, "parameters"),
+    errors.RangeError: Kind(416, "range"),
+    errors.UnauthenticatedError: Kind(401, "unauthenticated"),
+    errors.ForbiddenError: Kind(403, "forbidden"),
+    errors.CrossSiteError: Kind(403, "cross_site"),
+    errors.UnknownJobError: Kind(404, "unknown_job"),
+    errors.ReusedKeyError: Kind(422, "idempotency_key_reused"),
+    errors.PictureNotReadyError: Kind(404, "picture_not_ready", retry=True),
+    errors.PictureGoneError: Kind(410, "picture_gone"),
+    errors.UnknownLayerError: Kind(404, "unknown_layer"),
+    errors.UnknownAssetError: Kind(404, "unknown_asset"),
+    errors.UploadError: Kind(422, "upload"),
+    errors.UploadMismatchError: Kind(422, "upload_mismatch"),
+    errors.UploadQuotaError: Kind(413, "upload_quota"),
+    errors.UploadUnusableError: Kind(422, "upload_unusable"),
+    errors.OpenDoorsError: Kind(500, "open_doors", told=False),
+    errors.DatabaseUrlError: Kind(500, "database_url", told=False),
+    errors.EngineError: Kind(500, "engine", told=False),
+    errors.EngineMissingError: Kind(500, "engine_missing", told=False),
+    errors.UnsafeClusterError: Kind(500, "unsafe_cluster", told=False),
+    errors.UnusableWorkerError: Kind(500, "unusable_worker", told=False),
+    errors.StoreError: Kind(500, "store", told=False),
+    errors.StoreFullError: Kind(507, "store_full", retry=True),
+    errors.StoreReadOnlyError: Kind(503, "store_read_only", retry=True),
+    errors.StoreAwayError: Kind(503, "store_away", retry=True),
+    errors.StoreMissingError: Kind(500, "store_missing", told=False),
+    errors.StoreDamagedError: Kind(500, "store_damaged", told=False),
+    errors.StoreTakenError: Kind(500, "store_taken", told=False),
+    errors.TraceFailedError: Kind(422, "trace_failed"),
+    errors.QuoteFailedError: Kind(422, "quote_failed"),
+    errors.ComparisonFailedError: Kind(422, "comparison_failed"),
+    errors.InspectionFailedError: Kind(422, "inspection_failed"),
+    errors.UnavailableError: Kind(503, "unavailable", retry=True),
+    errors.BusyError: Kind(429, "busy", retry=True),
+    errors.QueueFullError: Kind(429, "queue_full", retry=True),
+    errors.WorkerLostError: Kind(503, "worker_lost", retry=True),
+    PoolTimeoutError: Kind(503, "database", told=False, retry=True),
+    DataError: Kind(422, "not_usable", told=False),
+    DBAPIError: Kind(503, "database", told=False, retry=True),
+}
+
+
+def kind_of(error: Exception) -> Kind:
+    """Look up how an exception is answered: by its class, or by the nearest class above it."""
+    return next(KINDS[above] for above in type(error).__mro__ if above in KINDS)
+
+
+def answer(
+    status: int,
+    detail: str | None = None,
+    *,
+    code: str | None = None,
+    problems: Sequence[Problem] = (),
+    more: int = 0,
+    headers: dict[str, str] | None = None,
+) -> Response:
+    """Make the answer for an error."""
+    phrase = HTTPStatus(status).phrase
+    document = ProblemDocument(
+        title=phrase,
+        status=status,
+        detail=detail,
+        code=code or phrase.lower().replace(" ", "_"),
+        errors=tuple(problems),
+        more=more,
+    )
+    content = document.model_dump_json(exclude_none=True)
+    return Response(content, status_code=status, media_type=MEDIA_TYPE, headers=headers)
+
+
+def install(app: FastAPI, methods: Callable[[str], Sequence[str]] = lambda _: ()) -> None:
+    """Have all errors of an app answered here.
+
+    Parameters
+    ----------
+    methods
+        Gives those that a path answers: the framework names those of one route alone.
+    """
+
+    def of_framework(request: Request, error: Exception) -> Response:
+        assert isinstance(error, HTTPException)
+        if error.status_code != HTTPStatus.METHOD_NOT_ALLOWED:
+            unknown = error.detail == HTTPStatus.NOT_FOUND.phrase
+            detail = NOWHERE if unknown else error.detail
+            return answer(error.status_code, detail, headers=dict(error.headers or {}))
+        own = (error.headers or {}).get("Allow", "").split(", ")
+        allow = ", ".join(sorted({"OPTIONS", *own, *methods(request.scope["path"])} - {""}))
+        if request.method == "OPTIONS":
+            return Response(status_code=HTTPStatus.NO_CONTENT, headers={"Allow": allow})
+        detail = f"This address answers {allow}."
+        return answer(error.status_code, detail, headers={"Allow": allow})
+
+    for error in KINDS:
+        app.add_exception_handler(error, _known)
+    app.add_exception_handler(renderer.SceneError, _of_document)
+    app.add_exception_handler(RequestValidationError, _parameters)
+    app.add_exception_handler(HTTPException, of_framework)
+    app.add_exception_handler(Exception, _unknown)
+
+
+def _known(request: Request, error: Exception) -> Response:
+    error = _by_cause(error)
+    kind = kind_of(error)
+    headers = {"Retry-After": str(RETRY_AFTER_SECONDS)} if kind.retry else {}
+    if not kind.told:
+        log.error("request failed", path=request.url.path, error=type(error).__name__, status=kind.status)
+    if isinstance(error, errors.UnauthenticatedError):
+        headers["WWW-Authenticate"] = "Bearer"
+    if isinstance(error, errors.QueueFullError):
+        headers |= error.headers
+    if isinstance(error, errors.RangeError):
+        headers["Content-Range"] = f"bytes */{error.size}"
+    if isinstance(error, errors.ParametersError):
+        listed, more = error.problems[:SHOWN], len(error.problems[SHOWN:])
+        return answer(kind.status, str(error), code=kind.code, problems=listed, more=more)
+    return answer(kind.status, _detail(kind, error), code=kind.code, headers=headers)
+
+
+async def _of_document(request: Request, error: Exception) -> Response:
+    assert isinstance(error, renderer.SceneError)
+    kind, found = KINDS[renderer.SceneError], error
+    if any(_lacks_line(problem) for problem in error.errors) and hasattr(request.state, "body"):
+        service: Service = request.app.state.service
+        problems = await service.read(_placed, error.errors, request.state.body)
+        found = renderer.SceneError(problems, error.more)
+    return answer(kind.status, str(found), code=kind.code, problems=found.errors, more=found.more)
+
+
+def _lacks_line(problem: Problem) -> bool:
+    # A problem of the whole document may be that it is no JSON, in which nothing can be found.
+    return problem.line is None and problem.pointer != ""
+
+
+def _placed(problems: Sequence[Problem], body: bytes) -> list[Problem]:
+    """Give lines and columns to what was found after the document had been read: files, costs, limits."""
+    text = body.removeprefix(codecs.BOM_UTF8).decode()
+    found = iter(located(text, filter(_lacks_line, problems)))
+    return [next(found) if _lacks_line(problem) else problem for problem in problems]
+
+
+def _by_cause(error: Exception) -> Exception:
+    """Tell of SQLite's disk as of that of the pictures: it is the same, and full or read-only."""
+    code = getattr(getattr(error, "orig", None), "sqlite_errorcode", sqlite3.SQLITE_OK)
+    match code & PRIMARY:
+        case sqlite3.SQLITE_FULL:
+            return errors.StoreFullError(NO_ROOM)
+        case sqlite3.SQLITE_READONLY:
+            return errors.StoreReadOnlyError(NOT_WRITABLE)
+    return error
+
+
+def _detail(kind: Kind, error: Exception) -> str:
+    if isinstance(error, DataError):
+        return "The request has a value that the database cannot hold, such as the character U+0000."
+    return str(error) if kind.told else "The service could not do this. It is not your request's fault."
+
+
+def _parameters(_request: Request, error: Exception) -> Response:
+    assert isinstance(error, RequestValidationError)
+    problems = [_parameter(found) for found in error.errors()]
+    return answer(
+        422, problems[0].detail, code="parameters", problems=problems[:SHOWN], more=len(problems[SHOWN:])
+    )
+
+
+def _parameter(found: dict[str, Any]) -> Problem:
+    """Tell of a query, path or header parameter: it lies in no document, so its pointer is empty."""
+    where, *names = found["loc"]
+    detail = f"The {where} parameter {'.'.join(map(str, names))!r} is not usable. {found['msg']}."
+    return Problem(pointer="", detail=detail, code=found["type"])
+
+
+def _unknown(request: Request, error: Exception) -> Response:
+    log.error("request failed", path=request.url.path, error=type(error).__name__, status=500)
+    return answer(500, "The service could not do this. It is not your request's fault.", code="internal")

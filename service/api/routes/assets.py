@@ -1,0 +1,113 @@
+"""Textures and meshes by the SHA-256 of their bytes."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Path, Request
+from fastapi.concurrency import run_in_threadpool
+from fastapi.responses import Response
+from sqlalchemy.exc import IntegrityError
+
+from schemas.jobs import Asset
+from service.access.principals import LOCAL, Asker
+from service.api.authentication import Asking
+from service.api.bodies import chunks
+from service.api.routes.parameters import not_modified, problem
+from service.api.routes.stored import stored_response
+from service.errors import BodyTooLargeError, UnknownAssetError, UploadQuotaError
+from service.jobs import asset_uses, ownership
+from service.jobs.context import Here, Service
+from service.storage.assets import PREFIX
+from service.storage.database.models import AssetRow
+
+router = APIRouter(prefix="/v1/assets", tags=["assets"])
+
+Sha256 = Annotated[str, Path(pattern="^[0-9a-f]{64}$", description="64 lower-case hexadecimal digits.")]
+UNKNOWN = problem(404, "The asker has uploaded no such asset.")
+FILE: dict[str, Any] = {"schema": {"type": "string", "format": "binary"}}
+UPLOAD = {"requestBody": {"required": True, "content": {"application/octet-stream": FILE}}}
+
+
+@router.put(
+    "/{sha256}",
+    responses=problem(413, "The file is too large, or larger than what is left to the user.")
+    | problem(415, "The body is compressed.")
+    | problem(422, "The bytes have another hash, or are neither a picture nor a mesh that can be used.")
+    | problem(507, "The disk is full."),
+    openapi_extra=UPLOAD,
+)
+async def put_asset(here: Here, request: Request, sha256: Sha256, asking: Asking) -> Asset:
+    """Upload a texture or a mesh. Sending it again changes nothing.
+
+    What others have sent is to be sent again: only those who have a file can use it by its hash.
+    """
+    most, room = here.settings.max_asset_bytes, await run_in_threadpool(_room, here, asking, sha256)
+    content = chunks(request, min(most, room), here.settings.patience_seconds)
+    try:
+        size, header = await here.assets.receive(sha256, content)
+    except BodyTooLargeError:
+        if room >= most:
+            raise
+        raise UploadQuotaError(here.settings.max_user_asset_bytes, room) from None
+    row = AssetRow(
+        sha256=sha256,
+        bytes=size,
+        media_type=header.media_type,
+        width=header.width,
+        height=header.height,
+        created_at=(now := datetime.now(UTC)),
+        used_at=now,
+    )
+    try:
+        return await run_in_threadpool(_keep, here, row, asking)
+    except IntegrityError:  # somebody else has entered it at the same moment
+        return await run_in_threadpool(_keep, here, row, asking)
+
+
+def _room(service: Service, asker: Asker, sha256: str) -> int:
+    """How many bytes a user may send; all users together are one where nobody asks for keys."""
+    if asker is LOCAL:
+        return service.settings.max_asset_bytes
+    with service.storage.database.reading() as session:
+        taken = ownership.bytes_of(session, asker.name, apart_from=sha256)
+    return max(0, service.settings.max_user_asset_bytes - taken)
+
+
+def _keep(service: Service, row: AssetRow, asker: Asker) -> Asset:
+    with service.storage.database.writing() as session:
+        return _describe(ownership.enter(session, row, asker.name))
+
+
+def _describe(row: AssetRow) -> Asset:
+    return Asset(
+        name=PREFIX + row.sha256,
+        bytes=row.bytes,
+        media_type=row.media_type,
+        width=row.width,
+        height=row.height,
+    )
+
+
+@router.head("/{sha256}", response_class=Response, responses=UNKNOWN, operation_id="head_asset")
+@router.get("/{sha256}", response_class=Response, responses=UNKNOWN, operation_id="get_asset")
+def get_asset(here: Here, request: Request, sha256: Sha256, asking: Asking) -> Response:
+    """Get a texture or a mesh back, byte by byte as it was sent; what others have sent is not there."""
+    with here.database.reading() as session:
+        row = ownership.find(session, sha256, asking)
+    if row is None:
+        raise UnknownAssetError
+    if request.method == "HEAD" and asset_uses.is_due(row):
+        # Who asks whether it is there will not send it again, and counts on it.
+        with here.database.writing() as session:
+            asset_uses.note(session, sha256)
+    etag = f'"{sha256}"'
+    headers = {"ETag": etag, "Content-Disposition": "attachment", "X-Content-Type-Options": "nosniff"}
+    unchanged = not_modified(request, etag)
+    if unchanged:
+        return unchanged
+    stored = here.assets.find(sha256)
+    if stored is None:
+        raise UnknownAssetError
+    return stored_response(request, stored, row.media_type, headers)

@@ -1,0 +1,153 @@
+"""Jobs: submit, look, list, cancel, remove."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Query, Request, Response
+from fastapi.concurrency import run_in_threadpool
+
+from schemas.jobs import Job, JobList, JobRequest, JobState
+from schemas.plans import PlanDocument
+from service.api.authentication import Asking, ChangedJob
+from service.api.bodies import JsonBody
+from service.api.routes.parameters import (
+    IdempotencyKey,
+    JobId,
+    LabelFilter,
+    Prefer,
+    json_request,
+    preferred_wait,
+    problem,
+)
+from service.jobs import lifecycle as jobs
+from service.jobs import submission as submissions
+from service.jobs.context import Here
+
+router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
+
+UNKNOWN = problem(404, "There is no such job.")
+NOT_YOURS = problem(403, "The job is somebody else's.")
+GONE = problem(410, "The job ended without a picture, and what it was asked for is gone.")
+CANCELLING: dict[int | str, dict[str, Any]] = {
+    202: {"model": Job, "description": "The job is still being stopped: `cancelling` is true."}
+}
+BODY = (
+    problem(408, "The body came too slowly.")
+    | problem(413, "The body is too large.")
+    | problem(415, "The body is not JSON, or is compressed.")
+    | problem(429, "The service holds or does as much as it may at once.")
+)
+
+
+@router.post(
+    "",
+    status_code=202,
+    responses=BODY
+    | problem(
+        422, "The request cannot be used; every reason is listed. Or its Idempotency-Key came with another."
+    )
+    | problem(429, "The job does not fit into the queue now; `Retry-After` says when to try again."),
+    openapi_extra=json_request(JobRequest),
+)
+async def submit(
+    here: Here,
+    request: Request,
+    response: Response,
+    asking: Asking,
+    body: JsonBody,
+    prefer: Prefer = None,
+    idempotency_key: IdempotencyKey = None,
+) -> Job:
+    """Submit a scene. The answer is the job; with `Prefer: wait=N` once it ends or N seconds have passed.
+
+    What was rendered before is answered from the store at once, unless `Cache-Control: no-cache` is sent.
+    """
+    anew = "no-cache" in request.headers.get("cache-control", "").lower()
+    sent = submissions.Submission(asking, body, idempotency_key, anew)
+    taken = await here.read(submissions.submit, here, sent)
+    wait = preferred_wait(prefer, here.settings.max_wait_seconds)
+    if wait:
+        await jobs.until(here, taken.job, wait, lambda standing: standing.state.final)
+        response.headers["Preference-Applied"] = f"wait={wait:g}"
+    job = await run_in_threadpool(jobs.show, here, taken.job)
+    response.headers["Location"] = job.links.self
+    if taken.replayed:
+        response.headers["Idempotency-Replayed"] = "true"
+    if taken.queue:
+        response.headers.update(taken.queue.headers())
+    return job
+
+
+@router.get("", responses=problem(422, "A parameter cannot be used."))
+def list_jobs(
+    here: Here,
+    asking: Asking,
+    limit: Annotated[int, Query(ge=1, le=100, description="Jobs on a page.")] = 20,
+    cursor: Annotated[
+        int | None,
+        Query(ge=1, le=2**31 - 1, description="`next` of the page before; the newest jobs without it."),
+    ] = None,
+    state: Annotated[JobState | None, Query(description="Only jobs in this state.")] = None,
+    label: Annotated[
+        list[LabelFilter] | None,
+        Query(
+            max_length=16,
+            description="`name:value`: only jobs with this label; with all, if there are several.",
+        ),
+    ] = None,
+) -> JobList:
+    """List jobs, newest first: one's own, or those of all for staff."""
+    labels = dict(text.split(":", 1) for text in label or ())
+    owner = None if asking.sees_all else asking.name
+    return jobs.page(here, limit, cursor, jobs.Wish(owner, state, labels))
+
+
+@router.get("/{job_id}", responses=UNKNOWN)
+def get_job(here: Here, job_id: JobId) -> Job:
+    """Look at a job."""
+    return jobs.show(here, job_id)
+
+
+@router.post("/{job_id}/cancel", responses=UNKNOWN | NOT_YOURS | CANCELLING)
+async def cancel_job(here: Here, response: Response, job_id: ChangedJob) -> Job:
+    """Stop a job. The answer comes when nothing of it runs any more; a job that has ended stays as it is.
+
+    Where that takes longer than a few seconds the answer is 202, and `cancelling` is true until it has ended.
+    """
+    job = await jobs.stop(here, job_id)
+    if not job.state.final:
+        response.status_code = 202
+    return job
+
+
+@router.post("/{job_id}/pause", responses=UNKNOWN | NOT_YOURS)
+def pause_job(here: Here, job_id: ChangedJob) -> Job:
+    """Hand out no more tiles of a job; those in work are finished, and no limit of time runs on.
+
+    What others have asked for, too, goes on for them. A job that has ended stays as it is.
+    """
+    return jobs.pause(here, job_id)
+
+
+@router.post("/{job_id}/resume", responses=UNKNOWN | NOT_YOURS)
+def resume_job(here: Here, job_id: ChangedJob) -> Job:
+    """Let a paused job go on where it stands; any other stays as it is."""
+    return jobs.resume(here, job_id)
+
+
+@router.delete(
+    "/{job_id}",
+    status_code=204,
+    response_class=Response,
+    responses=UNKNOWN | NOT_YOURS | problem(503, "The job is still being stopped."),
+)
+async def delete_job(here: Here, job_id: ChangedJob) -> None:
+    """Stop a job if it runs, and remove it with everything it made."""
+    await jobs.remove(here, job_id)
+
+
+@router.get("/{job_id}/plan", responses=UNKNOWN)
+def get_plan(here: Here, job_id: JobId) -> PlanDocument:
+    """Show what runs for a job, and which lines of the scene asked for it."""
+    return jobs.plan_of(here, job_id)

@@ -1,0 +1,86 @@
+"""The live page: plain files that a browser runs, and the gallery that it starts from."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from pathlib import Path
+from typing import Annotated
+
+import fastapi
+from fastapi import APIRouter, Request, Response
+from starlette.exceptions import HTTPException
+
+import scenes
+from service.api.routes.parameters import not_modified
+
+# No part of the API: people open these addresses, and programs have no use for them.
+router = APIRouter(include_in_schema=False)
+
+WEB = Path(__file__).parents[2] / "web"
+GALLERY = Path(str(scenes.__file__)).parent / "gallery"
+TYPES = {
+    ".css": "text/css; charset=utf-8",
+    ".html": "text/html; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".json": "application/json",
+    ".ply": "application/octet-stream",
+    ".png": "image/png",
+    ".svg": "image/svg+xml",
+    ".webp": "image/webp",
+}
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
+    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+HEADERS = {
+    "Content-Security-Policy": POLICY,
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
+
+# Names of files below a folder: no way up, no empty part.
+BELOW = re.compile(r"[\w-]+(?:\.[\w-]+)*(?:/[\w-]+(?:\.[\w-]+)*)*", re.ASCII)
+
+FilePath = Annotated[str, fastapi.Path(max_length=200)]
+
+
+@router.get("/")
+@router.get("/jobs")
+@router.get("/jobs/{job_id}")
+@router.get("/compare")
+@router.get("/compare/{a}/{b}")
+def page(request: Request) -> Response:
+    """Answer the page itself: the script in it reads the address, so that links can be shared."""
+    return _file(request, WEB, "index.html")
+
+
+@router.get("/web/{path:path}")
+def web_file(request: Request, path: FilePath) -> Response:
+    """Answer a script, a style sheet or a picture of the page."""
+    return _file(request, WEB, path)
+
+
+@router.get("/gallery/{path:path}")
+def gallery_file(request: Request, path: FilePath) -> Response:
+    """Answer a scene of the gallery, or a texture or a mesh of one."""
+    return _file(request, GALLERY, path)
+
+
+def _file(request: Request, folder: Path, path: str) -> Response:
+    """Answer a file of a folder: always the newest, and without its bytes where the browser has them."""
+    wanted = folder / path
+    media_type = TYPES.get(wanted.suffix)
+    if media_type is None or not BELOW.fullmatch(path) or not wanted.is_file():
+        raise HTTPException(404, "There is no such page.")
+    content = wanted.read_bytes()
+    etag = f'"{hashlib.sha256(content).hexdigest()[:32]}"'
+    headers = HEADERS | {"ETag": etag, "Cache-Control": "no-cache"}
+    unchanged = not_modified(request, etag)
+    if unchanged is None:
+        return Response(content, media_type=media_type, headers=headers)
+    # A browser takes the headers of this answer in place of those that it has kept.
+    unchanged.headers.update(headers)
+    return unchanged

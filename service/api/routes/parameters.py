@@ -1,0 +1,91 @@
+"""Parameters, headers and bodies that several routes share."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Annotated, Any
+
+from fastapi import Header, Query, Request
+from fastapi.responses import Response
+from pydantic import AfterValidator, BaseModel, Field
+from pydantic_core import PydanticCustomError
+
+from schemas.jobs import LABEL_NAME, LABEL_NAMES
+from schemas.problems import ProblemDocument
+from service.api.authentication import SeenJob
+from service.api.problems import MEDIA_TYPE
+
+JobId = SeenJob
+After = Annotated[int, Query(ge=0, le=2**31 - 1, description="Number of the last event already known.")]
+Wait = Annotated[
+    float, Query(ge=0, le=3600, description="Seconds to wait for news; the service may wait less.")
+]
+Prefer = Annotated[list[str] | None, Header(description="`wait=N` waits up to N seconds for the job to end.")]
+
+_KEY = r"[\x21-\x7e]{1,255}"
+_LABEL = rf"{LABEL_NAME}:[\s\S]{{0,200}}"
+
+
+def _key(key: str | None) -> str | None:
+    if key is not None and not re.fullmatch(_KEY, key):
+        message = "It has 1 to 255 characters: letters from A to Z, digits and punctuation, without spaces"
+        raise PydanticCustomError("idempotency_key", message)
+    return key
+
+
+def _label(label: str) -> str:
+    if not re.fullmatch(_LABEL, label):
+        message = f"It is name:value, with a value of at most 200 characters. {LABEL_NAMES.removesuffix('.')}"
+        raise PydanticCustomError("label", message)
+    return label
+
+
+IdempotencyKey = Annotated[
+    str | None,
+    Header(
+        json_schema_extra={"pattern": f"^{_KEY}$"},
+        description="Words of your own, 1 to 255 printable characters of ASCII without spaces: for 24 hours "
+        "the same request with them makes no second job.",
+    ),
+    AfterValidator(_key),
+]
+LabelFilter = Annotated[str, Field(json_schema_extra={"pattern": f"^{_LABEL}$"}), AfterValidator(_label)]
+
+WAIT = re.compile(
+    r"(?:^|[,;])\s*wait\s*=\s*(\"?)(\d{1,18}(?:\.\d{1,6})?)\1\s*(?:$|[,;])", re.IGNORECASE | re.ASCII
+)
+TAG = re.compile(r'"[^"]*"')
+COMPONENTS = "#/components/schemas/{model}"
+
+
+def problem(status: int, description: str) -> dict[int | str, dict[str, Any]]:
+    """Describe an error answer for the OpenAPI document."""
+    schema = {"$ref": COMPONENTS.format(model=ProblemDocument.__name__)}
+    return {status: {"description": description, "content": {MEDIA_TYPE: {"schema": schema}}}}
+
+
+def json_request(model: type[BaseModel], example: dict[str, Any] | None = None) -> dict[str, Any]:
+    """Describe a body that the route reads itself, so that problems have lines and columns."""
+    content: dict[str, Any] = {"schema": {"$ref": COMPONENTS.format(model=model.__name__)}}
+    if example is not None:
+        content["example"] = example
+    return {"requestBody": {"required": True, "content": {"application/json": content}}}
+
+
+def preferred_wait(prefer: Sequence[str] | None, longest: float) -> float:
+    """Read the seconds of ``Prefer: wait=N`` (RFC 7240), a header that may come in parts; 0 without it.
+
+    >>> [preferred_wait(parts, 60.0) for parts in (["respond-async, wait=10"], ["a", 'wait="90"'], None)]
+    [10.0, 60.0, 0.0]
+    """
+    found = WAIT.search(", ".join(prefer or ()))
+    return min(float(found[2]), longest) if found else 0.0
+
+
+def not_modified(request: Request, etag: str) -> Response | None:
+    """Answer 304 where the request has this version already (RFC 9110, If-None-Match)."""
+    known = ", ".join(request.headers.getlist("if-none-match")).strip()
+    if known == "*" or etag in TAG.findall(known):
+        return Response(status_code=304, headers={"ETag": etag, "Cache-Control": "no-cache"})
+    return None

@@ -1,0 +1,102 @@
+"""The picture of a job and its layers: partial while it runs, final afterwards."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Path, Query, Request
+from fastapi.responses import Response
+
+from service.api.routes.parameters import JobId, not_modified, problem
+from service.api.routes.stored import stored_response
+from service.jobs import pictures
+from service.jobs.context import Here, Service
+from service.jobs.pictures import Wanted
+
+router = APIRouter(prefix="/v1/jobs/{job_id}", tags=["pictures"])
+
+
+class Width(IntEnum):
+    """Widths of thumbnails, pixels: few, for each is kept once it was made."""
+
+    SMALL = 96
+    SHARP = 192
+    LARGE = 384
+
+
+ThumbnailWidth = Annotated[
+    Width | None,
+    Query(description="Columns of a thumbnail, at most; rows follow. Without it the whole picture."),
+]
+ShownEvent = Annotated[
+    int | None,
+    Query(
+        ge=0,
+        le=2**31 - 1,
+        description="Any event's number. It makes another address of the same picture, for browsers that do "
+        "not fetch one address twice.",
+    ),
+]
+LayerPart = Annotated[str, Path(description="Name of the layer.", max_length=64)]
+
+
+def _responses(kind: pictures.Kind) -> dict[int | str, dict[str, Any]]:
+    content = {pictures.MEDIA_TYPES[kind]: {"schema": {"type": "string", "format": "binary"}}}
+    return (
+        {200: {"content": content, "description": "The picture. `X-Progress` is the share of samples in it."}}
+        | {
+            206: {"content": content, "description": "The bytes asked for."},
+            304: {"description": "Not changed."},
+        }
+        | problem(404, "There is no such job or layer, or nothing of its picture yet.")
+        | problem(410, "The job failed or was cancelled.")
+        | problem(416, "There are no such bytes.")
+    )
+
+
+NO_WIDTH = problem(422, "There are no thumbnails of this width.")
+NO_EXR = problem(501, "The service was installed without the extra `exr`.")
+
+
+@router.get("/image.png", response_class=Response, responses=_responses("png") | NO_WIDTH)
+def get_png(
+    here: Here,
+    request: Request,
+    job_id: JobId,
+    width: ThumbnailWidth = None,
+    after: ShownEvent = None,  # noqa: ARG001  (part of the address alone)
+) -> Response:
+    """Get the picture as a PNG file, with the scene's display transfer and exposure."""
+    return _answer(here, request, job_id, Wanted("png", width=width))
+
+
+@router.get("/image.npy", response_class=Response, responses=_responses("npy"))
+def get_npy(here: Here, request: Request, job_id: JobId) -> Response:
+    """Get the picture as a NumPy file: float32, linear, height x width x 3."""
+    return _answer(here, request, job_id, Wanted("npy"))
+
+
+@router.get("/image.exr", response_class=Response, responses=_responses("exr") | NO_EXR)
+def get_exr(here: Here, request: Request, job_id: JobId) -> Response:
+    """Get the picture as an OpenEXR file: linear, with all layers of the job as further channels."""
+    return _answer(here, request, job_id, Wanted("exr"))
+
+
+@router.get("/layers/{name}.npy", response_class=Response, responses=_responses("npy"))
+def get_layer(here: Here, request: Request, job_id: JobId, name: LayerPart) -> Response:
+    """Get a layer that the job was asked for, as a NumPy file: height x width, or x channels."""
+    return _answer(here, request, job_id, Wanted("npy", name))
+
+
+def _answer(service: Service, request: Request, job_id: str, wanted: Wanted) -> Response:
+    etag = pictures.etag_of(service, job_id, wanted)
+    unchanged = not_modified(request, etag) if etag else None
+    if unchanged:
+        return unchanged
+    picture = pictures.picture(service, job_id, wanted)
+    headers = {"ETag": picture.etag, "X-Progress": f"{picture.share:.4f}", "Cache-Control": "no-cache"}
+    media_type = pictures.MEDIA_TYPES[wanted.kind]
+    if isinstance(picture.content, bytes):
+        return Response(picture.content, media_type=media_type, headers=headers)
+    return stored_response(request, picture.content, media_type, headers)

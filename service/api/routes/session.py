@@ -1,0 +1,73 @@
+"""Sessions of browsers: a key is shown once, and a cookie stands for it afterwards."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter, Request, Response
+from fastapi.concurrency import run_in_threadpool
+
+from schemas.access import WhoAmI
+from service.access import keys
+from service.access.principals import LOCAL
+from service.access.secrets import Key, read_key
+from service.api.authentication import COOKIE, Asking, bearer
+from service.api.routes.parameters import problem
+from service.jobs.context import Here, Service
+
+router = APIRouter(prefix="/v1/session", tags=["access"])
+
+REFUSED = (
+    problem(401, "There is no key, or one that is not good.")
+    | problem(403, "The page of another site has sent this.")
+    | problem(421, "This was sent to a name that is not the service's.")
+)
+
+
+@router.post("", responses=REFUSED)
+async def begin_session(here: Here, request: Request, response: Response, asking: Asking) -> WhoAmI:
+    """Begin a session with the key in `Authorization: Bearer`: the answer sets a cookie that stands for it.
+
+    The cookie is not shown to scripts, and browsers send it from pages of this service alone.
+    """
+    key = read_key(bearer(request) or "")
+    if key is not None and asking is not LOCAL:
+        token = await run_in_threadpool(_begin, here, key)
+        response.set_cookie(
+            COOKIE,
+            token,
+            max_age=int(keys.SESSION_LIFE.total_seconds()),
+            httponly=True,
+            samesite="strict",
+            secure=request.url.scheme == "https",
+        )
+    return _who(here, asking)
+
+
+@router.get("", responses=REFUSED)
+async def who_am_i(here: Here, asking: Asking) -> WhoAmI:
+    """Say whom the service takes the asker for."""
+    return _who(here, asking)
+
+
+@router.delete("", status_code=204, response_class=Response, responses=REFUSED)
+async def end_session(here: Here, request: Request, response: Response, asking: Asking) -> None:  # noqa: ARG001
+    """End the session of the cookie."""
+    token = request.cookies.get(COOKIE)
+    if token:
+        await run_in_threadpool(_end, here, token)
+    response.delete_cookie(COOKIE, httponly=True, samesite="strict")
+
+
+def _who(service: Service, asking: Asking) -> WhoAmI:
+    required = not service.settings.behind_proxy and service.known.keys_made()
+    return WhoAmI(user=asking.name, role=asking.role, keys_required=required)
+
+
+def _begin(service: Service, key: Key) -> str:
+    with service.storage.database.writing() as session:
+        return keys.begin_session(session, key)
+
+
+def _end(service: Service, token: str) -> None:
+    with service.storage.database.writing() as session:
+        keys.end_session(session, token)
+    service.known.forget()

@@ -1,0 +1,97 @@
+"""News of a job: tile events by number, with or without pixels, asked for or pushed."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Depends, Header, Query, Request
+from fastapi.concurrency import run_in_threadpool
+from fastapi.responses import Response
+from fastapi.sse import EventSourceResponse, ServerSentEvent
+
+from schemas import batches
+from schemas.jobs import TileBatch
+from service.api.routes.parameters import After, JobId, Wait, problem
+from service.errors import UnknownJobError
+from service.jobs import lifecycle as jobs
+from service.jobs import tile_events
+from service.jobs.context import Here
+from service.jobs.negotiation import liked_best
+
+router = APIRouter(prefix="/v1/jobs/{job_id}", tags=["tiles"])
+
+Encoding = Annotated[
+    Literal["float32", "rgb8"],
+    Query(description="Form of the pixels of a binary batch: linear float32, or 8 bits as displayed."),
+]
+LastEventId = Annotated[
+    int | None, Header(ge=0, le=2**31 - 1, description="Number of the last event received.")
+]
+
+FORMS = ("application/json", batches.MEDIA_TYPE)
+TILES: dict[int | str, dict[str, Any]] = {
+    200: {
+        "description": "The events after `after`. As `application/octet-stream`:\n\n"
+        + (batches.__doc__ or ""),
+        "model": TileBatch,
+        "content": {batches.MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
+    }
+}
+
+
+@router.get("/tiles", response_model=None, responses=TILES | problem(404, "There is no such job."))
+async def get_tiles(
+    here: Here,
+    request: Request,
+    response: Response,
+    job_id: JobId,
+    after: After = 0,
+    wait: Wait = 0.0,
+    encoding: Encoding = "float32",
+) -> TileBatch | Response:
+    """List tile events by number. An empty list after the wait is no error: there are none yet."""
+    seconds = min(wait, here.settings.max_wait_seconds)
+    await jobs.until(here, job_id, seconds, lambda job: job.last_seq > after or job.state.final)
+    response.headers["Vary"] = "Accept"
+    if liked_best(", ".join(request.headers.getlist("accept")), FORMS) != batches.MEDIA_TYPE:
+        return await run_in_threadpool(tile_events.batch, here, job_id, after)
+    form = tile_events.ENCODINGS[encoding]
+    data = await run_in_threadpool(tile_events.pixel_batch, here, job_id, after, form)
+    return Response(data, media_type=batches.MEDIA_TYPE, headers={"Vary": "Accept"})
+
+
+async def known(here: Here, job_id: JobId) -> str:
+    """Answer 404 for an unknown job before a stream has begun."""
+    return (await run_in_threadpool(jobs.show, here, job_id)).id
+
+
+@router.head("/events", include_in_schema=False)
+async def events_exist(job_id: Annotated[str, Depends(known)]) -> Response:  # noqa: ARG001
+    """Answer at once: the stream itself goes on as long as the job does."""
+    return Response(media_type="text/event-stream")
+
+
+@router.get("/events", response_class=EventSourceResponse, responses=problem(404, "There is no such job."))
+async def get_events(
+    here: Here, job_id: Annotated[str, Depends(known)], last_event_id: LastEventId = None
+) -> AsyncIterator[ServerSentEvent]:
+    """Push tile events: `tile` for each, its number as id; `end` with the job at the end of all."""
+    after = last_event_id or 0
+    with here.feed.watch(job_id) as watcher:
+        while True:
+            try:
+                batch = await run_in_threadpool(tile_events.batch, here, job_id, after)
+            except UnknownJobError:
+                return  # deleted while it was watched
+            for event in batch.events:
+                yield ServerSentEvent(event="tile", id=str(event.seq), data=event)
+            after = batch.next
+            if batch.complete:
+                yield ServerSentEvent(event="end", data=await run_in_threadpool(jobs.show, here, job_id))
+                return
+            more = len(batch.events) == here.settings.max_events
+            if not more and not await watcher.wait(here.settings.heartbeat_seconds):
+                if here.feed.closed:
+                    return
+                yield ServerSentEvent(comment="still here")

@@ -1,0 +1,191 @@
+"""Scenes of ShanghaiTech's course CS171: `cam_config`, `light_config`, `materials`, `objects`."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+from renderer.assets import AssetError
+from schemas.limits import limits_in_force
+from schemas.problems import Problem
+from schemas.translation import nearest
+from service.converting.assets import UNUSABLE, check_mesh
+from service.converting.course_document import CourseCamera, CourseDocument, CourseLight, CourseObject
+from service.converting.course_materials import material
+from service.converting.errors import ConversionError
+from service.converting.obj_parts import bent
+from service.converting.obj_text import read_obj
+from service.converting.reading import read_known
+from service.converting.task import Task
+
+DEFAULT_SAMPLES = 16
+"""Camera samples a pixel where `spp` is missing."""
+
+
+def convert_course(task: Task, content: object) -> dict[str, Any]:
+    """The scene of a course file.
+
+    Parameters
+    ----------
+    task
+        The file; what is assumed is noted in it.
+    content
+        Its parsed JSON.
+
+    Raises
+    ------
+    ConversionError
+        With every field that is wrong, or every mesh that cannot be used.
+    """
+    text = task.content.decode("utf-8-sig")
+    course = read_known(content, CourseDocument, task.notes, text)
+    materials: dict[str, Any] = {}
+    for number, written in enumerate(course.materials):
+        if written.name in materials:
+            detail = "An earlier material of the same name is replaced by this one."
+            task.notes.assume(f"/materials/{number}/name", detail)
+        materials[written.name] = material(written, f"/materials/{number}", course.max_depth, task.notes)
+    _note_bounces(task, course)
+    return {
+        "version": 1,
+        "name": task.path.stem,
+        "camera": _camera(task, course.cam_config, course.image_resolution),
+        "materials": materials,
+        "shapes": _shapes(task, course, text),
+        "lights": [] if course.light_config is None else [_light(task, course.light_config)],
+        "sampling": _sampling(task, course.spp),
+    }
+
+
+def _camera(task: Task, camera: CourseCamera, resolution: tuple[int, int]) -> dict[str, Any]:
+    if camera.focal_length != 1:
+        half = math.tan(math.radians(camera.vertical_fov) / 2)
+        seen = math.degrees(2 * math.atan(half * camera.focal_length))
+        task.notes.assume(
+            "/cam_config/focal_length",
+            "It places the screen and does not change the view, which is vertical_fov wide. Programs that "
+            "multiply only the screen by it and not the way to the screen see "
+            f"{seen:.6g} degrees: write that as vertical_fov to get their picture.",
+        )
+    width, height = resolution
+    return {
+        "position": camera.position,
+        "look_at": camera.look_at,
+        "up": camera.ref_up,
+        "vertical_fov": camera.vertical_fov,
+        "focal_length": camera.focal_length,
+        "width": width,
+        "height": height,
+    }
+
+
+def _light(task: Task, light: CourseLight) -> dict[str, Any]:
+    if light.size is None:
+        task.notes.assume(
+            "/light_config",
+            "Without a size it is a point, of the same brightness at every distance: set its falloff to "
+            "physical where it should fall with the distance.",
+        )
+        return {"type": "point", "position": light.position, "color": light.radiance}
+    task.notes.assume(
+        "/light_config",
+        "It lies flat and shines downwards only; size is its length along x and along z. radiance becomes "
+        "its colour with physical falloff, which gives the same light as in a path tracer.",
+    )
+    return {
+        "type": "rectangle",
+        "center": light.position,
+        "normal": [0, -1, 0],
+        "tangent": [1, 0, 0],
+        "size": light.size,
+        "color": light.radiance,
+        "two_sided": False,
+        "falloff": "physical",
+    }
+
+
+def _sampling(task: Task, spp: int | None) -> dict[str, Any]:
+    most = limits_in_force().max_samples
+    samples = min(spp or DEFAULT_SAMPLES, most)
+    if spp is None:
+        task.notes.assume("", f"spp is missing: {DEFAULT_SAMPLES} samples a pixel are taken.")
+    elif spp > most:
+        task.notes.assume("/spp", f"{most} samples a pixel are taken, the most that a scene may ask for.")
+    task.notes.assume(
+        "/spp" if spp else "",
+        "Samples are random, and each has one random point of the light, as in the course. Other patterns "
+        "have less noise for the same time: try sobol, or render with --target-error.",
+    )
+    return {
+        "antialiasing": {"pattern": "random", "samples": samples},
+        "light": {"pattern": "random", "samples": 1},
+    }
+
+
+def _note_bounces(task: Task, course: CourseDocument) -> None:
+    if course.max_depth is None or course.max_depth > 1:
+        task.notes.leave_out(
+            "/max_depth" if course.max_depth else "",
+            "Light that goes from one diffuse surface to another is not rendered: what no light reaches "
+            "directly is black. Set the scene's ambient to brighten it. Mirrors and glass do send rays on.",
+        )
+
+
+def _shapes(task: Task, course: CourseDocument, text: str) -> list[dict[str, Any]]:
+    names = [written.name for written in course.materials]
+    problems: list[Problem] = []
+    shapes = []
+    for number, written in enumerate(course.objects):
+        pointer = f"/objects/{number}"
+        if written.material_name not in names:
+            detail = "There is no material of this name. Use one of the names under 'materials'."
+            problems.append(
+                Problem(
+                    pointer=f"{pointer}/material_name",
+                    detail=detail,
+                    code="unknown_material",
+                    suggestion=nearest(written.material_name, names),
+                )
+            )
+        try:
+            shapes.append(_shape(task, written, pointer))
+        except UNUSABLE as error:
+            place = f"{pointer}/obj_file_path"
+            problems.append(Problem(pointer=place, detail=str(error), code="unusable_file"))
+    if problems:
+        raise ConversionError(task.notes.file, text.encode(), problems)
+    return shapes
+
+
+def _shape(task: Task, written: CourseObject, pointer: str) -> dict[str, Any]:
+    path, content = task.found.read(task.folder, written.obj_file_path)
+    check_mesh(content)
+    shape: dict[str, Any] = {
+        "type": "mesh",
+        "name": Path(written.obj_file_path.replace("\\", "/")).stem,
+        "asset": task.placed.keep(path, content),
+        "material": written.material_name,
+        "scale": written.scale,
+        "translate": written.translate,
+    }
+    if _smooth(task, path, content, f"{pointer}/obj_file_path"):
+        shape["smooth"] = True
+    return shape
+
+
+def _smooth(task: Task, path: Path, content: bytes, pointer: str) -> bool:
+    if path.suffix.lower() != ".obj":
+        return False
+    try:
+        smooth = bent(read_obj(path.name, content, task.notes))
+    except ConversionError as error:
+        raise AssetError(
+            f"Line {error.problems[0].line} of {path.name}: {error.problems[0].detail}"
+        ) from error
+    if smooth:
+        detail = (
+            "Its normals are not those of its faces: it is smoothed, with normals that are worked out anew."
+        )
+        task.notes.assume(pointer, detail)
+    return smooth

@@ -1,0 +1,158 @@
+"""glTF scenes: meshes with their materials, the first camera, and lights."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from renderer.assets import AssetError
+from renderer.meshes.gltf_containers import DAMAGED, split_glb
+from schemas.documents import read_text
+from schemas.errors import SceneError
+from schemas.limits import how_to_raise, limits_in_force
+from service.converting.errors import ConversionError, wrong_at
+from service.converting.gltf_buffers import Buffers
+from service.converting.gltf_cameras import camera_of
+from service.converting.gltf_document import Document
+from service.converting.gltf_lights import exposure, lights_of
+from service.converting.gltf_materials import GltfMaterials
+from service.converting.gltf_meshes import Part, Parts
+from service.converting.gltf_nodes import placed_nodes
+from service.converting.meshes import scene_around
+from service.converting.mtl_materials import GREY
+from service.converting.obj_parts import write_part
+from service.converting.obj_text import Face, ObjText
+from service.converting.reading import read_known
+from service.converting.surroundings import bounding_sphere
+from service.converting.task import Task
+
+KNOWN_EXTENSIONS = frozenset({"KHR_lights_punctual", "KHR_materials_ior", "KHR_materials_transmission"})
+
+
+def convert_gltf(task: Task, content: object) -> dict[str, Any]:
+    """The scene of a `.gltf` file whose JSON is parsed.
+
+    Raises
+    ------
+    ConversionError
+        At the place that makes no sense.
+    """
+    return _scene(task, content, task.content.decode("utf-8-sig"), None)
+
+
+def convert_glb(task: Task) -> dict[str, Any]:
+    """The scene of a `.glb` file; raises as `convert_gltf`."""
+    try:
+        text, binary = split_glb(task.content)
+        content = read_text(text, limits_in_force()).content
+    except AssetError as error:
+        raise wrong_at(task.notes.file, "", str(error)) from error
+    except SceneError as error:
+        raise ConversionError(task.notes.file, b"", error.errors, error.more) from None
+    return _scene(task, content, None, binary)
+
+
+def _scene(task: Task, content: object, text: str | None, binary: bytes | None) -> dict[str, Any]:
+    if not isinstance(content, Mapping):
+        raise wrong_at(task.notes.file, "", DAMAGED)
+    document = read_known(content, Document, task.notes, text)
+    _refuse_unknown(task, document)
+    nodes = placed_nodes(task.notes.file, document)
+    buffers = Buffers(task, document, binary)
+    parts = Parts()
+    parts.add(buffers, nodes)
+    _refuse_odd(task, parts)
+    textures: dict[str, Any] = {}
+    materials, shapes = _shapes(task, GltfMaterials(buffers, textures), parts)
+    vertices = np.concatenate([part.vertices for some in parts.by_material.values() for part in some])
+    middle, radius = bounding_sphere(vertices)
+    lights = lights_of(task, document, nodes)
+    scene = scene_around(
+        task,
+        vertices,
+        textures=textures,
+        materials=materials,
+        shapes=shapes,
+        camera=camera_of(task, document, nodes, middle),
+        lights=lights,
+    )
+    stops = exposure(lights, middle, radius)
+    if stops:
+        scene["display"] = {"exposure": stops}
+        task.notes.assume(
+            "", f"The picture is shown {-stops:g} stops darker, so that white is not beyond white."
+        )
+    return scene
+
+
+def _refuse_unknown(task: Task, document: Document) -> None:
+    if not document.asset.version.startswith("2."):
+        detail = f"This is glTF {document.asset.version!r}; 2.0 is read. Save it again."
+        raise wrong_at(task.notes.file, "/asset/version", detail)
+    for number, name in enumerate(document.extensions_required):
+        if name not in KNOWN_EXTENSIONS:
+            detail = f"The file needs the extension {name!r}, which is not read here. Save it without."
+            raise wrong_at(task.notes.file, f"/extensionsRequired/{number}", detail)
+
+
+def _refuse_odd(task: Task, parts: Parts) -> None:
+    count = sum(len(part.triangles) for some in parts.by_material.values() for part in some)
+    if count == 0:
+        detail = "No mesh is placed in the scene, so there is nothing to see. Save it with its meshes."
+        raise wrong_at(task.notes.file, "", detail)
+    most = limits_in_force().max_mesh_triangles
+    if count > most:
+        detail = f"The meshes have {count} triangles; at most {most} are allowed. Simplify them."
+        raise wrong_at(task.notes.file, "/meshes", f"{detail} {how_to_raise('max_mesh_triangles')}")
+
+
+def _shapes(
+    task: Task, converter: GltfMaterials, parts: Parts
+) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    materials: dict[str, Any] = {}
+    shapes = []
+    for number, some in parts.by_material.items():
+        name = _name(converter, number, materials)
+        if number is None:
+            materials[name] = {"type": "phong", "color": [GREY] * 3}
+            task.notes.assume("", f"Triangles without a material are grey, {GREY}.")
+        else:
+            materials[name] = converter.convert(number)
+        written = written_part(some)
+        shape = {
+            "type": "mesh",
+            "name": name,
+            "asset": task.placed.make(f"{task.path.stem}-{name}", ".obj", written),
+            "material": name,
+        }
+        shapes.append(shape | ({"smooth": True} if any(part.bent for part in some) else {}))
+    if any("smooth" in shape for shape in shapes):
+        detail = "Normals are not those of the triangles: meshes are smoothed, with normals worked out anew."
+        task.notes.assume("/meshes", detail)
+    return materials, shapes
+
+
+def _name(converter: GltfMaterials, number: int | None, taken: Mapping[str, Any]) -> str:
+    """A name for a material that no other one has."""
+    known = converter.buffers.document.materials
+    own = known[number].name if number is not None and number < len(known) else "default"
+    name = own or f"material-{number}"
+    return name if name not in taken else f"{name}-{number}"
+
+
+def written_part(parts: Sequence[Part]) -> bytes:
+    """An OBJ file of some parts, in the world's coordinates, without a lost digit."""
+    obj = ObjText()
+    for part in parts:
+        first, first_texture = len(obj.vertices), len(obj.texture)
+        obj.vertices += map(tuple, part.vertices.tolist())
+        texture = [] if part.texture is None else part.texture.tolist()
+        obj.texture += map(tuple, texture)
+        for triangle in part.triangles.tolist():
+            corners = tuple(
+                (first + corner, first_texture + corner if texture else None, None) for corner in triangle
+            )
+            obj.faces.append(Face(corners, None, 0))
+    return write_part(obj, obj.faces)

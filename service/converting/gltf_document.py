@@ -1,0 +1,279 @@
+"""The parts of a glTF 2.0 document that scenes have something for.
+
+Source: Khronos Group, glTF 2.0 specification, and its extensions KHR_lights_punctual, KHR_materials_ior and
+KHR_materials_transmission. Lengths are metres, angles radians, matrices stand column by column.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import ConfigDict, Field
+from pydantic.alias_generators import to_camel
+
+from schemas.materials import RefractiveIndex, Share
+from schemas.quantities import Color, Coordinate, Index, Intensity, Number, Point
+from service.converting.reading import Foreign
+
+_NAMES = frozenset({"name", "extras"})
+
+Four = tuple[Number, Number, Number, Number]
+Angle = Annotated[float, Field(strict=True, gt=0, lt=3.14159, allow_inf_nan=False)]
+Ratio = Annotated[float, Field(strict=True, gt=0, le=1e3, allow_inf_nan=False)]
+Text = Annotated[str, Field(strict=True)]
+
+
+class Part(Foreign):
+    """Base of all parts: names as glTF writes them."""
+
+    # Documents alone are made into parts, never keywords.
+    model_config = ConfigDict(alias_generator=to_camel)
+    SILENT: ClassVar[frozenset[str]] = _NAMES  # type: ignore[pydantic-alias]
+
+
+class Buffer(Part):
+    """Bytes."""
+
+    uri: Text | None = None
+    byte_length: Index
+
+
+class BufferView(Part):
+    """A part of a buffer."""
+
+    SILENT: ClassVar[frozenset[str]] = _NAMES | {"target"}
+
+    buffer: Index
+    byte_offset: Index = 0
+    byte_length: Index
+    byte_stride: Index | None = None
+
+
+class Accessor(Part):
+    """Numbers in a part of a buffer."""
+
+    SILENT: ClassVar[frozenset[str]] = _NAMES | {"min", "max"}
+
+    buffer_view: Index | None = None
+    byte_offset: Index = 0
+    component_type: Index
+    normalized: bool = False
+    count: Index
+    type: Text
+    sparse: Any = None
+
+
+class Primitive(Part):
+    """Triangles of one material."""
+
+    REASONS: ClassVar[dict[str, str]] = {"targets": "Morph targets are left out: the mesh is as it stands."}
+
+    attributes: dict[str, Index]
+    indices: Index | None = None
+    material: Index | None = None
+    mode: Index = 4
+
+
+class Mesh(Part):
+    """Triangles of several materials."""
+
+    SILENT: ClassVar[frozenset[str]] = _NAMES | {"weights"}
+
+    primitives: tuple[Primitive, ...]
+
+
+class LightUse(Part):
+    """Which light a node has."""
+
+    light: Index
+
+
+class NodeExtensions(Part):
+    """Extensions of a node."""
+
+    lights: LightUse | None = Field(default=None, alias="KHR_lights_punctual")
+
+
+class Node(Part):
+    """A place, with what is there."""
+
+    SILENT: ClassVar[frozenset[str]] = _NAMES | {"weights"}
+    REASONS: ClassVar[dict[str, str]] = {"skin": "Skins are left out: the mesh is as it stands."}
+
+    children: tuple[Index, ...] = ()
+    mesh: Index | None = None
+    camera: Index | None = None
+    matrix: Annotated[tuple[Number, ...], Field(min_length=16, max_length=16)] | None = None
+    translation: Point = (0.0, 0.0, 0.0)
+    rotation: Four = (0.0, 0.0, 0.0, 1.0)
+    scale: tuple[Coordinate, Coordinate, Coordinate] = (1.0, 1.0, 1.0)
+    extensions: NodeExtensions = NodeExtensions()
+
+
+class SceneNodes(Part):
+    """The nodes at the top of a scene."""
+
+    nodes: tuple[Index, ...] = ()
+
+
+class TextureUse(Part):
+    """A texture of a material."""
+
+    REASONS: ClassVar[dict[str, str]] = {"extensions": "Pictures lie as the texture coordinates say."}
+
+    index: Index
+    tex_coord: Index = 0
+    scale: Number = 1.0
+
+
+class Roughness(Part):
+    """`pbrMetallicRoughness`."""
+
+    REASONS: ClassVar[dict[str, str]] = {
+        "metallicRoughnessTexture": "A material has one roughness: the factor alone counts."
+    }
+
+    base_color_factor: tuple[Share, Share, Share, Share] = (1.0, 1.0, 1.0, 1.0)
+    base_color_texture: TextureUse | None = None
+    metallic_factor: Share = 1.0
+    roughness_factor: Share = 1.0
+
+
+class Transmission(Part):
+    """`KHR_materials_transmission`."""
+
+    REASONS: ClassVar[dict[str, str]] = {"transmissionTexture": "The factor alone counts."}
+
+    transmission_factor: Share = 0.0
+
+
+class Refraction(Part):
+    """`KHR_materials_ior`."""
+
+    ior: RefractiveIndex = 1.5
+
+
+class MaterialExtensions(Part):
+    """Extensions of a material."""
+
+    transmission: Transmission | None = Field(default=None, alias="KHR_materials_transmission")
+    refraction: Refraction = Field(default=Refraction(), alias="KHR_materials_ior")
+
+
+class Material(Part):
+    """What a surface is made of."""
+
+    # All surfaces of a scene are seen from both sides; the cutoff belongs to the mode, which is told.
+    SILENT: ClassVar[frozenset[str]] = _NAMES | {"doubleSided", "alphaCutoff"}
+    REASONS: ClassVar[dict[str, str]] = {
+        "emissiveFactor": "Shapes do not shine: put a light in their place.",
+        "emissiveTexture": "Shapes do not shine: put a light in their place.",
+        "occlusionTexture": "Occlusion is left out: shadows are cast for real.",
+    }
+
+    name: Text | None = None
+    pbr: Roughness = Field(default=Roughness(), alias="pbrMetallicRoughness")
+    normal_texture: TextureUse | None = None
+    alpha_mode: Text = "OPAQUE"
+    extensions: MaterialExtensions = MaterialExtensions()
+
+
+class Image(Part):
+    """A picture, in a file or in a buffer."""
+
+    name: Text | None = None
+    uri: Text | None = None
+    mime_type: Text | None = None
+    buffer_view: Index | None = None
+
+
+class Sampler(Part):
+    """How a picture is repeated."""
+
+    SILENT: ClassVar[frozenset[str]] = _NAMES | {"minFilter"}
+
+    mag_filter: Index | None = None
+    wrap_s: Index = 10497
+    wrap_t: Index = 10497
+
+
+class Texture(Part):
+    """A picture and how it is repeated."""
+
+    source: Index | None = None
+    sampler: Index | None = None
+
+
+class Perspective(Part):
+    """The view of a camera."""
+
+    SILENT: ClassVar[frozenset[str]] = _NAMES | {"znear", "zfar"}
+
+    yfov: Angle
+    aspect_ratio: Ratio | None = None
+
+
+class Camera(Part):
+    """A camera, which looks along -z of its node."""
+
+    REASONS: ClassVar[dict[str, str]] = {"orthographic": "Parallel views are left out."}
+
+    type: Text
+    perspective: Perspective | None = None
+
+
+class PunctualLight(Part):
+    """A light of `KHR_lights_punctual`: in candela for points, in lux for directions."""
+
+    SILENT: ClassVar[frozenset[str]] = _NAMES | {"spot"}
+    REASONS: ClassVar[dict[str, str]] = {"range": "Lights reach as far as they reach: the range is left out."}
+
+    type: Literal["point", "directional", "spot"]
+    color: Color = (1.0, 1.0, 1.0)
+    intensity: Intensity = 1.0
+
+
+class PunctualLights(Part):
+    """All lights."""
+
+    lights: tuple[PunctualLight, ...]
+
+
+class DocumentExtensions(Part):
+    """Extensions of the document."""
+
+    lights: PunctualLights | None = Field(default=None, alias="KHR_lights_punctual")
+
+
+class About(Part):
+    """`asset`: which version of glTF this is."""
+
+    SILENT: ClassVar[frozenset[str]] = _NAMES | {"generator", "copyright", "minVersion"}
+
+    version: Text
+
+
+class Document(Part):
+    """The whole document."""
+
+    SILENT: ClassVar[frozenset[str]] = _NAMES | {"extensionsUsed"}
+    REASONS: ClassVar[dict[str, str]] = {
+        "animations": "Animations are left out: everything is as it stands.",
+        "skins": "Skins are left out: meshes are as they stand.",
+    }
+
+    asset: About
+    extensions_required: tuple[Text, ...] = ()
+    scene: Index | None = None
+    scenes: tuple[SceneNodes, ...] = ()
+    nodes: tuple[Node, ...] = ()
+    meshes: tuple[Mesh, ...] = ()
+    accessors: tuple[Accessor, ...] = ()
+    buffer_views: tuple[BufferView, ...] = ()
+    buffers: tuple[Buffer, ...] = ()
+    materials: tuple[Material, ...] = ()
+    textures: tuple[Texture, ...] = ()
+    samplers: tuple[Sampler, ...] = ()
+    images: tuple[Image, ...] = ()
+    cameras: tuple[Camera, ...] = ()
+    extensions: DocumentExtensions = DocumentExtensions()

@@ -1,0 +1,205 @@
+"""From MTL materials to Phong materials of a scene."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from service.converting.assets import UNUSABLE, picture_file
+from service.converting.mtl_text import Map, MtlMaterial
+from service.converting.task import Task
+
+GREY = 0.75
+"""Colour of faces without a material, and of materials without Kd."""
+SHARPEST = 1e15
+"""Largest shininess of a scene."""
+BUMP_SHARE = 0.01
+"""Height of a bump map's white with -bm 1, as a share of the mesh's diagonal: MTL files name no unit."""
+
+MIRRORS = frozenset({3, 5})
+GLASSES = frozenset({4, 6, 7, 9})
+"""Illumination models of the format: 3 and 5 reflect, 4, 6, 7 and 9 are glass."""
+NO_HIGHLIGHT = frozenset({0, 1})
+
+COLOR_MAP = ("map_kd",)
+BUMP_MAPS = ("map_bump", "bump")
+NORMAL_MAPS = ("norm", "map_kn")
+_TAKEN = frozenset({"kd", "ks", "ns", "kr", "ni", "d", "tr", "illum", *COLOR_MAP, *BUMP_MAPS, *NORMAL_MAPS})
+
+
+_REASONS = {
+    "ka": "Ka is left out: each material gives back 0.1 of its own colour of the scene's ambient light.",
+    "ke": "Ke is left out: shapes do not shine. Put a light in their place.",
+    "disp": "Displacement is left out, as the format names no unit: add displacement_map and "
+    "displacement_height to the material.",
+}
+
+
+class MtlConverter:
+    """Turns MTL materials into those of one scene.
+
+    Parameters
+    ----------
+    task
+        The OBJ file.
+    folder
+        That of the MTL file, from which its pictures are named.
+    diagonal
+        Length of the mesh's bounding box, scene units.
+    textures
+        The scene's textures; they are added here.
+    """
+
+    def __init__(self, task: Task, folder: Path, diagonal: float, textures: dict[str, Any]) -> None:
+        self.task = task
+        self.folder = folder
+        self.diagonal = diagonal
+        self.textures = textures
+
+    def convert(self, written: MtlMaterial) -> dict[str, Any]:
+        """One material.
+
+        Raises
+        ------
+        ConversionError
+            A number in it is none.
+        """
+        model = int((written.numbers("illum", 1) or (2,))[0])
+        made: dict[str, Any] = {"type": "phong"}
+        self._color(written, made)
+        self._highlight(written, made, model)
+        self._bounces(written, made, model)
+        self._relief(written, made)
+        self._others(written)
+        return made
+
+    def _color(self, written: MtlMaterial, made: dict[str, Any]) -> None:
+        color = written.numbers("kd", 3)
+        texture = self._texture(written, COLOR_MAP, "srgb")
+        if texture is None:
+            made["color"] = list(color or (GREY,) * 3)
+            if color is None:
+                self._assume(written, "Kd", f"Kd is missing: the material is grey, {GREY}.")
+            return
+        made["color_texture"] = texture
+        if color is not None and color != (1, 1, 1):
+            made["diffuse"] = sum(color) / 3
+            if len(set(color)) > 1:
+                detail = (
+                    "The texture is multiplied by the mean of Kd: one factor for all colours is possible."
+                )
+                self._assume(written, "Kd", detail)
+
+    def _highlight(self, written: MtlMaterial, made: dict[str, Any], model: int) -> None:
+        color = written.numbers("ks", 3) or (0.0,)
+        sharpness = (written.numbers("ns", 1) or (20.0,))[0]
+        if model in NO_HIGHLIGHT or not any(color):
+            return
+        made["specular"] = sum(color) / len(color)
+        made["shininess"] = min(sharpness, SHARPEST)
+        if len(set(color)) > 1:
+            detail = "The highlight has the mean of Ks: it is as white as the light."
+            self._assume(written, "Ks", detail)
+
+    def _bounces(self, written: MtlMaterial, made: dict[str, Any], model: int) -> None:
+        reflected = written.numbers("kr", 3) or ((written.numbers("ks", 3) or ()) if model in MIRRORS else ())
+        if any(reflected):
+            made["mirror"] = min(1.0, sum(reflected) / len(reflected))
+            detail = f"It reflects with one share for all colours: {made['mirror']:.6g}."
+            self._assume(written, "Kr" if "kr" in written.statements else "illum", detail)
+        clear = 1 - (written.numbers("d", 1) or (1.0,))[0] or (written.numbers("tr", 1) or (0.0,))[0]
+        if clear > 0 and model in GLASSES:
+            made["transmission"] = min(1.0, clear)
+            made["ior"] = (written.numbers("ni", 1) or (1.5,))[0] or 1.5
+            detail = (
+                f"It is glass: transmission {made['transmission']:.6g}, refractive index {made['ior']:.6g}."
+            )
+            self._assume(written, "illum", detail)
+        elif clear > 0:
+            self._leave_out(written, "d", "It is opaque: a scene has glass, yet nothing that is see-through.")
+
+    def _relief(self, written: MtlMaterial, made: dict[str, Any]) -> None:
+        normals = self._texture(written, NORMAL_MAPS, "linear")
+        bumps = self._texture(written, BUMP_MAPS, "linear")
+        if normals is not None:
+            made["normal_map"] = normals
+            if bumps is not None:
+                self._leave_out(
+                    written,
+                    _first(written, BUMP_MAPS),
+                    "The bump map is left out: the normal map takes its place.",
+                )
+        elif bumps is not None:
+            strength = self._strength(written)
+            made |= {"bump_map": bumps, "bump_height": strength * BUMP_SHARE * self.diagonal}
+            self._assume(
+                written,
+                _first(written, BUMP_MAPS),
+                f"White is {made['bump_height']:.6g} scene units high: -bm times {BUMP_SHARE} of the mesh's "
+                "diagonal, as the format names no unit. Change bump_height where that is not meant.",
+            )
+
+    def _strength(self, written: MtlMaterial) -> float:
+        keyword = _first(written, BUMP_MAPS)
+        named = written.map(keyword)
+        words = named.options.get("-bm", ("1",)) if named else ("1",)
+        try:
+            return float(words[0])
+        except (ValueError, IndexError):
+            self._assume(written, keyword, "What follows -bm is no number: it is taken as 1.")
+            return 1.0
+
+    def _texture(self, written: MtlMaterial, keywords: tuple[str, ...], encoding: str) -> str | None:
+        keyword = _first(written, keywords)
+        named = written.map(keyword)
+        return None if named is None else self._picture(written, keyword, named, encoding)
+
+    def _picture(self, written: MtlMaterial, keyword: str, named: Map, encoding: str) -> str | None:
+        try:
+            asset = picture_file(self.task, self.folder, named.name)
+        except UNUSABLE as error:
+            self._leave_out(written, keyword, str(error))
+            return None
+        for option in sorted(named.options.keys() - {"-bm", "-clamp"}):
+            self._leave_out(written, keyword, f"The option {option} is left out: pictures lie as they are.")
+        wrap = "clamp" if named.options.get("-clamp") == ("on",) else "repeat"
+        texture = {"type": "image", "asset": asset, "encoding": encoding, "wrap": wrap}
+        name = next((name for name, known in self.textures.items() if known == texture), None)
+        if name is None:
+            name = asset if asset not in self.textures else f"{asset} ({encoding}, {wrap})"
+            self.textures[name] = texture
+        return name
+
+    def _others(self, written: MtlMaterial) -> None:
+        for keyword, statement in written.statements.items():
+            if keyword not in _TAKEN and not all(_is_zero(word) for word in statement.words):
+                self._leave_out(
+                    written, keyword, _REASONS.get(keyword, f"'{keyword}' has no counterpart here.")
+                )
+
+    def _assume(self, written: MtlMaterial, keyword: str, detail: str) -> None:
+        self.task.notes.assume(
+            f"{written.name}: {keyword}", detail, line=self._line(written, keyword), file=written.file
+        )
+
+    def _leave_out(self, written: MtlMaterial, keyword: str, detail: str) -> None:
+        self.task.notes.leave_out(
+            f"{written.name}: {keyword}", detail, line=self._line(written, keyword), file=written.file
+        )
+
+    @staticmethod
+    def _line(written: MtlMaterial, keyword: str) -> int:
+        statement = written.statements.get(keyword.lower())
+        return statement.line if statement else written.line
+
+
+def _first(written: MtlMaterial, keywords: tuple[str, ...]) -> str:
+    """The first of several keywords for one thing that a material has, else the first of all."""
+    return next((keyword for keyword in keywords if keyword in written.statements), keywords[0])
+
+
+def _is_zero(word: str) -> bool:
+    try:
+        return float(word) == 0
+    except ValueError:
+        return False

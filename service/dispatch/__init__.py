@@ -1,0 +1,1 @@
+"""Handing out work: the dispatcher, its transactions, and which server leads."""

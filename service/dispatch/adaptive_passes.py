@@ -1,0 +1,228 @@
+"""The ledger of renders of target quality: each pass follows from the one before, until the error is reached.
+
+A pass is some tiles, numbered from 1, and then their merging into the picture of the whole, which is entered
+as a finished step of tile 0. As in ``ledger.py`` every function works in a transaction of its caller.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+from sqlalchemy import delete, insert, select
+from sqlalchemy.orm import Session
+
+from renderer import RenderPlan
+from renderer.adaptive import Estimate
+from renderer.adaptive.adaptive_render import records_centres
+from renderer.adaptive.forecast import Forecast, forecast, usual_prices
+from renderer.adaptive.partition import pass_tiles
+from renderer.adaptive.time_limits import MOST_RESERVED
+from schemas.jobs import JobState
+from schemas.quality import TargetQuality
+from schemas.tiles import Pass, Tile
+from service.lifecycle import clock as moments
+from service.lifecycle import fairness, pausing, rows
+from service.storage.database.models import DONE, WAITING, RenderRow, TileRow
+from service.storage.tiles import StoredTile
+from service.workers.pass_tiles import WHOLE, numbered, pass_of
+from service.workers.tasks import AdvanceDone, AdvanceTask
+
+Step = tuple[Pass, Tile]
+
+MOST_WORK = 1e15
+"""Where a pass is predicted to change nothing of the share."""
+
+# Only what tells the time: there may be as many of them as there are jobs that wait.
+_LIMITED = select(
+    RenderRow.number,
+    RenderRow.time_limit,
+    RenderRow.started_at,
+    RenderRow.paused_at,
+    RenderRow.paused_seconds,
+    RenderRow.merges,
+).where(
+    RenderRow.state == JobState.RUNNING,
+    RenderRow.time_limit.is_not(None),
+    RenderRow.paused_at.is_(None),
+    ~RenderRow.cancel_requested,
+)
+
+
+def begin(
+    plan: RenderPlan, target: TargetQuality, tile_size: int | None, workers: int
+) -> tuple[list[Step], dict[str, Any]]:
+    """Give the steps of the first pass, and the columns of a render that tell how it goes on.
+
+    Parameters
+    ----------
+    tile_size
+        Pixels along a tile's side; by default the renderer chooses them for each pass.
+    workers
+        Those that share the tiles.
+    """
+    estimate, prices = Estimate.begin(plan), usual_prices(plan)
+    expected = forecast(estimate, prices)
+    columns = {
+        "total_work": _total_work(0, estimate.rays_wanted(), 0.0, _share(expected, 0.0)),
+        "target_error": target.error,
+        "time_limit": target.time_limit,
+        "tile_size": tile_size,
+    }
+    tiles = pass_tiles(estimate, prices, workers, tile_size, records=records_centres(plan))
+    return [(pass_of(0), tile) for tile in numbered(tiles)], columns
+
+
+def _share(expected: Forecast, spent: float) -> float:
+    """Say which part of a render is done when its next pass is."""
+    return expected.share(spent + expected.next, 1.0)
+
+
+def _total_work(counted: int, rays: int, before: float, after: float) -> int:
+    """Give the work in all with which a share grows from ``before`` to ``after`` as a pass takes its rays."""
+    return counted + max(1, round(min(rays * (1.0 - before) / max(after - before, 1e-6), MOST_WORK)))
+
+
+def merged_by(render: RenderRow) -> int:
+    """Give the attempt that has merged the newest pass, 0 if none is merged."""
+    return int(render.merges[-1]["attempt"]) if render.merges else 0
+
+
+def time_left(render: RenderRow) -> float | None:
+    """Tell a render's seconds that are left; None if it may take as long as it needs, or has not begun."""
+    if render.time_limit is None or render.started_at is None:
+        return None
+    return render.time_limit - pausing.ran_for(render)
+
+
+def tile_time_left(render: RenderRow) -> float | None:
+    """Tell the seconds in which tiles may run: after them the picture is formed, as long as merging takes."""
+    left = time_left(render)
+    if left is None or not render.merges:
+        return left
+    assert render.time_limit is not None
+    merging: float = max(past.get("merging_seconds", 0.0) for past in render.merges)
+    return left - min(merging, MOST_RESERVED * render.time_limit)
+
+
+def expire(session: Session) -> float | None:
+    """Take the waiting tiles from renders whose time is spent, and say in how many seconds the next one's is.
+
+    The first pass is rendered in any case: nothing is to be seen without it.
+    """
+    upcoming = []
+    limited: Any
+    for limited in session.execute(_LIMITED).all():
+        left = tile_time_left(limited)
+        if left is not None and left > 0:
+            upcoming.append(left)
+            continue
+        render = session.get_one(RenderRow, limited.number)
+        if render.merges:
+            unstarted = delete(TileRow).where(TileRow.render == render.number, TileRow.state == WAITING)
+            render.total_steps -= len(session.execute(unstarted.returning(TileRow.tile)).all())
+    return min(upcoming, default=None)
+
+
+def _spent(render: RenderRow) -> bool:
+    left = tile_time_left(render)
+    return left is not None and left <= 0
+
+
+def advance_task(session: Session, render: RenderRow) -> AdvanceTask:
+    """Make the task that merges the tiles of the newest pass."""
+    return AdvanceTask(
+        job=render.id,
+        spec_sha256=render.spec_sha256,
+        pass_=pass_of(len(render.merges)),
+        parts=tuple(fresh(session, render)),
+        merged=merged_by(render),
+        tile_size=render.tile_size,
+        last=_spent(render),
+        attempt=render.compose_attempt,
+        layers=tuple(render.layers),
+        recorded=tuple(recorded(session, render)) if render.layers else (),
+        prices=render.merges[-1].get("prices") if render.merges else None,
+    )
+
+
+def fresh(session: Session, render: RenderRow) -> list[StoredTile]:
+    """Give the finished tiles of the pass that is not merged yet."""
+    return _finished(session, render, len(render.merges))
+
+
+def recorded(session: Session, render: RenderRow) -> list[StoredTile]:
+    """Give the finished tiles that have recorded what the centres of pixels show: those of the first pass."""
+    return _finished(session, render, 0)
+
+
+def _finished(session: Session, render: RenderRow, pass_index: int) -> list[StoredTile]:
+    place = TileRow.render == render.number, TileRow.pass_index == pass_index
+    query = select(TileRow).where(*place, TileRow.tile != WHOLE, TileRow.state == DONE)
+    passes = rows.passes_of(render)
+    return [rows.stored(step, passes) for step in session.scalars(query.order_by(TileRow.tile))]
+
+
+def merge(session: Session, render: RenderRow, task: AdvanceTask, done: AdvanceDone) -> None:
+    """Take note of a merged pass, unless another attempt was waited for: the picture is done, or goes on."""
+    index = task.pass_.index
+    waited_for = render.state == JobState.RUNNING and not render.cancel_requested
+    if not waited_for or index != len(render.merges) or task.attempt != render.compose_attempt:
+        return
+    _enter_whole(session, render, task, done)
+    render.merges = [*render.merges, _record(render, task, done)]
+    render.compose_attempt = 0
+    if done.sha256 is None:
+        _begin_pass(session, render, index + 1, done)
+    else:
+        render.image_sha256 = done.sha256
+        render.numerics = render.numerics | done.numerics
+        rows.end(session, render, JobState.SUCCEEDED)
+
+
+def _enter_whole(session: Session, render: RenderRow, task: AdvanceTask, done: AdvanceDone) -> None:
+    render.last_seq += 1
+    render.done_steps += 1
+    render.total_steps += 1
+    render.cpu_seconds += done.cpu_seconds
+    picture = rows.new_step(render.number, task.pass_, Tile(WHOLE, 0, 0, render.width, render.height))
+    session.add(
+        TileRow(
+            **picture, state=DONE, attempt=task.attempt, seq=render.last_seq, cpu_seconds=done.cpu_seconds
+        )
+    )
+
+
+def _begin_pass(session: Session, render: RenderRow, index: int, done: AdvanceDone) -> None:
+    expected = Forecast(next=done.next_seconds, later=done.later_seconds)
+    before = max(rows.share(render), expected.share(render.cpu_seconds, 0.0))
+    after = max(before, _share(expected, render.cpu_seconds))
+    render.counted_share, render.counted_work = before, render.done_work
+    render.total_work = _total_work(render.done_work, done.samples, before, after)
+    pass_ = pass_of(index)
+    render.passes = [*render.passes, asdict(pass_)]
+    render.total_steps += len(done.tiles)
+    session.execute(insert(TileRow), [rows.new_step(render.number, pass_, tile) for tile in done.tiles])
+    fairness.activate_all_of(session, render)
+
+
+def _record(render: RenderRow, task: AdvanceTask, done: AdvanceDone) -> dict[str, Any]:
+    """Tell of a pass: who merged it, what it has cost by itself, and what is known after it."""
+    assert render.started_at is not None
+    seconds = moments.since(render.started_at)
+    rays = {
+        kind: count - sum(past["rays"].get(kind, 0) for past in render.merges)
+        for kind, count in render.rays.items()
+    }
+    return {
+        "attempt": task.attempt,
+        "tiles": len(task.parts),
+        "error": done.error,
+        "seconds": seconds - sum(past["seconds"] for past in render.merges),
+        "cpu_seconds": render.cpu_seconds - sum(past["cpu_seconds"] for past in render.merges),
+        "rays": rays,
+        "prices": done.prices,
+        "ray_seconds": done.ray_seconds,
+        "tile_seconds": done.next_seconds / max(len(done.tiles), 1),
+        "merging_seconds": done.cpu_seconds,
+    }

@@ -1,0 +1,386 @@
+"""The one thread that hands out work and takes note of what became of it.
+
+It sleeps until something happens: a job arrives, a task ends, a job is cancelled. Then one round writes all
+results and claims in one transaction, gives the claimed tasks to the engine, and tells the watchers.
+
+Of several servers on one database that of the leader works on jobs; the others answer calls alone.
+"""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections import Counter, deque
+from collections.abc import Mapping
+from concurrent.futures import Future
+
+import structlog
+from sqlalchemy import select
+from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.orm import Session
+
+from schemas.jobs import JobState
+from service.dispatch import ledger
+from service.dispatch.job_events import Feed
+from service.dispatch.leadership import BEAT_SECONDS, Leadership
+from service.dispatch.rounds import Round, merging
+from service.dispatch.throughput import Pace
+from service.errors import StoreError, UnavailableError
+from service.lifecycle.retries import Cause
+from service.settings import Settings
+from service.storage.database.connection import Database
+from service.storage.database.models import RenderRow
+from service.storage.tiles import UNFINISHED_SECONDS, TileStore
+from service.telemetry.metrics import Metrics
+from service.telemetry.spans import JobSpans
+from service.workers.protocol import Engine
+from service.workers.tasks import (
+    CallTask,
+    Interrupted,
+    JobTask,
+    Outcome,
+    Task,
+    TaskFailed,
+    TileTask,
+    WorkerDied,
+    log_names,
+)
+
+# How long to leave the database or a full disk alone before the next try, seconds.
+RETRY_SECONDS = 1.0
+# How often to look again whether the running task of a render that has ended is gone, seconds.
+LEAVING_SECONDS = 0.05
+# How often to look for room where an engine has none and nothing runs: its workers may come back, seconds.
+EMPTY_SECONDS = 1.0
+# Traces, quotes and the like that wait for a worker; more are sent away.
+MAX_CALLS = 64
+
+log = structlog.get_logger()
+
+
+class Dispatcher:
+    """Keeps the engine busy with the jobs in the database.
+
+    Parameters
+    ----------
+    database, store, engine, feed
+        The database is the only truth; the engine may lose anything at any time.
+    settings : Settings
+        Attempts and grace.
+    spans
+        Are told what was handed out and what became of it.
+    """
+
+    def __init__(
+        self,
+        database: Database,
+        store: TileStore,
+        engine: Engine,
+        feed: Feed,
+        settings: Settings,
+        spans: JobSpans,
+    ) -> None:
+        self._database, self._store, self._engine, self._feed = database, store, engine, feed
+        self._settings, self._spans = settings, spans
+        self._thread = threading.Thread(target=self._run, name="dispatcher", daemon=True)
+        self._stopping = threading.Event()
+        # From other threads: outcomes, and None where only attention is asked for.
+        self._inbox: queue.SimpleQueue[tuple[Task, Outcome] | None] = queue.SimpleQueue()
+        self._calls: deque[tuple[CallTask, Future[Outcome]]] = deque()
+        self._cancelled: deque[str] = deque()
+        self.metrics = Metrics()
+        # The dispatcher's own.
+        self._reports: list[tuple[JobTask, Outcome]] = []
+        self._flying: set[JobTask] = set()
+        self._answers: dict[CallTask, Future[Outcome]] = {}
+        self._leaving: dict[str, float] = {}
+        self._picture_deaths: Counter[tuple[str, int]] = Counter()
+        self._pause_until = 0.0
+        self._deadline: float | None = None
+        self._starved = False
+        self.pace = Pace(settings.workers)
+        self._leadership = Leadership(database)
+        self._term: int | None = None
+        self._next_stand = 0.0
+        self._stale: set[JobTask] = set()
+        self._in_doubt = False
+
+    def start(self) -> None:
+        """Take back what an earlier service left unfinished, and begin."""
+        with self._database.writing() as session:
+            term = self._leadership.stand(session)
+            recovered = 0 if term is None else ledger.recover(session)
+        self.metrics.note_retries({Cause.SERVER_LOST: recovered})
+        self._lead(term)
+        self._tidy()
+        self._thread.start()
+        self.wake()
+
+    def wake(self) -> None:
+        """Say that there may be something to do."""
+        self._inbox.put(None)
+
+    def cancel(self, render: str) -> None:
+        """Stop the running tasks of a render whose row asks for it."""
+        self._cancelled.append(render)
+        self.wake()
+
+    def call(self, task: CallTask) -> Future[Outcome]:
+        """Have a trace or a quote made before any tile that waits; cancel the future to stop it.
+
+        Raises
+        ------
+        UnavailableError
+            If too many others wait.
+        """
+        if len(self._calls) >= MAX_CALLS:
+            raise UnavailableError("Too many others are waiting for an answer. Try again in a moment.")
+        answer: Future[Outcome] = Future()
+        answer.add_done_callback(lambda _: self.wake())
+        self._calls.append((task, answer))
+        self.wake()
+        return answer
+
+    def alive(self) -> bool:
+        """Whether jobs are being worked on."""
+        return self.lives() and self._engine.alive()
+
+    def lives(self) -> bool:
+        """Whether the thread goes on that hands out work; where it has ended, a new process is needed."""
+        return self._thread.is_alive()
+
+    def stop(self) -> None:
+        """Stop at once. What was running will be rendered again after the next start."""
+        self._stopping.set()
+        self.wake()
+        self._thread.join()
+
+    def _run(self) -> None:
+        self._engine.start(self._report)
+        try:
+            while self._listen():
+                self._round()
+        finally:
+            self._engine.close()
+            self._resign()
+            for answer in (*self._answers.values(), *(answer for _, answer in self._calls)):
+                answer.cancel()
+
+    def _report(self, task: Task, outcome: Outcome, /) -> None:
+        self._inbox.put((task, outcome))
+
+    def _listen(self) -> bool:
+        """Wait until something happened and collect all of it; False at the end."""
+        try:
+            message = self._inbox.get(timeout=self._patience())
+            while True:
+                if message is not None:
+                    self._take_note(*message)
+                message = self._inbox.get_nowait()
+        except queue.Empty:
+            pass
+        while self._cancelled:
+            render = self._cancelled.popleft()
+            if self._term is not None:
+                self._leave(render, self._settings.cancel_grace_seconds)
+        return not self._stopping.is_set()
+
+    def _patience(self) -> float | None:
+        if self._leaving or self._stale:
+            return LEAVING_SECONDS
+        if self._pause_until:
+            return max(0.0, self._pause_until - time.monotonic())
+        waits = [EMPTY_SECONDS] if self._starved else []
+        waits += [BEAT_SECONDS] if self._database.shared else []
+        if self._deadline:
+            waits.append(self._deadline - time.monotonic())
+        return max(0.0, min(waits)) if waits else None
+
+    def _take_note(self, task: Task, outcome: Outcome) -> None:
+        if not isinstance(task, CallTask):
+            if task in self._stale:
+                self._stale.discard(task)
+                return
+            self._flying.discard(task)
+            self.metrics.note(task, outcome)
+            self._spans.came_back(task, outcome)
+            self.pace.note(getattr(outcome, "cpu_seconds", 0.0))
+            self.pace.watch(busy=bool(self._flying))
+            if isinstance(outcome, WorkerDied) and not isinstance(task, TileTask):
+                self._picture_deaths[merging(task)] += 1
+            self._reports.append((task, outcome))
+            _log(task, outcome)
+            return
+        answer = self._answers.pop(task)
+        if isinstance(outcome, Interrupted):
+            self._calls.appendleft((task, answer))
+        elif answer.set_running_or_notify_cancel():
+            if isinstance(outcome, TaskFailed) and outcome.passes:
+                answer.set_exception(UnavailableError(outcome.message))
+            else:
+                answer.set_result(outcome)
+
+    def _leave(self, render: str, grace: float) -> None:
+        self._leaving.setdefault(render, time.monotonic() + grace)
+
+    def _round(self) -> None:
+        self._interrupt()
+        self._answer_calls()
+        if time.monotonic() < self._pause_until or not self._is_due():
+            return
+        self._pause_until = 0.0
+        # Outside of the transaction: it may start processes.
+        room = self._engine.room()
+        self._starved = room == 0 and not self._flying
+        try:
+            with self._database.writing() as session:
+                term = self._leadership.stand(session)
+                if term != self._term:
+                    self._forget_tasks()
+                result = None if term is None else self._decide(session, term, room)
+        except SQLAlchemyError as error:
+            log.warning("database not usable, trying again", error=type(error).__name__)
+            self._pause()
+            # The transaction may have been committed, and the answer lost with the connection.
+            self._in_doubt = True
+            return
+        if self._in_doubt:
+            self._in_doubt = False
+            self._feed.publish_all()
+        if term != self._term:
+            self._lead(term)
+            if term is not None:
+                threading.Thread(target=self._tidy, name="tidy", daemon=True).start()
+        if result is not None:
+            self.metrics.note_retries(result.retries)
+            self._reports = []
+            left = result.deadline_in
+            self._deadline = None if left is None else time.monotonic() + left
+            self._act(result)
+
+    def _is_due(self) -> bool:
+        """Whether to look into the database: always, or now and then where another server leads."""
+        if self._term is None:
+            if time.monotonic() < self._next_stand:
+                return False
+            self._next_stand = time.monotonic() + BEAT_SECONDS
+        return True
+
+    def _decide(self, session: Session, term: int, room: int) -> Round:
+        """Write what follows from all that has come in; what others have cancelled is looked for, too."""
+        taken_back = Counter[Cause]()
+        if term != self._term:
+            taken_back[Cause.SERVER_LOST] = ledger.recover(session)
+            self._database.tell(session, anything=True)
+        elif self._in_doubt:
+            known = {*self._flying, *(task for task, _ in self._reports)}
+            taken_back[Cause.DATABASE_LOST] = ledger.take_back_unknown(session, known)
+        result = Round(
+            reports=self._reports,
+            flying=self._flying,
+            leaving=self._leaving,
+            room=room,
+            max_attempts=self._settings.max_attempts,
+            picture_deaths=self._picture_deaths,
+            retries=taken_back,
+        )
+        result.decide(session)
+        self._database.tell_of(session, result.news)
+        if self._database.shared:
+            for render in set(ledger.unwanted(session)) - set(self._leaving):
+                self.cancel(render)
+        return result
+
+    def _lead(self, term: int | None) -> None:
+        """Begin to hand out work, or leave that to another server from now on."""
+        if self._database.shared and term is not None:
+            log.info("leads", term=term)
+            self._feed.publish_all()
+        elif self._term is not None:
+            log.warning("leads no more", term=self._term)
+        self._term = term
+        self.metrics.leads.set(term is not None)
+
+    def _forget_tasks(self) -> None:
+        """Stop what was handed out in an earlier term: the database expects no more of it."""
+        self._stale |= self._flying
+        self._flying, self._reports, self._leaving, self._deadline = set(), [], {}, None
+        self.pace.watch(busy=False)
+
+    def _resign(self) -> None:
+        if not self._database.shared:
+            return
+        try:
+            with self._database.writing() as session:
+                self._leadership.resign(session)
+                self._database.tell(session, anything=True)
+        except SQLAlchemyError as error:
+            log.warning("another server leads when the time is up", error=type(error).__name__)
+
+    def _tidy(self) -> None:
+        """Remove the files that nothing in the database refers to, and the tiles of what has ended."""
+        try:
+            with self._database.reading() as session:
+                states = dict(session.execute(select(RenderRow.id, RenderRow.state)).all())
+            ended = {render for render, state in states.items() if state.final}
+            age = UNFINISHED_SECONDS if self._database.shared else 0.0
+            self._store.sweep(states.keys(), ended, age)
+        except (SQLAlchemyError, OSError, StoreError) as error:
+            log.warning("store not tidied", error=type(error).__name__)
+
+    def _interrupt(self) -> None:
+        """Stop the tasks of renders that have ended, and calls that nobody waits for."""
+        now = time.monotonic()
+        late = {render for render, deadline in self._leaving.items() if deadline <= now}
+        unwanted = {task for task, answer in self._answers.items() if answer.cancelled()} | self._stale
+        if late or unwanted:
+            self._engine.interrupt(
+                lambda task: task in unwanted or (not isinstance(task, CallTask) and task.job in late)
+            )
+
+    def _answer_calls(self) -> None:
+        for _ in range(min(self._engine.room(), len(self._calls))):
+            task, answer = self._calls.popleft()
+            if not answer.cancelled():
+                self._answers[task] = answer
+                self._engine.submit(task)
+
+    def _act(self, result: Round) -> None:
+        if result.store_closed:
+            self._pause()
+        for task in result.tasks:
+            self._flying.add(task)
+            self.pace.watch(busy=True)
+            self._spans.handed_out(task)
+            self._engine.submit(task)
+        for render in result.ended:
+            self._spans.ended(render)
+        self._feed.publish(result.news)
+        self._clear(result.ended)
+
+    def _pause(self) -> None:
+        self._pause_until = time.monotonic() + RETRY_SECONDS
+
+    def _clear(self, ended: Mapping[str, JobState]) -> None:
+        """Drop the tiles of renders that have ended, once nothing writes to them any more."""
+        busy = {task.job for task in self._flying}
+        for render, state in ended.items():
+            if render in busy:
+                self._leave(render, 0.0)
+            else:
+                self._leaving.pop(render, None)
+                for place in [place for place in self._picture_deaths if place[0] == render]:
+                    del self._picture_deaths[place]
+                self._store.drop_tiles(render)
+                log.info("render ended", render=render, state=state.value)
+
+
+def _log(task: JobTask, outcome: Outcome) -> None:
+    details = log_names(task)
+    if isinstance(outcome, WorkerDied):
+        log.warning("worker died", **details)
+    elif isinstance(outcome, TaskFailed):
+        log.warning("task failed", code=outcome.code, **details)
+    else:
+        log.debug("task done", outcome=type(outcome).__name__, **details)

@@ -1,0 +1,262 @@
+"""The dispatcher's transactions: which step is next, and what became of those handed out.
+
+Every function works in a transaction of its caller, so that the results and the claims of one round
+are one write.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Collection, Iterator, Sequence
+
+from sqlalchemy import and_, bindparam, case, exists, literal_column, select, update
+from sqlalchemy.orm import Session
+
+from schemas.jobs import JobState
+from service.dispatch import adaptive_passes as targets
+from service.lifecycle import fairness, pass_costs, rows
+from service.storage.database.models import DONE, RUNNING, WAITING, JobRow, RenderRow, ShareRow, TileRow
+from service.storage.tiles import StoredTile
+from service.workers.tasks import ComposeDone, ComposeTask, JobTask, SampleTask, TileDone, TileTask
+
+# Built once: making a statement takes longer than executing it, and these run for every tile.
+# SQLite uses the index of waiting steps only where the condition stands in the statement as in the index.
+_IS_WAITING = TileRow.state == literal_column("'waiting'")
+_STARTED = RenderRow.state == JobState.RUNNING
+_RENDER = select(RenderRow).where(RenderRow.id == bindparam("id")).with_for_update()
+_CLAIMABLE = (
+    select(RenderRow)
+    .join(JobRow, JobRow.render_number == RenderRow.number)
+    .where(JobRow.owner == bindparam("owner"), JobRow.finished_at.is_(None), JobRow.paused_at.is_(None))
+    .where(~RenderRow.cancel_requested)
+    .where(RenderRow.number.not_in(bindparam("begun", expanding=True)))
+    .where(exists().where(TileRow.render == RenderRow.number, _IS_WAITING))
+    .order_by(_STARTED, JobRow.priority.desc(), JobRow.number)
+    .limit(bindparam("room"))
+)
+_WAITING = (
+    select(TileRow)
+    .where(TileRow.render == bindparam("render"), _IS_WAITING)
+    .where(TileRow.pass_index <= bindparam("last_pass"))
+    .order_by(TileRow.pass_index, TileRow.tile)
+    .limit(bindparam("room"))
+)
+_IN_FOCUS = and_(
+    TileRow.x0 < bindparam("x1"),
+    TileRow.x1 > bindparam("x0"),
+    TileRow.y0 < bindparam("y1"),
+    TileRow.y1 > bindparam("y0"),
+)
+_WAITING_IN_FOCUS = _WAITING.order_by(None).order_by(
+    TileRow.pass_index, case((_IN_FOCUS, 0), else_=1), TileRow.tile
+)
+_OWNERS = select(JobRow.owner).where(JobRow.finished_at.is_(None)).distinct()
+_RENDERED = (
+    select(RenderRow)
+    .where(_STARTED, ~RenderRow.cancel_requested, RenderRow.done_steps == RenderRow.total_steps)
+    .order_by(RenderRow.number)
+)
+
+
+def recover(session: Session) -> int:
+    """Take back what a service that is gone had handed out, and count it: finished steps stay finished."""
+    handed_out = update(TileRow).where(TileRow.state == RUNNING)
+    waiting_again = handed_out.values(state=WAITING, payer=None, charge=0.0).returning(TileRow.tile)
+    taken_back = len(session.execute(waiting_again).all())
+    fairness.activate(session, session.scalars(_OWNERS).all())
+    for render in session.scalars(select(RenderRow).where(RenderRow.state == JobState.RUNNING)):
+        render.compose_attempt = 0
+        if render.cancel_requested:
+            rows.end(session, render, JobState.CANCELLED)
+    return taken_back
+
+
+def take_back_unknown(session: Session, known: Collection[JobTask]) -> int:
+    """Let the steps wait again that were handed out, but of which no task is known, and count them."""
+    taken_back = 0
+    tasks = (task for task in known if isinstance(task, TileTask))
+    found = {(task.job, task.pass_.index, task.tile.index, task.attempt) for task in tasks}
+    handed_out = select(TileRow, RenderRow).join(RenderRow, TileRow.render == RenderRow.number)
+    for step, render in session.execute(handed_out.where(TileRow.state == RUNNING)).all():
+        if (render.id, step.pass_index, step.tile, step.attempt) not in found:
+            step.state = WAITING
+            taken_back += 1
+            fairness.settle(session, step, 0.0)
+            fairness.activate_all_of(session, render)
+    return taken_back
+
+
+def unwanted(session: Session) -> Sequence[str]:
+    """Give the ids of the renders that run and were cancelled, by whatever server."""
+    return session.scalars(select(RenderRow.id).where(_STARTED, RenderRow.cancel_requested)).all()
+
+
+def render_of(session: Session, render_id: str) -> RenderRow | None:
+    """Find a render and keep others from changing it until the transaction ends."""
+    return session.scalar(_RENDER, {"id": render_id})
+
+
+def tile_claims(session: Session, room: int) -> Iterator[TileTask]:
+    """Hand out the next steps, at most ``room``, to the users whose turn it is."""
+    begun, resting = set[int](), set[str]()
+    while room > 0:
+        share, until = fairness.next_share(session, resting)
+        if share is None:
+            return
+        claimed = list(_turn(session, share, until, room, begun))
+        if not claimed:
+            resting.add(share.owner)
+            share.active = bool(begun) and _waits(session, share.owner)
+        yield from claimed
+        room -= len(claimed)
+
+
+def _turn(session: Session, share: ShareRow, until: float, room: int, begun: set[int]) -> Iterator[TileTask]:
+    """Hand out steps of a user's jobs, as long as his clock is not past ``until``.
+
+    Each of his jobs shows its coarse picture before any of them goes on, and what has ``begun`` in this round
+    shows it alone; then they follow by priority and age, all tiles in one pass before any tile in the next.
+    """
+    wanted = {"owner": share.owner, "room": room, "begun": list(begun)}
+    for render in session.scalars(_CLAIMABLE, wanted).unique().all():
+        last_pass = len(render.passes)
+        if render.state == JobState.QUEUED:
+            last_pass = 0
+            begun.add(render.number)
+        for step in _waiting(session, render, last_pass, room):
+            fairness.charge(share, step, rows.expected_cpu_seconds(render, step))
+            yield _hand_out(session, render, step)
+            room -= 1
+            if not room or share.served > until:
+                return
+
+
+def _waiting(session: Session, render: RenderRow, last_pass: int, room: int) -> Sequence[TileRow]:
+    """Give the next steps of a render that wait, at most ``room``; in each pass those in its focus first."""
+    wanted = {"render": render.number, "last_pass": last_pass, "room": room}
+    if render.focus is None:
+        return session.scalars(_WAITING, wanted).all()
+    return session.scalars(_WAITING_IN_FOCUS, wanted | render.focus).all()
+
+
+def _waits(session: Session, owner: str) -> bool:
+    """Whether anything of a user waits."""
+    return session.scalar(_CLAIMABLE, {"owner": owner, "room": 1, "begun": []}) is not None
+
+
+def _hand_out(session: Session, render: RenderRow, step: TileRow) -> TileTask:
+    if render.state == JobState.QUEUED:
+        rows.begin(session, render)
+    step.state = RUNNING
+    step.attempt += 1
+    place = (
+        render.id,
+        render.spec_sha256,
+        rows.tile_of(step),
+        rows.passes_of(render)[step.pass_index],
+        step.attempt,
+    )
+    if render.target_error is None:
+        return TileTask(*place)
+    left = targets.tile_time_left(render) if render.merges else None
+    until = None if left is None else time.time() + left
+    ray_seconds = render.merges[-1].get("ray_seconds", 0.0) if render.merges else 0.0
+    return SampleTask(*place, merged=targets.merged_by(render), until=until, ray_seconds=ray_seconds)
+
+
+def land(session: Session, render: RenderRow, task: TileTask, done: TileDone) -> bool:
+    """Take note of a finished step. False if it is not the attempt that was waited for."""
+    step = _handed_out(session, render, task)
+    if step is None:
+        return False
+    fairness.settle(session, step, done.cpu_seconds)
+    render.last_seq += 1
+    render.done_steps += 1
+    render.done_work += (
+        done.counts["camera"] if isinstance(task, SampleTask) else rows.work(task.pass_, task.tile)
+    )
+    render.cpu_seconds += done.cpu_seconds
+    render.rays = _sum(render.rays, done.counts)
+    render.work = _sum(render.work, done.work)
+    if render.target_error is None:
+        pass_costs.note(render, task.pass_.index, done)
+    step.state, step.seq, step.crc32, step.cpu_seconds = DONE, render.last_seq, done.crc32, done.cpu_seconds
+    return True
+
+
+def _sum(so_far: dict[str, int], more: dict[str, int]) -> dict[str, int]:
+    """Add counts; what was counted and is 0 stays in."""
+    return {name: so_far.get(name, 0) + more.get(name, 0) for name in so_far | more}
+
+
+def take_back(session: Session, render: RenderRow, task: TileTask, *, death: bool) -> int | None:
+    """Let a step wait again, and return how many workers it has cost so far.
+
+    None if it is not the attempt that was waited for: nothing waits again then.
+    """
+    step = _handed_out(session, render, task)
+    if step is None:
+        return None
+    step.state = WAITING
+    step.deaths += death
+    fairness.settle(session, step, 0.0)
+    fairness.activate_all_of(session, render)
+    return step.deaths
+
+
+def compose_claims(session: Session, composing: Collection[str]) -> Iterator[JobTask]:
+    """Hand out what puts the tiles of finished renders together, except those in ``composing``."""
+    for render in session.scalars(_RENDERED).all():
+        if render.id not in composing:
+            render.compose_attempt += 1
+            yield _compose_task(session, render)
+
+
+def _compose_task(session: Session, render: RenderRow) -> JobTask:
+    if render.target_error is not None:
+        return targets.advance_task(session, render)
+    parts = tuple(sampled(session, render))
+    return ComposeTask(
+        job=render.id,
+        width=render.width,
+        height=render.height,
+        parts=parts,
+        attempt=render.compose_attempt,
+        layers=tuple(render.layers),
+        compared=render.error_unknown is None,
+    )
+
+
+def complete(session: Session, render: RenderRow, done: ComposeDone) -> None:
+    """Take note of a final picture."""
+    render.image_sha256 = done.sha256
+    render.numerics = render.numerics | done.numerics
+    pass_costs.note_errors(render, done.errors)
+    rows.end(session, render, JobState.SUCCEEDED)
+
+
+def sampled(
+    session: Session, render: RenderRow, tiles: Collection[int] | None = None
+) -> Iterator[StoredTile]:
+    """Iterate over the finished steps that have samples, tile by tile, each in the order of its passes."""
+    passes = rows.passes_of(render)
+    query = select(TileRow).where(
+        TileRow.render == render.number, TileRow.state == DONE, TileRow.pass_index > 0
+    )
+    if tiles is not None:
+        query = query.where(TileRow.tile.in_(tiles))
+    for step in session.scalars(query.order_by(TileRow.tile, TileRow.pass_index)):
+        yield rows.stored(step, passes)
+
+
+def coarse(session: Session, render: RenderRow) -> StoredTile | None:
+    """Return the coarse picture of a render, if it is finished."""
+    step = session.get(TileRow, (render.number, 0, 0))
+    return rows.stored(step, rows.passes_of(render)) if step and step.state == DONE else None
+
+
+def _handed_out(session: Session, render: RenderRow, task: TileTask) -> TileRow | None:
+    if render.state != JobState.RUNNING or render.cancel_requested:
+        return None
+    step = session.get(TileRow, (render.number, task.pass_.index, task.tile.index))
+    return step if step and step.state == RUNNING and step.attempt == task.attempt else None

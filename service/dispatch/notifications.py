@@ -1,0 +1,64 @@
+"""What the servers on one database tell each other: that there is work, that jobs have changed.
+
+As within one server, the database is the truth, and news only say that it is worth a look. What is told while
+nobody listens is made up for by looking at everything once.
+"""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import structlog
+
+from service.dispatch.dispatcher import Dispatcher
+from service.dispatch.job_events import Feed
+from service.storage.database.connection import Database
+
+# How long to leave the database alone before the next try to listen, seconds.
+RETRY_SECONDS = 0.5
+
+log = structlog.get_logger()
+
+
+class Relay:
+    """Listens to the other servers, in a thread of its own, where the database is shared.
+
+    Parameters
+    ----------
+    database, dispatcher, feed
+        Those of this server; what others tell goes to the last two.
+    """
+
+    def __init__(self, database: Database, dispatcher: Dispatcher, feed: Feed) -> None:
+        self._database, self._dispatcher, self._feed = database, dispatcher, feed
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="relay", daemon=True)
+
+    def start(self) -> None:
+        """Begin to listen."""
+        if self._database.shared:
+            self._thread.start()
+
+    def stop(self) -> None:
+        """Listen no more."""
+        self._stopping.set()
+        if self._thread.is_alive():
+            self._thread.join()
+
+    def _run(self) -> None:
+        while not self._stopping.is_set():
+            try:
+                for notice in self._database.notices(self._stopping):
+                    self._act(notice)
+            except self._database.errors as error:
+                log.warning("not told by other servers, trying again", error=type(error).__name__)
+                self._stopping.wait(RETRY_SECONDS)
+
+    def _act(self, notice: dict[str, Any]) -> None:
+        if "jobs" in notice:
+            self._feed.publish(notice["jobs"])
+        else:
+            if "work" not in notice:
+                self._feed.publish_all()
+            self._dispatcher.wake()

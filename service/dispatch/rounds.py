@@ -1,0 +1,194 @@
+"""What one round of the dispatcher decides, inside one transaction."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from sqlalchemy import bindparam, select
+from sqlalchemy.orm import Session
+
+from schemas.jobs import Failure, JobState
+from service.dispatch import adaptive_passes as targets
+from service.dispatch import ledger
+from service.lifecycle import expiry, rows
+from service.lifecycle.retries import Cause, cause_of
+from service.storage.database.models import JobRow, RenderRow
+from service.workers.tasks import (
+    OUT_OF_MEMORY,
+    TOOK_TOO_LONG,
+    AdvanceDone,
+    AdvanceTask,
+    ComposeDone,
+    ComposeTask,
+    Interrupted,
+    JobTask,
+    Outcome,
+    TaskFailed,
+    TileDone,
+    TileTask,
+    WorkerDied,
+)
+
+_SHARING = select(JobRow.id).join(RenderRow).where(RenderRow.id.in_(bindparam("renders", expanding=True)))
+
+NOT_PUT_TOGETHER = "The picture could not be put together."
+
+
+@dataclass
+class Round:
+    """One round: what came in, and after ``decide`` what follows from it.
+
+    Nothing of it may be acted upon before the transaction is committed, and nothing at all if it is not.
+
+    Parameters
+    ----------
+    reports
+        Outcomes since the last round.
+    flying
+        Tasks that the engine still has.
+    leaving
+        Renders that are being cancelled.
+    room
+        How many tasks the engine takes.
+    max_attempts
+        How many workers a task may cost.
+    picture_deaths
+        How many workers putting a picture together has cost, by what `merging` gives.
+    """
+
+    reports: Sequence[tuple[JobTask, Outcome]]
+    flying: Collection[JobTask]
+    leaving: Collection[str]
+    room: int
+    max_attempts: int
+    picture_deaths: Mapping[tuple[str, int], int] = field(default_factory=dict)
+
+    touched: set[str] = field(default_factory=set)
+    """Renders that have news."""
+    news: set[str] = field(default_factory=set)
+    """The jobs that have news, those that share in one of these among them."""
+    ended: dict[str, JobState] = field(default_factory=dict)
+    """Renders that have reached a final state, and which."""
+    tasks: list[JobTask] = field(default_factory=list)
+    """What to give to the engine."""
+    deadline_in: float | None = None
+    """In how many seconds the time of some render will be spent, so that there is something to decide."""
+    store_closed: bool = False
+    """Whether a task could not write to the disk, so that there is no use in trying at once."""
+    retries: Counter[Cause] = field(default_factory=Counter)
+    """How many tasks are to be tried again, by what was in the way."""
+
+    def decide(self, session: Session) -> None:
+        """Land what was reported, end what was cancelled, hand out what is next."""
+        for task, outcome in self.reports:
+            render = ledger.render_of(session, task.job)
+            if render is not None:
+                self._land(session, render, task, outcome)
+        self._settle(session)
+        self._end_late(session)
+        session.flush()
+        if not self.store_closed:
+            self._claim(session)
+        self.touched |= {task.job for task in self.tasks}
+        session.flush()
+        if self.touched:
+            self.news |= set(session.scalars(_SHARING, {"renders": list(self.touched)}))
+
+    def _claim(self, session: Session) -> None:
+        composing = {task.job for task in self.flying if isinstance(task, ComposeTask | AdvanceTask)}
+        self.tasks += ledger.compose_claims(session, composing)
+        self.tasks += ledger.tile_claims(session, max(0, self.room - len(self.tasks)))
+
+    def _end_late(self, session: Session) -> None:
+        ended, left, upcoming = expiry.end_late(session)
+        for render in ended:
+            self.touched.add(render.id)
+            self.ended[render.id] = render.state
+        self.news |= set(left)
+        self.deadline_in = min(filter(None, (upcoming, targets.expire(session))), default=None)
+
+    def _land(self, session: Session, render: RenderRow, task: JobTask, outcome: Outcome) -> None:
+        self.touched.add(render.id)
+        if isinstance(outcome, TaskFailed) and outcome.passes:
+            self.store_closed = True
+        if isinstance(task, TileTask):
+            self._land_tile(session, render, task, outcome)
+        else:
+            self._land_picture(session, render, task, outcome)
+        if render.state.final:
+            self.ended[render.id] = render.state
+
+    def _land_tile(self, session: Session, render: RenderRow, task: TileTask, outcome: Outcome) -> None:
+        match outcome:
+            case TileDone():
+                ledger.land(session, render, task, outcome)
+            case TaskFailed(code=code, message=message, passes=False):
+                _fail(session, render, code, message, retryable=False)
+            case _:
+                self._take_back(session, render, task, outcome)
+
+    def _take_back(self, session: Session, render: RenderRow, task: TileTask, outcome: Outcome) -> None:
+        death = isinstance(outcome, WorkerDied)
+        deaths = ledger.take_back(session, render, task, death=death)
+        if deaths is None:
+            return
+        if death and deaths >= self.max_attempts:
+            _fail(session, render, "worker_died", _died(self.max_attempts, task), retryable=True)
+        else:
+            self._count_retry(outcome)
+
+    def _land_picture(
+        self, session: Session, render: RenderRow, task: ComposeTask | AdvanceTask, outcome: Outcome
+    ) -> None:
+        match outcome:
+            case ComposeDone() if not _ends(render):
+                ledger.complete(session, render, outcome)
+            case AdvanceDone() if isinstance(task, AdvanceTask):
+                targets.merge(session, render, task, outcome)
+            case TaskFailed(code=code, message=message) if code in (OUT_OF_MEMORY, TOOK_TOO_LONG):
+                _fail(session, render, code, message, retryable=False)
+            case TaskFailed(passes=False):
+                _fail(session, render, "storage_failed", NOT_PUT_TOGETHER, retryable=True)
+            case WorkerDied() if self.picture_deaths.get(merging(task), 0) >= self.max_attempts:
+                _fail(session, render, "worker_died", NOT_PUT_TOGETHER, retryable=True)
+            case WorkerDied() | TaskFailed() | Interrupted() if not _ends(render):
+                self._count_retry(outcome)
+
+    def _count_retry(self, outcome: Outcome) -> None:
+        cause = cause_of(outcome)
+        if cause is not None:
+            self.retries[cause] += 1
+
+    def _settle(self, session: Session) -> None:
+        """End the cancelled renders that have no task left with the engine."""
+        busy = {task.job for task in self.flying}
+        for render_id in set(self.leaving) - busy:
+            render = ledger.render_of(session, render_id)
+            if render is not None and not render.state.final:
+                rows.end(session, render, JobState.CANCELLED)
+            self.touched.add(render_id)
+            self.ended[render_id] = render.state if render else JobState.CANCELLED
+
+
+def merging(task: ComposeTask | AdvanceTask) -> tuple[str, int]:
+    """Name what a task puts together: a render, and which of its passes."""
+    return task.job, task.pass_.index if isinstance(task, AdvanceTask) else 0
+
+
+def _ends(render: RenderRow) -> bool:
+    """Whether nobody waits for more of a render."""
+    return render.state.final or render.cancel_requested
+
+
+def _fail(session: Session, render: RenderRow, code: str, message: str, *, retryable: bool) -> None:
+    if not _ends(render):
+        rows.end(session, render, JobState.FAILED, Failure(code=code, message=message, retryable=retryable))
+
+
+def _died(attempts: int, task: TileTask) -> str:
+    return (
+        f"Tile {task.tile.index} of pass {task.pass_.index} was tried {attempts} times, "
+        "and the worker died each time."
+    )

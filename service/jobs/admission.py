@@ -1,0 +1,145 @@
+"""Deciding whether a request is taken, before any work is done for it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TypeVar
+
+from pydantic import BaseModel
+
+import renderer
+from schemas.jobs import JobRequest
+from schemas.limits import Limits
+from schemas.plans import PlanDocument
+from schemas.pointers import pointer
+from schemas.problems import Problem
+from schemas.quality import TargetQuality
+from schemas.reading import read_document
+from schemas.references import also_named
+from schemas.request_pointers import in_request
+from schemas.scene import Scene
+from schemas.shapes import MeshFile
+from schemas.textures import ImageTexture
+from service.access.principals import Asker
+from service.jobs import ownership
+from service.jobs.context import Service
+from service.jobs.placeholders import Pixels, outlined
+from service.jobs.pricing import check_cost, priced, target_of
+from service.storage.assets import PREFIX, is_mesh, is_sha256
+from service.workers.specs import compile_request
+
+Model = TypeVar("Model", bound=BaseModel)
+
+NO_PICTURE = "This is a mesh, not a picture. Use one of PNG, JPEG, WEBP, TIFF, BMP, GIF, PPM."
+NO_MESH = "This is a picture, not a mesh. Use OBJ, PLY or glTF (GLB)."
+
+
+@dataclass(frozen=True)
+class Admitted:
+    """A request that may be carried out."""
+
+    request: JobRequest
+    warnings: tuple[Problem, ...]
+    plan: renderer.RenderPlan
+    description: PlanDocument
+    target: TargetQuality | None
+
+
+def admit(service: Service, asker: Asker, body: bytes) -> Admitted:
+    """Read, check, compile and price a user's request.
+
+    Raises
+    ------
+    renderer.SceneError
+        With every problem; pointers lead into the body.
+    """
+    request, warnings = read_request(service, asker, body, JobRequest)
+    request = _limited(request)
+    plan = compile_admitted(request)
+    target = target_of(request)
+    description = priced(plan, service.jobs.prices.get(request), service.settings.workers)
+    check_cost(description, target, service.settings)
+    return Admitted(request, warnings, plan, in_request(description, request), target)
+
+
+def _limited(request: JobRequest) -> JobRequest:
+    """Let a job of target quality end when its time is spent, whichever field says so."""
+    quality, limit = request.quality, request.time_limit
+    if not isinstance(quality, TargetQuality) or limit is None:
+        return request
+    limit = min(limit, quality.time_limit or limit)
+    return request.model_copy(update={"quality": quality.model_copy(update={"time_limit": limit})})
+
+
+def read_request(
+    service: Service, asker: Asker, body: bytes, model: type[Model], *, limits: Limits | None = None
+) -> tuple[Model, tuple[Problem, ...]]:
+    """Read a body that has a ``scene``, within the service's limits, and look for the user's files in it."""
+    request, warnings = read_document(body, model, limits=limits or service.settings.limits)
+    scene = getattr(request, "scene", None)
+    assert isinstance(scene, Scene)
+    unusable = _unusable_assets(service, asker, scene)
+    if unusable:
+        raise renderer.SceneError(unusable)
+    return request, warnings
+
+
+def compile_admitted(request: JobRequest) -> renderer.RenderPlan:
+    """Compile a request's scene without its files; pointers of problems lead into the request."""
+    try:
+        scene = outlined(request.scene)
+        return compile_request(request.model_copy(update={"scene": scene}), Pixels())
+    except renderer.SceneError as error:
+        moved = [found.model_copy(update={"pointer": f"/scene{found.pointer}"}) for found in error.errors]
+        raise renderer.SceneError(moved, error.more) from None
+
+
+def _unusable_assets(service: Service, asker: Asker, scene: Scene) -> list[Problem]:
+    pictures = {
+        pointer(["scene", "textures", name, "asset"]): texture.asset
+        for name, texture in scene.textures.items()
+        if isinstance(texture, ImageTexture)
+    }
+    meshes = {
+        pointer(["scene", "shapes", number, "asset"]): shape.asset
+        for number, shape in enumerate(scene.shapes)
+        if isinstance(shape, MeshFile)
+    }
+    known = _known(service, asker, {*pictures.values(), *meshes.values()})
+    return [*_problems(pictures, known, meshes=False), *_problems(meshes, known, meshes=True)]
+
+
+def _problems(named: Mapping[str, str], known: Mapping[str, str], *, meshes: bool) -> Iterator[Problem]:
+    """What is wrong with assets, each at the first place that names it."""
+    uses: dict[str, list[str]] = {}
+    for place, asset in named.items():
+        uses.setdefault(asset, []).append(place)
+    for asset, (first, *others) in uses.items():
+        problem = _problem(first, asset, known, meshes)
+        if problem is not None:
+            detail = problem.detail + also_named(len(others))
+            yield problem.model_copy(update={"detail": detail})
+
+
+def _known(service: Service, asker: Asker, assets: set[str]) -> dict[str, str]:
+    """Give the media types of those assets that a user may use, by their names in scenes."""
+    hashes = {asset.removeprefix(PREFIX) for asset in assets if asset.startswith(PREFIX)}
+    wanted = {sha256 for sha256 in hashes if is_sha256(sha256)}
+    if not wanted:
+        return {}
+    with service.storage.database.reading() as session:
+        return {PREFIX + sha256: kind for sha256, kind in ownership.usable(session, wanted, asker).items()}
+
+
+def _problem(place: str, asset: str, known: Mapping[str, str], mesh: bool) -> Problem | None:
+    """What is wrong with an asset, which should be a mesh or else a picture."""
+    if asset in known:
+        detail = NO_MESH if mesh else NO_PICTURE
+        fits = is_mesh(known[asset]) == mesh
+        return None if fits else Problem(pointer=place, detail=detail, code="asset")
+    if asset.startswith(PREFIX) and is_sha256(asset.removeprefix(PREFIX)):
+        detail = "You have uploaded no such asset. Send it to /v1/assets first."
+        return Problem(pointer=place, detail=detail, code="unknown_asset")
+    detail = "Here an asset is named 'sha256:' and 64 lower-case hexadecimal digits of an uploaded file."
+    return Problem(pointer=place, detail=detail, code="asset_name")

@@ -1,0 +1,65 @@
+"""What routes work with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Annotated, ParamSpec, TypeVar
+
+from anyio import CapacityLimiter, to_thread
+from fastapi import Depends, Request
+
+from service.access.credential_cache import Known
+from service.dispatch.dispatcher import Dispatcher
+from service.dispatch.job_events import Feed
+from service.dispatch.notifications import Relay
+from service.jobs.body_memory import Held
+from service.jobs.concurrency import Seats
+from service.jobs.prices import QuotedPrices
+from service.jobs.retention_thread import Keeper
+from service.settings import Settings
+from service.storage.assets import AssetStore
+from service.storage.database.connection import Database
+from service.storage.passes import PassStore
+from service.storage.tiles import TileStore
+from service.telemetry.spans import JobSpans
+
+P = ParamSpec("P")
+Answer = TypeVar("Answer")
+
+
+@dataclass(frozen=True)
+class Service:
+    """The parts of a running service."""
+
+    settings: Settings
+    database: Database
+    store: TileStore
+    passes: PassStore
+    assets: AssetStore
+    dispatcher: Dispatcher
+    keeper: Keeper
+    feed: Feed
+    quote_seats: Seats
+    comparison_seats: Seats
+    prices: QuotedPrices
+    known: Known
+    relay: Relay
+    spans: JobSpans
+    bodies: Held
+    readers: CapacityLimiter
+
+    async def read(self, function: Callable[P, Answer], *args: P.args, **kwargs: P.kwargs) -> Answer:
+        """Call what reads a document, in a thread: few at once, for a large one takes much memory."""
+        return await to_thread.run_sync(partial(function, *args, **kwargs), limiter=self.readers)
+
+
+async def _service(request: Request) -> Service:
+    # Asynchronous, so that no thread is waited for: all may be busy.
+    service = request.app.state.service
+    assert isinstance(service, Service)
+    return service
+
+
+Here = Annotated[Service, Depends(_service)]

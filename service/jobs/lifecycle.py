@@ -1,0 +1,220 @@
+"""What requests do with jobs: find, list, cancel, remove, and wait for them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from fastapi.concurrency import run_in_threadpool
+from sqlalchemy import Select, bindparam, exists, select
+from sqlalchemy.orm import Session
+
+from schemas.jobs import Job, JobList, JobState
+from schemas.plans import PlanDocument
+from service.errors import PictureGoneError, UnavailableError, UnknownJobError
+from service.jobs.context import Service
+from service.lifecycle import pausing, rows, sharing
+from service.lifecycle.documents import documents
+from service.storage.database.models import JobRow, LabelRow, RenderRow
+
+# How long a request that must stop a job first waits for its workers, beyond the grace they have.
+STOP_SECONDS = 5.0
+
+
+_STANDING = (
+    select(JobRow.state, RenderRow.last_seq)
+    .outerjoin(RenderRow, JobRow.render_number == RenderRow.number)
+    .where(JobRow.id == bindparam("id"))
+)
+
+
+class Standing(NamedTuple):
+    """As much of a job as those who wait for it look at, again and again."""
+
+    state: JobState
+    last_seq: int
+
+
+def find(session: Session, job_id: str) -> JobRow:
+    """Find a job; UnknownJobError if there is none."""
+    row = session.scalar(select(JobRow).where(JobRow.id == job_id)) if job_id.isalnum() else None
+    if row is None:
+        raise UnknownJobError
+    return row
+
+
+def owner_of(session: Session, job_id: str, asked_by: str | None) -> str:
+    """Tell whose job this is; UnknownJobError if this user sees none, None being one who sees all."""
+    owner = session.scalar(select(JobRow.owner).where(JobRow.id == job_id))
+    if owner is None or asked_by not in (None, owner):
+        raise UnknownJobError
+    return owner
+
+
+def find_render(session: Session, job_id: str) -> RenderRow:
+    """Find what is rendered for a job.
+
+    Raises
+    ------
+    UnknownJobError
+        If there is no such job.
+    PictureGoneError
+        If the job has left it.
+    """
+    row = find(session, job_id)
+    if row.render is None:
+        raise PictureGoneError(f"There is no picture. The job ended as {row.state.value}.")
+    return row.render
+
+
+def show(service: Service, job_id: str) -> Job:
+    """Describe a job as it is now."""
+    with service.storage.database.reading() as session:
+        [job] = documents(session, [find(session, job_id)], service.settings.keep_seconds)
+        return job
+
+
+@dataclass(frozen=True)
+class Wish:
+    """Which jobs a list shall have: those of a user, in a state, with these labels; None takes all."""
+
+    owner: str | None = None
+    state: JobState | None = None
+    labels: Mapping[str, str] = field(default_factory=dict)
+
+
+def page(service: Service, limit: int, cursor: int | None, wish: Wish) -> JobList:
+    """Describe the newest jobs, or those older than the last one of the page before."""
+    query = _wished(wish).order_by(JobRow.number.desc()).limit(limit + 1)
+    if cursor is not None:
+        query = query.where(JobRow.number < cursor)
+    keep = service.settings.keep_seconds
+    with service.storage.database.reading() as session:
+        found = session.scalars(query).all()
+        following = str(found[limit - 1].number) if len(found) > limit else None
+        jobs = documents(session, found[:limit], keep)
+    return JobList(jobs=jobs, next=following)
+
+
+def _wished(wish: Wish) -> Select[JobRow]:
+    query = select(JobRow)
+    if wish.owner is not None:
+        query = query.where(JobRow.owner == wish.owner)
+    if wish.state is not None:
+        query = query.where(JobRow.state == wish.state)
+    for name, value in wish.labels.items():
+        labelled = LabelRow.job == JobRow.number, LabelRow.name == name, LabelRow.value == value
+        query = query.where(exists().where(*labelled))
+    return query
+
+
+def plan_of(service: Service, job_id: str) -> PlanDocument:
+    """Return the plan that was made when the job was submitted."""
+    with service.storage.database.reading() as session:
+        return PlanDocument.model_validate(find(session, job_id).plan)
+
+
+def cancel(service: Service, job_id: str) -> None:
+    """End a job now, and have what runs for nobody else stopped; a job that has ended stays as it is."""
+    with service.storage.database.writing() as session:
+        row = find(session, job_id)
+        render = None if row.state.final else row.render
+        stopping = None if row.state.final else _end(session, row)
+        service.storage.database.tell_of(session, (job_id,))
+        if stopping:
+            service.storage.database.tell(session, work=True)
+    if stopping:
+        service.dispatch.dispatcher.cancel(stopping)
+    if render is not None and render.state.final:
+        service.spans.ended(render.id)
+    service.dispatch.job_events.publish((job_id,))
+
+
+def _end(session: Session, row: JobRow) -> str | None:
+    """End an open job; return the id of its render if that must be stopped first."""
+    render = row.render
+    assert render is not None
+    if sharing.shared(session, row):
+        sharing.leave_ended(session, row, JobState.CANCELLED)
+    elif render.state is JobState.QUEUED:
+        rows.end(session, render, JobState.CANCELLED)
+    else:
+        render.cancel_requested = True
+        return render.id
+    return None
+
+
+def pause(service: Service, job_id: str) -> Job:
+    """Hand out no more tiles for a job until it is resumed; one that has ended stays as it is."""
+    with service.storage.database.writing() as session:
+        row = find(session, job_id)
+        if not row.state.final:
+            pausing.pause(session, row)
+        service.storage.database.tell_of(session, (job_id,))
+    service.dispatch.job_events.publish((job_id,))
+    return show(service, job_id)
+
+
+def resume(service: Service, job_id: str) -> Job:
+    """Let a paused job go on; any other stays as it is."""
+    with service.storage.database.writing() as session:
+        row = find(session, job_id)
+        if not row.state.final:
+            pausing.resume(session, row)
+        service.storage.database.tell(session, work=True)
+        service.storage.database.tell_of(session, (job_id,))
+    service.dispatch.dispatcher.wake()
+    service.dispatch.job_events.publish((job_id,))
+    return show(service, job_id)
+
+
+async def stop(service: Service, job_id: str) -> Job:
+    """Cancel a job and wait until nothing of it runs any more, within reason."""
+    await run_in_threadpool(cancel, service, job_id)
+    patience = service.settings.cancel_grace_seconds + STOP_SECONDS
+    await until(service, job_id, patience, lambda standing: standing.state.final)
+    return await run_in_threadpool(show, service, job_id)
+
+
+async def remove(service: Service, job_id: str) -> None:
+    """Stop a job and forget it.
+
+    Raises
+    ------
+    UnavailableError
+        If it could not be stopped in time.
+    """
+    job = await stop(service, job_id)
+    if not job.state.final:
+        raise UnavailableError("The job is being stopped. Delete it again in a moment.")
+    await run_in_threadpool(_forget, service, job_id)
+
+
+def _forget(service: Service, job_id: str) -> None:
+    with service.storage.database.writing() as session:
+        unused = sharing.forget(session, find(session, job_id))
+        service.storage.database.tell_of(session, (job_id,))
+    if unused:
+        service.storage.drop_job(unused)
+    service.dispatch.job_events.publish((job_id,))
+
+
+async def until(service: Service, job_id: str, seconds: float, done: Callable[[Standing], bool]) -> None:
+    """Wait until a job is as wanted, or the time is up, or the service stops."""
+    deadline = time.monotonic() + seconds
+    with service.dispatch.job_events.watch(job_id) as watcher:
+        while True:
+            standing = await run_in_threadpool(_standing, service, job_id)
+            left = deadline - time.monotonic()
+            if done(standing) or left <= 0 or not await watcher.wait(left):
+                return
+
+
+def _standing(service: Service, job_id: str) -> Standing:
+    with service.storage.database.reading() as session:
+        row = session.execute(_STANDING, {"id": job_id}).first()
+    if row is None:
+        raise UnknownJobError
+    return Standing(row[0], row[1] or 0)

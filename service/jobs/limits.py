@@ -1,0 +1,109 @@
+"""How much may wait: jobs and predicted CPU seconds, of one user and of all."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from sqlalchemy import bindparam, case, func, select
+from sqlalchemy.orm import Session
+
+import renderer
+from schemas.problems import Problem
+from service.access.principals import Asker
+from service.errors import QueueFullError
+from service.jobs.context import Service
+from service.storage.database.models import JobRow
+
+_MINE = JobRow.owner == bindparam("owner")
+_COUNTED = select(
+    func.count(),
+    func.coalesce(func.sum(JobRow.load), 0.0),
+    func.coalesce(func.sum(case((_MINE, 1), else_=0)), 0),
+    func.coalesce(func.sum(case((_MINE, JobRow.load), else_=0.0)), 0.0),
+).where(JobRow.finished_at.is_(None))
+# Nobody is told to come back later than this, seconds: by then somebody may have cancelled.
+LONGEST_WAIT = 3600.0
+
+
+@dataclass(frozen=True)
+class Share:
+    """What of a limit is taken: by the user's own, or by all."""
+
+    name: str
+    limit: float
+    taken: float
+
+    @property
+    def left(self) -> float:
+        """How much there is room for."""
+        return max(0.0, self.limit - self.taken)
+
+
+@dataclass(frozen=True)
+class Queue:
+    """How full the queue is for a user, and how many CPU seconds of it are rendered in a second."""
+
+    jobs: Share
+    cpu_seconds: Share
+    rate: float
+
+    def headers(self) -> dict[str, str]:
+        """Tell it in the words of the IETF's draft on RateLimit headers."""
+        shares = (self.jobs, "requests"), (self.cpu_seconds, "cpu-seconds")
+        policy = ", ".join(f'"{share.name}";q={share.limit:.0f};qu="{unit}"' for share, unit in shares)
+        left = ", ".join(f'"{share.name}";r={math.floor(share.left)}' for share, _ in shares)
+        return {"RateLimit-Policy": policy, "RateLimit": left}
+
+
+def check(session: Session, service: Service, asker: Asker, job: JobRow) -> Queue:
+    """Find room for a job that is about to be entered; one that is answered from the store needs none.
+
+    Raises
+    ------
+    QueueFullError
+        Says when to try again.
+    renderer.SceneError
+        If it would not fit into an empty queue either.
+    """
+    settings = service.settings
+    jobs, seconds, my_jobs, my_seconds = session.execute(_COUNTED, {"owner": asker.name}).one()
+    my_most = asker.max_jobs or settings.max_user_jobs
+    my_most_seconds = asker.max_cpu_seconds or settings.max_user_cpu_seconds
+    adds = 0 if job.state.final else 1
+    shares = (
+        Share("jobs", my_most, my_jobs + adds),
+        Share("cpu", my_most_seconds, my_seconds + job.load),
+        Share("all jobs", settings.max_queued_jobs, jobs + adds),
+        Share("all cpu", settings.max_queued_cpu_seconds, seconds + job.load),
+    )
+    if job.load > my_most_seconds:
+        _too_dear(job.load, my_most_seconds)
+    queue = Queue(shares[0], shares[1], service.dispatch.dispatcher.pace.rate())
+    if adds:
+        _refuse(queue, shares, job.predicted_cpu_seconds)
+    return queue
+
+
+def _too_dear(cost: float, limit: float) -> None:
+    """Refuse a job for which there would be no room in an empty queue."""
+    detail = (
+        f"This is predicted to take {cost:.3g} CPU seconds, more than the {limit:.3g} you may have waiting. "
+        "Ask for fewer pixels, samples or light samples."
+    )
+    raise renderer.SceneError([Problem(pointer="/scene", detail=detail, code="cost")])
+
+
+def _refuse(queue: Queue, shares: tuple[Share, ...], cost: float) -> None:
+    full = [share for share in shares if share.taken > share.limit]
+    if not full:
+        return
+    # Room for a job comes when one of about this cost has been rendered.
+    excess = max(share.taken - share.limit if "cpu" in share.name else cost for share in full)
+    wait = min(LONGEST_WAIT, max(1.0, excess / queue.rate))
+    whose = "Your queue" if full[0].name in ("jobs", "cpu") else "The queue"
+    amount = "CPU seconds" if "cpu" in full[0].name else "jobs"
+    raise QueueFullError(
+        f"{whose} is full: {full[0].limit:.0f} {amount} may wait. Try again in {math.ceil(wait)} seconds.",
+        {"Retry-After": str(math.ceil(wait))} | queue.headers(),
+    )

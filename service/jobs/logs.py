@@ -1,0 +1,120 @@
+"""What became of a job, from what the database knows: nothing is written down for it alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from datetime import timedelta
+from typing import Any
+
+from sqlalchemy import or_, select
+from sqlalchemy.orm import Session
+
+from schemas.jobs import JobState
+from schemas.logs import JobLog, LogEntry
+from service.jobs import lifecycle as jobs
+from service.jobs.context import Service
+from service.lifecycle import pass_costs
+from service.storage.database.models import JobRow, RenderRow, TileRow
+
+MOST_STEPS = 50
+"""Repeated steps that are listed, as many as problems of a request: more tell people no more."""
+
+ENDS = {
+    JobState.SUCCEEDED: "The picture is finished.",
+    JobState.CANCELLED: "Somebody stopped it.",
+    JobState.EXPIRED: "The picture was removed: the service keeps pictures for a time.",
+}
+
+
+def log_of(service: Service, job_id: str) -> JobLog:
+    """Tell what became of a job so far."""
+    with service.storage.database.reading() as session:
+        row = jobs.find(session, job_id)
+        repeated = _repeated(session, row.render)
+        entries = tuple(_entries(row, repeated[:MOST_STEPS]))
+    return JobLog(job=row.id, state=row.state, entries=entries, more=max(0, len(repeated) - MOST_STEPS))
+
+
+def _repeated(session: Session, render: RenderRow | None) -> list[TileRow]:
+    """Find the steps of a render that were tried more than once, or that a worker died of."""
+    if render is None:
+        return []
+    query = select(TileRow).where(TileRow.render == render.number)
+    unusual = query.where(or_(TileRow.attempt > 1, TileRow.deaths > 0))
+    return list(session.scalars(unusual.order_by(TileRow.pass_index, TileRow.tile)))
+
+
+def _entries(row: JobRow, repeated: list[TileRow]) -> Iterator[LogEntry]:
+    yield LogEntry(at=row.created_at, event="submitted", message=_size(row.render))
+    render = row.render
+    if render is not None and render.id != row.id:
+        yield LogEntry(
+            at=row.created_at,
+            event="shared",
+            message="The same was asked for before: it is rendered once.",
+        )
+    if row.started_at is not None:
+        yield LogEntry(at=row.started_at, event="started", message="The first tile went to a worker.")
+    if render is not None:
+        yield from _passes(row, render, repeated)
+        yield from _composing(render)
+    if row.paused_at is not None and not row.state.final:
+        yield LogEntry(at=row.paused_at, event="paused", message="It stands still until it is resumed.")
+    if row.state.final:
+        yield LogEntry(at=row.finished_at, event=row.state.value, message=_end(row))
+
+
+def _size(render: RenderRow | None) -> str:
+    return "Submitted." if render is None else f"Submitted: {render.width} x {render.height} pixels."
+
+
+def _passes(row: JobRow, render: RenderRow, repeated: list[TileRow]) -> Iterator[LogEntry]:
+    """Tell the passes in their order, what was repeated in each before its end."""
+    finished = {cost["pass_index"]: cost for cost in pass_costs.told(render)}
+    for index in sorted({*finished, *(step.pass_index for step in repeated)}):
+        yield from (_step(step) for step in repeated if step.pass_index == index)
+        if index in finished:
+            yield _pass(row, render, finished[index])
+
+
+def _step(step: TileRow) -> LogEntry:
+    died = f" {step.deaths} of its workers died." if step.deaths else " The service was stopped meanwhile."
+    return LogEntry(
+        event="step_repeated",
+        message=f"Tile {step.tile} of pass {step.pass_index} was begun {step.attempt} times.{died}",
+        pass_index=step.pass_index,
+        tile=step.tile,
+        attempts=step.attempt,
+        workers_lost=step.deaths,
+    )
+
+
+def _pass(row: JobRow, render: RenderRow, cost: dict[str, Any]) -> LogEntry:
+    error = cost["error"]
+    reached = f", error {error['estimate']:.2g}" if error else ""
+    at = render.started_at and render.started_at + timedelta(seconds=cost["seconds"])
+    return LogEntry(
+        # When others came who asked for the same is nobody's business.
+        at=at if at is not None and at >= row.created_at else None,
+        event="pass_finished",
+        message=f"Pass {cost['pass_index']} is finished: {cost['seconds']:.2f} s and "
+        f"{cost['cpu_seconds']:.2f} CPU s so far, {sum(cost['rays'].values())} rays{reached}.",
+        pass_index=cost["pass_index"],
+    )
+
+
+def _composing(render: RenderRow) -> Iterator[LogEntry]:
+    # With target quality each pass is put together, and that it was repeated is not told apart.
+    if render.target_error is None and render.compose_attempt > 1:
+        yield LogEntry(
+            event="composed_again",
+            message=f"The tiles were put together {render.compose_attempt} times: a worker died, or the "
+            "service was stopped meanwhile.",
+            attempts=render.compose_attempt,
+        )
+
+
+def _end(row: JobRow) -> str:
+    if row.failure is not None:
+        return f"{row.failure['message']} ({row.failure['code']})"
+    return ENDS.get(row.state, "It has ended.")

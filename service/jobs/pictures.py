@@ -1,0 +1,218 @@
+"""The picture of a job and its layers.
+
+Final they come from their files, before that they are put together from the tiles finished so far.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Literal
+
+import numpy as np
+from sqlalchemy.orm import Session
+
+from renderer import film
+from renderer.images import files as image_files
+from schemas.display import Display
+from schemas.jobs import JobState
+from schemas.tiles import Tile
+from service.dispatch import adaptive_passes as targets
+from service.dispatch import ledger
+from service.errors import (
+    PictureGoneError,
+    PictureNotReadyError,
+    StoreAwayError,
+    StoreFullError,
+    StoreReadOnlyError,
+    UnknownLayerError,
+)
+from service.jobs import target_pictures
+from service.jobs.context import Service
+from service.jobs.lifecycle import find
+from service.lifecycle import progress, rows
+from service.lifecycle.documents import work_of
+from service.storage.database.models import JobRow, RenderRow
+from service.storage.objects import Stored
+from service.storage.tiles import Layers, Pixels, StoredTile, TileStore
+from service.workers import layers
+
+Kind = Literal["png", "npy", "exr"]
+MEDIA_TYPES: dict[Kind, str] = {"png": "image/png", "npy": "application/octet-stream", "exr": "image/x-exr"}
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Which file of a job is asked for: its picture in some form, or small, or one of its layers."""
+
+    kind: Kind
+    layer: str | None = None
+    width: int | None = None
+
+    @property
+    def name(self) -> str:
+        """Name of the file in the store once it is final."""
+        if self.width:
+            return f"image-{self.width}.{self.kind}"
+        return layers.file_name(self.layer) if self.layer else f"image.{self.kind}"
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture ready to be sent.
+
+    ``content`` lies in the store once the picture is final. ``etag`` changes with every byte; ``share`` of
+    the samples are in it, 0 to 1.
+    """
+
+    content: bytes | Stored
+    etag: str
+    share: float
+
+
+@dataclass(frozen=True)
+class _Finished:
+    """What was finished when the database was read."""
+
+    job: str
+    render: RenderRow
+    coarse: StoredTile | None
+    parts: tuple[StoredTile, ...]
+    recorded: tuple[StoredTile, ...]
+    """The finished steps that may have recorded layers."""
+
+
+def etag_of(service: Service, job_id: str, wanted: Wanted) -> str | None:
+    """Return the tag that the file would have now, without making it."""
+    with service.storage.database.reading() as session:
+        row = _find(session, job_id, wanted)
+        render = row.render
+        return _etag(job_id, render, wanted) if render and (render.image_sha256 or render.last_seq) else None
+
+
+def picture(service: Service, job_id: str, wanted: Wanted) -> Picture:
+    """Give the picture of a job, or one of its layers, as it is now.
+
+    Raises
+    ------
+    UnknownLayerError
+        If the job was not asked for this layer.
+    PictureNotReadyError
+        If nothing is finished yet.
+    PictureGoneError
+        If the job failed or was cancelled.
+    """
+    try:
+        return _picture(service, job_id, wanted)
+    except FileNotFoundError:
+        # The job ended in between, and its tiles went into the final picture or away.
+        return _picture(service, job_id, wanted)
+
+
+def _picture(service: Service, job_id: str, wanted: Wanted) -> Picture:
+    with service.storage.database.reading() as session:
+        finished = _finished(session, _find(session, job_id, wanted))
+    job, render = finished.job, finished.render
+    if render.image_sha256 is not None:
+        return Picture(_final(service.storage, render, wanted), _etag(job, render, wanted), 1.0)
+    if wanted.layer:
+        return _layer_so_far(service.storage, finished, wanted, wanted.layer)
+    pixels = _so_far(service, finished)
+    sheets = _layers_so_far(service.storage, finished, render.layers if wanted.kind == "exr" else ())
+    return Picture(
+        _encode(pixels, sheets, render, wanted), _etag(job, render, wanted), progress.share(render)
+    )
+
+
+def _find(session: Session, job_id: str, wanted: Wanted) -> JobRow:
+    row = find(session, job_id)
+    names = work_of(row)["layers"]
+    if wanted.layer and wanted.layer not in names:
+        asked = ", ".join(names) or "none"
+        raise UnknownLayerError(f"There is no such layer of this job. The layers asked for are: {asked}.")
+    return row
+
+
+def _finished(session: Session, row: JobRow) -> _Finished:
+    render = row.render
+    if render is None or row.state in (JobState.FAILED, JobState.CANCELLED):
+        raise PictureGoneError(f"There is no picture. The job ended as {row.state.value}.")
+    if render.image_sha256 is not None:
+        return _Finished(row.id, render, None, (), ())
+    if render.last_seq == 0:
+        raise PictureNotReadyError("Nothing of the picture is finished yet. Ask again in a moment.")
+    if render.target_error is not None:
+        fresh, recorded = targets.fresh(session, render), targets.recorded(session, render)
+        return _Finished(row.id, render, None, tuple(fresh), tuple(recorded))
+    parts = tuple(ledger.sampled(session, render))
+    return _Finished(row.id, render, ledger.coarse(session, render), parts, parts)
+
+
+def _etag(job: str, render: RenderRow, wanted: Wanted) -> str:
+    # The name of a render is that of a job which may be somebody else's.
+    return f'"{render.image_sha256 or f"{job}-{render.last_seq}"}-{wanted.name}"'
+
+
+def _final(store: TileStore, render: RenderRow, wanted: Wanted) -> bytes | Stored:
+    found = store.find(render.id, wanted.name)
+    if found is not None:
+        return found
+    pixels = store.get_array(render.id, "image.npy")
+    names = render.layers if wanted.kind == "exr" else ()
+    sheets = {name: store.get_array(render.id, layers.file_name(name)) for name in names}
+    data = _encode(pixels, sheets, render, wanted)
+    try:
+        store.put_file(render.id, wanted.name, data)
+        return store.find(render.id, wanted.name) or data
+    except (StoreFullError, StoreReadOnlyError, StoreAwayError):
+        # The next one who asks has it made again.
+        return data
+
+
+def _encode(pixels: Pixels, sheets: Layers, render: RenderRow, wanted: Wanted) -> bytes:
+    display = Display.model_validate(render.display)
+    if wanted.width:
+        return image_files.encode_thumbnail(pixels, display, wanted.width)
+    return image_files.encode(f".{wanted.kind}", pixels, display, sheets)
+
+
+def _layer_so_far(store: TileStore, finished: _Finished, wanted: Wanted, name: str) -> Picture:
+    render, parts = finished.render, layers.recorded(finished.recorded, (name,))
+    if render.target_error is not None and not layers.of_centres(name):
+        raise PictureNotReadyError("With target quality this layer is there when the picture is finished.")
+    if not parts:
+        raise PictureNotReadyError("Nothing of the layer is finished yet. Ask again in a moment.")
+    sheet = _layers_so_far(store, finished, (name,))[name]
+    passes = [pass_ for pass_ in rows.passes_of(render) if layers.records(pass_, (name,))]
+    total = sum(rows.work(pass_, Tile(0, 0, 0, render.width, render.height)) for pass_ in passes)
+    share = sum(rows.work(part.pass_, part.tile) for part in parts) / total
+    return Picture(image_files.encode_layer(sheet), _etag(finished.job, render, wanted), share)
+
+
+def _layers_so_far(store: TileStore, finished: _Finished, names: Sequence[str]) -> Layers:
+    render = finished.render
+    return layers.composed(store, render.id, (render.height, render.width), names, finished.recorded)
+
+
+def _so_far(service: Service, finished: _Finished) -> Pixels:
+    render, store = finished.render, service.storage
+    if render.target_error is not None:
+        return target_pictures.so_far(service, render, finished.parts)
+    image = np.zeros((render.height, render.width, 3), np.float32)
+    if finished.coarse is not None:
+        stride = finished.coarse.pass_.stride
+        image[:] = film.enlarge(
+            store.get_tile(render.id, finished.coarse), stride, render.height, render.width
+        )
+    for tile, pixels in means(store, render.id, finished.parts):
+        image[tile.y0 : tile.y1, tile.x0 : tile.x1] = pixels
+    return image
+
+
+def means(store: TileStore, job_id: str, parts: Sequence[StoredTile]) -> Iterator[tuple[Tile, Pixels]]:
+    """Give the mean of all samples of each tile in its finished passes, given tile by tile in their order."""
+    found = zip(parts, store.get_tiles(job_id, parts), strict=True)
+    for _, group in groupby(found, key=lambda one: one[0].tile.index):
+        steps = list(group)
+        yield steps[0][0].tile, film.compose([(part.pass_, pixels) for part, pixels in steps])

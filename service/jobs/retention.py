@@ -1,0 +1,144 @@
+"""What is kept and what goes: pictures by age and by bytes, and assets that no picture needs any more.
+
+As in ``ledger.py`` a sweep works in a transaction of its caller; what it names in ``pictures`` and ``assets``
+leaves the disk when that is over, and what a killed process leaves there goes when the next service starts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import UTC, datetime, timedelta
+
+from sqlalchemy import delete, func, select
+from sqlalchemy.orm import Session
+
+from schemas.jobs import JobState
+from service.jobs import asset_uses
+from service.lifecycle import sharing
+from service.settings import Settings
+from service.storage.database.models import IdempotencyRow, JobRow, RenderRow
+
+KEY_LIFE = timedelta(hours=24)
+"""How long an ``Idempotency-Key`` is remembered."""
+ASSET_GRACE = 86400.0
+"""How old a file is that was sent and never entered into the database, seconds, where no rule says so."""
+
+_FINISHED = select(JobRow).where(~JobRow.pinned).order_by(JobRow.finished_at, JobRow.number)
+_STORED = select(RenderRow.id).where(RenderRow.state == JobState.SUCCEEDED)
+# A render goes when its last job does, so the newest of them says how old it is.
+_LOOSE = (
+    select(RenderRow.number, RenderRow.id)
+    .join(JobRow, JobRow.render_number == RenderRow.number)
+    .where(RenderRow.state == JobState.SUCCEEDED)
+    .group_by(RenderRow.number, RenderRow.id)
+    .having(func.count().filter(JobRow.pinned) == 0)
+    .order_by(func.max(JobRow.finished_at), RenderRow.number)
+)
+
+
+@dataclass(frozen=True)
+class Rules:
+    """How long and how much is kept; None is without end.
+
+    Attributes
+    ----------
+    keep_seconds
+        Of a picture after its job has succeeded, and of the job after that.
+    max_stored_bytes
+        Of all finished pictures with their layers.
+    keep_asset_seconds
+        Of an asset that no render needs, after somebody has last sent it or asked for it.
+    """
+
+    keep_seconds: float | None = None
+    max_stored_bytes: int | None = None
+    keep_asset_seconds: float | None = None
+
+
+def rules_of(settings: Settings) -> Rules:
+    """Give the rules of a service."""
+    return Rules(settings.keep_seconds, settings.max_stored_bytes, settings.keep_asset_seconds)
+
+
+@dataclass
+class Swept:
+    """What a sweep has let go.
+
+    Attributes
+    ----------
+    expired, forgotten
+        Ids of jobs that have lost their picture, and of those that are gone.
+    pictures, assets
+        What leaves the disk, with its bytes: renders to which no job refers any more, and assets.
+    more
+        There was more than may go in one transaction.
+    """
+
+    expired: list[str] = field(default_factory=list)
+    forgotten: list[str] = field(default_factory=list)
+    pictures: dict[str, int] = field(default_factory=dict)
+    assets: dict[str, int] = field(default_factory=dict)
+    more: bool = False
+
+    @property
+    def bytes(self) -> int:
+        """How much of the disk is free again."""
+        return sum(self.pictures.values()) + sum(self.assets.values())
+
+
+def sweep(session: Session, rules: Rules, sizes: Mapping[str, int], most: int) -> Swept:
+    """Let go what the rules do not keep.
+
+    Parameters
+    ----------
+    sizes
+        Bytes of the renders in the store, by id.
+    most
+        Jobs and assets to remove at most, each: others wait for the transaction.
+    """
+    now, swept = datetime.now(UTC), Swept()
+    session.execute(delete(IdempotencyRow).where(IdempotencyRow.created_at < now - KEY_LIFE))
+    if rules.keep_seconds is not None:
+        _by_age(session, now, timedelta(seconds=rules.keep_seconds), sizes, swept, most)
+    if rules.max_stored_bytes is not None and not swept.more:
+        _by_bytes(session, rules.max_stored_bytes, sizes, swept, most)
+    if rules.keep_asset_seconds is not None:
+        before = now - timedelta(seconds=rules.keep_asset_seconds)
+        swept.assets = asset_uses.drop_unused(session, before, most)
+        swept.more = swept.more or len(swept.assets) == most
+    return swept
+
+
+def _by_age(
+    session: Session, now: datetime, kept: timedelta, sizes: Mapping[str, int], swept: Swept, most: int
+) -> None:
+    old = _FINISHED.where(JobRow.state == JobState.SUCCEEDED, JobRow.finished_at < now - kept)
+    gone = _FINISHED.where(JobRow.finished_at < now - 2 * kept)
+    for row in session.scalars(gone.limit(most)).all():
+        swept.forgotten.append(row.id)
+        _note(swept, sharing.forget(session, row), sizes)
+    for row in session.scalars(old.limit(most)).all():
+        swept.expired.append(row.id)
+        _note(swept, sharing.expire(session, row), sizes)
+    swept.more = most in (len(swept.expired), len(swept.forgotten))
+
+
+def _by_bytes(session: Session, limit: int, sizes: Mapping[str, int], swept: Swept, most: int) -> None:
+    excess = sum(sizes.get(render, 0) for render in session.scalars(_STORED)) - limit
+    if excess <= 0:
+        return
+    loose = session.execute(_LOOSE.limit(most)).all()
+    for number, render in loose:
+        for row in session.scalars(select(JobRow).where(JobRow.render_number == number)).all():
+            swept.expired.append(row.id)
+            _note(swept, sharing.expire(session, row), sizes)
+        excess -= sizes.get(render, 0)
+        if excess <= 0:
+            return
+    swept.more = len(loose) == most
+
+
+def _note(swept: Swept, unused: str | None, sizes: Mapping[str, int]) -> None:
+    if unused is not None:
+        swept.pictures[unused] = sizes.get(unused, 0)

@@ -1,0 +1,285 @@
+"""Taking a job: it gets a render with all its steps, or shares one that there is, in one transaction."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import secrets
+import zlib
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+import structlog
+from sqlalchemy import bindparam, insert, select, text
+from sqlalchemy.exc import DBAPIError, IntegrityError
+from sqlalchemy.orm import Session
+
+from renderer import progressive, tiling
+from schemas.jobs import JobState
+from service.access.principals import Asker
+from service.dispatch import adaptive_passes as targets
+from service.errors import ReusedKeyError
+from service.jobs import asset_uses, canonical
+from service.jobs import limits as queue_limits
+from service.jobs.admission import Admitted, admit
+from service.jobs.canonical import Spec
+from service.jobs.context import Service
+from service.jobs.limits import Queue
+from service.jobs.retention import KEY_LIFE
+from service.lifecycle import clock as moments
+from service.lifecycle import fairness, pass_costs, pausing, rows
+from service.settings import Settings
+from service.storage.database.models import JOINED, Base, IdempotencyRow, JobRow, RenderRow, RequestRow
+
+# One more try than others can spoil: the key, or the render, that somebody enters at the same moment.
+TRIES = 3
+
+# Built once: making a statement takes longer than executing it.
+# The condition stands here as in the index of renders that may be joined, so that SQLite uses it.
+_SAME = select(RenderRow.number).where(
+    RenderRow.spec_sha256 == bindparam("sha256"), RenderRow.version == bindparam("version"), text(JOINED)
+)
+_TILES, _REQUESTS, _LABELS = (
+    insert(table) for table in map(Base.metadata.tables.__getitem__, ("tiles", "requests", "labels"))
+)
+
+log = structlog.get_logger()
+
+
+@dataclass(frozen=True)
+class Submission:
+    """A request for a job, as it was sent.
+
+    Attributes
+    ----------
+    key : str or None
+        Its ``Idempotency-Key``.
+    anew : bool
+        Whether it is to be rendered whatever there is already.
+    """
+
+    asker: Asker
+    body: bytes
+    key: str | None = None
+    anew: bool = False
+
+    @property
+    def body_sha256(self) -> str:
+        """Digest by which the same request is known again."""
+        return hashlib.sha256(self.body).hexdigest()
+
+
+@dataclass(frozen=True)
+class Taken:
+    """A job that was taken, now or when the same request came before; how full the queue is with it.
+
+    ``render`` names the render that it has, by the job which that was made for; ``shared`` says that the
+    picture is there, or was being made.
+    """
+
+    job: str
+    replayed: bool
+    render: str | None = None
+    shared: bool = False
+    queue: Queue | None = None
+
+
+def submit(service: Service, sent: Submission) -> Taken:
+    """Keep a job.
+
+    Raises
+    ------
+    renderer.SceneError
+        If the request cannot be used.
+    ReusedKeyError
+        If its key came with another request before.
+    QueueFullError
+        If it does not fit into the queue now.
+    """
+    if sent.key is not None:
+        with service.storage.database.reading() as session:
+            before = _sent_before(session, sent)
+            if before is not None and before.body_sha256 == sent.body_sha256:
+                return Taken(_job_of(session, before), replayed=True)
+    admitted = admit(service, sent.asker, sent.body)
+    for _ in range(TRIES - 1):
+        try:
+            return enter(service, sent, admitted)
+        except IntegrityError:
+            log.debug("entered by another request at the same moment")
+    return enter(service, sent, admitted)
+
+
+def _sent_before(session: Session, sent: Submission) -> IdempotencyRow | None:
+    """Find the request that has brought the same key before, while it counts."""
+    if sent.key is None:
+        return None
+    row = session.get(IdempotencyRow, (sent.asker.name, sent.key))
+    return None if row is None or row.created_at < datetime.now(UTC) - KEY_LIFE else row
+
+
+def _job_of(session: Session, before: IdempotencyRow) -> str:
+    return session.scalars(select(JobRow.id).where(JobRow.number == before.job)).one()
+
+
+def _replayed(session: Session, sent: Submission) -> str | None:
+    """Give the job that came of the same request before, if its key says so; this one has been admitted."""
+    before = _sent_before(session, sent)
+    if before is None:
+        return None
+    if before.body_sha256 != sent.body_sha256 and not _is_same_document(session, before, sent.body):
+        assert sent.key is not None
+        raise ReusedKeyError(sent.key)
+    return _job_of(session, before)
+
+
+def _is_same_document(session: Session, before: IdempotencyRow, body: bytes) -> bool:
+    """Whether two bodies differ only in how JSON is written: blanks, the order of members, 32.0 for 32."""
+    kept = session.get(RequestRow, before.job)
+    # Booleans equal numbers in Python, but no field of an admitted request takes both.
+    return kept is not None and bool(json.loads(zlib.decompress(kept.body)) == json.loads(body))
+
+
+def enter(service: Service, sent: Submission, admitted: Admitted) -> Taken:
+    """Keep a job that was admitted, or find that it came before."""
+    job = _job(sent.asker, admitted)
+    spec = None if sent.anew else canonical.spec_of(admitted.request)
+    try:
+        with service.storage.database.writing() as session:
+            known = _replayed(session, sent)
+            taken = (
+                Taken(known, replayed=True) if known else _take(service, session, sent, admitted, job, spec)
+            )
+            service.storage.database.tell(session, work=True)
+    except BaseException as error:
+        # Where the connection was lost nobody knows whether the job was entered.
+        if not (isinstance(error, DBAPIError) and error.connection_invalidated):
+            service.storage.drop_job(job.id)
+        raise
+    service.dispatch.dispatcher.wake()
+    service.spans.taken(taken.job, taken.render, shared=taken.shared)
+    log.info(
+        "job taken",
+        job=taken.job,
+        user=sent.asker.name,
+        render=taken.render,
+        shared=taken.shared,
+        replayed=taken.replayed,
+    )
+    return taken
+
+
+def _take(
+    service: Service, session: Session, sent: Submission, admitted: Admitted, job: JobRow, spec: Spec | None
+) -> Taken:
+    found = _render_of(session, spec) if spec else None
+    if found is not None:
+        _share(job, found)
+    else:
+        job.load = job.predicted_cpu_seconds
+    queue = queue_limits.check(session, service, sent.asker, job)
+    if found is None:
+        steps, course = _course(admitted, service.settings)
+        job.render = _render(admitted, job.id, spec, steps, course)
+        job.render.traceparent = service.spans.here()
+        # Workers look for it as soon as the transaction is over.
+        service.storage.put_spec(job.id, spec.content if spec else sent.body)
+    session.add(job)
+    session.flush()
+    if found is None and job.render_number is not None:
+        session.execute(_TILES, [rows.new_step(job.render_number, pass_, tile) for pass_, tile in steps])
+        asset_uses.enter(session, job.render_number, asset_uses.hashes_of(admitted.request.scene))
+    _enter_parts(session, sent, job)
+    if found is not None:
+        pausing.follow(session, found)
+    if not job.state.final:
+        fairness.activate(session, [job.owner])
+    render = found.id if found else job.id
+    return Taken(job.id, replayed=False, render=render, shared=found is not None, queue=queue)
+
+
+def _enter_parts(session: Session, sent: Submission, job: JobRow) -> None:
+    session.execute(_REQUESTS, {"job": job.number, "body": zlib.compress(sent.body, 1)})
+    if job.labels:
+        labels = [{"job": job.number, "name": name, "value": value} for name, value in job.labels.items()]
+        session.execute(_LABELS, labels)
+    if sent.key is not None:
+        row = IdempotencyRow(
+            owner=job.owner,
+            key=sent.key,
+            body_sha256=sent.body_sha256,
+            job=job.number,
+            created_at=job.created_at,
+        )
+        # One that is too old to count may still be there.
+        session.merge(row)
+        session.flush()
+
+
+def _job(asker: Asker, admitted: Admitted) -> JobRow:
+    request = admitted.request
+    return JobRow(
+        id=secrets.token_hex(8),
+        owner=asker.name,
+        name=request.scene.name,
+        labels=request.labels,
+        priority=request.priority,
+        # With target quality the limit is part of what is rendered.
+        time_limit=request.time_limit if admitted.target is None else None,
+        quality=request.asked_quality.model_dump(exclude_none=True),
+        state=JobState.QUEUED,
+        load=0.0,
+        plan=admitted.description.model_dump(mode="json"),
+        warnings=[warning.model_dump() for warning in admitted.warnings],
+        predicted_cpu_seconds=admitted.description.cost.cpu_seconds,
+        created_at=moments.now(),
+    )
+
+
+def _render_of(session: Session, spec: Spec) -> RenderRow | None:
+    """Find the render that shows the same, be it finished or under way."""
+    number = session.scalar(_SAME, {"sha256": spec.sha256, "version": spec.version})
+    return None if number is None else session.get(RenderRow, number)
+
+
+def _share(job: JobRow, render: RenderRow) -> None:
+    """Let a job join a render. Its times are its own: they tell nothing of who came before."""
+    job.render, job.state = render, render.state
+    if render.state is not JobState.QUEUED:
+        job.started_at = job.created_at
+    if render.state.final:
+        job.finished_at = job.created_at
+
+
+def _render(
+    admitted: Admitted, render_id: str, spec: Spec | None, steps: list[targets.Step], course: dict[str, Any]
+) -> RenderRow:
+    plan = admitted.plan
+    return RenderRow(
+        id=render_id,
+        width=plan.width,
+        height=plan.height,
+        spec_sha256=spec.sha256 if spec else secrets.token_hex(32),
+        version=spec.version if spec else None,
+        passes=[asdict(pass_) for pass_ in dict.fromkeys(pass_ for pass_, _ in steps)],
+        display=admitted.request.scene.display.model_dump(),
+        layers=list(admitted.request.layers),
+        total_steps=len(steps),
+        predicted_cpu_seconds=admitted.description.cost.cpu_seconds,
+        numerics=plan.numerics,
+        **course,
+    )
+
+
+def _course(admitted: Admitted, settings: Settings) -> tuple[list[targets.Step], dict[str, Any]]:
+    """The steps of a render, as far as they are known, and the columns that tell how it goes on."""
+    plan, target = admitted.plan, admitted.target
+    if target is not None:
+        return targets.begin(plan, target, settings.tile_size, settings.workers)
+    steps = [(pass_, tile) for pass_ in plan.passes for tile in tiling.tiles(plan, pass_, settings.tile_size)]
+    return steps, {
+        "total_work": sum(rows.work(pass_, tile) for pass_, tile in steps),
+        "pass_costs": pass_costs.begin([pass_.index for pass_, _ in steps]),
+        "error_unknown": progressive.unknown_error(plan),
+    }

@@ -1,0 +1,166 @@
+"""The tile events of a job after a number, as JSON and as a binary batch with pixels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from renderer.images import files as image_files
+from schemas.batches import FLOAT32, RGB8, BatchHead, TileHead
+from schemas.display import Display
+from schemas.jobs import JobState, TileBatch, TileEvent
+from service.dispatch import adaptive_passes as targets
+from service.dispatch import ledger
+from service.jobs import target_pictures
+from service.jobs.context import Service
+from service.jobs.lifecycle import find
+from service.jobs.pictures import means
+from service.lifecycle.documents import failure_of, progress_of
+from service.storage.database.models import JobRow, RenderRow, TileRow
+from service.storage.tiles import Pixels, StoredTile, TileStore
+
+ENCODINGS = {"float32": FLOAT32, "rgb8": RGB8}
+
+
+def batch(service: Service, job_id: str, after: int) -> TileBatch:
+    """Return the events after a number, as many as one answer holds."""
+    with service.storage.database.reading() as session:
+        row = find(session, job_id)
+        return _batch(session, row, after, service.settings.max_events)
+
+
+def _batch(session: Session, row: JobRow, after: int, limit: int) -> TileBatch:
+    events = _events(session, row.render, after, limit) if row.render else ()
+    following = events[-1].seq if events else after
+    newest = row.render.last_seq if row.render else 0
+    return TileBatch(
+        state=row.state,
+        progress=progress_of(row),
+        events=events,
+        next=following,
+        complete=row.state.final and following >= newest,
+        failure=failure_of(row),
+    )
+
+
+def _events(session: Session, render: RenderRow, after: int, limit: int) -> tuple[TileEvent, ...]:
+    strides = [fields["stride"] for fields in render.passes]
+    query = select(TileRow).where(TileRow.render == render.number, TileRow.seq > after)
+    steps = session.scalars(query.order_by(TileRow.seq).limit(limit)).all()
+    return tuple(_event(step, strides[step.pass_index]) for step in steps)
+
+
+def _event(step: TileRow, stride: int) -> TileEvent:
+    assert step.seq is not None
+    return TileEvent(
+        seq=step.seq,
+        tile=step.tile,
+        pass_index=step.pass_index,
+        stride=stride,
+        x0=step.x0,
+        y0=step.y0,
+        x1=step.x1,
+        y1=step.y1,
+    )
+
+
+@dataclass(frozen=True)
+class _News:
+    """What was finished when the database was read, as far as a batch needs it."""
+
+    state: JobState
+    render: RenderRow | None
+    events: TileBatch
+    coarse: StoredTile | None
+    parts: tuple[StoredTile, ...]
+
+
+def pixel_batch(service: Service, job_id: str, after: int, encoding: int) -> bytes:
+    """Return the events after a number with their pixels, in the form of ``schemas.batches``."""
+    try:
+        return _pixel_batch(service, job_id, after, encoding)
+    except FileNotFoundError:
+        # The job ended in between; now its pixels are in the final picture, or gone.
+        return _pixel_batch(service, job_id, after, encoding)
+
+
+def _pixel_batch(service: Service, job_id: str, after: int, encoding: int) -> bytes:
+    with service.storage.database.reading() as session:
+        news = _news(session, find(session, job_id), after, service.settings.max_events)
+    tiles = _parcels(service, news.render, news, encoding) if news.render else []
+    head = BatchHead(
+        encoding=encoding,
+        tiles=len(tiles),
+        next=news.events.next,
+        complete=news.events.complete,
+        succeeded=news.state is JobState.SUCCEEDED,
+    )
+    return b"".join([head.pack(), *tiles])
+
+
+def _parcels(service: Service, render: RenderRow, news: _News, encoding: int) -> list[bytes]:
+    display = Display.model_validate(render.display)
+    return [_parcel(event, pixels, display, encoding) for event, pixels in _pixels(service, render, news)]
+
+
+def _news(session: Session, row: JobRow, after: int, limit: int) -> _News:
+    events, render = _batch(session, row, after, limit), row.render
+    if row.state.final or render is None:
+        return _News(row.state, render, events, None, ())
+    if render.target_error is not None:
+        return _News(row.state, render, events, None, tuple(targets.fresh(session, render)))
+    tiles = {event.tile for event in events.events if event.pass_index > 0}
+    parts = tuple(ledger.sampled(session, render, tiles))
+    # A preview that came late, its worker having died, must not be painted over better pixels.
+    first = bool(events.events) and events.events[0].seq == 1 and events.events[0].pass_index == 0
+    coarse = ledger.coarse(session, render) if first else None
+    return _News(row.state, render, events, coarse, parts)
+
+
+def _pixels(service: Service, render: RenderRow, news: _News) -> list[tuple[TileEvent, Pixels]]:
+    events = news.events.events
+    if news.state is JobState.SUCCEEDED:
+        image = service.storage.get_array(render.id, "image.npy")
+        shown = _newest(render, events)
+        return [(event, image[event.y0 : event.y1, event.x0 : event.x1]) for event in shown]
+    if news.state.final:
+        return []
+    if render.target_error is not None:
+        return target_pictures.pixels(service, render, events, news.parts)
+    return _so_far(service.storage, render, news)
+
+
+def _newest(render: RenderRow, events: Sequence[TileEvent]) -> Sequence[TileEvent]:
+    """Of the events those over which no later one is painted, without a preview."""
+    if render.target_error is not None:
+        return target_pictures.painted(events)
+    newest = {event.tile: event for event in events if event.pass_index > 0}
+    return sorted(newest.values(), key=lambda event: event.seq)
+
+
+def _so_far(store: TileStore, render: RenderRow, news: _News) -> list[tuple[TileEvent, Pixels]]:
+    newest = {event.tile: event for event in news.events.events if event.pass_index > 0}
+    found: list[tuple[TileEvent, Pixels]] = []
+    if news.coarse is not None:
+        found.append((news.events.events[0], store.get_tile(render.id, news.coarse)))
+    found += [(newest[tile.index], pixels) for tile, pixels in means(store, render.id, news.parts)]
+    return sorted(found, key=lambda one: one[0].seq)
+
+
+def _parcel(event: TileEvent, pixels: Pixels, display: Display, encoding: int) -> bytes:
+    shown = pixels.astype("<f4") if encoding == FLOAT32 else image_files.displayed(pixels, display)
+    data = shown.tobytes()
+    head = TileHead(
+        seq=event.seq,
+        pass_index=event.pass_index,
+        x0=event.x0,
+        y0=event.y0,
+        x1=event.x1,
+        y1=event.y1,
+        stride=event.stride,
+        length=len(data),
+    )
+    return head.pack() + data

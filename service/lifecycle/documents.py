@@ -1,0 +1,171 @@
+"""Jobs as the outside sees them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime, timedelta
+from itertools import groupby
+from typing import Any
+
+from sqlalchemy import bindparam, literal_column, select
+from sqlalchemy.orm import Session
+
+from schemas.jobs import Failure, Job, JobCost, JobLinks, JobState, Progress, TileAtWork
+from schemas.problems import Problem
+from service.lifecycle import progress, queue_order
+from service.storage.database.models import JobRow, RenderRow, TileRow
+
+# SQLite uses the index of running steps only where the condition stands in the statement as in the index.
+_AT_WORK = (
+    select(TileRow)
+    .where(
+        TileRow.render.in_(bindparam("renders", expanding=True)),
+        TileRow.state == literal_column("'running'"),
+    )
+    .order_by(TileRow.render, TileRow.pass_index, TileRow.tile)
+)
+
+
+def documents(session: Session, jobs: Sequence[JobRow], keep_seconds: float | None = None) -> tuple[Job, ...]:
+    """Describe jobs as they are now, with as many queries for many as for one.
+
+    Parameters
+    ----------
+    keep_seconds
+        After so long a picture is removed.
+    """
+    before, at_work = queue_order.positions(session, jobs), _at_work(session, jobs)
+    return tuple(
+        _document(row, keep_seconds, before.get(row.number), at_work.get(row.render_number, ()))
+        for row in jobs
+    )
+
+
+def _document(
+    row: JobRow, keep_seconds: float | None, position: int | None, rendering: tuple[TileAtWork, ...]
+) -> Job:
+    work = work_of(row)
+    return Job(
+        id=row.id,
+        name=row.name,
+        user=row.owner,
+        labels=row.labels,
+        priority=row.priority,
+        state=row.state,
+        paused=row.paused_at is not None and not row.state.final,
+        cancelling=row.render is not None and row.render.cancel_requested and not row.state.final,
+        width=work["width"],
+        height=work["height"],
+        quality=row.quality,
+        progress=progress_of(row),
+        rendering=rendering,
+        queue_position=position,
+        last_seq=work["last_seq"],
+        created_at=row.created_at,
+        started_at=row.started_at,
+        finished_at=row.finished_at,
+        expires_at=_expires_at(row, keep_seconds),
+        pinned=row.pinned,
+        failure=failure_of(row),
+        cost=JobCost.model_validate(work["cost"] | {"predicted_cpu_seconds": row.predicted_cpu_seconds}),
+        numerics=work["numerics"],
+        error=work["error"],
+        warnings=tuple(Problem.model_validate(warning) for warning in row.warnings),
+        links=_links(row.id, work["layers"]),
+    )
+
+
+def _expires_at(row: JobRow, keep_seconds: float | None) -> datetime | None:
+    if keep_seconds is None or row.finished_at is None or row.pinned or row.state is not JobState.SUCCEEDED:
+        return None
+    return row.finished_at + timedelta(seconds=keep_seconds)
+
+
+def work_of(row: JobRow) -> dict[str, Any]:
+    """Tell of the work for a job: of its render as it is now, or as it was when the job left it."""
+    if row.render is not None:
+        return _work(row.render)
+    assert row.parting is not None
+    return row.parting
+
+
+def leave(row: JobRow) -> None:
+    """Let a job go without its render, and keep what is told of it."""
+    row.parting, row.render = work_of(row), None
+
+
+def progress_of(row: JobRow) -> Progress:
+    """Describe how far a job is."""
+    known = work_of(row)["progress"]
+    if row.state.final or row.paused_at is not None:
+        known = known | {"remaining_seconds": None}
+    return Progress.model_validate(known)
+
+
+def failure_of(row: JobRow) -> Failure | None:
+    """Describe why a job failed, if it did."""
+    return Failure.model_validate(row.failure) if row.failure else None
+
+
+def _work(render: RenderRow) -> dict[str, Any]:
+    return {
+        "width": render.width,
+        "height": render.height,
+        "layers": render.layers,
+        "progress": {
+            "done": render.done_steps,
+            "total": render.total_steps,
+            "share": progress.share(render),
+            "remaining_seconds": progress.remaining_seconds(render),
+        },
+        "last_seq": render.last_seq,
+        "cost": {"cpu_seconds": render.cpu_seconds, "rays": render.rays, "work": render.work},
+        "numerics": _numerics(render),
+        "error": _error(render),
+    }
+
+
+def _numerics(render: RenderRow) -> dict[str, int] | None:
+    """What went wrong with numbers; none are known before the end, nor of jobs older than the counts."""
+    return render.numerics or None if render.state is JobState.SUCCEEDED else None
+
+
+def _error(render: RenderRow) -> dict[str, float] | None:
+    """The error that has been reached, once it is known."""
+    entries = render.pass_costs if render.target_error is None else render.merges
+    return entries[-1]["error"] if entries else None
+
+
+def _at_work(session: Session, jobs: Sequence[JobRow]) -> dict[int | None, tuple[TileAtWork, ...]]:
+    """Give the tiles that workers have in hand, by the numbers of the renders of running jobs."""
+    renders = {row.render_number for row in jobs if row.state is JobState.RUNNING and row.render is not None}
+    if not renders:
+        return {}
+    steps = session.scalars(_AT_WORK, {"renders": list(renders)})
+    return {
+        render: tuple(TileAtWork.model_validate(step, from_attributes=True) for step in of_render)
+        for render, of_render in groupby(steps, lambda step: step.render)
+    }
+
+
+def _links(job_id: str, layers: list[str]) -> JobLinks:
+    path = f"/v1/jobs/{job_id}"
+    return JobLinks(
+        self=path,
+        cancel=f"{path}/cancel",
+        pause=f"{path}/pause",
+        resume=f"{path}/resume",
+        tiles=f"{path}/tiles",
+        events=f"{path}/events",
+        plan=f"{path}/plan",
+        convergence=f"{path}/convergence",
+        log=f"{path}/log",
+        request=f"{path}/request",
+        inspections=f"{path}/inspections",
+        focus=f"{path}/focus",
+        pin=f"{path}/pin",
+        image_png=f"{path}/image.png",
+        image_npy=f"{path}/image.npy",
+        image_exr=f"{path}/image.exr",
+        layers={name: f"{path}/layers/{name}.npy" for name in layers},
+    )

@@ -1,0 +1,102 @@
+"""Rows of renders, jobs and steps: how they begin, what they say, and how they end."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import update
+from sqlalchemy.orm import Session
+
+from schemas.jobs import Failure, JobState
+from schemas.tiles import Pass, Tile
+from service.lifecycle import clock as moments
+from service.storage.database.models import JobRow, RenderRow, TileRow
+from service.storage.tiles import StoredTile
+
+FIRST_PASS = 1 / 16
+"""Part of its price that the first pass of a picture of target quality takes, about."""
+
+OPEN = (JobState.QUEUED, JobState.RUNNING)
+"""States of jobs that somebody waits for."""
+
+
+def begin(session: Session, render: RenderRow) -> None:
+    """Let a render run, and with it the jobs that share in it."""
+    render.state, render.started_at = JobState.RUNNING, moments.now()
+    _tell_jobs(session, render, state=render.state, started_at=render.started_at)
+
+
+def end(session: Session, render: RenderRow, state: JobState, failure: Failure | None = None) -> None:
+    """Give a render its final state, and with it the jobs that share in it."""
+    render.state = state
+    told = failure.model_dump() if failure else None
+    _tell_jobs(session, render, state=state, failure=told, finished_at=datetime.now(UTC))
+
+
+def end_alone(job: JobRow, state: JobState, failure: Failure | None = None) -> None:
+    """Give a final state to a job that has left its render."""
+    job.state, job.finished_at = state, datetime.now(UTC)
+    job.failure = failure.model_dump() if failure else None
+
+
+def _tell_jobs(session: Session, render: RenderRow, **changes: Any) -> None:
+    sharing = JobRow.render_number == render.number, JobRow.state.in_(OPEN)
+    session.execute(update(JobRow).where(*sharing).values(**changes))
+
+
+def work(pass_: Pass, tile: Tile) -> int:
+    """Camera samples of a step: the unit in which progress is measured."""
+    if pass_.stride > 1:
+        return -(-tile.width // pass_.stride) * -(-tile.height // pass_.stride)
+    return (pass_.last - pass_.first) * tile.width * tile.height
+
+
+def expected_cpu_seconds(render: RenderRow, step: TileRow) -> float:
+    """Say what a step may cost: by its part of the price, or as its pass is predicted."""
+    if render.target_error is not None:
+        if render.merges:
+            return float(render.merges[-1].get("tile_seconds", 0.0))
+        tile = tile_of(step)
+        part = FIRST_PASS * tile.width * tile.height / (render.width * render.height)
+    else:
+        part = work(passes_of(render)[step.pass_index], tile_of(step)) / render.total_work
+    return render.predicted_cpu_seconds * min(1.0, part)
+
+
+def share(render: RenderRow) -> float:
+    """Say which part of a render is done, 0 to 1; it never goes back, though a total may grow."""
+    if render.state == JobState.SUCCEEDED:
+        return 1.0
+    before = render.counted_share
+    part = (render.done_work - render.counted_work) / (render.total_work - render.counted_work)
+    return min(1.0, before + (1.0 - before) * part)
+
+
+def new_step(render: int, pass_: Pass, tile: Tile) -> dict[str, int | str]:
+    """Make the row of a step that waits."""
+    return {
+        "render": render,
+        "pass_index": pass_.index,
+        "tile": tile.index,
+        "x0": tile.x0,
+        "y0": tile.y0,
+        "x1": tile.x1,
+        "y1": tile.y1,
+    }
+
+
+def stored(step: TileRow, passes: list[Pass]) -> StoredTile:
+    """Say where the pixels of a finished step lie."""
+    assert step.crc32 is not None
+    return StoredTile(tile_of(step), passes[step.pass_index], step.attempt, step.crc32)
+
+
+def tile_of(step: TileRow) -> Tile:
+    """Give the tile of a step."""
+    return Tile(step.tile, step.x0, step.y0, step.x1, step.y1)
+
+
+def passes_of(render: RenderRow) -> list[Pass]:
+    """Give the passes of a render."""
+    return [Pass(**fields) for fields in render.passes]

@@ -1,0 +1,195 @@
+"""Uploaded textures and meshes, kept by the SHA-256 of their bytes."""
+
+from __future__ import annotations
+
+import hashlib
+import threading
+from collections.abc import AsyncIterator, Iterable
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import IO
+
+from anyio import to_thread
+from PIL import Image
+
+from renderer.assets import FORMATS, AssetError, too_many_pixels
+from renderer.meshes.files import announced, file_kind, needs_other_files
+from schemas.file_kinds import recognise
+from schemas.limits import Limits
+from service.errors import UploadMismatchError, UploadUnusableError
+from service.storage.objects import Objects, Stored
+
+PREFIX = "sha256:"
+_MESHES = {
+    "glb": "model/gltf-binary",
+    "gltf": "model/gltf+json",
+    "obj": "model/obj",
+    "ply": "application/x-ply",
+}
+_BEGINNING = 1 << 16
+
+
+@dataclass(frozen=True)
+class Header:
+    """What the first bytes of a file say about it; a mesh has neither width nor height."""
+
+    media_type: str
+    width: int
+    height: int
+
+
+class AssetStore:
+    """One object for each asset. Satisfies ``renderer.AssetSource``.
+
+    Parameters
+    ----------
+    objects : Objects
+        Where they lie.
+    limits : Limits
+        What is larger is refused before it is decoded: a few kilobytes can unpack to gigabytes.
+    """
+
+    def __init__(self, objects: Objects, limits: Limits) -> None:
+        self._objects = objects
+        self.limits = limits
+        self._inspecting = threading.Lock()
+        objects.begin("")
+
+    def find(self, sha256: str) -> Stored | None:
+        """Tell of an asset, or None."""
+        return self._objects.find(sha256)
+
+    def read(self, name: str) -> bytes:
+        """Return the bytes of the asset that a scene names ``sha256:<hex>``; KeyError if there is none."""
+        sha256 = name.removeprefix(PREFIX)
+        if name == sha256 or not is_sha256(sha256):
+            raise KeyError(name)
+        try:
+            return self._objects.get(sha256)
+        except FileNotFoundError:
+            raise KeyError(name) from None
+
+    async def receive(self, sha256: str, chunks: AsyncIterator[bytes]) -> tuple[int, Header]:
+        """Keep a body as it arrives, and return its size and what kind of file it is.
+
+        Raises
+        ------
+        UploadMismatchError
+            If the bytes have another hash; nothing is kept.
+        UploadUnusableError
+            If they are neither picture nor mesh, or announce too many pixels or triangles; nothing is kept.
+        """
+        digest, size = hashlib.sha256(), 0
+        with self._objects.draft(sha256) as file:
+            async for chunk in chunks:
+                digest.update(chunk)
+                size += len(chunk)
+                await to_thread.run_sync(file.write, chunk)
+            if digest.hexdigest() != sha256:
+                raise UploadMismatchError("The body does not have the SHA-256 that is in the address.")
+            file.flush()
+            header = await to_thread.run_sync(self._inspect, file)
+            await to_thread.run_sync(self._objects.keep, file, sha256)
+        return size, header
+
+    def drop(self, hashes: Iterable[str], before: datetime) -> None:
+        """Remove assets, except those that were sent since."""
+        found = {sha256: self._objects.find(sha256) for sha256 in hashes}
+        self._objects.delete(
+            sha256 for sha256, stored in found.items() if stored and stored.modified < before.timestamp()
+        )
+
+    def sweep(self, known: set[str], before: datetime, age_seconds: float) -> None:
+        """Remove what a killed process left behind: parts of files, and files that nobody knows any more.
+
+        Parameters
+        ----------
+        known : set of str
+            Those that there are.
+        before : datetime
+            Those that were sent later stay.
+        age_seconds : float
+            Parts of files that are younger stay.
+        """
+        self._objects.tidy(age_seconds)
+        self._objects.delete(
+            found.name
+            for found in self._objects.found()
+            if is_sha256(found.name) and found.name not in known and found.modified < before.timestamp()
+        )
+
+    def _inspect(self, file: IO[bytes]) -> Header:
+        # One at a time: a mesh is read wholly, and its description takes several times its length.
+        with self._inspecting:
+            header = read_header(Path(file.name), self.limits)
+        most = self.limits.max_image_pixels
+        if header.width * header.height > most:
+            raise UploadUnusableError(too_many_pixels(most, f"{header.width} x {header.height} pixels, "))
+        return header
+
+
+def read_header(path: Path, limits: Limits) -> Header:
+    """Read the type of a file, and a picture's size, without decoding it.
+
+    Raises
+    ------
+    UploadUnusableError
+        If it is neither a picture nor a mesh, or a mesh of too many triangles.
+    """
+    with path.open("rb") as file:
+        kind = _mesh_kind(file.read(_BEGINNING))
+    return _mesh_header(path, kind, limits) if kind else _image_header(path, limits)
+
+
+def _mesh_kind(beginning: bytes) -> str | None:
+    try:
+        return file_kind(beginning)
+    except AssetError:
+        return None
+
+
+def _mesh_header(path: Path, kind: str, limits: Limits) -> Header:
+    try:
+        content = path.read_bytes()
+        announced(content, limits.max_mesh_triangles)
+        if needs_other_files(content, limits.max_mesh_triangles):
+            raise UploadUnusableError(
+                "This glTF file has its buffers in other files, and an upload is one file. Save it as GLB, "
+                "or submit the scene with 'penumbra submit' or the Python client, which put them together."
+            )
+    except AssetError as error:
+        raise UploadUnusableError(str(error)) from error
+    return Header(_MESHES[kind], 0, 0)
+
+
+def _image_header(path: Path, limits: Limits) -> Header:
+    try:
+        with Image.open(path, formats=FORMATS) as image:
+            return Header(Image.MIME[image.format or ""], image.width, image.height)
+    except Image.DecompressionBombError as error:
+        raise UploadUnusableError(too_many_pixels(limits.max_image_pixels)) from error
+    except (OSError, ValueError, SyntaxError) as error:
+        raise UploadUnusableError(
+            f"{_given(path)} neither a picture nor a mesh. Send one of {', '.join(FORMATS)}, OBJ, PLY, GLB."
+        ) from error
+
+
+def _given(path: Path) -> str:
+    with path.open("rb") as file:
+        kind = recognise(file.read(_BEGINNING))
+    return f"This is {kind.phrase}," if kind and kind.group not in {"picture", "mesh"} else "The body is"
+
+
+def is_mesh(media_type: str) -> bool:
+    """Whether a kind of file is that of meshes; all others are pictures."""
+    return media_type in _MESHES.values()
+
+
+def is_sha256(text: str) -> bool:
+    """Whether a text is 64 lower-case hexadecimal digits.
+
+    >>> is_sha256("ab" * 32), is_sha256("../passwd")
+    (True, False)
+    """
+    return len(text) == 64 and set(text) <= set("0123456789abcdef")

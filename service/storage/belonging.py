@@ -1,0 +1,62 @@
+"""A database and the place of its pictures know each other."""
+
+from __future__ import annotations
+
+import secrets
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from schemas.jobs import JobState
+from service.errors import StoreTakenError
+from service.storage.database.connection import Database
+from service.storage.database.models import LeaderRow, RenderRow
+from service.storage.objects import Objects
+from service.storage.places import JOBS
+
+MARK = "database-id"
+"""What names the database to which a place belongs."""
+
+_TAKEN = "{} is for the pictures of another database. Name an empty place for a new one."
+
+
+def check(database: Database, place: Objects) -> None:
+    """See that a place is the one of a database; a new database takes an empty one.
+
+    A server whose place is another one, perhaps because a disk is not mounted, would remove files that it
+    knows nothing of, and write where nobody looks.
+
+    Raises
+    ------
+    StoreTakenError
+        If they do not belong together.
+    StoreAwayError
+        If the place cannot be reached.
+    """
+    mark = place.get(MARK).decode().strip() if place.find(MARK) else None
+    with database.writing() as session:
+        row = session.scalars(select(LeaderRow)).one()
+        if row.folder is None:
+            if mark is not None:
+                raise StoreTakenError(_TAKEN.format(place.place))
+            _check_pictures(session, place)
+            row.folder = secrets.token_hex(8)
+            place.put(MARK, f"{row.folder}\n".encode())
+        elif mark != row.folder:
+            raise StoreTakenError(
+                f"{place.place} is not where the pictures of this database are. Is a disk not mounted, or a "
+                f"bucket another one? Name the place in which {MARK} holds {row.folder}."
+            )
+
+
+def _check_pictures(session: Session, place: Objects) -> None:
+    """See that a place that nobody has marked for this database has its pictures, and no others."""
+    newest = select(RenderRow.id).where(RenderRow.state == JobState.SUCCEEDED)
+    render = session.scalar(newest.order_by(RenderRow.number.desc()).limit(1))
+    if render is None and any(place.found(JOBS)):
+        raise StoreTakenError(_TAKEN.format(place.place))
+    if render is not None and place.find(f"{JOBS}/{render}/image.npy") is None:
+        raise StoreTakenError(
+            f"The pictures of this database are not in {place.place}. Copy what is in the folders jobs and "
+            "assets of its data folder there first."
+        )

@@ -1,0 +1,211 @@
+"""A bucket of an S3-compatible object store: machines that share it need no folder that all of them see.
+
+Who may use it, and where it is, comes from the variables ``AWS_ACCESS_KEY_ID``, ``AWS_SECRET_ACCESS_KEY``,
+``AWS_REGION``, ``AWS_ENDPOINT_URL`` and their like, or from the machine's role.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import io
+import os
+import queue
+import tempfile
+import threading
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from datetime import timedelta
+from pathlib import Path
+from typing import IO, Any
+from urllib.parse import urlsplit
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.errors import StoreAwayError, StoreMissingError
+from service.storage.folder import told
+from service.storage.objects import Found, Stored
+from service.storage.recent import Recent
+
+# Each thread takes address space, of which a worker has a limit; few can wait for the network.
+os.environ.setdefault("TOKIO_WORKER_THREADS", "2")
+try:
+    import obstore
+    from obstore.exceptions import BaseError
+    from obstore.store import S3Store
+except ImportError:
+    raise StoreMissingError from None
+
+ENDPOINTS = ("AWS_ENDPOINT_URL_S3", "AWS_ENDPOINT_URL", "AWS_ENDPOINT")
+AT_ONCE = 32
+"""Small objects that are asked for at the same time."""
+RECENT_BYTES = 256 << 20
+# What is away for longer makes jobs wait and requests fail, seconds.
+RETRY_SECONDS = 5
+# How long to leave what could not be removed, seconds.
+DROP_SECONDS = 5.0
+
+
+class Bucket:
+    """One object for each name. Satisfies ``Objects``.
+
+    Parameters
+    ----------
+    place : str
+        ``s3://bucket`` or ``s3://bucket/prefix``.
+
+    Raises
+    ------
+    StoreAwayError
+        If the variables make no sense together.
+    """
+
+    def __init__(self, place: str) -> None:
+        self.place = place.rstrip("/")
+        parts = urlsplit(self.place)
+        endpoint = next((os.environ[name] for name in ENDPOINTS if os.environ.get(name)), "")
+        try:
+            self._store = S3Store(
+                parts.netloc,
+                prefix=parts.path.strip("/") or None,
+                # Whoever names an endpoint says himself whether it is to be spoken to without TLS.
+                client_options={"allow_http": endpoint.startswith("http://"), "connect_timeout": "3s"},
+                retry_config={"max_retries": 2, "retry_timeout": timedelta(seconds=RETRY_SECONDS)},
+            )
+        except BaseError as error:
+            raise self._unusable(error) from error
+        self._recent = Recent(RECENT_BYTES)
+        self._unwanted: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._dropping: threading.Thread | None = None
+
+    def within(self, name: str) -> Bucket:
+        """Give what lies under a name as a place of its own."""
+        return Bucket(f"{self.place}/{name}")
+
+    def check(self) -> None:
+        """Raise StoreAwayError if it cannot be listed from here; the message says what to do."""
+        try:
+            next(iter(obstore.list(self._store, chunk_size=1)), None)
+        except (BaseError, FileNotFoundError) as error:
+            raise self._unusable(error) from error
+
+    def begin(self, prefix: str) -> None:
+        """Do nothing: a bucket has no folders. What is written too late goes when the service starts."""
+
+    def put(self, name: str, data: bytes) -> None:
+        """Keep bytes in place of what had the name."""
+        self._put(name, data)
+
+    @contextmanager
+    def draft(self, name: str) -> Iterator[IO[bytes]]:
+        """Open a temporary file of this machine."""
+        with told(), tempfile.NamedTemporaryFile(suffix=Path(name).suffix) as file:
+            yield file
+
+    def keep(self, draft: IO[bytes], name: str) -> None:
+        """Send what was written to a draft."""
+        with told():
+            draft.flush()
+        self._put(name, Path(draft.name))
+
+    def get(self, name: str) -> bytes:
+        """Return all bytes; raise FileNotFoundError if there are none."""
+        with self._told():
+            return bytes(obstore.get(self._store, name).bytes())
+
+    def many(self, names: Sequence[str]) -> Iterator[bytes]:
+        """Give the bytes of several names in their order, some of which are fetched at once."""
+        for first in range(0, len(names), AT_ONCE):
+            with self._told():
+                fetched = asyncio.run(self._fetched(names[first : first + AT_ONCE]))
+            yield from fetched
+
+    def array(self, name: str) -> NDArray[Any]:
+        """Return an array, fetched whole."""
+        return self._recent.get(name, lambda: np.load(io.BytesIO(self.get(name))))
+
+    def find(self, name: str) -> Stored | None:
+        """Tell what lies under a name, or None."""
+        try:
+            with self._told():
+                head = obstore.head(self._store, name)
+        except FileNotFoundError:
+            return None
+        modified = head["last_modified"].timestamp()
+        return Stored(head["size"], modified, None, lambda start, end: self._part(name, start, end))
+
+    def found(self, prefix: str = "") -> Iterator[Found]:
+        """List all objects under a name, or all."""
+        with self._told():
+            for page in obstore.list(self._store, prefix or None):
+                for one in page:
+                    yield Found(one["path"], one["size"], one["last_modified"].timestamp())
+
+    def delete(self, names: Iterable[str]) -> None:
+        """Remove objects; those that are not there do not matter."""
+        unwanted = list(names)
+        if unwanted:
+            with self._told(), suppress(FileNotFoundError):
+                obstore.delete(self._store, unwanted)
+
+    def drop(self, prefix: str) -> None:
+        """Have all objects under a name removed by a thread, which tries until the bucket is there.
+
+        What is left when the process ends goes when the service starts again.
+        """
+        self._unwanted.put(prefix)
+        if self._dropping is None:
+            self._dropping = threading.Thread(target=self._drop, name="bucket", daemon=True)
+            self._dropping.start()
+
+    def tidy(self, age_seconds: float) -> None:
+        """Do nothing: drafts lie elsewhere, and have no names."""
+
+    def _drop(self) -> None:
+        while True:
+            prefix = self._unwanted.get()
+            while not self._dropped(prefix):
+                time.sleep(DROP_SECONDS)
+
+    def _dropped(self, prefix: str) -> bool:
+        try:
+            self.delete(found.name for found in self.found(prefix))
+        except StoreAwayError:
+            return False
+        return True
+
+    def _put(self, name: str, content: bytes | Path) -> None:
+        try:
+            with self._told():
+                obstore.put(self._store, name, content)
+        except FileNotFoundError as error:
+            raise StoreAwayError("There is no such bucket any more.") from error
+
+    def _part(self, name: str, start: int, end: int) -> bytes:
+        with self._told():
+            return bytes(obstore.get_range(self._store, name, start=start, end=end))
+
+    async def _fetched(self, names: Sequence[str]) -> list[bytes]:
+        return await asyncio.gather(*(self._fetch(name) for name in names))
+
+    async def _fetch(self, name: str) -> bytes:
+        result = await obstore.get_async(self._store, name)
+        return bytes(await result.bytes_async())
+
+    def _unusable(self, error: Exception) -> StoreAwayError:
+        cure = "Look at the name of the bucket, and at AWS_ENDPOINT_URL and its like."
+        return StoreAwayError(f"{self.place} cannot be used: {str(error).splitlines()[0]}. {cure}")
+
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        """Log why a bucket cannot be used, and tell others that it may be later."""
+        try:
+            yield
+        except BaseError as error:
+            import structlog  # noqa: PLC0415 - workers start without it, and few ever log
+
+            reason = str(error).splitlines()[0]
+            structlog.get_logger().warning("object store not usable", store=self.place, error=reason)
+            message = "The object store cannot be used now. Try again in a moment."
+            raise StoreAwayError(message) from error

@@ -1,0 +1,56 @@
+"""Connections to PostgreSQL that do not wait for ever.
+
+A network that loses everything is found by the settings of TCP. They find no server that hangs, and no proxy
+that does: its machine still says that it has received what was sent.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Generator
+from typing import Any
+
+import psycopg
+from sqlalchemy import Engine, event
+
+from service.storage.database.urls import ANSWER_SECONDS
+
+Waits = Generator[Any, Any, Any]
+
+
+class Connection(psycopg.Connection[Any]):
+    """Gives up where an answer takes longer than ``answer_seconds``; nobody can use it afterwards."""
+
+    answer_seconds = ANSWER_SECONDS
+
+    def wait(self, gen: Waits, *rest: Any, **more: Any) -> Any:
+        """Wait for what is asked of the server.
+
+        Raises
+        ------
+        psycopg.OperationalError
+            If it does not come in time.
+        """
+        return super().wait(self._limited(gen), *rest, **more)
+
+    def _limited(self, gen: Waits) -> Waits:
+        deadline = time.monotonic() + self.answer_seconds
+        try:
+            wanted = next(gen)
+            while True:
+                ready = yield wanted
+                if not ready and time.monotonic() > deadline:
+                    self.pgconn.finish()
+                    message = f"The database has not answered for {self.answer_seconds:g} seconds."
+                    raise psycopg.OperationalError(message)
+                wanted = gen.send(ready)
+        except StopIteration as ended:
+            return ended.value
+
+
+def limit(engine: Engine) -> None:
+    """Have an engine make connections of this kind."""
+
+    @event.listens_for(engine, "do_connect")
+    def connect(_dialect: Any, _record: Any, words: list[Any], options: dict[str, Any]) -> Connection:
+        return Connection.connect(*words, **options)

@@ -1,0 +1,185 @@
+"""Transactions on the database named by an SQLAlchemy URL."""
+
+from __future__ import annotations
+
+import json
+import secrets
+import sqlite3
+import threading
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from sqlalchemy import Connection, Engine, event, text
+from sqlalchemy.engine.interfaces import DBAPIConnection, ExceptionContext
+from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.exc import TimeoutError as PoolTimeoutError
+from sqlalchemy.orm import Session
+from sqlalchemy.pool import ConnectionPoolEntry
+
+from service.storage.database.urls import ANSWER_SECONDS, engine_of
+
+BUSY_TIMEOUT_MS = 10_000
+# A server that was stopped in the middle of a transaction, or cut off, keeps others waiting so long at most.
+SILENCE_TIMEOUT_MS = 3_000
+# Any number that other programs on the same database do not use.
+WRITERS = 0x50454E554D425241
+CHANNEL = "penumbra"
+# A notice has room for 8,000 bytes.
+MOST_TOLD = 200
+# How soon a service that ends stops listening, seconds.
+LISTEN_SECONDS = 0.5
+PRIMARY = 0xFF
+"""The bits of an error code of SQLite that tell its kind."""
+
+_TELL = text("SELECT pg_notify(:channel, :document)")
+
+
+class Database:
+    """Opens read and write transactions, of which one writes at a time.
+
+    A transaction that reads first and writes later could otherwise fail in the middle, or count wrongly,
+    because another one wrote in between. On SQLite it takes the write lock when it begins, on PostgreSQL a
+    lock that the servers of a database share. The threads of this process take turns before they ask for it:
+    SQLite has those who wait try again and again, and some of many would wait until they give up; on
+    PostgreSQL they would leave no connections to those who read.
+
+    Parameters
+    ----------
+    url : str
+        SQLAlchemy URL of SQLite or PostgreSQL.
+
+    Attributes
+    ----------
+    shared : bool
+        Whether other servers may use it at the same time.
+
+    Raises
+    ------
+    DatabaseUrlError
+        If the URL cannot be used.
+    """
+
+    def __init__(self, url: str) -> None:
+        self.engine = engine_of(url)
+        self.shared = self.engine.dialect.name == "postgresql"
+        if self.shared:
+            event.listen(self.engine, "begin", _begin_postgresql)
+            self._reader: Engine = self.engine.execution_options(
+                isolation_level="REPEATABLE READ", postgresql_readonly=True
+            )
+        else:
+            event.listen(self.engine, "connect", _prepare_sqlite)
+            event.listen(self.engine, "begin", _begin_sqlite)
+            event.listen(self.engine, "handle_error", _give_up_sqlite)
+            self._reader = self.engine
+        self._name = secrets.token_hex(8)
+        self._lock = threading.Lock()
+        self._writer = self.engine.execution_options(writes=True)
+
+    @contextmanager
+    def reading(self) -> Iterator[Session]:
+        """One consistent view of the database; nothing is kept."""
+        with Session(self._reader) as session:
+            yield session
+
+    @contextmanager
+    def writing(self) -> Iterator[Session]:
+        """A transaction that is committed at the end, or undone when an exception leaves it."""
+        with self._in_turn(), Session(self._writer, expire_on_commit=False) as session, session.begin():
+            yield session
+
+    @contextmanager
+    def _in_turn(self) -> Iterator[None]:
+        if not self._lock.acquire(timeout=BUSY_TIMEOUT_MS / 1000):
+            raise PoolTimeoutError("Other threads were writing all the time.")
+        try:
+            yield
+        finally:
+            self._lock.release()
+
+    def tell(self, session: Session, **notice: Any) -> None:
+        """Tell the other servers on this database, if there may be some, once it is committed."""
+        if self.shared:
+            document = json.dumps(notice | {"from": self._name})
+            session.execute(_TELL, {"channel": CHANNEL, "document": document})
+
+    def tell_of(self, session: Session, jobs: Iterable[str]) -> None:
+        """Tell the other servers that jobs have changed."""
+        ids = sorted(jobs) if self.shared else []
+        for start in range(0, len(ids), MOST_TOLD):
+            self.tell(session, jobs=ids[start : start + MOST_TOLD])
+
+    def notices(self, stopping: threading.Event) -> Iterator[dict[str, Any]]:
+        """Wait for what other servers tell. An empty notice comes first: something may have been missed.
+
+        Raises
+        ------
+        Exception
+            One of ``errors``, when the connection is lost.
+        """
+        with self.engine.connect().execution_options(isolation_level="AUTOCOMMIT") as connection:
+            driver: Any = connection.connection.dbapi_connection
+            # Who listened once shall not be among those who answer requests.
+            connection.detach()
+            connection.exec_driver_sql(f"LISTEN {CHANNEL}")
+            yield {}
+            while not stopping.is_set():
+                for notice in driver.notifies(timeout=LISTEN_SECONDS):
+                    document = json.loads(notice.payload)
+                    if document.pop("from") != self._name:
+                        yield document
+
+    @property
+    def errors(self) -> tuple[type[Exception], ...]:
+        """What ``notices`` may raise."""
+        return SQLAlchemyError, self.engine.dialect.loaded_dbapi.Error
+
+    def check(self) -> None:
+        """Raise what the database raises when it cannot be written now."""
+        with self.writing() as session:
+            session.execute(text("SELECT 1"))
+
+    def close(self) -> None:
+        """Close all connections."""
+        self.engine.dispose()
+
+
+def _prepare_sqlite(connection: DBAPIConnection, _entry: ConnectionPoolEntry) -> None:
+    assert isinstance(connection, sqlite3.Connection)
+    # The driver would begin transactions by its own rules; _begin_sqlite does so by ours.
+    connection.isolation_level = None
+    cursor = connection.cursor()
+    cursor.execute("PRAGMA journal_mode = WAL")
+    # In WAL mode NORMAL loses nothing when the process dies; a power cut may lose the last transactions.
+    cursor.execute("PRAGMA synchronous = NORMAL")
+    cursor.execute("PRAGMA foreign_keys = ON")
+    cursor.execute(f"PRAGMA busy_timeout = {BUSY_TIMEOUT_MS}")
+    cursor.close()
+
+
+def _begin_sqlite(connection: Connection) -> None:
+    writes = connection.get_execution_options().get("writes", False)
+    connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+
+
+def _give_up_sqlite(failure: ExceptionContext) -> None:
+    """Close a connection that may only read: one made while the disk was read-only stays so for ever."""
+    code = getattr(failure.original_exception, "sqlite_errorcode", sqlite3.SQLITE_OK)
+    if code & PRIMARY == sqlite3.SQLITE_READONLY:
+        failure.is_disconnect = True
+
+
+def _begin_postgresql(connection: Connection) -> None:
+    options = connection.get_execution_options()
+    driver: Any = connection.connection.dbapi_connection
+    driver.answer_seconds = options.get("answer_seconds", ANSWER_SECONDS)
+    if not options.get("writes", False):
+        return
+    silence_ms = options.get("silence_ms", SILENCE_TIMEOUT_MS)
+    # Set for this transaction alone, so that connections may come from a pool that others use too.
+    connection.exec_driver_sql(
+        f"SELECT set_config('lock_timeout', '{BUSY_TIMEOUT_MS}', true),"
+        f" set_config('idle_in_transaction_session_timeout', '{silence_ms}', true),"
+        f" pg_advisory_xact_lock({WRITERS})"
+    )

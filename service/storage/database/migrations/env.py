@@ -1,0 +1,14 @@
+"""What Alembic runs: migrations on the connection that the service hands over."""
+
+from __future__ import annotations
+
+from alembic import context
+
+from service.storage.database.models import Base
+
+context.configure(
+    connection=context.config.attributes["connection"],
+    target_metadata=Base.metadata,
+    render_as_batch=True,
+)
+context.run_migrations()

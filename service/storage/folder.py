@@ -1,0 +1,163 @@
+"""A folder of this machine, or one that several machines mount."""
+
+from __future__ import annotations
+
+import errno
+import shutil
+import tempfile
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.errors import StoreAwayError, StoreFullError, StoreReadOnlyError
+from service.storage.objects import Found, Stored
+
+NO_ROOM = "The disk is full. Try again when there is room."
+NOT_WRITABLE = "The data folder cannot be written now. Try again when its operator has seen to it."
+
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+READ_ONLY = (errno.EROFS, errno.EACCES, errno.EPERM)
+
+
+class Folder:
+    """One file for each name. Satisfies ``Objects``.
+
+    Parameters
+    ----------
+    folder : Path
+        It need not be there.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self.place = str(folder)
+
+    def within(self, name: str) -> Folder:
+        """Give what lies under a name as a place of its own."""
+        return Folder(self._folder / name)
+
+    def check(self) -> None:
+        """Raise StoreAwayError if it is not there; the message says what to do."""
+        if not self._folder.is_dir():
+            raise StoreAwayError(f"{self.place} is not there. Mount the service's data folder there.")
+
+    def begin(self, prefix: str) -> None:
+        """Make a folder with all above it; files are written to folders that are there alone."""
+        with told():
+            (self._folder / prefix).mkdir(parents=True, exist_ok=True)
+
+    def put(self, name: str, data: bytes) -> None:
+        """Keep bytes in place of what had the name."""
+        with self.draft(name) as draft:
+            draft.write(data)
+            self.keep(draft, name)
+
+    @contextmanager
+    def draft(self, name: str) -> Iterator[IO[bytes]]:
+        """Open a temporary file beside the one that it may become."""
+        with (
+            told(),
+            tempfile.NamedTemporaryFile(
+                dir=(self._folder / name).parent, prefix=".", suffix=".tmp", delete=False
+            ) as file,
+        ):
+            try:
+                yield file
+            finally:
+                # Once it is kept, it has another name.
+                Path(file.name).unlink(missing_ok=True)
+
+    def keep(self, draft: IO[bytes], name: str) -> None:
+        """Move a draft into place."""
+        with told():
+            draft.flush()
+            Path(draft.name).replace(self._folder / name)
+
+    def get(self, name: str) -> bytes:
+        """Return all bytes; raise FileNotFoundError if there are none."""
+        return (self._folder / name).read_bytes()
+
+    def many(self, names: Sequence[str]) -> Iterator[bytes]:
+        """Give the bytes of several names in their order."""
+        return map(self.get, names)
+
+    def array(self, name: str) -> NDArray[Any]:
+        """Return an array that is read from its file where it is looked at."""
+        found: NDArray[Any] = np.load(self._folder / name, mmap_mode="r")
+        return found
+
+    def find(self, name: str) -> Stored | None:
+        """Tell what lies under a name, or None."""
+        path = self._folder / name
+        try:
+            state = path.stat()
+        except FileNotFoundError:
+            return None
+        return Stored(state.st_size, state.st_mtime, path, lambda start, end: _part(path, start, end))
+
+    def found(self, prefix: str = "") -> Iterator[Found]:
+        """List all files under a name, or all."""
+        for path in (self._folder / prefix).rglob("*"):
+            # Files come and go while others render, and read, and delete.
+            try:
+                state, is_file = path.stat(), path.is_file()
+            except OSError:
+                continue
+            if is_file:
+                name = path.relative_to(self._folder).as_posix()
+                yield Found(name, state.st_size, state.st_mtime)
+
+    def delete(self, names: Iterable[str]) -> None:
+        """Remove files; those that are not there do not matter."""
+        for name in names:
+            (self._folder / name).unlink(missing_ok=True)
+
+    def drop(self, prefix: str) -> None:
+        """Remove a folder."""
+        shutil.rmtree(self._folder / prefix, ignore_errors=True)
+
+    def tidy(self, age_seconds: float) -> None:
+        """Remove temporary files of this age."""
+        for path in self._folder.rglob(".*.tmp"):
+            if _is_older(path, age_seconds):
+                path.unlink(missing_ok=True)
+
+
+def _part(path: Path, start: int, end: int) -> bytes:
+    with path.open("rb") as file:
+        file.seek(start)
+        return file.read(end - start)
+
+
+@contextmanager
+def told() -> Iterator[None]:
+    """Tell a disk that cannot be written now, which passes, from all other errors.
+
+    Raises
+    ------
+    StoreFullError
+        If the disk is full.
+    StoreReadOnlyError
+        If the folder may not be written.
+    """
+    try:
+        yield
+    except OSError as error:
+        if error.errno in FULL:
+            raise StoreFullError(NO_ROOM) from error
+        if error.errno in READ_ONLY:
+            raise StoreReadOnlyError(NOT_WRITABLE) from error
+        raise
+
+
+def _is_older(path: Path, age_seconds: float) -> bool:
+    """Whether nothing was written here for so long; of age 0 is everything."""
+    try:
+        return not age_seconds or path.stat().st_mtime < time.time() - age_seconds
+    except FileNotFoundError:
+        return False

@@ -1,0 +1,193 @@
+"""The store of pixels: what workers and the service keep of jobs."""
+
+from __future__ import annotations
+
+import io
+import time
+import zipfile
+import zlib
+from collections import defaultdict
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas.tiles import Pass, Tile
+from service.errors import StoreDamagedError
+from service.storage.objects import Objects, Stored
+
+Pixels = NDArray[np.float32]
+Layers = dict[str, NDArray[Any]]
+LAYERS_SUFFIX = ".npz"
+TILES = "tiles"
+UNFINISHED_SECONDS = 3600.0
+"""What is younger may be what another server writes at the moment."""
+
+
+@dataclass(frozen=True)
+class StoredTile:
+    """A finished step: which pixels, which attempt wrote them, and the checksum of its bytes."""
+
+    tile: Tile
+    pass_: Pass
+    attempt: int
+    crc32: int
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Shape of its pixels: rows, columns, channels."""
+        return _shape(self.tile, self.pass_)
+
+
+class TileStore:
+    """Keeps the pixels of jobs. Every write is atomic: a reader sees all of it or nothing.
+
+    What an attempt writes has its number in the name, so that one that was given up overwrites nothing.
+
+    Parameters
+    ----------
+    objects : Objects
+        Where all of it lies: under the name of each job its results, and under ``tiles`` there one entry for
+        each tile and pass.
+    """
+
+    def __init__(self, objects: Objects) -> None:
+        self.objects = objects
+
+    def check(self) -> None:
+        """Raise a StoreError or an OSError where nothing can be kept now."""
+        self.objects.begin("")
+        self.objects.check()
+        with self.objects.draft("room") as draft:
+            draft.write(b"whether there is room for this")
+
+    def put_spec(self, job: str, spec: bytes) -> None:
+        """Keep what a job was asked to render."""
+        self.objects.begin(f"{job}/{TILES}")
+        self.put_file(job, "spec.json", spec)
+
+    def get_spec(self, job: str) -> bytes:
+        """Return what ``put_spec`` was given."""
+        return self.get_file(job, "spec.json")
+
+    def put_tile(self, job: str, tile: Tile, pass_: Pass, attempt: int, pixels: Pixels) -> int:
+        """Keep the pixels of one step and return their CRC-32."""
+        data = pixels.astype("<f4", copy=False).tobytes()
+        self.objects.put(_name(job, tile, pass_, attempt), data)
+        return zlib.crc32(data)
+
+    def get_tile(self, job: str, stored: StoredTile) -> Pixels:
+        """Return the pixels of one step; raise StoreDamagedError if they are not what was written."""
+        return next(self.get_tiles(job, [stored]))
+
+    def get_tiles(self, job: str, parts: Sequence[StoredTile]) -> Iterator[Pixels]:
+        """Give the pixels of several steps in their order, as ``get_tile`` does."""
+        found = self.objects.many([_name_of(job, part) for part in parts])
+        return (_pixels(part, data) for part, data in zip(parts, found, strict=True))
+
+    def put_layers(self, job: str, tile: Tile, pass_: Pass, attempt: int, layers: Layers) -> None:
+        """Keep the layers that one step recorded, before its pixels."""
+        put_arrays(self.objects, f"{_name(job, tile, pass_, attempt)}{LAYERS_SUFFIX}", layers)
+
+    def get_layers(self, job: str, parts: Sequence[StoredTile]) -> Iterator[Layers]:
+        """Give the layers of several steps; raise StoreDamagedError if they are not what was written."""
+        return get_arrays(self.objects, [f"{_name_of(job, part)}{LAYERS_SUFFIX}" for part in parts])
+
+    def put_file(self, job: str, name: str, data: bytes) -> None:
+        """Keep a result of a job under a name."""
+        self.objects.put(f"{job}/{name}", data)
+
+    def get_file(self, job: str, name: str) -> bytes:
+        """Return a result of a job."""
+        return self.objects.get(f"{job}/{name}")
+
+    def get_array(self, job: str, name: str) -> NDArray[Any]:
+        """Return a result of a job that is an .npy file, for reading."""
+        return self.objects.array(f"{job}/{name}")
+
+    def find(self, job: str, name: str) -> Stored | None:
+        """Tell of a result of a job, or None."""
+        return self.objects.find(f"{job}/{name}")
+
+    def drop_tiles(self, job: str) -> None:
+        """Forget the tiles of a job; nothing happens if there are none."""
+        self.objects.drop(f"{job}/{TILES}")
+
+    def drop_job(self, job: str) -> None:
+        """Forget everything about a job; nothing happens if there is nothing."""
+        self.objects.drop(job)
+
+    def sizes(self) -> dict[str, int]:
+        """Return the bytes that each job takes."""
+        sizes: defaultdict[str, int] = defaultdict(int)
+        for found in self.objects.found():
+            sizes[found.name.partition("/")[0]] += found.size
+        return dict(sizes)
+
+    def sweep(self, jobs: Collection[str], ended: Collection[str], age_seconds: float) -> None:
+        """Remove what a killed process left behind.
+
+        Parameters
+        ----------
+        jobs
+            All that there are; what belongs to no other is removed once it has this age.
+        ended
+            Those of them that need no tiles any more.
+        """
+        newest: defaultdict[str, float] = defaultdict(float)
+        tiled = set()
+        for found in self.objects.found():
+            job, _, rest = found.name.partition("/")
+            newest[job] = max(newest[job], found.modified)
+            if rest.startswith(f"{TILES}/"):
+                tiled.add(job)
+        for job in tiled & set(ended):
+            self.drop_tiles(job)
+        since = time.time() - age_seconds
+        for job in newest.keys() - set(jobs):
+            if not age_seconds or newest[job] < since:
+                self.drop_job(job)
+        self.objects.tidy(age_seconds)
+
+
+def put_arrays(objects: Objects, name: str, arrays: Layers) -> None:
+    """Keep arrays as one .npz file."""
+    members: dict[str, Any] = dict(arrays)
+    with objects.draft(name) as draft:
+        np.savez(draft, **members)
+        objects.keep(draft, name)
+
+
+def get_arrays(objects: Objects, names: Sequence[str]) -> Iterator[Layers]:
+    """Give the arrays of several .npz files; raise StoreDamagedError if one is not what was written."""
+    return (_arrays(name, io.BytesIO(data)) for name, data in zip(names, objects.many(names), strict=True))
+
+
+def _arrays(name: str, file: IO[bytes]) -> Layers:
+    try:
+        # Every member of the archive has a CRC-32 of its own, which is checked.
+        with np.load(file, allow_pickle=False) as found:
+            return dict(found)
+    except (ValueError, EOFError, zipfile.BadZipFile) as error:
+        raise StoreDamagedError(f"{name.rpartition('/')[2]} is damaged.") from error
+
+
+def _name(job: str, tile: Tile, pass_: Pass, attempt: int) -> str:
+    return f"{job}/{TILES}/{pass_.index}-{tile.index}.{attempt}"
+
+
+def _name_of(job: str, part: StoredTile) -> str:
+    return _name(job, part.tile, part.pass_, part.attempt)
+
+
+def _pixels(part: StoredTile, data: bytes) -> Pixels:
+    if zlib.crc32(data) != part.crc32:
+        raise StoreDamagedError(f"Tile {part.tile.index} of pass {part.pass_.index} is damaged.")
+    return np.frombuffer(data, dtype="<f4").reshape(part.shape)
+
+
+def _shape(tile: Tile, pass_: Pass) -> tuple[int, int, int]:
+    height, width = tile.y1 - tile.y0, tile.x1 - tile.x0
+    return -(-height // pass_.stride), -(-width // pass_.stride), 3

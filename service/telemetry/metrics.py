@@ -1,0 +1,152 @@
+"""What operators watch, in the text format of Prometheus.
+
+Counters count what this process has seen since it started; gauges are read from the database when they are
+asked for, so that they are right after a restart too.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
+
+from prometheus_client import CollectorRegistry, Counter, Gauge, ProcessCollector, generate_latest
+from prometheus_client.core import GaugeMetricFamily
+from prometheus_client.registry import Collector
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from schemas.jobs import JobState
+from service.lifecycle.retries import Cause
+from service.storage.database.connection import Database
+from service.storage.database.models import JobRow, RenderRow
+from service.workers.tasks import JobTask, Outcome, TaskFailed, TileDone, WorkerDied
+
+RECENT = 200
+"""Pictures of target quality, the newest, of which the error is told."""
+GONE = "unknown"
+"""The user of jobs that were removed, or followed by many others, before anybody asked."""
+MOST_UNPAID = 10_000
+"""Renders of which the user is still to be looked up; where nobody asks, they would be more and more."""
+
+
+class Metrics:
+    """Counts outcomes of tasks, and writes all metrics. Any thread may use it.
+
+    Examples
+    --------
+    >>> Metrics().tiles.collect()[0].name
+    'penumbra_tiles'
+    """
+
+    def __init__(self) -> None:
+        here = self.registry = CollectorRegistry()
+        ProcessCollector(registry=here)
+        self.tiles = Counter("penumbra_tiles", "Tiles that were rendered, in all passes.", registry=here)
+        self.leads = Gauge("penumbra_leads", "1 where this server hands out work.", registry=here)
+        self.deaths = Counter("penumbra_worker_deaths", "Tasks that lost their worker.", registry=here)
+        self.retries = Counter("penumbra_retries", "Tasks that are tried again.", ["cause"], registry=here)
+        # Whoever looks for an increase finds none where a counter appears with its first retry.
+        self.note_retries(dict.fromkeys(Cause, 0))
+        self.failures = Counter("penumbra_task_failures", "Tasks that failed.", ["code"], registry=here)
+        self.cpu_seconds = Counter("penumbra_user_cpu_seconds", "Work of workers.", ["user"], registry=here)
+        self._lock = threading.Lock()
+        self._unpaid: defaultdict[str, float] = defaultdict(float)
+
+    def note(self, task: JobTask, outcome: Outcome) -> None:
+        """Count the outcome of a task."""
+        match outcome:
+            case TileDone():
+                self.tiles.inc()
+            case WorkerDied():
+                self.deaths.inc()
+            case TaskFailed(code=code):
+                self.failures.labels(code).inc()
+            case _:
+                pass
+        with self._lock:
+            self._unpaid[task.job] += getattr(outcome, "cpu_seconds", 0.0)
+            while len(self._unpaid) > MOST_UNPAID:
+                self.cpu_seconds.labels(GONE).inc(self._unpaid.pop(next(iter(self._unpaid))))
+
+    def note_retries(self, causes: Mapping[Cause, int]) -> None:
+        """Count tasks that are tried again, by what was in the way."""
+        for cause, count in causes.items():
+            self.retries.labels(cause).inc(count)
+
+    def text(self, database: Database) -> bytes:
+        """Write all metrics.
+
+        Raises
+        ------
+        sqlalchemy.exc.SQLAlchemyError
+            The database cannot be read.
+        """
+        with database.reading() as session:
+            self._charge(session)
+            state = _State(list(_families(session)))
+        return generate_latest(self.registry) + generate_latest(state.registry())
+
+    def _charge(self, session: Session) -> None:
+        """Put what renders have cost on the account of the user whose job began each."""
+        with self._lock:
+            unpaid, self._unpaid = self._unpaid, defaultdict(float)
+        begun = select(JobRow.id, JobRow.owner).where(JobRow.id.in_(unpaid))
+        owners = dict(session.execute(begun).all())
+        for render, seconds in unpaid.items():
+            self.cpu_seconds.labels(owners.get(render, GONE)).inc(seconds)
+
+
+class _State(Collector):
+    """Gauges that were read already."""
+
+    def __init__(self, families: Iterable[GaugeMetricFamily]) -> None:
+        self.families = families
+
+    def collect(self) -> Iterable[GaugeMetricFamily]:
+        """Give them."""
+        return self.families
+
+    def registry(self) -> CollectorRegistry:
+        """A registry of nothing else."""
+        made = CollectorRegistry()
+        made.register(self)
+        return made
+
+
+def _families(session: Session) -> Iterator[GaugeMetricFamily]:
+    unfinished = JobRow.finished_at.is_(None)
+    depths = dict.fromkeys((JobState.QUEUED.value, JobState.RUNNING.value), 0)
+    counted = select(JobRow.state, func.count()).where(unfinished).group_by(JobRow.state)
+    depths |= {state.value: count for state, count in session.execute(counted)}
+    yield _by("penumbra_jobs", "Jobs that wait or run.", "state", depths)
+
+    code = JobRow.failure["code"].as_string()
+    failed = select(code, func.count()).where(JobRow.state == JobState.FAILED).group_by(code)
+    failures = {str(name): count for name, count in session.execute(failed)}
+    yield _by("penumbra_failed_jobs", "Jobs that are kept and failed, by code.", "code", failures)
+
+    ratios = sorted(_ratios(session))
+    shares = {str(share): ratios[round(share * (len(ratios) - 1))] for share in (0.5, 0.95) if ratios}
+    told = (
+        f"Error that was reached over the error asked for, of the last {RECENT} pictures of target quality."
+    )
+    yield _by("penumbra_error_over_target", told, "quantile", shares)
+
+
+def _ratios(session: Session) -> Iterator[float]:
+    """What each of the newest pictures of target quality has reached, 1 where it is just what was asked."""
+    asked = select(RenderRow.target_error, RenderRow.merges).where(
+        RenderRow.state == JobState.SUCCEEDED, RenderRow.target_error.is_not(None)
+    )
+    for target, merges in session.execute(asked.order_by(RenderRow.number.desc()).limit(RECENT)):
+        error = merges[-1]["error"] if merges else None
+        if target and error:
+            yield error["estimate"] / target
+
+
+def _by(name: str, told: str, label: str, values: Mapping[str, float]) -> GaugeMetricFamily:
+    family = GaugeMetricFamily(name, told, labels=[label])
+    for value, number in values.items():
+        family.add_metric([value], number)
+    return family

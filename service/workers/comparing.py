@@ -1,0 +1,73 @@
+"""Comparing two pictures in a worker."""
+
+from __future__ import annotations
+
+import base64
+import json
+
+import renderer
+from accuracy.comparison import Comparison, NotComparableError, Picture, Policy, compare, heat, picture_of
+from accuracy.comparison.shown import names_of, shapes_shown
+from schemas.comparisons import ComparisonAnswer, ComparisonPictures, ComparisonRequest
+from schemas.jobs import JobRequest
+from schemas.problems import Problem
+from service.storage.tiles import TileStore
+from service.workers import layers
+from service.workers.tasks import CompareDone, ComparedPicture, CompareRefused, CompareTask
+
+CODE = "not_comparable"
+
+
+def compared(
+    task: CompareTask, store: TileStore, assets: renderer.AssetSource
+) -> CompareDone | CompareRefused:
+    """Compare the pictures of a task, or say which of them cannot be used and why."""
+    pictures = {}
+    for role, asked in (("image", task.image), ("reference", task.reference)):
+        try:
+            pictures[role] = _picture(asked, role, store)
+        except NotComparableError as error:
+            return CompareRefused(Problem(pointer=f"/{role}", detail=str(error), code=CODE))
+    try:
+        found = _compared(task, pictures["image"], pictures["reference"], store, assets)
+    except NotComparableError as error:
+        return CompareRefused(Problem(pointer="", detail=str(error), code=CODE))
+    return CompareDone(_answer(found, task.request))
+
+
+def _picture(asked: ComparedPicture, role: str, store: TileStore) -> Picture:
+    if asked.job is None:
+        return picture_of(asked.content, role, asked.encoding)
+    content = store.get_file(asked.render, "image.npy")
+    sheets = {name: store.get_array(asked.render, layers.file_name(name)) for name in asked.layers}
+    return picture_of(content, f"job:{asked.job}", asked.encoding, sheets)
+
+
+def _compared(
+    task: CompareTask, image: Picture, reference: Picture, store: TileStore, assets: renderer.AssetSource
+) -> Comparison:
+    asked = task.request
+    policy = Policy(tolerance=asked.tolerance, most_bias=asked.max_bias, limit=asked.limit)
+    if task.reference.job is None or image.linear.shape != reference.linear.shape:
+        return compare(image, reference, policy=policy, with_flip=asked.flip)
+    spec = JobRequest.model_validate(json.loads(store.get_spec(task.reference.render)))
+    scene = renderer.load_scene(spec.scene, assets=assets)
+    return compare(
+        image,
+        reference,
+        policy=policy,
+        shapes=shapes_shown(scene),
+        names=names_of(scene.document),
+        with_flip=asked.flip,
+    )
+
+
+def _answer(found: Comparison, asked: ComparisonRequest) -> ComparisonAnswer:
+    answer = ComparisonAnswer.model_validate(found.document())
+    if not asked.pictures:
+        return answer
+    pictures = found.image.linear, found.reference.linear
+    drawn = (heat.heat_map(*pictures), heat.side_by_side(*pictures))
+    heat_map, side_by_side = (base64.b64encode(heat.encoded(codes)).decode("ascii") for codes in drawn)
+    images = ComparisonPictures(heat_map=heat_map, side_by_side=side_by_side)
+    return answer.model_copy(update={"images": images})

@@ -1,0 +1,215 @@
+"""The engine of many machines: tasks travel to the workers of a Dask cluster, each of which has one slot.
+
+Nothing is kept in the cluster: what is lost with a worker or with the scheduler comes back as interrupted,
+and the dispatcher hands it out again from the database.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Callable, Coroutine
+from contextlib import suppress
+from dataclasses import dataclass
+from uuid import uuid4
+
+import structlog
+from distributed import Client, Future, KilledWorker
+from distributed.client import FutureCancelledError
+
+from service.errors import UnusableWorkerError
+from service.workers.dask_cluster import Connect
+from service.workers.dask_worker import BEGUN, NAME, SlotPlugin, execute, stop
+from service.workers.tasks import Interrupted, Outcome, Report, Task, WorkerDied
+from service.workers.worker import WorkerSetup
+
+# Tasks for each worker: one runs, and the others are there the moment it ends.
+WINDOW = 3
+# How often to look which workers there are, seconds.
+WATCH_SECONDS = 1.0
+# How long to leave a cluster alone that has failed, seconds.
+RETRY_SECONDS = 1.0
+# How long the workers may take to stop when the service does, seconds.
+FAREWELL_SECONDS = 3.0
+log = structlog.get_logger()
+
+
+@dataclass(eq=False)
+class _Flight:
+    """A task that was handed to the cluster; ``worker`` is where it has begun."""
+
+    key: str
+    task: Task
+    future: Future
+    worker: str | None = None
+    stopping: bool = False
+
+
+class DaskEngine:
+    """Runs tasks on the workers of a Dask cluster, which may come and go.
+
+    Parameters
+    ----------
+    connect : callable
+        Gives a client of the cluster, as a context.
+    setup : WorkerSetup
+        What every slot is told.
+    """
+
+    def __init__(self, connect: Connect, setup: WorkerSetup) -> None:
+        self._connect, self._setup = connect, setup
+        self._thread = threading.Thread(target=self._run, name="dask", daemon=True)
+        self._started = threading.Event()
+        self._lock = threading.Lock()
+        self._load = self._workers = 0
+        # Of the thread with the event loop alone.
+        self._client: Client | None = None
+        self._flights: dict[str, _Flight] = {}
+        self._following: set[asyncio.Task[None]] = set()
+
+    def start(self, report: Report) -> None:
+        """Begin to look for the cluster; tasks are taken once it is there."""
+        self._report = report
+        self._thread.start()
+        self._started.wait()
+
+    def room(self) -> int:
+        """How many more tasks are taken now; none while there is no cluster."""
+        with self._lock:
+            return max(0, WINDOW * self._workers - self._load)
+
+    def submit(self, task: Task) -> None:
+        """Give a task to the cluster, which chooses the worker."""
+        with self._lock:
+            self._load += 1
+        self._loop.call_soon_threadsafe(self._begin, task)
+
+    def interrupt(self, wanted: Callable[[Task], bool]) -> None:
+        """Take back the tasks that are ``wanted``; where one runs, its process is killed."""
+        self._loop.call_soon_threadsafe(self._interrupt, wanted)
+
+    def alive(self) -> bool:
+        """Whether the cluster is there and has a worker."""
+        return self._workers > 0
+
+    def close(self) -> None:
+        """Stop all tasks and leave the cluster; one of this engine's own ends."""
+        self._report = _nobody
+        self._loop.call_soon_threadsafe(self._main.cancel)
+        self._thread.join()
+
+    def _run(self) -> None:
+        with suppress(asyncio.CancelledError):
+            asyncio.run(self._live())
+
+    async def _live(self) -> None:
+        """Use the cluster; look for it again whenever it is lost."""
+        self._loop = asyncio.get_running_loop()
+        main = asyncio.current_task()
+        assert main is not None
+        self._main = main
+        self._started.set()
+        while True:
+            try:
+                async with self._connect() as client:
+                    await self._serve(client)
+            except (OSError, TimeoutError, RuntimeError) as error:
+                log.warning("cluster not usable, trying again", reason=str(error) or type(error).__name__)
+            await asyncio.sleep(RETRY_SECONDS)
+
+    async def _serve(self, client: Client) -> None:
+        """Take tasks until the connection is lost."""
+        connection = client.scheduler_comm
+        try:
+            client.subscribe_topic(BEGUN, self._note_begun)
+            await _prepare(client, SlotPlugin(self._setup))
+            self._client = client
+            # A client that has connected again has another scheduler, which knows nothing of the slots.
+            while client.status == "running" and client.scheduler_comm is connection:
+                self._workers = len(await client.nthreads())
+                await asyncio.sleep(WATCH_SECONDS)
+            log.warning("cluster lost, looking for it again")
+        finally:
+            self._client, self._workers = None, 0
+            if client.status == "running":
+                with suppress(OSError, TimeoutError):
+                    await asyncio.wait_for(client.run(stop, None, on_error="ignore"), FAREWELL_SECONDS)
+
+    def _begin(self, task: Task) -> None:
+        key = f"{type(task).__name__}-{uuid4().hex}"
+        if self._client is None:
+            self._end(task, Interrupted())
+            return
+        future = self._client.submit(execute, key, task, key=key, pure=False)
+        self._flights[key] = flight = _Flight(key, task, future)
+        self._follow(self._await(flight))
+
+    async def _await(self, flight: _Flight) -> None:
+        outcome = await _outcome(flight)
+        del self._flights[flight.key]
+        flight.future.release()
+        self._end(flight.task, outcome)
+
+    def _end(self, task: Task, outcome: Outcome) -> None:
+        with self._lock:
+            self._load -= 1
+        self._report(task, outcome)
+
+    def _note_begun(self, event: tuple[float, dict[str, str]]) -> None:
+        flight = self._flights.get(event[1]["key"])
+        if flight is not None:
+            flight.worker = event[1]["worker"]
+
+    def _interrupt(self, wanted: Callable[[Task], bool]) -> None:
+        for flight in self._flights.values():
+            if not flight.stopping and wanted(flight.task):
+                flight.stopping = True
+                self._follow(self._stop(flight))
+
+    async def _stop(self, flight: _Flight) -> None:
+        """Take back a task that has not begun, and kill the process of one that has: it writes no more."""
+        client = self._client
+        if client is None:
+            return
+        if flight.worker is None:
+            await client.cancel([flight.future])
+            return
+        with suppress(OSError, TimeoutError):
+            await client.run(stop, flight.key, workers=[flight.worker], on_error="ignore")
+        flight.stopping = False
+
+    def _follow(self, coroutine: Coroutine[None, None, None]) -> None:
+        # The event loop itself does not keep what it runs.
+        following = self._loop.create_task(coroutine)
+        self._following.add(following)
+        following.add_done_callback(self._following.discard)
+
+
+async def _prepare(client: Client, plugin: SlotPlugin) -> None:
+    """Give every worker a slot, those included that come later."""
+    try:
+        await client.register_plugin(plugin, name=NAME)
+    except UnusableWorkerError as error:
+        # It leaves by itself; the others are good.
+        log.error("a worker cannot be used", reason=str(error))  # noqa: TRY400  (the reason is enough)
+
+
+async def _outcome(flight: _Flight) -> Outcome:
+    """Wait until a task has ended, or is lost."""
+    try:
+        outcome: Outcome = await flight.future
+    except (FutureCancelledError, OSError):
+        # The scheduler is gone, or the worker was before it had told.
+        return Interrupted()
+    except KilledWorker:
+        # What waited behind another task is not to blame.
+        return WorkerDied() if flight.worker else Interrupted()
+    except Exception as error:  # noqa: BLE001  (a worker without the package, a cluster of another version)
+        log.error("the cluster cannot run a task", reason=f"{type(error).__name__}: {error}")  # noqa: TRY400
+        await asyncio.sleep(RETRY_SECONDS)
+        return Interrupted()
+    return outcome
+
+
+def _nobody(_task: Task, _outcome: Outcome, /) -> None:
+    """Take reports after the end."""

@@ -1,0 +1,147 @@
+"""What runs inside each worker of a Dask cluster: one slot, as on a single machine."""
+
+from __future__ import annotations
+
+import os
+import threading
+from concurrent.futures import Future
+from dataclasses import replace
+from importlib.metadata import version
+from multiprocessing import current_process
+
+from distributed import Worker, WorkerPlugin, get_worker
+
+from service.errors import StoreError, UnusableWorkerError
+from service.storage.places import ASSETS, place_of
+from service.workers.slots import SlotEngine
+from service.workers.tasks import Interrupted, Outcome, Task
+from service.workers.worker import WorkerSetup
+
+NAME = "penumbra"
+BEGUN = "penumbra-begun"
+"""The topic under which a worker tells that a task has begun."""
+
+# How often a running task is asked for by `stop`, seconds.
+LOOK_SECONDS = 0.05
+
+
+class SlotPlugin(WorkerPlugin):
+    """A slot in a Dask worker: a task that kills its process leaves the worker alive.
+
+    Parameters
+    ----------
+    setup : WorkerSetup
+        What the process of the slot is told.
+    """
+
+    name = NAME
+
+    def __init__(self, setup: WorkerSetup) -> None:
+        self._setup = setup
+        self._version = version("penumbra-render")
+
+    def setup(self, worker: Worker) -> None:
+        """Start the process of the slot, or end a worker that could not render.
+
+        Raises
+        ------
+        UnusableWorkerError
+            If something is missing here; the message says what.
+        """
+        self._worker = worker
+        self._lock = threading.Lock()
+        self._unwanted = threading.Event()
+        self._key: str | None = None
+        self._ending: Future[Outcome] = Future()
+        self._slot: SlotEngine | None = None
+        try:
+            self._check(worker)
+        except UnusableWorkerError as error:
+            worker.loop.add_callback(worker.close, reason=str(error))
+            raise
+        self._slot = SlotEngine(1, replace(self._setup, parent=os.getpid()))
+        self._slot.start(self._ended)
+
+    def teardown(self, worker: Worker) -> None:  # noqa: ARG002  (an interface)
+        """Kill the process of the slot; a task that runs ends as interrupted."""
+        slot, self._slot = self._slot, None
+        if slot is not None:
+            slot.close()
+            self._end(Interrupted())
+
+    def transition(self, key: str, start: str, finish: str, **_: object) -> None:
+        """Stop a task that nobody wants any more: it was cancelled, or whoever wanted it is gone."""
+        if start == "executing" and finish == "released":
+            self.stop(key)
+
+    def run(self, key: str, task: Task) -> Outcome:
+        """Execute a task in the slot."""
+        slot = self._slot
+        assert slot is not None
+        self._begin(key)
+        self._worker.log_event(BEGUN, {"key": key, "worker": self._worker.address})
+        slot.submit(task)
+        return self._outcome(slot)
+
+    def stop(self, key: str | None) -> None:
+        """Kill the process if it runs this task, or any if no key is given."""
+        with self._lock:
+            if key in (None, self._key):
+                self._unwanted.set()
+
+    def _begin(self, key: str) -> None:
+        with self._lock:
+            self._key, self._ending = key, Future()
+            self._unwanted.clear()
+
+    def _outcome(self, slot: SlotEngine) -> Outcome:
+        while True:
+            try:
+                return self._ending.result(LOOK_SECONDS)
+            except TimeoutError:
+                # Asked for again and again: a process that is still starting cannot be interrupted yet.
+                if self._unwanted.is_set():
+                    slot.interrupt(lambda _: True)
+
+    def _ended(self, _task: Task, outcome: Outcome, /) -> None:
+        self._end(outcome)
+
+    def _end(self, outcome: Outcome) -> None:
+        with self._lock:
+            self._key = None
+            if not self._ending.done():
+                self._ending.set_result(outcome)
+
+    def _check(self, worker: Worker) -> None:
+        here = version("penumbra-render")
+        if here != self._version:
+            raise UnusableWorkerError(
+                f"This worker has Penumbra {here}, the service {self._version}. Install the same on both."
+            )
+        if worker.state.nthreads != 1:
+            raise UnusableWorkerError("A worker is one slot. Start it with --nthreads 1.")
+        if current_process().daemon:
+            raise UnusableWorkerError(
+                "This worker may not start the process that renders. "
+                "Set DASK_DISTRIBUTED__WORKER__DAEMON=False for it, or start it with --no-nanny."
+            )
+        try:
+            place_of(self._setup.store).within(ASSETS).check()
+        except StoreError as error:
+            raise UnusableWorkerError(f"This worker does not see the pictures. {error}") from error
+
+
+def execute(key: str, task: Task) -> Outcome:
+    """Execute a task in the slot of the Dask worker that calls this."""
+    return _slot(get_worker()).run(key, task)
+
+
+def stop(key: str | None, dask_worker: Worker) -> None:
+    """Stop a task that runs in a worker, or any task if no key is given."""
+    _slot(dask_worker).stop(key)
+
+
+def _slot(worker: Worker) -> SlotPlugin:
+    plugin = worker.plugins[NAME]
+    assert isinstance(plugin, SlotPlugin)
+    return plugin

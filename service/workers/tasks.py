@@ -1,0 +1,270 @@
+"""What an engine is asked to do, and what comes back. All of it travels between processes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas.comparisons import ComparisonAnswer, ComparisonRequest, Encoding
+from schemas.inspections import Inspection
+from schemas.problems import Problem
+from schemas.quotes import Quote, QuoteRequest
+from schemas.scene import Scene
+from schemas.tiles import Pass, Tile
+from service.storage.tiles import StoredTile
+
+STORAGE_FULL, STORAGE_READ_ONLY, STORAGE_AWAY = "storage_full", "storage_read_only", "storage_away"
+OUT_OF_MEMORY, TOOK_TOO_LONG = "out_of_memory", "took_too_long"
+
+
+# Two tasks are the same only if they are the same object: a tile that is tried again is a new task.
+@dataclass(frozen=True, eq=False)
+class TileTask:
+    """Render a tile of a job in a pass, and keep the pixels in the store."""
+
+    job: str
+    spec_sha256: str
+    tile: Tile
+    pass_: Pass
+    attempt: int
+
+
+@dataclass(frozen=True, eq=False)
+class SampleTask(TileTask):
+    """Bring the pixels of a tile to the levels that a pass wants, and keep the samples in the store.
+
+    ``merged`` is the attempt that has merged the pass before and said what this one wants; 0 where there
+    was none. What is not finished ``until`` then, seconds since the epoch, is given up; a camera ray is
+    expected to take ``ray_seconds``.
+    """
+
+    merged: int
+    until: float | None
+    ray_seconds: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class AdvanceTask:
+    """Merge the tiles of a pass into a picture of target quality, and decide what the next pass wants.
+
+    ``merged`` is as in `SampleTask`, ``recorded`` are the tiles that have recorded ``layers``. ``last`` says
+    that no pass follows, whatever the error is: then not all tiles of the pass need be there. ``prices`` are
+    CPU seconds of camera rays by kind, as measured before this pass; None before any was.
+    """
+
+    job: str
+    spec_sha256: str
+    pass_: Pass
+    parts: tuple[StoredTile, ...]
+    merged: int
+    tile_size: int | None
+    last: bool
+    attempt: int
+    layers: tuple[str, ...]
+    recorded: tuple[StoredTile, ...]
+    prices: dict[str, float] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class ComposeTask:
+    """Make the final picture of a job, and its layers, from its tiles.
+
+    ``compared`` says that the differences of its passes tell their errors.
+    """
+
+    job: str
+    width: int
+    height: int
+    parts: tuple[StoredTile, ...]
+    attempt: int
+    layers: tuple[str, ...] = ()
+    compared: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class TraceTask:
+    """Cast rays into a scene."""
+
+    scene: Scene
+    origins: NDArray[np.float64]
+    directions: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class QuoteTask:
+    """Find out what a picture would cost, by a pilot; ``workers`` are those that would render it."""
+
+    request: QuoteRequest
+    workers: int
+
+
+@dataclass(frozen=True)
+class ComparedPicture:
+    """A picture of a job, with these of its layers, or the content of a file where there is no job.
+
+    It lies in the store under the name of its ``render``.
+    """
+
+    job: str | None
+    render: str
+    content: bytes = field(repr=False)
+    encoding: Encoding | None
+    layers: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class CompareTask:
+    """Compare two pictures; ``request`` has the options."""
+
+    request: ComparisonRequest
+    image: ComparedPicture
+    reference: ComparedPicture
+
+
+@dataclass(frozen=True, eq=False)
+class InspectTask:
+    """Explain a pixel of a job's picture."""
+
+    job: str
+    spec_sha256: str
+    x: int
+    y: int
+
+
+JobTask = TileTask | AdvanceTask | ComposeTask
+CallTask = TraceTask | QuoteTask | CompareTask | InspectTask
+Task = JobTask | CallTask
+
+
+@dataclass(frozen=True)
+class TileDone:
+    """A tile lies in the store."""
+
+    crc32: int
+    counts: dict[str, int]
+    cpu_seconds: float
+    work: dict[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class AdvanceDone:
+    """A pass is merged: picture, state and demand lie in the store.
+
+    ``tiles`` are those in which the next pass has ``samples`` to take. It is predicted to last
+    ``next_seconds``, all passes after it ``later_seconds``, and one of its camera rays ``ray_seconds``. Where
+    none follows, the final picture lies in the store, and ``sha256`` is that of its file; ``numerics`` are as
+    in `ComposeDone`. ``error`` is the estimate with its interval, once known. ``prices`` are as in
+    `AdvanceTask`.
+    """
+
+    tiles: tuple[Tile, ...]
+    samples: int
+    next_seconds: float
+    later_seconds: float
+    prices: dict[str, float]
+    ray_seconds: float
+    error: dict[str, float] | None
+    numerics: dict[str, int]
+    cpu_seconds: float
+    sha256: str | None
+
+
+@dataclass(frozen=True)
+class ComposeDone:
+    """The final picture lies in the store; ``numerics`` counts its bad pixels by kind.
+
+    ``errors`` are those after the passes of which they are known, by the pass's index.
+    """
+
+    sha256: str
+    numerics: dict[str, int]
+    errors: dict[int, dict[str, float]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class TraceDone:
+    """What the rays hit; arrays named as in ``renderer.trace``."""
+
+    hits: dict[str, NDArray[Any]] = field(repr=False)
+
+
+@dataclass(frozen=True)
+class QuoteDone:
+    """What a picture would cost."""
+
+    quote: Quote
+
+
+@dataclass(frozen=True)
+class CompareDone:
+    """What comparing two pictures has shown."""
+
+    answer: ComparisonAnswer
+
+
+@dataclass(frozen=True)
+class CompareRefused:
+    """A picture that was sent cannot be compared; the pointer leads into the request."""
+
+    problem: Problem
+
+
+@dataclass(frozen=True)
+class InspectDone:
+    """Why a pixel looks as it does."""
+
+    inspection: Inspection
+
+
+@dataclass(frozen=True)
+class TaskFailed:
+    """A task ended with an error of its own."""
+
+    code: str
+    message: str
+
+    @property
+    def passes(self) -> bool:
+        """Whether the reason goes away without the task's doing; else a second try would end the same way."""
+        return self.code in (STORAGE_FULL, STORAGE_READ_ONLY, STORAGE_AWAY)
+
+
+@dataclass(frozen=True)
+class WorkerDied:
+    """The worker died while it ran the task; the task may be the reason."""
+
+
+@dataclass(frozen=True)
+class Interrupted:
+    """The task was taken from its worker, or never began; nothing is known against it.
+
+    ``late`` says that the time of its job was spent, so that nobody wants it any more.
+    """
+
+    late: bool = False
+
+
+def log_names(task: Task | None) -> dict[str, str | int]:
+    """Name a task in a log: its job, tile, pass and attempt, as far as it has them."""
+    names: dict[str, str | int] = {}
+    if isinstance(task, JobTask):
+        names |= {"job": task.job, "attempt": task.attempt}
+    if isinstance(task, TileTask | AdvanceTask):
+        names["pass_index"] = task.pass_.index
+    if isinstance(task, TileTask):
+        names["tile"] = task.tile.index
+    return names
+
+
+CallDone = TraceDone | QuoteDone | CompareDone | CompareRefused | InspectDone
+Outcome = TileDone | AdvanceDone | ComposeDone | CallDone | TaskFailed | WorkerDied | Interrupted
+
+
+class Report(Protocol):
+    """Receives the outcome of a task, once for each task, from any thread."""
+
+    def __call__(self, task: Task, outcome: Outcome, /) -> None:
+        """Take note and return at once."""

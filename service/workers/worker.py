@@ -1,0 +1,252 @@
+"""The inside of a worker process: how it starts, and how it executes a task."""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import os
+import resource
+import signal
+import sys
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import singledispatchmethod
+from itertools import groupby
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import renderer
+from accuracy.inspection import inspect
+from accuracy.quotes import quote
+from renderer import film, progressive
+from renderer.images import files as image_files
+from schemas.limits import Limits
+from service import logs
+from service.errors import StoreAwayError, StoreFullError, StoreReadOnlyError
+from service.storage.assets import AssetStore
+from service.storage.passes import PassStore
+from service.storage.places import ASSETS, JOBS, place_of
+from service.storage.tiles import Layers, TileStore
+from service.workers import layers
+from service.workers.comparing import compared
+from service.workers.heartbeats import Lease, beat
+from service.workers.passes import PassWorker
+from service.workers.specs import compile_inspected, compile_spec
+from service.workers.tasks import (
+    OUT_OF_MEMORY,
+    STORAGE_AWAY,
+    STORAGE_FULL,
+    STORAGE_READ_ONLY,
+    AdvanceDone,
+    AdvanceTask,
+    CompareDone,
+    CompareRefused,
+    CompareTask,
+    ComposeDone,
+    ComposeTask,
+    InspectDone,
+    InspectTask,
+    Interrupted,
+    Outcome,
+    QuoteDone,
+    QuoteTask,
+    SampleTask,
+    Task,
+    TaskFailed,
+    TileDone,
+    TileTask,
+    TraceDone,
+    TraceTask,
+    log_names,
+)
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
+
+PASSING: dict[type[Exception], str] = {
+    StoreFullError: STORAGE_FULL,
+    StoreReadOnlyError: STORAGE_READ_ONLY,
+    StoreAwayError: STORAGE_AWAY,
+}
+PR_SET_PDEATHSIG = 1
+PLANS_KEPT = 4
+
+
+@dataclass(frozen=True)
+class WorkerSetup:
+    """What a worker process is told when it starts; ``store`` is the address of `service.storage.places`.
+
+    ``workers`` are those that share the tiles of a pass.
+    """
+
+    parent: int
+    store: str
+    limits: Limits
+    memory_bytes: int
+    lease: Lease = field(default_factory=Lease)
+    log_level: str = "info"
+    workers: int = 1
+
+
+class Worker:
+    """Executes tasks one after another; keeps the plans of the last few jobs."""
+
+    def __init__(self, setup: WorkerSetup) -> None:
+        place = place_of(setup.store)
+        objects = place.within(JOBS)
+        self._store = TileStore(objects)
+        self._assets = AssetStore(place.within(ASSETS), setup.limits)
+        self._passes = PassWorker(self._store, PassStore(objects), setup.workers)
+        self._plans: OrderedDict[str, renderer.RenderPlan] = OrderedDict()
+
+    @singledispatchmethod
+    def execute(self, task: Any) -> Outcome:
+        """Execute a task and return its outcome."""
+        raise TypeError(type(task).__name__)
+
+    @execute.register
+    def _(self, task: TileTask) -> TileDone:
+        result = renderer.render_tile(self._plan(task), task.tile, task.pass_)
+        if result.layers:
+            self._store.put_layers(task.job, task.tile, task.pass_, task.attempt, result.layers)
+        crc32 = self._store.put_tile(task.job, task.tile, task.pass_, task.attempt, result.pixels)
+        return TileDone(crc32, result.counts, result.cpu_seconds, result.work)
+
+    @execute.register
+    def _(self, task: SampleTask) -> TileDone | Interrupted:
+        return self._passes.sample(self._plan(task), task)
+
+    @execute.register
+    def _(self, task: AdvanceTask) -> AdvanceDone:
+        return self._passes.advance(self._plan(task), task)
+
+    @execute.register
+    def _(self, task: ComposeTask) -> ComposeDone:
+        image = np.empty((task.height, task.width, 3), np.float32)
+        clamped = 0
+        squares = []
+        tiles = zip(task.parts, self._store.get_tiles(task.job, task.parts), strict=True)
+        for _, group in groupby(tiles, key=lambda one: one[0].tile.index):
+            parts = list(group)
+            tile = parts[0][0].tile
+            pixels = [(part.pass_, found) for part, found in parts]
+            image[tile.y0 : tile.y1, tile.x0 : tile.x1] = film.compose(pixels)
+            clamped += film.clamped(pixels)
+            if task.compared:
+                squares.append(progressive.squares_of(pixels))
+        for name, sheet in self._layers(task).items():
+            self._store.put_file(task.job, layers.file_name(name), image_files.encode_layer(sheet))
+        data = image_files.encode_npy(image)
+        self._store.put_file(task.job, "image.npy", data)
+        numerics = {"non_finite": film.non_finite(image), "clamped": clamped}
+        errors = progressive.errors_of(squares, task.width * task.height)
+        documents = {index: error.document() for index, error in errors.items()}
+        return ComposeDone(hashlib.sha256(data).hexdigest(), numerics, documents)
+
+    @execute.register
+    def _(self, task: TraceTask) -> TraceDone:
+        plan = renderer.compile_scene(renderer.load_scene(task.scene, assets=self._assets))
+        hits = renderer.trace(plan, task.origins, task.directions)
+        names = ("t", "position", "normal", "uv", "shape", "primitive", "visibility")
+        return TraceDone({name: getattr(hits, name) for name in names})
+
+    @execute.register
+    def _(self, task: QuoteTask) -> QuoteDone:
+        asked = task.request
+        scene = renderer.load_scene(asked.scene, assets=self._assets)
+        told = quote(
+            scene,
+            asked.quality,
+            target_error=asked.target_error,
+            seconds=asked.seconds,
+            workers=task.workers,
+        )
+        return QuoteDone(told)
+
+    @execute.register
+    def _(self, task: CompareTask) -> CompareDone | CompareRefused:
+        return compared(task, self._store, self._assets)
+
+    @execute.register
+    def _(self, task: InspectTask) -> InspectDone:
+        name = f"inspected {task.spec_sha256}"
+        plan = self._kept(name, lambda: compile_inspected(self._store.get_spec(task.job), self._assets))
+        return InspectDone(inspect(plan, task.x, task.y))
+
+    def _layers(self, task: ComposeTask) -> Layers:
+        return layers.composed(self._store, task.job, (task.height, task.width), task.layers, task.parts)
+
+    def _plan(self, task: TileTask | AdvanceTask) -> renderer.RenderPlan:
+        return self._kept(
+            task.spec_sha256, lambda: compile_spec(self._store.get_spec(task.job), self._assets)
+        )
+
+    def _kept(self, name: str, compiled: Callable[[], renderer.RenderPlan]) -> renderer.RenderPlan:
+        """The plan of this name, compiled unless it is among the last few."""
+        plan = self._plans.pop(name, None) or compiled()
+        self._plans[name] = plan
+        while len(self._plans) > PLANS_KEPT:
+            self._plans.popitem(last=False)
+        return plan
+
+
+def work(connection: Connection, pulse: Connection, setup: WorkerSetup) -> None:
+    """Run a worker process: say that it has started, and then answer each task with its outcome.
+
+    Beats go through ``pulse`` meanwhile.
+    """
+    _prepare(setup)
+    beating = pulse, setup.lease.beat_seconds
+    threading.Thread(target=beat, args=beating, name="heartbeat", daemon=True).start()
+    worker = Worker(setup)
+    with suppress(EOFError, OSError):  # nobody asks any more
+        connection.send(os.getpid())
+        while True:
+            connection.send(_outcome(worker, connection.recv()))
+
+
+def _prepare(setup: WorkerSetup) -> None:
+    """See that this process dies with its parent, leaves no core file and keeps to its memory.
+
+    It logs as the service does: other forms of a traceback show the values of names.
+    """
+    logs.configure(setup.log_level)
+    # The service's own, which may come from a file that is not on this machine.
+    os.environ.update(setup.limits.variables())
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != setup.parent:
+        os._exit(1)  # the parent died before the line above could notice
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's affair
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_AS, (setup.memory_bytes, setup.memory_bytes))
+
+
+def _outcome(worker: Worker, task: Task) -> Outcome:
+    """Execute a task. Errors come back as outcomes: not every exception can travel."""
+    try:
+        return worker.execute(task)
+    except MemoryError:
+        return TaskFailed(OUT_OF_MEMORY, "Rendering needs more memory than a worker may use.")
+    except Exception as error:  # noqa: BLE001  (whatever a task raises is its outcome)
+        return _failure(task, error)
+
+
+def _failure(task: Task, error: Exception) -> TaskFailed:
+    for kind, code in PASSING.items():
+        if isinstance(error, kind):
+            return TaskFailed(code, str(error))
+    import structlog  # noqa: PLC0415 - workers start without it, and few ever log
+
+    log = structlog.get_logger()
+    log.error("task failed", task=type(task).__name__, exc_info=error, **log_names(task))
+    if isinstance(error, renderer.SceneError):
+        first = error.errors[0]
+        return TaskFailed("scene_not_usable", f"/scene{first.pointer}: {first.detail}")
+    if isinstance(error, renderer.RenderError):
+        return TaskFailed("render_failed", str(error))
+    return TaskFailed("render_failed", f"The renderer stopped with {type(error).__name__}.")

@@ -1,0 +1,50 @@
+"""Pictures of differences of which the answer is known."""
+
+import io
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from accuracy.comparison import flip, heat
+from renderer.images.colors import linear_from_srgb
+
+
+def linear(code: float) -> np.ndarray:
+    return np.full((3, 5, 3), linear_from_srgb(np.array(code)), np.float64)
+
+
+@pytest.mark.parametrize(
+    ("difference", "color"),
+    [(0.0, [0, 0, 0]), (0.0625, [90, 0, 120]), (0.25, [255, 255, 255]), (0.5, [255, 255, 255])],
+)
+def test_a_difference_has_its_colour_whatever_else_is_in_the_picture(
+    difference: float, color: list[int]
+) -> None:
+    drawn = heat.heat_map(linear(0.25 + difference), linear(0.25))
+    assert drawn.shape == (3, 5, 3)
+    assert drawn[1, 2].tolist() == color
+
+
+def test_side_by_side_stand_picture_reference_and_map() -> None:
+    drawn = heat.side_by_side(linear(1.0), linear(0.0))
+    assert drawn.shape == (3, 3 * 5 + 8, 3)
+    assert drawn[0, 0].tolist() == [255] * 3
+    assert drawn[0, 5].tolist() == [128] * 3
+    assert drawn[0, 9].tolist() == [0] * 3
+    assert drawn[0, 18].tolist() == [255] * 3
+
+
+def test_the_file_is_a_png_of_the_codes() -> None:
+    drawn = heat.side_by_side(linear(0.7), linear(0.6))
+    with Image.open(io.BytesIO(heat.encoded(drawn))) as read:
+        assert read.format == "PNG"
+        assert np.asarray(read).tolist() == drawn.tolist()
+
+
+def test_flip_is_nothing_for_equal_pictures_and_all_of_it_from_black_to_white() -> None:
+    black, white = np.zeros((64, 64, 3)), np.ones((64, 64, 3))
+    assert flip.flip(white, white) == 0.0
+    # The authors' own value for black against white is 1 but for the compression near the largest error.
+    assert 0.9 < flip.flip(black, white) <= 1.0
+    assert flip.flip(0.9 * white, white) < flip.flip(0.5 * white, white)

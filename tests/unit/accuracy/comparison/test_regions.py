@@ -1,0 +1,62 @@
+"""Where pictures differ, from differences put in by hand."""
+
+import math
+
+import numpy as np
+import pytest
+
+from accuracy.comparison.regions import named, worst
+
+
+def everything(difference: np.ndarray) -> np.ndarray:
+    """No block is left out."""
+    return np.ones((-(-difference.shape[0] // 8), -(-difference.shape[1] // 8)), bool)
+
+
+def test_blocks_that_touch_are_one_region_and_the_worst_comes_first() -> None:
+    difference = np.zeros((64, 64, 3))
+    difference[8:24, 16:24] = -0.5
+    difference[40:48, 40:48] = 0.6
+    first, second = worst(difference, everything(difference), None)
+    assert (first.x0, first.y0, first.x1, first.y1) == (16, 8, 24, 24)
+    assert (second.x0, second.y0, second.x1, second.y1) == (40, 40, 48, 48)
+    assert first.share + second.share == pytest.approx(1.0)
+    assert first.share == pytest.approx(128 * 0.25 / (128 * 0.25 + 64 * 0.36))
+    assert (first.brightness, second.brightness) == pytest.approx((-0.5, 0.6))
+    assert first.rmse == pytest.approx(0.5)
+    assert first.shape is None
+
+
+def test_a_region_has_the_name_of_the_shape_that_most_of_its_difference_lies_on() -> None:
+    shapes = np.zeros((16, 16), np.int32)
+    shapes[2:4, 2:4] = 2
+    difference = np.full((16, 16, 3), 0.001)
+    difference[2:4, 2:4] = 0.3
+    (region,) = worst(difference, everything(difference), shapes)
+    assert region.shape == 2
+    assert named(region.shape, ["floor", "wall", "ball"]) == "ball"
+    assert named(-1, []) == "background"
+    assert named(None, []) is None
+
+
+def test_differences_at_the_border_of_an_odd_size_are_placed_once() -> None:
+    difference = np.zeros((13, 13, 3))
+    difference[12, 12] = 1.0
+    (region,) = worst(difference, everything(difference), None)
+    assert (region.x0, region.y0, region.x1, region.y1) == (5, 5, 13, 13)
+    assert region.share == 1.0
+    assert region.rmse == pytest.approx(math.sqrt(1 / 64))
+
+
+def test_equal_pictures_have_no_worst_region() -> None:
+    difference = np.zeros((9, 9, 3))
+    assert worst(difference, everything(difference), None) == ()
+
+
+def test_where_noise_does_not_explain_all_only_that_is_told() -> None:
+    difference = np.random.default_rng(1).normal(0.0, 0.2, (32, 32, 3))
+    difference[8:16, 16:24] += 0.1
+    suspects = np.zeros((4, 4), bool)
+    suspects[1, 2] = True
+    (region,) = worst(difference, suspects, None)
+    assert (region.x0, region.y0, region.x1, region.y1) == (16, 8, 24, 16)

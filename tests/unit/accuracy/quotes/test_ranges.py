@@ -1,0 +1,74 @@
+"""Intervals of predictions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from accuracy.quotes.ranges import Range, factor, line, mean, ratio
+
+TRIALS = 2000
+CHANCE = 4 * np.sqrt(0.05 * 0.95 / TRIALS)
+"""Four standard deviations of a share of 95 %: one of 16,000 runs is beyond."""
+
+
+def share_that_holds(count: int, deviation: float, usual: float) -> float:
+    draw = np.random.default_rng(7)
+    found = (mean(1 + deviation * draw.standard_normal(count), usual) for _ in range(TRIALS))
+    return float(np.mean([known.low <= 1 <= known.high for known in found]))
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 30])
+@pytest.mark.parametrize("deviation", [0.1, 0.3])
+def test_the_mean_of_few_samples_is_held_at_least_as_often_as_it_says(count: int, deviation: float) -> None:
+    assert share_that_holds(count, deviation, usual=0.3) >= 0.95 - CHANCE
+
+
+def test_the_mean_of_many_samples_is_held_as_often_as_it_says_whatever_is_usual() -> None:
+    # Four of 203 degrees of freedom are those of the usual deviation: half a percent less often.
+    assert 0.945 - CHANCE <= share_that_holds(200, 0.3, usual=0.01) <= 0.95 + CHANCE
+
+
+def test_nothing_is_unsure_about_all_there_is() -> None:
+    assert mean([1.0, 2.0, 6.0], usual=5.0, covered=1.0) == Range(3.0, 3.0, 3.0)
+
+
+def test_half_of_all_there_is_leaves_half_of_the_variance() -> None:
+    whole, half = (mean([1.0, 2.0, 3.0], usual=0.5, covered=share) for share in (0.0, 0.5))
+    assert half.high - half.estimate == pytest.approx((whole.high - whole.estimate) * np.sqrt(0.5), rel=1e-12)
+
+
+def test_a_ratio_is_that_of_the_means_and_not_the_mean_of_ratios() -> None:
+    assert ratio([1.0, 9.0], [1.0, 3.0], usual=0.1).estimate == 2.5
+
+
+def test_parts_in_one_proportion_leave_only_what_is_usual() -> None:
+    same, apart = (ratio(parts, [1.0, 2.0, 4.0], usual=0.2) for parts in ([2.0, 4.0, 8.0], [2.0, 5.0, 7.0]))
+    assert same.estimate == apart.estimate == 2.0
+    assert same.high < apart.high
+    assert ratio([2.0, 4.0, 8.0], [1.0, 2.0, 4.0], usual=0.0) == Range(2.0, 2.0, 2.0)
+
+
+def test_independent_factors_add_their_squared_logarithms() -> None:
+    product = Range(1.0, np.exp(-3), np.exp(3)).times(Range(2.0, 2 * np.exp(-4), 2 * np.exp(4)))
+    assert (product.low, product.high) == pytest.approx((2 * np.exp(-5), 2 * np.exp(5)), rel=1e-12)
+
+
+def test_what_may_be_nothing_stays_so_in_a_product() -> None:
+    assert Range(1.0, 0.0, 2.0).times(factor(0.1)).low == 0.0
+    assert Range(0.0, 0.0, 0.0).times(factor(0.1)) == Range(0.0, 0.0, 0.0)
+
+
+def test_terms_that_err_together_add_their_ends() -> None:
+    assert Range(1.0, 0.5, 2.0).plus(Range(3.0, 2.0, 5.0)) == Range(4.0, 2.5, 7.0)
+
+
+def test_a_factor_holds_in_95_of_100_cases() -> None:
+    logarithms = 0.4 * np.random.default_rng(3).standard_normal(TRIALS)
+    known = factor(0.4)
+    held = np.mean((np.log(known.low) <= logarithms) & (logarithms <= np.log(known.high)))
+    assert abs(held - 0.95) <= CHANCE
+
+
+def test_a_line_through_points_of_a_line_has_no_scatter() -> None:
+    assert line([0.0, 1.0, 3.0], [5.0, 3.0, -1.0]) == pytest.approx((-2.0, 0.0), abs=1e-12)

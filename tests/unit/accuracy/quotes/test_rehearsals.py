@@ -1,0 +1,82 @@
+"""What target quality takes, from the first passes of the very picture."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from accuracy.quotes.deadlines import Deadline
+from accuracy.quotes.parts import part, squares
+from accuracy.quotes.rehearsals import Rehearsal, Trial
+from accuracy.quotes.settings import target
+from renderer.plan.building import compile_scene
+from renderer.rendering import render
+from renderer.scenes import LoadedScene
+
+HOUR = Deadline.after(3600.0)
+OVER = Deadline.after(-1.0)
+RAY = 1e-6
+
+
+def enlarged(scene: LoadedScene, side: int) -> LoadedScene:
+    camera = scene.document.camera.model_copy(update={"width": side, "height": side})
+    return LoadedScene(scene.document.model_copy(update={"camera": camera}), scene.assets)
+
+
+def test_a_picture_that_fits_the_time_is_rendered_whole(ball_scene: LoadedScene) -> None:
+    rehearsal = Rehearsal(ball_scene, 4 / 255, "single", RAY)
+    rehearsal.run(HOUR)
+    known = rehearsal.cpu_seconds()
+    assert rehearsal.whole
+    assert known is not None
+    assert known.high < 1.2 * known.estimate
+
+
+def test_nothing_is_said_when_there_is_no_time(ball_scene: LoadedScene) -> None:
+    rehearsal = Rehearsal(ball_scene, 4 / 255, "single", RAY)
+    rehearsal.run(OVER)
+    assert not rehearsal.whole
+    assert rehearsal.cpu_seconds() is None
+
+
+def test_the_passes_of_a_trial_are_those_of_the_picture(ball_scene: LoadedScene) -> None:
+    quality = target(2 / 255, "single")
+    plan = compile_scene(ball_scene, quality)
+    trial = Trial(plan, None, HOUR, RAY)
+    while trial.more:
+        trial.step()
+    assert trial.rays.total() == render(plan).report["rays"]["camera"]
+
+
+def test_a_trial_ends_in_the_middle_of_a_pass_when_its_time_is_over(ball_scene: LoadedScene) -> None:
+    trial = Trial(compile_scene(ball_scene, target(2 / 255, "single")), None, OVER, RAY)
+    with pytest.raises(BaseException, match=r"^$"):
+        trial.step()
+    assert not trial.rays
+
+
+def test_what_is_to_follow_is_told_once_there_are_probes(ball_scene: LoadedScene) -> None:
+    """The order of magnitude: what a few probes tell of a small picture is rough."""
+    plan = compile_scene(enlarged(ball_scene, 160), target(0.25 / 255, "single"))
+    trial = Trial(plan, None, HOUR, RAY)
+    while not trial.probed:
+        trial.step()
+    foretold = trial.rays.total() + trial.outlook()
+    while trial.more:
+        trial.step()
+    assert 0.25 < foretold / trial.rays.total() < 4.0
+    assert trial.outlook() == 0
+
+
+def test_a_part_asks_for_as_many_rays_a_pixel_as_the_whole(ball_scene: LoadedScene) -> None:
+    plan = compile_scene(enlarged(ball_scene, 256), target(1 / 255, "single"))
+    seen = squares(plan, 0.5)
+    assert seen is not None
+    rays = []
+    for trial in (Trial(plan, None, HOUR, RAY), Trial(part(plan, seen), seen, HOUR, RAY)):
+        while not trial.probed:
+            trial.step()
+        rays.append((trial.rays.total() + trial.outlook()) / trial.pixels)
+    # Squares have borders of their own, and the ball is in some of them and not in others.
+    assert 0.5 < rays[1] / rays[0] < 2.0
+    assert np.all(np.isfinite(rays))

@@ -1,0 +1,74 @@
+"""Leaving out one effect at a time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+import renderer
+from accuracy.quotes import ablation
+
+SCENE: dict[str, Any] = {
+    "version": 1,
+    "camera": {"position": [0, 1, 6], "look_at": [0, 0, 0], "lens_radius": 0.2, "width": 300, "height": 200},
+    "ambient": [1, 1, 1],
+    "materials": {
+        "shiny/ball": {"type": "phong", "color": [0.5, 0.5, 0.5], "specular": 0.5},
+        "floor": {"type": "phong", "color": [0.7, 0.7, 0.7], "mirror": 0.4},
+    },
+    "shapes": [
+        {"type": "ellipsoid", "center": [0, 0, 0], "radius": 1, "material": "shiny/ball"},
+        {"type": "rectangle", "center": [0, -1, 0], "normal": [0, 1, 0], "tangent": [1, 0, 0], "size": [9, 9],
+         "material": "floor"},
+    ],
+    "lights": [
+        {"type": "point", "position": [2, 4, 3], "color": [0.6, 0.6, 0.6]},
+        {"type": "directional", "direction": [1, -1, 0], "color": [0, 0, 0]},
+    ],
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def variants() -> dict[str, ablation.Variant]:
+    document = renderer.load_scene(SCENE).document
+    return {variant.effect: variant for variant in ablation.variants(document)}
+
+
+def test_every_effect_that_the_scene_has_is_left_out_once(variants: dict[str, ablation.Variant]) -> None:
+    assert list(variants) == ["light 0", "light 1", "highlights", "mirror", "lens", "antialiasing"]
+
+
+def test_pointers_name_who_asked(variants: dict[str, ablation.Variant]) -> None:
+    assert variants["highlights"].pointers == ("/materials/shiny~1ball/specular",)
+    assert variants["mirror"].pointers == ("/materials/floor/mirror",)
+
+
+def test_nothing_but_the_effect_is_gone(variants: dict[str, ablation.Variant]) -> None:
+    for variant in variants.values():
+        again = {other.effect for other in ablation.variants(variant.document)}
+        missing = set(variants) - again
+        # Lights are counted anew when one of them is gone.
+        assert missing == ({"light 1"} if variant.effect.startswith("light") else {variant.effect})
+
+
+def test_a_texture_is_left_out_for_a_plain_colour() -> None:
+    board = {"type": "checker", "even": [1, 1, 1], "odd": [0, 0, 0], "repeat": [8, 8]}
+    floor = {"type": "phong", "color_texture": "board"}
+    document = SCENE | {"textures": {"board": board}, "materials": SCENE["materials"] | {"floor": floor}}
+    found = {variant.effect: variant for variant in ablation.variants(renderer.load_scene(document).document)}
+    assert found["texture"].pointers == ("/materials/floor/color_texture",)
+    without = found["texture"].document.materials["floor"]
+    assert (without.color_texture, without.color) == (None, ablation.PLAIN)
+    whole, plain = (renderer.compile_scene(one) for one in (document, found["texture"].document))
+    assert whole.textured.any()
+    assert not plain.textured.any()
+
+
+def test_an_effect_without_effect_makes_no_difference() -> None:
+    seconds, rows = ablation.marginal_costs(renderer.load_scene(SCENE))
+    by_effect = {row.effect: row for row in rows}
+    assert seconds > 0
+    assert by_effect["light 1"].difference == 0  # it is black
+    assert min(row.difference for row in rows if row.effect != "light 1") > 0
+    assert [row.seconds for row in rows] == sorted((row.seconds for row in rows), reverse=True)

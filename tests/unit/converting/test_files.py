@@ -1,0 +1,115 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from service.converting.errors import ConversionError, FileAwayError
+from service.converting.files import InputFiles, SceneFiles
+from service.converting.formats import convert
+from tests.unit.converting.conftest import TRIANGLE, Convert, course
+
+
+@pytest.fixture
+def outside(tmp_path: Path) -> Path:
+    """A folder beside a file that must not be read."""
+    (tmp_path / "secret.obj").write_bytes(TRIANGLE)
+    folder = tmp_path / "input"
+    folder.mkdir()
+    (folder / "link.obj").symlink_to(tmp_path / "secret.obj")
+    return folder
+
+
+@pytest.mark.parametrize("name", ["../secret.obj", "link.obj", "..\\secret.obj", "/etc/hostname"])
+def test_a_file_outside_of_the_root_is_not_read(outside: Path, name: str) -> None:
+    with pytest.raises(FileAwayError, match="lies outside"):
+        InputFiles(outside).read(outside, name)
+
+
+def test_the_cure_names_a_root_that_works(outside: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(outside)
+    with pytest.raises(FileAwayError, match=r"--root \.\.,"):
+        InputFiles(Path()).read(Path(), "../secret.obj")
+    assert InputFiles(Path("..")).read(Path(), "../secret.obj")[1] == TRIANGLE
+
+
+@pytest.mark.parametrize("name", ["gone.obj", "x" * 5000, "a\0b", "."])
+def test_a_file_that_is_not_there_is_told(outside: Path, name: str) -> None:
+    with pytest.raises(FileAwayError, match="There is no file"):
+        InputFiles(outside).read(outside, name)
+
+
+def test_a_file_inside_the_scenes_folder_stays_and_another_comes_beside_it(tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    inside, away = tmp_path / "out" / "a.obj", tmp_path / "b.obj"
+    files = SceneFiles(tmp_path / "out")
+    assert files.keep(inside, b"1") == "a.obj"
+    assert files.keep(away, b"2") == "b.obj"
+    assert files.written == {"b.obj": b"2"}
+
+
+def test_no_other_file_of_the_same_name_is_overwritten(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_bytes(b"old")
+    files = SceneFiles(tmp_path)
+    assert files.make("a", ".obj", b"old") == "a.obj"
+    assert files.make("a", ".obj", b"new") == "a-2.obj"
+    assert files.make("a", ".obj", b"new") == "a-2.obj"
+    assert files.make("a", ".obj", b"newer") == "a-3.obj"
+
+
+@pytest.mark.parametrize("name", ["../../etc/passwd", "a/b", ".", "", "\0", "x" * 400, "grün"])
+def test_a_name_out_of_an_input_makes_a_plain_file_name(tmp_path: Path, name: str) -> None:
+    made = SceneFiles(tmp_path).make(name, ".obj", b"")
+    assert (tmp_path / made).parent == tmp_path
+    assert len(made) <= 110
+    assert made.isascii()
+    assert not made.startswith(".")
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("a.json", b'{"version": 1, "camera": {}}', "a scene already"),
+        ("a.json", b'{"scene": 1}', "CS171 scene"),
+        ("a.json", b"[1]", "no JSON object"),
+        ("a.fbx", b"Kaydara FBX Binary", "'.fbx' are not known"),
+        ("a.json", b'{"cam_config": 1, "cam_config": 2}', "more than once"),
+        ("a.ply", b"ply\nformat ascii 1.0\nend_header\n", "no triangles"),
+        ("a.glb", b"glTF", "damaged"),
+    ],
+)
+def test_an_input_of_no_known_format_is_refused_with_what_is_known(
+    converted: Convert, name: str, content: bytes, said: str
+) -> None:
+    with pytest.raises(ConversionError) as caught:
+        converted(name, content)
+    assert said in caught.value.problems[0].detail
+
+
+def test_a_broken_document_is_shown_at_its_line(converted: Convert) -> None:
+    with pytest.raises(ConversionError) as caught:
+        converted("a.json", b'{"cam_config":\n nonsense}')
+    assert caught.value.problems[0].line == 2
+
+
+def test_a_ply_mesh_is_grey_and_named_where_it_lies(converted: Convert) -> None:
+    content = (
+        b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        b"element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+    )
+    scene = converted("a.ply", content).document
+    assert [(shape["asset"], shape["material"]) for shape in scene["shapes"]] == [("input/a.ply", "grey")]
+
+
+def test_the_layout_of_the_course_is_converted_from_the_folder_above(tmp_path: Path) -> None:
+    for folder in ("configs", "assets"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "assets" / "left.obj").write_bytes(TRIANGLE)
+    objects = [{"obj_file_path": "../assets/left.obj", "material_name": "red"}]
+    source = tmp_path / "configs" / "simple.json"
+    source.write_text(json.dumps(course(objects=objects)))
+    with pytest.raises(ConversionError, match="lies outside"):
+        convert(source, root=source.parent, folder=tmp_path)
+    scene = convert(source, root=tmp_path, folder=tmp_path).document
+    assert scene["shapes"][0]["asset"] == "assets/left.obj"
