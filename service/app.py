@@ -91,7 +91,7 @@ def create_app(settings: Settings) -> FastAPI:
         try:
             yield
         finally:
-            service.dispatch.job_events.close()
+            service.feed.close()
             await run_in_threadpool(stop, service)
             await run_in_threadpool(telemetry.close)
 

@@ -37,18 +37,18 @@ READERS = 4
 def started(settings: Settings, feed: Feed, telemetry: Telemetry) -> Service:
     """Put a service together and start it."""
     service = assemble(settings, feed, telemetry=telemetry)
-    service.dispatch.dispatcher.start()
-    service.jobs.retention_thread.start()
-    service.dispatch.notifications.start()
+    service.dispatcher.start()
+    service.keeper.start()
+    service.relay.start()
     return service
 
 
 def stop(service: Service) -> None:
     """Stop all that was started, and close the database."""
-    service.jobs.retention_thread.stop()
-    service.dispatch.notifications.stop()
-    service.dispatch.dispatcher.stop()
-    service.storage.database.close()
+    service.keeper.stop()
+    service.relay.stop()
+    service.dispatcher.stop()
+    service.database.close()
 
 
 def assemble(

@@ -69,7 +69,7 @@ class _Server(uvicorn.Server):
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         service: Service = self._app.state.service
-        service.dispatch.job_events.close()
+        service.feed.close()
         await super().shutdown(sockets)
 
 

@@ -43,7 +43,7 @@ async def compare(service: Service, asker: Asker, body: bytes) -> ComparisonAnsw
     """
     with service.comparison_seats.taken():
         task = await service.read(_task, service, asker, body)
-        answer = asyncio.wrap_future(service.dispatch.dispatcher.call(task))
+        answer = asyncio.wrap_future(service.dispatcher.call(task))
         try:
             outcome = await asyncio.wait_for(answer, service.settings.max_wait_seconds)
         except TimeoutError:
@@ -90,7 +90,7 @@ def _decoded(role: str, content: str) -> bytes:
 def _rendered(service: Service, asker: Asker, role: str, job_id: str) -> tuple[str, tuple[str, ...]]:
     """Where the picture of a job lies, and which of its layers tell more; a problem if it has no picture."""
     try:
-        with service.storage.database.reading() as session:
+        with service.database.reading() as session:
             jobs.owner_of(session, job_id, None if asker.sees_all else asker.name)
             row = jobs.find(session, job_id)
     except UnknownJobError as error:

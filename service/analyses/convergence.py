@@ -40,14 +40,14 @@ def form_of(accept: str) -> Form:
 
 def etag_of(service: Service, job_id: str, form: Form) -> str:
     """Return the tag that the answer would have now, without making it."""
-    with service.storage.database.reading() as session:
+    with service.database.reading() as session:
         row = jobs.find(session, job_id)
         return f'"{row.id}-{row.state.value}-{work_of(row)["last_seq"]}-convergence.{form}"'
 
 
 def convergence(service: Service, job_id: str) -> Convergence:
     """Tell the passes of a job and what they say of its error."""
-    with service.storage.database.reading() as session:
+    with service.database.reading() as session:
         row = jobs.find(session, job_id)
         render = row.render
     passes = list(pass_costs.told(render)) if render else []

@@ -35,7 +35,7 @@ async def inspect(service: Service, job_id: str, body: bytes) -> Inspection:
         If it took too long, or its worker died.
     """
     task, request = await service.read(_task, service, job_id, body)
-    answer = asyncio.wrap_future(service.dispatch.dispatcher.call(task))
+    answer = asyncio.wrap_future(service.dispatcher.call(task))
     try:
         outcome = await asyncio.wait_for(answer, service.settings.max_wait_seconds)
     except TimeoutError:
@@ -45,7 +45,7 @@ async def inspect(service: Service, job_id: str, body: bytes) -> Inspection:
 
 def _task(service: Service, job_id: str, body: bytes) -> tuple[InspectTask, JobRequest]:
     """Make the task, and read the request of the job, whose lines the answer speaks of."""
-    with service.storage.database.reading() as session:
+    with service.database.reading() as session:
         render = jobs.find_render(session, job_id)
     asked, _ = read_document(body, InspectionRequest, limits=service.settings.limits)
     sides = (("x", asked.x, render.width, "columns"), ("y", asked.y, render.height, "rows"))

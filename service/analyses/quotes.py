@@ -30,7 +30,7 @@ async def quote(service: Service, asker: Asker, body: bytes) -> Quote:
     """
     with service.quote_seats.taken():
         task = await service.read(_task, service, asker, body)
-        answer = asyncio.wrap_future(service.dispatch.dispatcher.call(task))
+        answer = asyncio.wrap_future(service.dispatcher.call(task))
         try:
             outcome = await asyncio.wait_for(answer, service.settings.max_wait_seconds)
         except TimeoutError:
@@ -38,7 +38,7 @@ async def quote(service: Service, asker: Asker, body: bytes) -> Quote:
             raise UnavailableError(detail) from None
         found = _quote(outcome)
     if found.asked is not None:
-        service.jobs.prices.learn(_job(task.request), found.asked.cpu_seconds.estimate)
+        service.prices.learn(_job(task.request), found.asked.cpu_seconds.estimate)
     return in_request(found, task.request)
 
 

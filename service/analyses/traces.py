@@ -32,7 +32,7 @@ async def trace(service: Service, asker: Asker, body: bytes) -> TraceAnswer:
         If it took too long, or its worker died.
     """
     task = await service.read(_task, service, asker, body)
-    answer = asyncio.wrap_future(service.dispatch.dispatcher.call(task))
+    answer = asyncio.wrap_future(service.dispatcher.call(task))
     try:
         outcome = await asyncio.wait_for(answer, service.settings.max_wait_seconds)
     except TimeoutError:

@@ -87,7 +87,7 @@ async def _changed(here: Here, asking: Asking, job_id: Annotated[str, Path(max_l
 
 
 def _owner(service: Service, job_id: str, asked_by: str | None) -> str:
-    with service.storage.database.reading() as session:
+    with service.database.reading() as session:
         return jobs.owner_of(session, job_id, asked_by)
 
 

@@ -58,7 +58,7 @@ def admit(service: Service, asker: Asker, body: bytes) -> Admitted:
     request = _limited(request)
     plan = compile_admitted(request)
     target = target_of(request)
-    description = priced(plan, service.jobs.prices.get(request), service.settings.workers)
+    description = priced(plan, service.prices.get(request), service.settings.workers)
     check_cost(description, target, service.settings)
     return Admitted(request, warnings, plan, in_request(description, request), target)
 
@@ -128,7 +128,7 @@ def _known(service: Service, asker: Asker, assets: set[str]) -> dict[str, str]:
     wanted = {sha256 for sha256 in hashes if is_sha256(sha256)}
     if not wanted:
         return {}
-    with service.storage.database.reading() as session:
+    with service.database.reading() as session:
         return {PREFIX + sha256: kind for sha256, kind in ownership.usable(session, wanted, asker).items()}
 
 

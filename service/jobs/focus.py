@@ -22,10 +22,10 @@ def focus(service: Service, job_id: str, body: bytes) -> None:
     renderer.SceneError
         If the region has no pixels.
     """
-    with service.storage.database.reading() as session:
+    with service.database.reading() as session:
         jobs.find_render(session, job_id)
     region, _ = read_document(body, Region, limits=service.settings.limits)
-    with service.storage.database.writing() as session:
+    with service.database.writing() as session:
         render = jobs.find_render(session, job_id)
         if not render.state.final:
             render.focus = region.model_dump()

@@ -71,7 +71,7 @@ def find_render(session: Session, job_id: str) -> RenderRow:
 
 def show(service: Service, job_id: str) -> Job:
     """Describe a job as it is now."""
-    with service.storage.database.reading() as session:
+    with service.database.reading() as session:
         [job] = documents(session, [find(session, job_id)], service.settings.keep_seconds)
         return job
 
@@ -91,7 +91,7 @@ def page(service: Service, limit: int, cursor: int | None, wish: Wish) -> JobLis
     if cursor is not None:
         query = query.where(JobRow.number < cursor)
     keep = service.settings.keep_seconds
-    with service.storage.database.reading() as session:
+    with service.database.reading() as session:
         found = session.scalars(query).all()
         following = str(found[limit - 1].number) if len(found) > limit else None
         jobs = documents(session, found[:limit], keep)
@@ -112,24 +112,24 @@ def _wished(wish: Wish) -> Select[JobRow]:
 
 def plan_of(service: Service, job_id: str) -> PlanDocument:
     """Return the plan that was made when the job was submitted."""
-    with service.storage.database.reading() as session:
+    with service.database.reading() as session:
         return PlanDocument.model_validate(find(session, job_id).plan)
 
 
 def cancel(service: Service, job_id: str) -> None:
     """End a job now, and have what runs for nobody else stopped; a job that has ended stays as it is."""
-    with service.storage.database.writing() as session:
+    with service.database.writing() as session:
         row = find(session, job_id)
         render = None if row.state.final else row.render
         stopping = None if row.state.final else _end(session, row)
-        service.storage.database.tell_of(session, (job_id,))
+        service.database.tell_of(session, (job_id,))
         if stopping:
-            service.storage.database.tell(session, work=True)
+            service.database.tell(session, work=True)
     if stopping:
-        service.dispatch.dispatcher.cancel(stopping)
+        service.dispatcher.cancel(stopping)
     if render is not None and render.state.final:
         service.spans.ended(render.id)
-    service.dispatch.job_events.publish((job_id,))
+    service.feed.publish((job_id,))
 
 
 def _end(session: Session, row: JobRow) -> str | None:
@@ -148,25 +148,25 @@ def _end(session: Session, row: JobRow) -> str | None:
 
 def pause(service: Service, job_id: str) -> Job:
     """Hand out no more tiles for a job until it is resumed; one that has ended stays as it is."""
-    with service.storage.database.writing() as session:
+    with service.database.writing() as session:
         row = find(session, job_id)
         if not row.state.final:
             pausing.pause(session, row)
-        service.storage.database.tell_of(session, (job_id,))
-    service.dispatch.job_events.publish((job_id,))
+        service.database.tell_of(session, (job_id,))
+    service.feed.publish((job_id,))
     return show(service, job_id)
 
 
 def resume(service: Service, job_id: str) -> Job:
     """Let a paused job go on; any other stays as it is."""
-    with service.storage.database.writing() as session:
+    with service.database.writing() as session:
         row = find(session, job_id)
         if not row.state.final:
             pausing.resume(session, row)
-        service.storage.database.tell(session, work=True)
-        service.storage.database.tell_of(session, (job_id,))
-    service.dispatch.dispatcher.wake()
-    service.dispatch.job_events.publish((job_id,))
+        service.database.tell(session, work=True)
+        service.database.tell_of(session, (job_id,))
+    service.dispatcher.wake()
+    service.feed.publish((job_id,))
     return show(service, job_id)
 
 
@@ -193,18 +193,18 @@ async def remove(service: Service, job_id: str) -> None:
 
 
 def _forget(service: Service, job_id: str) -> None:
-    with service.storage.database.writing() as session:
+    with service.database.writing() as session:
         unused = sharing.forget(session, find(session, job_id))
-        service.storage.database.tell_of(session, (job_id,))
+        service.database.tell_of(session, (job_id,))
     if unused:
-        service.storage.drop_job(unused)
-    service.dispatch.job_events.publish((job_id,))
+        service.store.drop_job(unused)
+    service.feed.publish((job_id,))
 
 
 async def until(service: Service, job_id: str, seconds: float, done: Callable[[Standing], bool]) -> None:
     """Wait until a job is as wanted, or the time is up, or the service stops."""
     deadline = time.monotonic() + seconds
-    with service.dispatch.job_events.watch(job_id) as watcher:
+    with service.feed.watch(job_id) as watcher:
         while True:
             standing = await run_in_threadpool(_standing, service, job_id)
             left = deadline - time.monotonic()
@@ -213,7 +213,7 @@ async def until(service: Service, job_id: str, seconds: float, done: Callable[[S
 
 
 def _standing(service: Service, job_id: str) -> Standing:
-    with service.storage.database.reading() as session:
+    with service.database.reading() as session:
         row = session.execute(_STANDING, {"id": job_id}).first()
     if row is None:
         raise UnknownJobError

@@ -79,7 +79,7 @@ def check(session: Session, service: Service, asker: Asker, job: JobRow) -> Queu
     )
     if job.load > my_most_seconds:
         _too_dear(job.load, my_most_seconds)
-    queue = Queue(shares[0], shares[1], service.dispatch.dispatcher.pace.rate())
+    queue = Queue(shares[0], shares[1], service.dispatcher.pace.rate())
     if adds:
         _refuse(queue, shares, job.predicted_cpu_seconds)
     return queue

@@ -28,7 +28,7 @@ ENDS = {
 
 def log_of(service: Service, job_id: str) -> JobLog:
     """Tell what became of a job so far."""
-    with service.storage.database.reading() as session:
+    with service.database.reading() as session:
         row = jobs.find(session, job_id)
         repeated = _repeated(session, row.render)
         entries = tuple(_entries(row, repeated[:MOST_STEPS]))

@@ -85,7 +85,7 @@ class _Finished:
 
 def etag_of(service: Service, job_id: str, wanted: Wanted) -> str | None:
     """Return the tag that the file would have now, without making it."""
-    with service.storage.database.reading() as session:
+    with service.database.reading() as session:
         row = _find(session, job_id, wanted)
         render = row.render
         return _etag(job_id, render, wanted) if render and (render.image_sha256 or render.last_seq) else None
@@ -111,15 +111,15 @@ def picture(service: Service, job_id: str, wanted: Wanted) -> Picture:
 
 
 def _picture(service: Service, job_id: str, wanted: Wanted) -> Picture:
-    with service.storage.database.reading() as session:
+    with service.database.reading() as session:
         finished = _finished(session, _find(session, job_id, wanted))
     job, render = finished.job, finished.render
     if render.image_sha256 is not None:
-        return Picture(_final(service.storage, render, wanted), _etag(job, render, wanted), 1.0)
+        return Picture(_final(service.store, render, wanted), _etag(job, render, wanted), 1.0)
     if wanted.layer:
-        return _layer_so_far(service.storage, finished, wanted, wanted.layer)
+        return _layer_so_far(service.store, finished, wanted, wanted.layer)
     pixels = _so_far(service, finished)
-    sheets = _layers_so_far(service.storage, finished, render.layers if wanted.kind == "exr" else ())
+    sheets = _layers_so_far(service.store, finished, render.layers if wanted.kind == "exr" else ())
     return Picture(
         _encode(pixels, sheets, render, wanted), _etag(job, render, wanted), progress.share(render)
     )
@@ -196,7 +196,7 @@ def _layers_so_far(store: TileStore, finished: _Finished, names: Sequence[str]) 
 
 
 def _so_far(service: Service, finished: _Finished) -> Pixels:
-    render, store = finished.render, service.storage
+    render, store = finished.render, service.store
     if render.target_error is not None:
         return target_pictures.so_far(service, render, finished.parts)
     image = np.zeros((render.height, render.width, 3), np.float32)

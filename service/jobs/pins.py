@@ -23,7 +23,7 @@ def pin(service: Service, job_id: str, asker: Asker) -> Job:
     ForbiddenError
         If the asker, not being staff, has as many pinned jobs as he may.
     """
-    with service.storage.database.writing() as session:
+    with service.database.writing() as session:
         row = jobs.find(session, job_id)
         if row.state is JobState.EXPIRED:
             raise PictureGoneError("The picture has expired. Submit the job again to have another.")
@@ -35,7 +35,7 @@ def pin(service: Service, job_id: str, asker: Asker) -> Job:
 
 def unpin(service: Service, job_id: str) -> Job:
     """Let a job go when its time has come, as any other."""
-    with service.storage.database.writing() as session:
+    with service.database.writing() as session:
         jobs.find(session, job_id).pinned = False
     return jobs.show(service, job_id)
 

@@ -98,7 +98,7 @@ def submit(service: Service, sent: Submission) -> Taken:
         If it does not fit into the queue now.
     """
     if sent.key is not None:
-        with service.storage.database.reading() as session:
+        with service.database.reading() as session:
             before = _sent_before(session, sent)
             if before is not None and before.body_sha256 == sent.body_sha256:
                 return Taken(_job_of(session, before), replayed=True)
@@ -146,18 +146,18 @@ def enter(service: Service, sent: Submission, admitted: Admitted) -> Taken:
     job = _job(sent.asker, admitted)
     spec = None if sent.anew else canonical.spec_of(admitted.request)
     try:
-        with service.storage.database.writing() as session:
+        with service.database.writing() as session:
             known = _replayed(session, sent)
             taken = (
                 Taken(known, replayed=True) if known else _take(service, session, sent, admitted, job, spec)
             )
-            service.storage.database.tell(session, work=True)
+            service.database.tell(session, work=True)
     except BaseException as error:
         # Where the connection was lost nobody knows whether the job was entered.
         if not (isinstance(error, DBAPIError) and error.connection_invalidated):
-            service.storage.drop_job(job.id)
+            service.store.drop_job(job.id)
         raise
-    service.dispatch.dispatcher.wake()
+    service.dispatcher.wake()
     service.spans.taken(taken.job, taken.render, shared=taken.shared)
     log.info(
         "job taken",
@@ -184,7 +184,7 @@ def _take(
         job.render = _render(admitted, job.id, spec, steps, course)
         job.render.traceparent = service.spans.here()
         # Workers look for it as soon as the transaction is over.
-        service.storage.put_spec(job.id, spec.content if spec else sent.body)
+        service.store.put_spec(job.id, spec.content if spec else sent.body)
     session.add(job)
     session.flush()
     if found is None and job.render_number is not None:

@@ -25,7 +25,7 @@ def so_far(service: Service, render: RenderRow, fresh: Sequence[StoredTile]) -> 
     image = np.zeros((render.height, render.width, 3), np.float32)
     if render.merges:
         image[:] = _merged(service, render)
-    for part, found in zip(fresh, service.storage.get_tiles(render.id, fresh), strict=True):
+    for part, found in zip(fresh, service.store.get_tiles(render.id, fresh), strict=True):
         tile = part.tile
         image[tile.y0 : tile.y1, tile.x0 : tile.x1] = found
     return image
@@ -50,7 +50,7 @@ def pixels(
     shown = painted(events)
     wanted = {event.tile for event in shown if event.pass_index == len(render.merges)}
     parts = [part for part in fresh if part.tile.index in wanted]
-    tiles = service.storage.get_tiles(render.id, parts)
+    tiles = service.store.get_tiles(render.id, parts)
     newest = {part.tile.index: found for part, found in zip(parts, tiles, strict=True)}
     return [(event, _pixels(service, render, event, newest)) for event in shown]
 

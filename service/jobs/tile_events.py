@@ -27,7 +27,7 @@ ENCODINGS = {"float32": FLOAT32, "rgb8": RGB8}
 
 def batch(service: Service, job_id: str, after: int) -> TileBatch:
     """Return the events after a number, as many as one answer holds."""
-    with service.storage.database.reading() as session:
+    with service.database.reading() as session:
         row = find(session, job_id)
         return _batch(session, row, after, service.settings.max_events)
 
@@ -88,7 +88,7 @@ def pixel_batch(service: Service, job_id: str, after: int, encoding: int) -> byt
 
 
 def _pixel_batch(service: Service, job_id: str, after: int, encoding: int) -> bytes:
-    with service.storage.database.reading() as session:
+    with service.database.reading() as session:
         news = _news(session, find(session, job_id), after, service.settings.max_events)
     tiles = _parcels(service, news.render, news, encoding) if news.render else []
     head = BatchHead(
@@ -123,14 +123,14 @@ def _news(session: Session, row: JobRow, after: int, limit: int) -> _News:
 def _pixels(service: Service, render: RenderRow, news: _News) -> list[tuple[TileEvent, Pixels]]:
     events = news.events.events
     if news.state is JobState.SUCCEEDED:
-        image = service.storage.get_array(render.id, "image.npy")
+        image = service.store.get_array(render.id, "image.npy")
         shown = _newest(render, events)
         return [(event, image[event.y0 : event.y1, event.x0 : event.x1]) for event in shown]
     if news.state.final:
         return []
     if render.target_error is not None:
         return target_pictures.pixels(service, render, events, news.parts)
-    return _so_far(service.storage, render, news)
+    return _so_far(service.store, render, news)
 
 
 def _newest(render: RenderRow, events: Sequence[TileEvent]) -> Sequence[TileEvent]:

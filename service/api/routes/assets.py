@@ -70,13 +70,13 @@ def _room(service: Service, asker: Asker, sha256: str) -> int:
     """How many bytes a user may send; all users together are one where nobody asks for keys."""
     if asker is LOCAL:
         return service.settings.max_asset_bytes
-    with service.storage.database.reading() as session:
+    with service.database.reading() as session:
         taken = ownership.bytes_of(session, asker.name, apart_from=sha256)
     return max(0, service.settings.max_user_asset_bytes - taken)
 
 
 def _keep(service: Service, row: AssetRow, asker: Asker) -> Asset:
-    with service.storage.database.writing() as session:
+    with service.database.writing() as session:
         return _describe(ownership.enter(session, row, asker.name))
 
 

@@ -43,9 +43,9 @@ def readyz(here: Here) -> Condition:
 
 def _checks(service: Service) -> dict[str, bool]:
     return {
-        "the service is being stopped": not service.dispatch.job_events.closed,
+        "the service is being stopped": not service.feed.closed,
         "the database cannot be written": _database_writable(service),
-        "no worker is running": service.dispatch.dispatcher.alive(),
+        "no worker is running": service.dispatcher.alive(),
         "the disk is nearly full": _disk_free(service),
         _where(service): _store_usable(service),
     }
@@ -53,7 +53,7 @@ def _checks(service: Service) -> dict[str, bool]:
 
 def _database_writable(service: Service) -> bool:
     try:
-        service.storage.database.check()
+        service.database.check()
     except SQLAlchemyError:
         return False
     return True
@@ -67,7 +67,7 @@ def _where(service: Service) -> str:
 
 def _store_usable(service: Service) -> bool:
     try:
-        service.storage.check()
+        service.store.check()
     except (StoreError, OSError):
         return False
     return True

@@ -36,7 +36,7 @@ async def prune(here: Here, asking: Asking, body: JsonBody) -> Pruned:
 
 
 def _prune(service: Service, asked: PruneRequest) -> Pruned:
-    usual, keeper = service.jobs.retention_thread.rules, service.jobs.retention_thread
+    usual, keeper = service.keeper.rules, service.keeper
     rules = Rules(
         usual.keep_seconds if asked.keep_seconds is None else asked.keep_seconds,
         usual.max_stored_bytes if asked.max_stored_bytes is None else asked.max_stored_bytes,

@@ -63,11 +63,11 @@ def _who(service: Service, asking: Asking) -> WhoAmI:
 
 
 def _begin(service: Service, key: Key) -> str:
-    with service.storage.database.writing() as session:
+    with service.database.writing() as session:
         return keys.begin_session(session, key)
 
 
 def _end(service: Service, token: str) -> None:
-    with service.storage.database.writing() as session:
+    with service.database.writing() as session:
         keys.end_session(session, token)
     service.known.forget()
