@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import base64
 import binascii
 from collections.abc import Iterator
@@ -14,16 +13,17 @@ from schemas.jobs import JobState
 from schemas.problems import Problem
 from schemas.reading import read_document
 from service.access.principals import Asker
-from service.errors import ComparisonFailedError, UnavailableError, UnknownJobError, WorkerLostError
+from service.analyses.worker_calls import WorkerCall
+from service.errors import ComparisonFailedError, UnknownJobError
 from service.jobs import lifecycle as jobs
 from service.jobs.context import Service
-from service.workers.tasks import (
+from service.workers.tasks import CompareDone, ComparedPicture, CompareTask
+
+COMPARING = WorkerCall(
     CompareDone,
-    ComparedPicture,
-    CompareRefused,
-    CompareTask,
-    Outcome,
-    TaskFailed,
+    ComparisonFailedError,
+    timed_out="No worker was free to compare in time. Try again in a moment.",
+    worker_died="The worker died while it compared these pictures.",
 )
 
 
@@ -43,12 +43,7 @@ async def compare(service: Service, asker: Asker, body: bytes) -> ComparisonAnsw
     """
     with service.comparison_seats.taken():
         task = await service.read(_task, service, asker, body)
-        answer = asyncio.wrap_future(service.dispatcher.call(task))
-        try:
-            outcome = await asyncio.wait_for(answer, service.settings.max_wait_seconds)
-        except TimeoutError:
-            raise UnavailableError("No worker was free to compare in time. Try again in a moment.") from None
-    return _answer(outcome)
+        return (await COMPARING.ask(service, task)).answer
 
 
 def _task(service: Service, asker: Asker, body: bytes) -> CompareTask:
@@ -102,13 +97,3 @@ def _rendered(service: Service, asker: Asker, role: str, job_id: str) -> tuple[s
 
 def _of_job(role: str, detail: str) -> Problem:
     return Problem(pointer=f"/{role}/job", detail=detail, code="job_not_comparable")
-
-
-def _answer(outcome: Outcome) -> ComparisonAnswer:
-    if isinstance(outcome, CompareRefused):
-        raise renderer.SceneError([outcome.problem])
-    if isinstance(outcome, TaskFailed):
-        raise ComparisonFailedError(outcome.message)
-    if not isinstance(outcome, CompareDone):
-        raise WorkerLostError("The worker died while it compared these pictures.")
-    return outcome.answer
