@@ -11,8 +11,7 @@ import typer
 
 from service.cli import output, scene_files
 from service.cli.connection import DEFAULT_SERVER, ServerOption, connect
-from service.cli.errors import CommandError, InputError
-from service.cli.exits import ExitCode
+from service.cli.errors import CommandError, ExitCode, InputError
 from service.cli.targets import check_target, write_whole
 
 if TYPE_CHECKING:

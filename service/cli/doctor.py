@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from service.cli import output
-from service.cli.configuration import ConfigOption, read_settings
-from service.cli.errors import CommandError
-from service.cli.exits import ExitCode
+from service.cli.errors import CommandError, ExitCode
+from service.cli.serve import ConfigOption, read_settings
 
 if TYPE_CHECKING:
     from service.settings import Settings

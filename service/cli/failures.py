@@ -14,14 +14,14 @@ from schemas.problems import Problem
 from service.cli import output
 from service.cli.errors import (
     CommandError,
+    ExitCode,
     InputError,
     RefusedOptionsError,
     RenderFailedError,
     ServiceStartError,
     UnusableSceneError,
 )
-from service.cli.excerpts import excerpts
-from service.cli.exits import ExitCode
+from service.cli.output import excerpts
 from service.client.errors import (
     ClientError,
     NoImageError,

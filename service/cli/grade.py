@@ -15,11 +15,10 @@ import typer
 
 from service.cli import output, scene_files
 from service.cli.connection import connect
-from service.cli.errors import CommandError, InputError, UnusableSceneError
-from service.cli.exits import ExitCode
+from service.cli.errors import CommandError, ExitCode, InputError, UnusableSceneError
 from service.cli.progress import progress_bar
+from service.cli.render_options import MOST_WORKERS
 from service.cli.targets import check_target, write_whole
-from service.cli.workers import MOST_WORKERS
 
 if TYPE_CHECKING:
     from schemas.grades import Grade, TestGrade

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli import output, qualities, scene_files
-from service.cli.workers import WorkersOption
+from service.cli import output, scene_files
+from service.cli.render_options import SampleOptions, WorkersOption, spread_quality
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -39,16 +39,13 @@ TimeOption = Annotated[
 ]
 
 
-def quote(  # noqa: PLR0913 - one argument for each option
+@spread_quality
+def quote(
     *,
     scene: scene_files.SceneArgument,
     target_error: TargetErrorOption = None,
     time: TimeOption = None,
-    samples: qualities.SamplesOption = None,
-    pattern: qualities.PatternOption = None,
-    light_samples: qualities.LightSamplesOption = None,
-    light_pattern: qualities.LightPatternOption = None,
-    precision: qualities.PrecisionOption = None,
+    quality: SampleOptions,
     workers: WorkersOption = None,
     as_json: output.JsonOption = False,
 ) -> None:
@@ -56,19 +53,12 @@ def quote(  # noqa: PLR0913 - one argument for each option
     from accuracy.quotes import quote as quoted
 
     file = scene_files.load(scene)
-    quality = qualities.quality(
-        file.scene.document.model_dump(),
-        samples=samples,
-        pattern=pattern,
-        light_samples=light_samples,
-        light_pattern=light_pattern,
-        precision=precision,
-    )
+    requested = quality.requested(file.scene.document.model_dump())
     # What cannot be compiled is told with the lines of the file.
-    file.plan(quality)
+    file.plan(requested)
     told = quoted(
         file.scene,
-        quality,
+        requested,
         target_error=target_error,
         seconds=time,
         workers=workers or len(os.sched_getaffinity(0)),

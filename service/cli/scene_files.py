@@ -140,7 +140,5 @@ def parsed(text: bytes) -> Mapping[str, Any]:
 
 def tell_warnings(text: bytes, warnings: Sequence[Problem]) -> None:
     """Say on stderr what is valid but probably not meant."""
-    from service.cli.excerpts import excerpts
-
-    for line in excerpts(text, warnings, kind="warning"):
+    for line in output.excerpts(text, warnings, kind="warning"):
         output.say(line)

@@ -1,4 +1,4 @@
-"""``penumbra pin``, ``unpin`` and ``prune``: what a service keeps, and what it lets go."""
+"""Commands that change jobs: ``cancel``, ``delete``, ``pause``, ``resume``, ``pin``, ``unpin``, ``prune``."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli import output
-from service.cli.connection import DEFAULT_SERVER, JobArgument, ServerOption, connect
-from service.cli.errors import CommandError
+from service.cli.connection import DEFAULT_SERVER, JobArgument, JobsArgument, ServerOption, connect
+from service.cli.errors import CommandError, ExitCode
+from service.cli.jobs import state_of
 
 if TYPE_CHECKING:
     from schemas.jobs import Job
@@ -38,12 +39,76 @@ AssetsOption = Annotated[
 DryOption = Annotated[bool, typer.Option("--dry-run", help="Only tell what would go.")]
 
 
+def cancel(
+    job_id: JobArgument,
+    server: ServerOption = DEFAULT_SERVER,
+    as_json: output.JsonOption = False,
+) -> None:
+    """Stop a job, queued or running."""
+    with connect(server) as client:
+        _say_state(client.cancel(job_id), as_json=as_json)
+
+
+def delete(
+    job_ids: JobsArgument,
+    server: ServerOption = DEFAULT_SERVER,
+    as_json: output.JsonOption = False,
+) -> None:
+    """Remove jobs and their images; one that is queued or running is stopped first."""
+    from service.client import NotFoundError
+
+    deleted, missing = [], []
+    with connect(server) as client:
+        for job_id in dict.fromkeys(job_ids):
+            try:
+                client.delete(job_id)
+                deleted.append(job_id)
+            except NotFoundError:
+                missing.append(job_id)
+    if as_json:
+        output.document({"deleted": deleted, "missing": missing})
+    else:
+        for job_id in deleted:
+            output.say(f"Job {job_id} is deleted.")
+        for job_id in missing:
+            output.say(f"There is no job {job_id}.")
+    if missing:
+        raise typer.Exit(ExitCode.SERVER)
+
+
+def pause(
+    job_id: JobArgument,
+    server: ServerOption = DEFAULT_SERVER,
+    as_json: output.JsonOption = False,
+) -> None:
+    """Let a job stand still: what is there stays, and no more of it is rendered until it is resumed."""
+    with connect(server) as client:
+        _say_state(client.pause(job_id), as_json=as_json)
+
+
+def resume(
+    job_id: JobArgument,
+    server: ServerOption = DEFAULT_SERVER,
+    as_json: output.JsonOption = False,
+) -> None:
+    """Let a paused job go on."""
+    with connect(server) as client:
+        _say_state(client.resume(job_id), as_json=as_json)
+
+
+def _say_state(job: Job, *, as_json: bool) -> None:
+    if as_json:
+        output.document(job.model_dump(mode="json"))
+    else:
+        output.say(f"Job {job.id}: {state_of(job)}")
+
+
 def pin(
     job_id: JobArgument, server: ServerOption = DEFAULT_SERVER, as_json: output.JsonOption = False
 ) -> None:
     """Keep the picture of a job until it is unpinned or deleted; for its owner and staff."""
     with connect(server) as client:
-        _show(client.pin(job_id), as_json=as_json)
+        _say_kept(client.pin(job_id), as_json=as_json)
 
 
 def unpin(
@@ -51,7 +116,7 @@ def unpin(
 ) -> None:
     """Let the picture of a job go when its time has come."""
     with connect(server) as client:
-        _show(client.unpin(job_id), as_json=as_json)
+        _say_kept(client.unpin(job_id), as_json=as_json)
 
 
 def prune(
@@ -73,7 +138,7 @@ def prune(
     if as_json:
         output.document(pruned.model_dump(mode="json"))
     else:
-        _tell(pruned)
+        _say_pruned(pruned)
 
 
 def amount(text: str, units: Mapping[str, int], example: str) -> float:
@@ -96,7 +161,7 @@ def amount(text: str, units: Mapping[str, int], example: str) -> float:
     return float(found[1]) * units[found[2]]
 
 
-def _show(job: Job, *, as_json: bool) -> None:
+def _say_kept(job: Job, *, as_json: bool) -> None:
     if as_json:
         output.document(job.model_dump(mode="json"))
     elif job.pinned:
@@ -106,7 +171,7 @@ def _show(job: Job, *, as_json: bool) -> None:
         output.say(f"Job {job.id} is kept {until}.")
 
 
-def _tell(pruned: Pruned) -> None:
+def _say_pruned(pruned: Pruned) -> None:
     for word, ids in (("expired", pruned.expired), ("forgotten", pruned.forgotten)):
         for job_id in ids[:TOLD]:
             output.result(f"{word}\t{job_id}")
