@@ -69,7 +69,7 @@ class _Server(uvicorn.Server):
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         service: Service = self._app.state.service
-        service.feed.close()
+        service.job_events.close()
         await super().shutdown(sockets)
 
 

@@ -12,7 +12,7 @@ from schemas.comparisons import ComparisonAnswer, ComparisonRequest, SentPicture
 from schemas.jobs import JobState
 from schemas.problems import Problem
 from schemas.reading import read_document
-from service.access.principals import Asker
+from service.access.principals import Principal
 from service.analyses.worker_calls import WorkerCall
 from service.errors import ComparisonFailedError, UnknownJobError
 from service.jobs import lifecycle as jobs
@@ -27,7 +27,7 @@ COMPARING = WorkerCall(
 )
 
 
-async def compare(service: Service, asker: Asker, body: bytes) -> ComparisonAnswer:
+async def compare(service: Service, principal: Principal, body: bytes) -> ComparisonAnswer:
     """Compare the two pictures of a request.
 
     Raises
@@ -41,18 +41,18 @@ async def compare(service: Service, asker: Asker, body: bytes) -> ComparisonAnsw
     UnavailableError
         If it took too long, or its worker died.
     """
-    with service.comparison_seats.taken():
-        task = await service.read(_task, service, asker, body)
+    with service.comparison_limit.acquired():
+        task = await service.read(_task, service, principal, body)
         return (await COMPARING.ask(service, task)).answer
 
 
-def _task(service: Service, asker: Asker, body: bytes) -> CompareTask:
+def _task(service: Service, principal: Principal, body: bytes) -> CompareTask:
     request, _ = read_document(body, ComparisonRequest, limits=service.settings.limits)
     sent = {"image": request.image, "reference": request.reference}
     problems = [problem for role, picture in sent.items() for problem in _problems(role, picture)]
     if problems:
         raise renderer.SceneError(problems)
-    image, reference = (_compared(service, asker, role, picture) for role, picture in sent.items())
+    image, reference = (_compared(service, principal, role, picture) for role, picture in sent.items())
     # What is decoded need not travel twice.
     bare = request.model_copy(update={"image": SentPicture(), "reference": SentPicture()})
     return CompareTask(bare, image, reference)
@@ -64,11 +64,11 @@ def _problems(role: str, picture: SentPicture) -> Iterator[Problem]:
         yield Problem(pointer=f"/{role}", detail=detail, code="one_of")
 
 
-def _compared(service: Service, asker: Asker, role: str, picture: SentPicture) -> ComparedPicture:
+def _compared(service: Service, principal: Principal, role: str, picture: SentPicture) -> ComparedPicture:
     if picture.job is None:
         content = _decoded(role, picture.content or "")
         return ComparedPicture(None, "", content, picture.encoding, ())
-    render, layers = _rendered(service, asker, role, picture.job)
+    render, layers = _rendered(service, principal, role, picture.job)
     return ComparedPicture(picture.job, render, b"", picture.encoding, layers)
 
 
@@ -82,11 +82,11 @@ def _decoded(role: str, content: str) -> bytes:
         ) from None
 
 
-def _rendered(service: Service, asker: Asker, role: str, job_id: str) -> tuple[str, tuple[str, ...]]:
+def _rendered(service: Service, principal: Principal, role: str, job_id: str) -> tuple[str, tuple[str, ...]]:
     """Where the picture of a job lies, and which of its layers tell more; a problem if it has no picture."""
     try:
         with service.database.reading() as session:
-            jobs.owner_of(session, job_id, None if asker.sees_all else asker.name)
+            jobs.owner_of(session, job_id, None if principal.sees_all else principal.name)
             row = jobs.find(session, job_id)
     except UnknownJobError as error:
         raise renderer.SceneError([_of_job(role, str(error))]) from None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from schemas.jobs import JobRequest
 from schemas.quotes import Quote, QuoteRequest
 from schemas.request_pointers import in_request
-from service.access.principals import Asker
+from service.access.principals import Principal
 from service.analyses.worker_calls import WorkerCall
 from service.errors import QuoteFailedError
 from service.jobs.admission import compile_admitted, read_request
@@ -20,7 +20,7 @@ QUOTING = WorkerCall(
 )
 
 
-async def quote(service: Service, asker: Asker, body: bytes) -> Quote:
+async def quote(service: Service, principal: Principal, body: bytes) -> Quote:
     """Answer a user's request for a quote.
 
     Raises
@@ -34,16 +34,16 @@ async def quote(service: Service, asker: Asker, body: bytes) -> Quote:
     UnavailableError
         If it took too long, or its worker died.
     """
-    with service.quote_seats.taken():
-        task = await service.read(_task, service, asker, body)
+    with service.quote_limit.acquired():
+        task = await service.read(_task, service, principal, body)
         found = (await QUOTING.ask(service, task)).quote
     if found.asked is not None:
         service.prices.learn(_job(task.request), found.asked.cpu_seconds.estimate)
     return in_request(found, task.request)
 
 
-def _task(service: Service, asker: Asker, body: bytes) -> QuoteTask:
-    request, _ = read_request(service, asker, body, QuoteRequest)
+def _task(service: Service, principal: Principal, body: bytes) -> QuoteTask:
+    request, _ = read_request(service, principal, body, QuoteRequest)
     compile_admitted(_job(request))
     return QuoteTask(request, service.settings.workers)
 

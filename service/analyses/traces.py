@@ -11,7 +11,7 @@ import renderer
 from schemas.jobs import JobRequest
 from schemas.problems import Problem
 from schemas.traces import TraceAnswer, TraceRequest
-from service.access.principals import Asker
+from service.access.principals import Principal
 from service.analyses.worker_calls import WorkerCall
 from service.errors import TraceFailedError
 from service.jobs.admission import compile_admitted, read_request
@@ -26,7 +26,7 @@ TRACING = WorkerCall(
 )
 
 
-async def trace(service: Service, asker: Asker, body: bytes) -> TraceAnswer:
+async def trace(service: Service, principal: Principal, body: bytes) -> TraceAnswer:
     """Cast the rays of a user's request.
 
     Raises
@@ -38,13 +38,13 @@ async def trace(service: Service, asker: Asker, body: bytes) -> TraceAnswer:
     UnavailableError
         If it took too long, or its worker died.
     """
-    task = await service.read(_task, service, asker, body)
+    task = await service.read(_task, service, principal, body)
     done = await TRACING.ask(service, task)
     return await run_in_threadpool(_answer, done)
 
 
-def _task(service: Service, asker: Asker, body: bytes) -> TraceTask:
-    request, _ = read_request(service, asker, body, TraceRequest, limits=service.settings.trace_limits)
+def _task(service: Service, principal: Principal, body: bytes) -> TraceTask:
+    request, _ = read_request(service, principal, body, TraceRequest, limits=service.settings.trace_limits)
     problems = list(_problems(request, service.settings.max_trace_rays))
     if problems:
         raise renderer.SceneError(problems)

@@ -21,7 +21,7 @@ from schemas.request_pointers import in_request
 from schemas.scene import Scene
 from schemas.shapes import MeshFile
 from schemas.textures import ImageTexture
-from service.access.principals import Asker
+from service.access.principals import Principal
 from service.jobs import ownership
 from service.jobs.context import Service
 from service.jobs.placeholders import Pixels, outlined
@@ -46,7 +46,7 @@ class Admitted:
     target: TargetQuality | None
 
 
-def admit(service: Service, asker: Asker, body: bytes) -> Admitted:
+def admit(service: Service, principal: Principal, body: bytes) -> Admitted:
     """Read, check, compile and price a user's request.
 
     Raises
@@ -54,7 +54,7 @@ def admit(service: Service, asker: Asker, body: bytes) -> Admitted:
     renderer.SceneError
         With every problem; pointers lead into the body.
     """
-    request, warnings = read_request(service, asker, body, JobRequest)
+    request, warnings = read_request(service, principal, body, JobRequest)
     request = _limited(request)
     plan = compile_admitted(request)
     target = target_of(request)
@@ -73,13 +73,13 @@ def _limited(request: JobRequest) -> JobRequest:
 
 
 def read_request(
-    service: Service, asker: Asker, body: bytes, model: type[Model], *, limits: Limits | None = None
+    service: Service, principal: Principal, body: bytes, model: type[Model], *, limits: Limits | None = None
 ) -> tuple[Model, tuple[Problem, ...]]:
     """Read a body that has a ``scene``, within the service's limits, and look for the user's files in it."""
     request, warnings = read_document(body, model, limits=limits or service.settings.limits)
     scene = getattr(request, "scene", None)
     assert isinstance(scene, Scene)
-    unusable = _unusable_assets(service, asker, scene)
+    unusable = _unusable_assets(service, principal, scene)
     if unusable:
         raise renderer.SceneError(unusable)
     return request, warnings
@@ -95,7 +95,7 @@ def compile_admitted(request: JobRequest) -> renderer.RenderPlan:
         raise renderer.SceneError(moved, error.more) from None
 
 
-def _unusable_assets(service: Service, asker: Asker, scene: Scene) -> list[Problem]:
+def _unusable_assets(service: Service, principal: Principal, scene: Scene) -> list[Problem]:
     pictures = {
         pointer(["scene", "textures", name, "asset"]): texture.asset
         for name, texture in scene.textures.items()
@@ -106,7 +106,7 @@ def _unusable_assets(service: Service, asker: Asker, scene: Scene) -> list[Probl
         for number, shape in enumerate(scene.shapes)
         if isinstance(shape, MeshFile)
     }
-    known = _known(service, asker, {*pictures.values(), *meshes.values()})
+    known = _known(service, principal, {*pictures.values(), *meshes.values()})
     return [*_problems(pictures, known, meshes=False), *_problems(meshes, known, meshes=True)]
 
 
@@ -122,14 +122,16 @@ def _problems(named: Mapping[str, str], known: Mapping[str, str], *, meshes: boo
             yield problem.model_copy(update={"detail": detail})
 
 
-def _known(service: Service, asker: Asker, assets: set[str]) -> dict[str, str]:
+def _known(service: Service, principal: Principal, assets: set[str]) -> dict[str, str]:
     """Give the media types of those assets that a user may use, by their names in scenes."""
     hashes = {asset.removeprefix(PREFIX) for asset in assets if asset.startswith(PREFIX)}
     wanted = {sha256 for sha256 in hashes if is_sha256(sha256)}
     if not wanted:
         return {}
     with service.database.reading() as session:
-        return {PREFIX + sha256: kind for sha256, kind in ownership.usable(session, wanted, asker).items()}
+        return {
+            PREFIX + sha256: kind for sha256, kind in ownership.usable(session, wanted, principal).items()
+        }
 
 
 def _problem(place: str, asset: str, known: Mapping[str, str], mesh: bool) -> Problem | None:

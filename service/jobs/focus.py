@@ -11,7 +11,7 @@ from service.jobs.context import Service
 def focus(service: Service, job_id: str, body: bytes) -> None:
     """Have the tiles of a region rendered before the others of their pass; what has ended stays as it is.
 
-    Jobs that share what is rendered share its order, too: the last wish counts.
+    Jobs that share what is rendered share its order, too: the last request counts.
 
     Raises
     ------

@@ -23,15 +23,15 @@ from service.storage.database.models import JobRow, LabelRow, RenderRow
 STOP_SECONDS = 5.0
 
 
-_STANDING = (
+_STATUS = (
     select(JobRow.state, RenderRow.last_seq)
     .outerjoin(RenderRow, JobRow.render_number == RenderRow.number)
     .where(JobRow.id == bindparam("id"))
 )
 
 
-class Standing(NamedTuple):
-    """As much of a job as those who wait for it look at, again and again."""
+class JobStatus(NamedTuple):
+    """As much of a job as those who wait for it read, again and again."""
 
     state: JobState
     last_seq: int
@@ -46,7 +46,7 @@ def find(session: Session, job_id: str) -> JobRow:
 
 
 def owner_of(session: Session, job_id: str, asked_by: str | None) -> str:
-    """Tell whose job this is; UnknownJobError if this user sees none, None being one who sees all."""
+    """Give the owner of a job; UnknownJobError if this user sees none, None being one who sees all."""
     owner = session.scalar(select(JobRow.owner).where(JobRow.id == job_id))
     if owner is None or asked_by not in (None, owner):
         raise UnknownJobError
@@ -77,17 +77,17 @@ def show(service: Service, job_id: str) -> Job:
 
 
 @dataclass(frozen=True)
-class Wish:
-    """Which jobs a list shall have: those of a user, in a state, with these labels; None takes all."""
+class JobFilter:
+    """Which jobs a list has: those of a user, in a state, with these labels; None takes all."""
 
     owner: str | None = None
     state: JobState | None = None
     labels: Mapping[str, str] = field(default_factory=dict)
 
 
-def page(service: Service, limit: int, cursor: int | None, wish: Wish) -> JobList:
+def page(service: Service, limit: int, cursor: int | None, job_filter: JobFilter) -> JobList:
     """Describe the newest jobs, or those older than the last one of the page before."""
-    query = _wished(wish).order_by(JobRow.number.desc()).limit(limit + 1)
+    query = _matching(job_filter).order_by(JobRow.number.desc()).limit(limit + 1)
     if cursor is not None:
         query = query.where(JobRow.number < cursor)
     keep = service.settings.keep_seconds
@@ -98,13 +98,13 @@ def page(service: Service, limit: int, cursor: int | None, wish: Wish) -> JobLis
     return JobList(jobs=jobs, next=following)
 
 
-def _wished(wish: Wish) -> Select[JobRow]:
+def _matching(job_filter: JobFilter) -> Select[JobRow]:
     query = select(JobRow)
-    if wish.owner is not None:
-        query = query.where(JobRow.owner == wish.owner)
-    if wish.state is not None:
-        query = query.where(JobRow.state == wish.state)
-    for name, value in wish.labels.items():
+    if job_filter.owner is not None:
+        query = query.where(JobRow.owner == job_filter.owner)
+    if job_filter.state is not None:
+        query = query.where(JobRow.state == job_filter.state)
+    for name, value in job_filter.labels.items():
         labelled = LabelRow.job == JobRow.number, LabelRow.name == name, LabelRow.value == value
         query = query.where(exists().where(*labelled))
     return query
@@ -129,7 +129,7 @@ def cancel(service: Service, job_id: str) -> None:
         service.dispatcher.cancel(stopping)
     if render is not None and render.state.final:
         service.spans.ended(render.id)
-    service.feed.publish((job_id,))
+    service.job_events.publish((job_id,))
 
 
 def _end(session: Session, row: JobRow) -> str | None:
@@ -153,7 +153,7 @@ def pause(service: Service, job_id: str) -> Job:
         if not row.state.final:
             pausing.pause(session, row)
         service.database.tell_of(session, (job_id,))
-    service.feed.publish((job_id,))
+    service.job_events.publish((job_id,))
     return show(service, job_id)
 
 
@@ -166,7 +166,7 @@ def resume(service: Service, job_id: str) -> Job:
         service.database.tell(session, work=True)
         service.database.tell_of(session, (job_id,))
     service.dispatcher.wake()
-    service.feed.publish((job_id,))
+    service.job_events.publish((job_id,))
     return show(service, job_id)
 
 
@@ -174,7 +174,7 @@ async def stop(service: Service, job_id: str) -> Job:
     """Cancel a job and wait until nothing of it runs any more, within reason."""
     await run_in_threadpool(cancel, service, job_id)
     patience = service.settings.cancel_grace_seconds + STOP_SECONDS
-    await until(service, job_id, patience, lambda standing: standing.state.final)
+    await until(service, job_id, patience, lambda status: status.state.final)
     return await run_in_threadpool(show, service, job_id)
 
 
@@ -198,23 +198,23 @@ def _forget(service: Service, job_id: str) -> None:
         service.database.tell_of(session, (job_id,))
     if unused:
         service.store.drop_job(unused)
-    service.feed.publish((job_id,))
+    service.job_events.publish((job_id,))
 
 
-async def until(service: Service, job_id: str, seconds: float, done: Callable[[Standing], bool]) -> None:
+async def until(service: Service, job_id: str, seconds: float, done: Callable[[JobStatus], bool]) -> None:
     """Wait until a job is as wanted, or the time is up, or the service stops."""
     deadline = time.monotonic() + seconds
-    with service.feed.watch(job_id) as watcher:
+    with service.job_events.watch(job_id) as watcher:
         while True:
-            standing = await run_in_threadpool(_standing, service, job_id)
+            status = await run_in_threadpool(_status_of, service, job_id)
             left = deadline - time.monotonic()
-            if done(standing) or left <= 0 or not await watcher.wait(left):
+            if done(status) or left <= 0 or not await watcher.wait(left):
                 return
 
 
-def _standing(service: Service, job_id: str) -> Standing:
+def _status_of(service: Service, job_id: str) -> JobStatus:
     with service.database.reading() as session:
-        row = session.execute(_STANDING, {"id": job_id}).first()
+        row = session.execute(_STATUS, {"id": job_id}).first()
     if row is None:
         raise UnknownJobError
-    return Standing(row[0], row[1] or 0)
+    return JobStatus(row[0], row[1] or 0)

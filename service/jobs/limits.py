@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session
 
 import renderer
 from schemas.problems import Problem
-from service.access.principals import Asker
+from service.access.principals import Principal
 from service.errors import QueueFullError
 from service.jobs.context import Service
 from service.storage.database.models import JobRow
@@ -56,7 +56,7 @@ class Queue:
         return {"RateLimit-Policy": policy, "RateLimit": left}
 
 
-def check(session: Session, service: Service, asker: Asker, job: JobRow) -> Queue:
+def check(session: Session, service: Service, principal: Principal, job: JobRow) -> Queue:
     """Find room for a job that is about to be entered; one that is answered from the store needs none.
 
     Raises
@@ -67,9 +67,9 @@ def check(session: Session, service: Service, asker: Asker, job: JobRow) -> Queu
         If it would not fit into an empty queue either.
     """
     settings = service.settings
-    jobs, seconds, my_jobs, my_seconds = session.execute(_COUNTED, {"owner": asker.name}).one()
-    my_most = asker.max_jobs or settings.max_user_jobs
-    my_most_seconds = asker.max_cpu_seconds or settings.max_user_cpu_seconds
+    jobs, seconds, my_jobs, my_seconds = session.execute(_COUNTED, {"owner": principal.name}).one()
+    my_most = principal.max_jobs or settings.max_user_jobs
+    my_most_seconds = principal.max_cpu_seconds or settings.max_user_cpu_seconds
     adds = 0 if job.state.final else 1
     shares = (
         Share("jobs", my_most, my_jobs + adds),
@@ -78,14 +78,14 @@ def check(session: Session, service: Service, asker: Asker, job: JobRow) -> Queu
         Share("all cpu", settings.max_queued_cpu_seconds, seconds + job.load),
     )
     if job.load > my_most_seconds:
-        _too_dear(job.load, my_most_seconds)
-    queue = Queue(shares[0], shares[1], service.dispatcher.pace.rate())
+        _refuse_expensive(job.load, my_most_seconds)
+    queue = Queue(shares[0], shares[1], service.dispatcher.throughput.rate())
     if adds:
         _refuse(queue, shares, job.predicted_cpu_seconds)
     return queue
 
 
-def _too_dear(cost: float, limit: float) -> None:
+def _refuse_expensive(cost: float, limit: float) -> None:
     """Refuse a job for which there would be no room in an empty queue."""
     detail = (
         f"This is predicted to take {cost:.3g} CPU seconds, more than the {limit:.3g} you may have waiting. "

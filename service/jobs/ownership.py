@@ -1,6 +1,6 @@
 """Who has uploaded which assets. To all others there is no such asset, even where its bytes are kept.
 
-The bytes are kept once, however many have sent them. An answer depends on what the asker himself has sent, so
+The bytes are kept once, however many have sent them. An answer depends on what its user has sent, so
 nobody learns from the hash of a file whether somebody else has it. Those who see the jobs of all see what
 these are made of, too.
 """
@@ -13,7 +13,7 @@ from datetime import UTC, datetime
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from service.access.principals import Asker
+from service.access.principals import Principal
 from service.storage.database.models import AssetOwnerRow, AssetRow
 
 
@@ -30,17 +30,17 @@ def enter(session: Session, row: AssetRow, owner: str) -> AssetRow:
     return kept or row
 
 
-def find(session: Session, sha256: str, asker: Asker) -> AssetRow | None:
+def find(session: Session, sha256: str, principal: Principal) -> AssetRow | None:
     """Give an asset that this user may use."""
-    return session.get(AssetRow, sha256) if usable(session, {sha256}, asker) else None
+    return session.get(AssetRow, sha256) if usable(session, {sha256}, principal) else None
 
 
-def usable(session: Session, hashes: Collection[str], asker: Asker) -> dict[str, str]:
+def usable(session: Session, hashes: Collection[str], principal: Principal) -> dict[str, str]:
     """Give those of the assets that this user may use, each with its media type."""
     query = select(AssetRow.sha256, AssetRow.media_type).where(AssetRow.sha256.in_(hashes))
-    if not asker.sees_all:
+    if not principal.sees_all:
         query = query.join(AssetOwnerRow, AssetOwnerRow.sha256 == AssetRow.sha256)
-        query = query.where(AssetOwnerRow.owner == asker.name)
+        query = query.where(AssetOwnerRow.owner == principal.name)
     return dict(session.execute(query).tuples().all())
 
 

@@ -6,14 +6,14 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from schemas.jobs import Job, JobState
-from service.access.principals import Asker
+from service.access.principals import Principal
 from service.errors import ForbiddenError, PictureGoneError
 from service.jobs import lifecycle as jobs
 from service.jobs.context import Service
 from service.storage.database.models import JobRow
 
 
-def pin(service: Service, job_id: str, asker: Asker) -> Job:
+def pin(service: Service, job_id: str, principal: Principal) -> Job:
     """Keep the picture of a job.
 
     Raises
@@ -21,14 +21,14 @@ def pin(service: Service, job_id: str, asker: Asker) -> Job:
     PictureGoneError
         If it has expired already.
     ForbiddenError
-        If the asker, not being staff, has as many pinned jobs as he may.
+        If the user, not being staff, has as many pinned jobs as allowed.
     """
     with service.database.writing() as session:
         row = jobs.find(session, job_id)
         if row.state is JobState.EXPIRED:
             raise PictureGoneError("The picture has expired. Submit the job again to have another.")
-        if not row.pinned and not asker.sees_all:
-            _check_number(session, asker, service.settings.max_user_pins)
+        if not row.pinned and not principal.sees_all:
+            _check_number(session, principal, service.settings.max_user_pins)
         row.pinned = True
     return jobs.show(service, job_id)
 
@@ -40,7 +40,7 @@ def unpin(service: Service, job_id: str) -> Job:
     return jobs.show(service, job_id)
 
 
-def _check_number(session: Session, asker: Asker, most: int) -> None:
-    mine = select(func.count()).select_from(JobRow).where(JobRow.owner == asker.name, JobRow.pinned)
+def _check_number(session: Session, principal: Principal, most: int) -> None:
+    mine = select(func.count()).select_from(JobRow).where(JobRow.owner == principal.name, JobRow.pinned)
     if session.scalars(mine).one() >= most:
         raise ForbiddenError(f"You have pinned {most} jobs, as many as you may. Unpin or delete one first.")

@@ -27,7 +27,7 @@ MOST_TOLD = 10_000
 log = structlog.get_logger()
 
 
-class Keeper:
+class RetentionThread:
     """Applies the rules of retention to the database and to the disk.
 
     Several services of one database may have one each: what one has let go is not there for the other.
@@ -37,7 +37,7 @@ class Keeper:
         self._database, self._store, self._assets = database, store, assets
         self.rules = rules
         self._stopping = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="keeper", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="retention", daemon=True)
 
     def start(self) -> None:
         """Remove what an earlier service left behind, and begin."""

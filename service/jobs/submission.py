@@ -17,7 +17,7 @@ from sqlalchemy.orm import Session
 
 from renderer import progressive, tiling
 from schemas.jobs import JobState
-from service.access.principals import Asker
+from service.access.principals import Principal
 from service.dispatch import adaptive_passes as targets
 from service.errors import ReusedKeyError
 from service.jobs import asset_uses, canonical
@@ -59,7 +59,7 @@ class Submission:
         Whether it is to be rendered whatever there is already.
     """
 
-    asker: Asker
+    principal: Principal
     body: bytes
     key: str | None = None
     anew: bool = False
@@ -71,7 +71,7 @@ class Submission:
 
 
 @dataclass(frozen=True)
-class Taken:
+class SubmittedJob:
     """A job that was taken, now or when the same request came before; how full the queue is with it.
 
     ``render`` names the render that it has, by the job which that was made for; ``shared`` says that the
@@ -85,7 +85,7 @@ class Taken:
     queue: Queue | None = None
 
 
-def submit(service: Service, sent: Submission) -> Taken:
+def submit(service: Service, sent: Submission) -> SubmittedJob:
     """Keep a job.
 
     Raises
@@ -101,8 +101,8 @@ def submit(service: Service, sent: Submission) -> Taken:
         with service.database.reading() as session:
             before = _sent_before(session, sent)
             if before is not None and before.body_sha256 == sent.body_sha256:
-                return Taken(_job_of(session, before), replayed=True)
-    admitted = admit(service, sent.asker, sent.body)
+                return SubmittedJob(_job_of(session, before), replayed=True)
+    admitted = admit(service, sent.principal, sent.body)
     for _ in range(TRIES - 1):
         try:
             return enter(service, sent, admitted)
@@ -115,7 +115,7 @@ def _sent_before(session: Session, sent: Submission) -> IdempotencyRow | None:
     """Find the request that has brought the same key before, while it counts."""
     if sent.key is None:
         return None
-    row = session.get(IdempotencyRow, (sent.asker.name, sent.key))
+    row = session.get(IdempotencyRow, (sent.principal.name, sent.key))
     return None if row is None or row.created_at < datetime.now(UTC) - KEY_LIFE else row
 
 
@@ -141,15 +141,17 @@ def _is_same_document(session: Session, before: IdempotencyRow, body: bytes) -> 
     return kept is not None and bool(json.loads(zlib.decompress(kept.body)) == json.loads(body))
 
 
-def enter(service: Service, sent: Submission, admitted: Admitted) -> Taken:
+def enter(service: Service, sent: Submission, admitted: Admitted) -> SubmittedJob:
     """Keep a job that was admitted, or find that it came before."""
-    job = _job(sent.asker, admitted)
+    job = _job(sent.principal, admitted)
     spec = None if sent.anew else canonical.spec_of(admitted.request)
     try:
         with service.database.writing() as session:
             known = _replayed(session, sent)
-            taken = (
-                Taken(known, replayed=True) if known else _take(service, session, sent, admitted, job, spec)
+            submitted = (
+                SubmittedJob(known, replayed=True)
+                if known
+                else _enter_job(service, session, sent, admitted, job, spec)
             )
             service.database.tell(session, work=True)
     except BaseException as error:
@@ -158,27 +160,27 @@ def enter(service: Service, sent: Submission, admitted: Admitted) -> Taken:
             service.store.drop_job(job.id)
         raise
     service.dispatcher.wake()
-    service.spans.taken(taken.job, taken.render, shared=taken.shared)
+    service.spans.taken(submitted.job, submitted.render, shared=submitted.shared)
     log.info(
         "job taken",
-        job=taken.job,
-        user=sent.asker.name,
-        render=taken.render,
-        shared=taken.shared,
-        replayed=taken.replayed,
+        job=submitted.job,
+        user=sent.principal.name,
+        render=submitted.render,
+        shared=submitted.shared,
+        replayed=submitted.replayed,
     )
-    return taken
+    return submitted
 
 
-def _take(
+def _enter_job(
     service: Service, session: Session, sent: Submission, admitted: Admitted, job: JobRow, spec: Spec | None
-) -> Taken:
+) -> SubmittedJob:
     found = _render_of(session, spec) if spec else None
     if found is not None:
         _share(job, found)
     else:
         job.load = job.predicted_cpu_seconds
-    queue = queue_limits.check(session, service, sent.asker, job)
+    queue = queue_limits.check(session, service, sent.principal, job)
     if found is None:
         steps, course = _course(admitted, service.settings)
         job.render = _render(admitted, job.id, spec, steps, course)
@@ -196,7 +198,7 @@ def _take(
     if not job.state.final:
         fairness.activate(session, [job.owner])
     render = found.id if found else job.id
-    return Taken(job.id, replayed=False, render=render, shared=found is not None, queue=queue)
+    return SubmittedJob(job.id, replayed=False, render=render, shared=found is not None, queue=queue)
 
 
 def _enter_parts(session: Session, sent: Submission, job: JobRow) -> None:
@@ -217,11 +219,11 @@ def _enter_parts(session: Session, sent: Submission, job: JobRow) -> None:
         session.flush()
 
 
-def _job(asker: Asker, admitted: Admitted) -> JobRow:
+def _job(principal: Principal, admitted: Admitted) -> JobRow:
     request = admitted.request
     return JobRow(
         id=secrets.token_hex(8),
-        owner=asker.name,
+        owner=principal.name,
         name=request.scene.name,
         labels=request.labels,
         priority=request.priority,

@@ -8,7 +8,7 @@ from fastapi import APIRouter
 
 from schemas.comparisons import ComparisonAnswer, ComparisonRequest
 from service.analyses import comparisons
-from service.api.authentication import Asking
+from service.api.authentication import CurrentUser
 from service.api.bodies import JsonBody
 from service.api.routes.jobs import BODY
 from service.api.routes.parameters import json_request, problem
@@ -29,6 +29,6 @@ EXAMPLE: dict[str, Any] = {"image": {"content": WHITE}, "reference": {"content":
     | problem(503, "No worker was free in time."),
     openapi_extra=json_request(ComparisonRequest, EXAMPLE),
 )
-async def compare(here: Here, asking: Asking, body: JsonBody) -> ComparisonAnswer:
+async def compare(here: Here, user: CurrentUser, body: JsonBody) -> ComparisonAnswer:
     """Compare two pictures, sent or of jobs: metrics, a verdict that knows noise, the mistake behind it."""
-    return await comparisons.compare(here, asking, body)
+    return await comparisons.compare(here, user, body)

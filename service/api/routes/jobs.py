@@ -9,7 +9,7 @@ from fastapi.concurrency import run_in_threadpool
 
 from schemas.jobs import Job, JobList, JobRequest, JobState
 from schemas.plans import PlanDocument
-from service.api.authentication import Asking, ChangedJob
+from service.api.authentication import ChangedJob, CurrentUser
 from service.api.bodies import JsonBody
 from service.api.routes.parameters import (
     IdempotencyKey,
@@ -54,7 +54,7 @@ async def submit(
     here: Here,
     request: Request,
     response: Response,
-    asking: Asking,
+    user: CurrentUser,
     body: JsonBody,
     prefer: Prefer = None,
     idempotency_key: IdempotencyKey = None,
@@ -64,25 +64,25 @@ async def submit(
     What was rendered before is answered from the store at once, unless `Cache-Control: no-cache` is sent.
     """
     anew = "no-cache" in request.headers.get("cache-control", "").lower()
-    sent = submissions.Submission(asking, body, idempotency_key, anew)
-    taken = await here.read(submissions.submit, here, sent)
+    sent = submissions.Submission(user, body, idempotency_key, anew)
+    submitted = await here.read(submissions.submit, here, sent)
     wait = preferred_wait(prefer, here.settings.max_wait_seconds)
     if wait:
-        await jobs.until(here, taken.job, wait, lambda standing: standing.state.final)
+        await jobs.until(here, submitted.job, wait, lambda status: status.state.final)
         response.headers["Preference-Applied"] = f"wait={wait:g}"
-    job = await run_in_threadpool(jobs.show, here, taken.job)
+    job = await run_in_threadpool(jobs.show, here, submitted.job)
     response.headers["Location"] = job.links.self
-    if taken.replayed:
+    if submitted.replayed:
         response.headers["Idempotency-Replayed"] = "true"
-    if taken.queue:
-        response.headers.update(taken.queue.headers())
+    if submitted.queue:
+        response.headers.update(submitted.queue.headers())
     return job
 
 
 @router.get("", responses=problem(422, "A parameter cannot be used."))
 def list_jobs(
     here: Here,
-    asking: Asking,
+    user: CurrentUser,
     limit: Annotated[int, Query(ge=1, le=100, description="Jobs on a page.")] = 20,
     cursor: Annotated[
         int | None,
@@ -99,8 +99,8 @@ def list_jobs(
 ) -> JobList:
     """List jobs, newest first: one's own, or those of all for staff."""
     labels = dict(text.split(":", 1) for text in label or ())
-    owner = None if asking.sees_all else asking.name
-    return jobs.page(here, limit, cursor, jobs.Wish(owner, state, labels))
+    owner = None if user.sees_all else user.name
+    return jobs.page(here, limit, cursor, jobs.JobFilter(owner, state, labels))
 
 
 @router.get("/{job_id}", responses=UNKNOWN)

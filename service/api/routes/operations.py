@@ -43,7 +43,7 @@ def readyz(here: Here) -> Condition:
 
 def _checks(service: Service) -> dict[str, bool]:
     return {
-        "the service is being stopped": not service.feed.closed,
+        "the service is being stopped": not service.job_events.closed,
         "the database cannot be written": _database_writable(service),
         "no worker is running": service.dispatcher.alive(),
         "the disk is nearly full": _disk_free(service),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fastapi import APIRouter
 
 from schemas.jobs import Job
-from service.api.authentication import Asking, KeptJob
+from service.api.authentication import CurrentUser, KeptJob
 from service.api.routes.jobs import GONE, UNKNOWN
 from service.api.routes.parameters import problem
 from service.jobs import pins
@@ -18,9 +18,9 @@ router = APIRouter(prefix="/v1/jobs/{job_id}", tags=["jobs"])
     "/pin",
     responses=UNKNOWN | GONE | problem(403, "As many of your jobs are pinned as may be."),
 )
-def pin_job(here: Here, asking: Asking, job_id: KeptJob) -> Job:
+def pin_job(here: Here, user: CurrentUser, job_id: KeptJob) -> Job:
     """Keep the picture of a job until it is unpinned or deleted. For its owner and staff."""
-    return pins.pin(here, job_id, asking)
+    return pins.pin(here, job_id, user)
 
 
 @router.delete("/pin", responses=UNKNOWN)

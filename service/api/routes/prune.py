@@ -9,7 +9,7 @@ from fastapi.concurrency import run_in_threadpool
 
 from schemas.reading import read_document
 from schemas.retention import Pruned, PruneRequest
-from service.api.authentication import Asking
+from service.api.authentication import CurrentUser
 from service.api.bodies import JsonBody
 from service.api.routes.jobs import BODY
 from service.api.routes.parameters import json_request, problem
@@ -27,22 +27,22 @@ EXAMPLE: dict[str, Any] = {"max_stored_bytes": 10_000_000_000, "dry_run": True}
     responses=BODY | problem(403, "For admins alone.") | problem(422, "The request cannot be used."),
     openapi_extra=json_request(PruneRequest, EXAMPLE),
 )
-async def prune(here: Here, asking: Asking, body: JsonBody) -> Pruned:
+async def prune(here: Here, user: CurrentUser, body: JsonBody) -> Pruned:
     """Let go now what the rules do not keep, or only tell what that would be. Pinned jobs stay."""
-    if not asking.changes_all:
+    if not user.changes_all:
         raise ForbiddenError("Only an admin removes what is kept for others.")
     asked, _ = read_document(body, PruneRequest)
     return await run_in_threadpool(_prune, here, asked)
 
 
 def _prune(service: Service, asked: PruneRequest) -> Pruned:
-    usual, keeper = service.keeper.rules, service.keeper
+    usual, retention_thread = service.retention_thread.rules, service.retention_thread
     rules = Rules(
         usual.keep_seconds if asked.keep_seconds is None else asked.keep_seconds,
         usual.max_stored_bytes if asked.max_stored_bytes is None else asked.max_stored_bytes,
         usual.keep_asset_seconds if asked.keep_asset_seconds is None else asked.keep_asset_seconds,
     )
-    swept = keeper.foretell(rules) if asked.dry_run else keeper.prune(rules)
+    swept = retention_thread.foretell(rules) if asked.dry_run else retention_thread.prune(rules)
     return Pruned(
         dry_run=asked.dry_run,
         expired=tuple(swept.expired),

@@ -8,7 +8,7 @@ from fastapi import APIRouter
 
 from schemas.quotes import Quote, QuoteRequest
 from service.analyses import quotes
-from service.api.authentication import Asking
+from service.api.authentication import CurrentUser
 from service.api.bodies import JsonBody
 from service.api.routes.jobs import BODY
 from service.api.routes.parameters import json_request, problem
@@ -77,6 +77,6 @@ EXAMPLE: dict[str, Any] = {
     | problem(503, "No worker was free in time."),
     openapi_extra=json_request(QuoteRequest, REQUEST),
 )
-async def quote(here: Here, asking: Asking, body: JsonBody) -> Quote:
+async def quote(here: Here, user: CurrentUser, body: JsonBody) -> Quote:
     """Predict what a scene costs at several qualities, and how far off it will be. It takes some 1.5 s."""
-    return await quotes.quote(here, asking, body)
+    return await quotes.quote(here, user, body)

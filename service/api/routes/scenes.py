@@ -12,7 +12,7 @@ from schemas.manifest_json_schema import manifest_json_schema
 from schemas.plans import PlanDocument
 from schemas.traces import TraceAnswer, TraceRequest
 from service.analyses import traces
-from service.api.authentication import Asking
+from service.api.authentication import CurrentUser
 from service.api.bodies import JsonBody, TraceBody
 from service.api.routes.jobs import BODY
 from service.api.routes.parameters import json_request, problem
@@ -25,9 +25,9 @@ UNUSABLE = problem(422, "The request cannot be used; every reason is listed.")
 
 
 @router.post("/plans", responses=BODY | UNUSABLE, openapi_extra=json_request(JobRequest))
-async def plan(here: Here, asking: Asking, body: JsonBody) -> PlanDocument:
+async def plan(here: Here, user: CurrentUser, body: JsonBody) -> PlanDocument:
     """Explain what would run for a scene, who asked for it, and what it would cost."""
-    return (await here.read(admit, here, asking, body)).description
+    return (await here.read(admit, here, user, body)).description
 
 
 @router.post(
@@ -35,9 +35,9 @@ async def plan(here: Here, asking: Asking, body: JsonBody) -> PlanDocument:
     responses=BODY | UNUSABLE | problem(503, "Too many others are tracing, or it took too long."),
     openapi_extra=json_request(TraceRequest),
 )
-async def trace(here: Here, asking: Asking, body: TraceBody) -> TraceAnswer:
+async def trace(here: Here, user: CurrentUser, body: TraceBody) -> TraceAnswer:
     """Cast rays into a scene and say what each of them hits."""
-    return await traces.trace(here, asking, body)
+    return await traces.trace(here, user, body)
 
 
 @router.get("/schemas/scene.json", response_model=None)
