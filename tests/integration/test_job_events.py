@@ -7,7 +7,7 @@ from contextlib import ExitStack
 
 import pytest
 
-from service.dispatch import job_events as feed
+from service.dispatch import job_events
 from service.dispatch.job_events import JobEvents
 
 JOB = "a"
@@ -30,7 +30,7 @@ async def heard(crowd: int) -> list[int]:
 
 @pytest.mark.parametrize(("crowd", "times"), [(1, 2), (2, 1), (50, 1)])
 def test_a_crowd_lets_news_gather(monkeypatch: pytest.MonkeyPatch, crowd: int, times: int) -> None:
-    monkeypatch.setattr(feed, "EACH_SECONDS", 0.5)
+    monkeypatch.setattr(job_events, "EACH_SECONDS", 0.5)
     assert asyncio.run(heard(crowd)) == [times] * crowd
 
 
