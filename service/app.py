@@ -23,28 +23,20 @@ from schemas.traces import TraceRequest
 from service.api import problems
 from service.api.authentication import authenticate
 from service.api.routes import (
+    administration,
     assets,
     comparisons,
     convergence,
-    focus,
-    inspections,
     jobs,
-    logs,
-    metrics,
     operations,
     page,
     pictures,
-    pins,
-    prune,
-    quotes,
-    requests,
     scenes,
     session,
     tiles,
 )
-from service.api.routes.methods import allowed, heads_of
 from service.api.routes.parameters import COMPONENTS, problem
-from service.api.routes.queries import check_query
+from service.api.routes.routing import allowed, check_query, heads_of
 from service.api.routes.session import REFUSED
 from service.assembly import started, stop
 from service.dispatch.job_events import JobEvents
@@ -57,20 +49,13 @@ PUBLIC = (operations, page)
 ROUTERS = (
     session,
     jobs,
-    requests,
-    logs,
     tiles,
     pictures,
     convergence,
-    focus,
-    inspections,
-    pins,
     scenes,
-    quotes,
     comparisons,
     assets,
-    prune,
-    metrics,
+    administration,
     operations,
     page,
 )

@@ -13,8 +13,8 @@ from service.dispatch.notifications import NotificationListener
 from service.jobs import retention
 from service.jobs.concurrency import BodyMemoryLimit, ConcurrencyLimit
 from service.jobs.context import Service
-from service.jobs.prices import QuotedPrices
-from service.jobs.retention_thread import RetentionThread
+from service.jobs.pricing import QuotedPrices
+from service.jobs.retention import RetentionThread
 from service.settings import Settings
 from service.storage.assets import AssetStore
 from service.storage.database.connection import Database
@@ -23,7 +23,7 @@ from service.storage.passes import PassStore
 from service.storage.places import ASSETS, JOBS, place_of
 from service.storage.tiles import TileStore
 from service.telemetry.spans import SILENT, Telemetry
-from service.workers.choosing import engine_of
+from service.workers.engines import engine_of
 from service.workers.heartbeats import Lease
 from service.workers.worker import WorkerSetup
 

@@ -14,7 +14,7 @@ from service.analyses.worker_calls import WorkerCall
 from service.errors import InspectionFailedError
 from service.jobs import lifecycle as jobs
 from service.jobs.context import Service
-from service.jobs.requests import request_of
+from service.jobs.lifecycle import request_of
 from service.workers.tasks import InspectDone, InspectTask
 
 INSPECTING = WorkerCall(

@@ -34,7 +34,7 @@ from service.storage.database.models import RenderRow
 from service.storage.tiles import UNFINISHED_SECONDS, TileStore
 from service.telemetry.metrics import Metrics
 from service.telemetry.spans import JobSpans
-from service.workers.protocol import Engine
+from service.workers.engines import Engine
 from service.workers.tasks import (
     CallTask,
     Interrupted,

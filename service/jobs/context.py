@@ -15,8 +15,8 @@ from service.dispatch.dispatcher import Dispatcher
 from service.dispatch.job_events import JobEvents
 from service.dispatch.notifications import NotificationListener
 from service.jobs.concurrency import BodyMemoryLimit, ConcurrencyLimit
-from service.jobs.prices import QuotedPrices
-from service.jobs.retention_thread import RetentionThread
+from service.jobs.pricing import QuotedPrices
+from service.jobs.retention import RetentionThread
 from service.settings import Settings
 from service.storage.assets import AssetStore
 from service.storage.database.connection import Database

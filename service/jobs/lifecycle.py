@@ -1,23 +1,27 @@
-"""What requests do with jobs: find, list, cancel, remove, and wait for them."""
+"""What requests do with jobs: find, list, cancel, remove, wait, focus and pin them."""
 
 from __future__ import annotations
 
 import time
+import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from fastapi.concurrency import run_in_threadpool
-from sqlalchemy import Select, bindparam, exists, select
+from sqlalchemy import Select, bindparam, exists, func, select
 from sqlalchemy.orm import Session
 
 from schemas.jobs import Job, JobList, JobState
 from schemas.plans import PlanDocument
-from service.errors import PictureGoneError, UnavailableError, UnknownJobError
+from schemas.reading import read_document
+from schemas.regions import Region
+from service.access.principals import Principal
+from service.errors import ForbiddenError, PictureGoneError, UnavailableError, UnknownJobError
 from service.jobs.context import Service
 from service.lifecycle import pausing, rows, sharing
 from service.lifecycle.documents import documents
-from service.storage.database.models import JobRow, LabelRow, RenderRow
+from service.storage.database.models import JobRow, LabelRow, RenderRow, RequestRow
 
 # How long a request that must stop a job first waits for its workers, beyond the grace they have.
 STOP_SECONDS = 5.0
@@ -218,3 +222,78 @@ def _status_of(service: Service, job_id: str) -> JobStatus:
     if row is None:
         raise UnknownJobError
     return JobStatus(row[0], row[1] or 0)
+
+
+def focus(service: Service, job_id: str, body: bytes) -> None:
+    """Have the tiles of a region rendered before the others of their pass; what has ended stays as it is.
+
+    Jobs that share what is rendered share its order, too: the last request counts.
+
+    Raises
+    ------
+    UnknownJobError
+        If there is no such job.
+    PictureGoneError
+        If the job has ended without a picture.
+    renderer.SceneError
+        If the region has no pixels.
+    """
+    with service.database.reading() as session:
+        find_render(session, job_id)
+    region, _ = read_document(body, Region, limits=service.settings.limits)
+    with service.database.writing() as session:
+        render = find_render(session, job_id)
+        if not render.state.final:
+            render.focus = region.model_dump()
+
+
+def pin(service: Service, job_id: str, principal: Principal) -> Job:
+    """Keep the picture of a job.
+
+    Raises
+    ------
+    PictureGoneError
+        If it has expired already.
+    ForbiddenError
+        If the user, not being staff, has as many pinned jobs as allowed.
+    """
+    with service.database.writing() as session:
+        row = find(session, job_id)
+        if row.state is JobState.EXPIRED:
+            raise PictureGoneError("The picture has expired. Submit the job again to have another.")
+        if not row.pinned and not principal.sees_all:
+            _check_pins(session, principal, service.settings.max_user_pins)
+        row.pinned = True
+    return show(service, job_id)
+
+
+def unpin(service: Service, job_id: str) -> Job:
+    """Let a job go when its time has come, as any other."""
+    with service.database.writing() as session:
+        find(session, job_id).pinned = False
+    return show(service, job_id)
+
+
+def _check_pins(session: Session, principal: Principal, most: int) -> None:
+    mine = select(func.count()).select_from(JobRow).where(JobRow.owner == principal.name, JobRow.pinned)
+    if session.scalars(mine).one() >= most:
+        raise ForbiddenError(f"You have pinned {most} jobs, as many as you may. Unpin or delete one first.")
+
+
+def request_of(service: Service, job_id: str) -> bytes:
+    """Return the request of a job, byte for byte.
+
+    Raises
+    ------
+    UnknownJobError
+        If there is no such job.
+    PictureGoneError
+        If the job has ended without a picture, and what it was asked for is gone with it.
+    """
+    with service.database.reading() as session:
+        sent = session.get(RequestRow, find(session, job_id).number)
+        if sent is not None:
+            return zlib.decompress(sent.body)
+        # Before requests were kept apart, what was rendered lay in the store as it was sent.
+        render = find_render(session, job_id)
+    return service.store.get_spec(render.id)

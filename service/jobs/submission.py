@@ -20,7 +20,7 @@ from schemas.jobs import JobState
 from service.access.principals import Principal
 from service.dispatch import adaptive_passes as targets
 from service.errors import ReusedKeyError
-from service.jobs import asset_uses, canonical
+from service.jobs import canonical, uploads
 from service.jobs import limits as queue_limits
 from service.jobs.admission import Admitted, admit
 from service.jobs.canonical import Spec
@@ -191,7 +191,7 @@ def _enter_job(
     session.flush()
     if found is None and job.render_number is not None:
         session.execute(_TILES, [rows.new_step(job.render_number, pass_, tile) for pass_, tile in steps])
-        asset_uses.enter(session, job.render_number, asset_uses.hashes_of(admitted.request.scene))
+        uploads.enter_uses(session, job.render_number, uploads.hashes_of(admitted.request.scene))
     _enter_parts(session, sent, job)
     if found is not None:
         pausing.follow(session, found)

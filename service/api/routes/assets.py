@@ -17,7 +17,7 @@ from service.api.bodies import chunks
 from service.api.routes.parameters import not_modified, problem
 from service.api.routes.stored import stored_response
 from service.errors import BodyTooLargeError, UnknownAssetError, UploadQuotaError
-from service.jobs import asset_uses, ownership
+from service.jobs import uploads
 from service.jobs.context import Here, Service
 from service.storage.assets import PREFIX
 from service.storage.database.models import AssetRow
@@ -71,13 +71,13 @@ def _room(service: Service, principal: Principal, sha256: str) -> int:
     if principal is LOCAL:
         return service.settings.max_asset_bytes
     with service.database.reading() as session:
-        taken = ownership.bytes_of(session, principal.name, apart_from=sha256)
+        taken = uploads.bytes_of(session, principal.name, apart_from=sha256)
     return max(0, service.settings.max_user_asset_bytes - taken)
 
 
 def _keep(service: Service, row: AssetRow, principal: Principal) -> Asset:
     with service.database.writing() as session:
-        return _describe(ownership.enter(session, row, principal.name))
+        return _describe(uploads.enter_upload(session, row, principal.name))
 
 
 def _describe(row: AssetRow) -> Asset:
@@ -95,13 +95,13 @@ def _describe(row: AssetRow) -> Asset:
 def get_asset(here: Here, request: Request, sha256: Sha256, user: CurrentUser) -> Response:
     """Get a texture or a mesh back, byte by byte as it was sent; what others have sent is not there."""
     with here.database.reading() as session:
-        row = ownership.find(session, sha256, user)
+        row = uploads.find_upload(session, sha256, user)
     if row is None:
         raise UnknownAssetError
-    if request.method == "HEAD" and asset_uses.is_due(row):
+    if request.method == "HEAD" and uploads.is_due(row):
         # Who asks whether it is there will not send it again, and counts on it.
         with here.database.writing() as session:
-            asset_uses.note(session, sha256)
+            uploads.note(session, sha256)
     etag = f'"{sha256}"'
     headers = {"ETag": etag, "Content-Disposition": "attachment", "X-Content-Type-Options": "nosniff"}
     unchanged = not_modified(request, etag)

@@ -1,4 +1,4 @@
-"""Jobs: submit, look, list, cancel, remove."""
+"""Jobs: submit, show, list, cancel, pause, pin, remove."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ from fastapi import APIRouter, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
 
 from schemas.jobs import Job, JobList, JobRequest, JobState
+from schemas.logs import JobLog
 from schemas.plans import PlanDocument
-from service.api.authentication import ChangedJob, CurrentUser
+from schemas.regions import Region
+from service.api.authentication import ChangedJob, CurrentUser, KeptJob
 from service.api.bodies import JsonBody
 from service.api.routes.parameters import (
     IdempotencyKey,
@@ -21,6 +23,7 @@ from service.api.routes.parameters import (
     problem,
 )
 from service.jobs import lifecycle as jobs
+from service.jobs import logs as job_logs
 from service.jobs import submission as submissions
 from service.jobs.context import Here
 
@@ -151,3 +154,45 @@ async def delete_job(here: Here, job_id: ChangedJob) -> None:
 def get_plan(here: Here, job_id: JobId) -> PlanDocument:
     """Show what runs for a job, and which lines of the scene asked for it."""
     return jobs.plan_of(here, job_id)
+
+
+@router.get("/{job_id}/log", responses=UNKNOWN)
+def get_log(here: Here, job_id: JobId) -> JobLog:
+    """Tell what became of a job so far: states, passes, repeated steps, workers lost, failures."""
+    return job_logs.log_of(here, job_id)
+
+
+@router.get("/{job_id}/request", response_model=JobRequest, responses=UNKNOWN | GONE)
+def get_request(here: Here, job_id: JobId) -> Response:
+    """Return the body that the job was submitted with, byte for byte: its lines are those of the sender."""
+    return Response(jobs.request_of(here, job_id), media_type="application/json")
+
+
+REGION: dict[str, Any] = {"x0": 0, "y0": 0, "x1": 64, "y1": 64}
+
+
+@router.post(
+    "/{job_id}/focus",
+    status_code=204,
+    response_class=Response,
+    responses=BODY | UNKNOWN | NOT_YOURS | GONE | problem(422, "The rectangle cannot be used."),
+    openapi_extra=json_request(Region, REGION),
+)
+async def set_focus(here: Here, job_id: ChangedJob, body: JsonBody) -> None:
+    """Have a rectangle of the picture rendered before the rest of each pass."""
+    await run_in_threadpool(jobs.focus, here, job_id, body)
+
+
+@router.put(
+    "/{job_id}/pin",
+    responses=UNKNOWN | GONE | problem(403, "As many of your jobs are pinned as may be."),
+)
+def pin_job(here: Here, user: CurrentUser, job_id: KeptJob) -> Job:
+    """Keep the picture of a job until it is unpinned or deleted. For its owner and staff."""
+    return jobs.pin(here, job_id, user)
+
+
+@router.delete("/{job_id}/pin", responses=UNKNOWN)
+def unpin_job(here: Here, job_id: KeptJob) -> Job:
+    """Let the picture of a job go when its time has come."""
+    return jobs.unpin(here, job_id)

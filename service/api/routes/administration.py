@@ -1,4 +1,4 @@
-"""What is kept, let go by rules that somebody gives."""
+"""For those who run the service: its numbers, and deleting what it keeps."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from typing import Any
 
 from fastapi import APIRouter
 from fastapi.concurrency import run_in_threadpool
+from fastapi.responses import Response
+from prometheus_client import CONTENT_TYPE_LATEST
 
 from schemas.reading import read_document
 from schemas.retention import Pruned, PruneRequest
@@ -17,15 +19,28 @@ from service.errors import ForbiddenError
 from service.jobs.context import Here, Service
 from service.jobs.retention import Rules
 
-router = APIRouter(prefix="/v1", tags=["operations"])
+router = APIRouter(tags=["operations"])
 
-EXAMPLE: dict[str, Any] = {"max_stored_bytes": 10_000_000_000, "dry_run": True}
+
+@router.get(
+    "/metrics",
+    response_class=Response,
+    responses={200: {"content": {"text/plain": {"schema": {"type": "string"}}}}},
+)
+def metrics(here: Here, user: CurrentUser) -> Response:
+    """Tell what Prometheus asks: queue, tiles, deaths, failures, CPU seconds, errors."""
+    if not user.sees_all:
+        raise ForbiddenError("The numbers name all users: staff and admins alone may see them.")
+    return Response(here.dispatcher.metrics.text(here.database), media_type=CONTENT_TYPE_LATEST)
+
+
+DRY_RUN: dict[str, Any] = {"max_stored_bytes": 10_000_000_000, "dry_run": True}
 
 
 @router.post(
-    "/prune",
+    "/v1/prune",
     responses=BODY | problem(403, "For admins alone.") | problem(422, "The request cannot be used."),
-    openapi_extra=json_request(PruneRequest, EXAMPLE),
+    openapi_extra=json_request(PruneRequest, DRY_RUN),
 )
 async def prune(here: Here, user: CurrentUser, body: JsonBody) -> Pruned:
     """Let go now what the rules do not keep, or only tell what that would be. Pinned jobs stay."""
