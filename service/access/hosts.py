@@ -30,13 +30,13 @@ def is_loopback(host: str) -> bool:
 def check_host(request: Request, settings: Settings, *, asks_for_keys: bool) -> None:
     """Refuse a request that was sent to another name than those of this service.
 
-    Who asks for keys needs not look: a browser sends neither key nor cookie to a name that it does not
-    belong to. Who has a proxy before him says in the settings which names the proxy passes on.
+    With authentication nothing need be checked: a browser sends neither key nor cookie to a name that it does
+    not belong to. Behind a proxy the settings say which names it passes on.
 
     Raises
     ------
     UnknownHostError
-        The name is neither that of the settings nor, on a service that asks nobody, loopback.
+        The name is neither that of the settings nor, without authentication, loopback.
     """
     names = settings.hosts.lower().split()
     host = request.headers.get("host")

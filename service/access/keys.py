@@ -57,12 +57,12 @@ def revoke(session: Session, key_id: str) -> bool:
 
 
 def any_made(session: Session) -> bool:
-    """Whether a key was ever made: who revokes the last one does not open the doors."""
+    """Whether a key was ever made: revoking the last one does not switch authentication off."""
     return bool(session.scalar(select(exists().where(KeyRow.id.is_not(None)))))
 
 
 def principal_of_key(session: Session, text: str) -> Principal | None:
-    """Tell whose key this is; None if it is nobody's, or revoked."""
+    """Give the user of a key; None if it is nobody's, or revoked."""
     key = secrets.read_key(text)
     row = session.get(KeyRow, key.id) if key else None
     if key is None:
@@ -81,7 +81,7 @@ def begin_session(session: Session, key: Key) -> str:
 
 
 def principal_of_session(session: Session, token: str) -> Principal | None:
-    """Tell whose session this is; None if there is none, or not any more."""
+    """Give the user of a session; None if there is none, or not any more."""
     row = session.get(SessionRow, secrets.digest(token))
     if row is None or row.expires_at < datetime.now(UTC):
         return None

@@ -83,7 +83,7 @@ def _decoded(role: str, content: str) -> bytes:
 
 
 def _rendered(service: Service, principal: Principal, role: str, job_id: str) -> tuple[str, tuple[str, ...]]:
-    """Where the picture of a job lies, and which of its layers tell more; a problem if it has no picture."""
+    """The store's name of a job's picture, and its layers that help to compare; a problem without one."""
     try:
         with service.database.reading() as session:
             jobs.owner_of(session, job_id, None if principal.sees_all else principal.name)

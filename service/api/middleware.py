@@ -18,7 +18,7 @@ log = structlog.get_logger()
 
 
 class RequestIds:
-    """Takes the name that the asker gives, or makes one, and logs how each request ended."""
+    """Takes the name that the client gives, or makes one, and logs how each request ended."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
@@ -51,7 +51,7 @@ def _name(given: str) -> str:
 
 
 def _log(scope: Scope, status: int, seconds: float) -> None:
-    # Watchers ask all the time: what went well is told to those alone who want to know everything.
+    # Watchers ask all the time: what went well is logged for debugging alone.
     say = log.warning if status >= 500 else log.debug
     say("request", method=scope["method"], path=scope["path"], status=status, seconds=round(seconds, 4))
 
@@ -81,12 +81,12 @@ class SafeHeaders:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request."""
 
-        async def told(message: Message) -> None:
+        async def completed(message: Message) -> None:
             if message["type"] == "http.response.start":
                 _complete(MutableHeaders(scope=message), scope["path"])
             await send(message)
 
-        await self.app(scope, receive, told)
+        await self.app(scope, receive, completed)
 
 
 def _complete(headers: MutableHeaders, path: str) -> None:

@@ -63,8 +63,8 @@ def doctor(
     checks = list(_all_checks(config))
     settings = list(_settings(config))
     if as_json:
-        told = [setting | {"value": str(setting["value"])} for setting in settings]
-        output.document({"checks": [asdict(check) for check in checks], "settings": told})
+        shown = [setting | {"value": str(setting["value"])} for setting in settings]
+        output.document({"checks": [asdict(check) for check in checks], "settings": shown})
     else:
         for check in checks:
             _show(check)
@@ -120,7 +120,7 @@ def _processors() -> Check:
 def _memory() -> Check:
     available = _available_memory()
     if available is None:
-        return Check("memory", "warn", "not known", "This system does not tell how much memory is free.")
+        return Check("memory", "warn", "not known", "This system does not report how much memory is free.")
     advice = "A large picture needs more; close something." if available < LITTLE_MEMORY else ""
     return Check("memory", "warn" if advice else "ok", f"{available / GIB:.1f} GiB free", advice)
 

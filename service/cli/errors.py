@@ -75,7 +75,7 @@ class ServiceStartError(CommandError):
 
 
 class ExitCode(IntEnum):
-    """What a command's exit code tells a script."""
+    """What a command's exit code says to a script."""
 
     DONE = 0
     BELOW_THRESHOLD = 1

@@ -1,4 +1,4 @@
-"""One table from exceptions to exit codes, and what people and programs are told about each."""
+"""One table from exceptions to exit codes, and what people and programs read about each."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ UNKNOWN = "A fault in Penumbra itself"
 
 
 def report(error: BaseException, *, as_json: bool) -> ExitCode:
-    """Tell what went wrong, as words on stderr or as a problem document on stdout.
+    """Report what went wrong, as words on stderr or as a problem document on stdout.
 
     Returns
     -------

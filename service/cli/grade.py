@@ -132,7 +132,7 @@ def _read(path: Path) -> Manifest:
     from schemas.manifest_reading import read_manifest
 
     if path.suffix.lower() not in (*YAML, ".json"):
-        raise CommandError(f"{path} must end in .yaml, .yml or .json. The ending tells how it is read.")
+        raise CommandError(f"{path} must end in .yaml, .yml or .json. The ending says how it is read.")
     text = scene_files.read_bytes(str(path))
     try:
         return read_manifest(text, yaml=path.suffix.lower() in YAML)
@@ -217,13 +217,13 @@ def lines(found: Grade, width: int | None) -> Iterator[str]:
     for test in found.tests:
         points = NO_POINTS if test.id in found.ungraded else f"{test.points:g}"
         cells = [test.status, f"{points}/{test.max_points:g}", output.harmless(test.name)]
-        told = output.harmless(test.message) if test.status != "passed" else ""
+        message = output.harmless(test.message) if test.status != "passed" else ""
         if width is None:
-            yield "\t".join([*cells, test.id, told])
+            yield "\t".join([*cells, test.id, message])
             continue
         status = output.emphasis(f"{cells[0]:<13}", COLORS.get(test.status))
         yield f"{status}{cells[1]:>9}  {cells[2]}" + ("  (bonus)" if test.bonus else "")
-        yield from textwrap.wrap(told, width, initial_indent=" " * 4, subsequent_indent=" " * 4)
+        yield from textwrap.wrap(message, width, initial_indent=" " * 4, subsequent_indent=" " * 4)
     for signal in found.signals:
         yield f"for staff: {signal.test}: {output.harmless(signal.message)}"
     yield f"{output.emphasis(f'{found.score:g} of {found.max_score:g} points')}, {found.verdict}"

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 SECONDS = {"s": 1, "m": 60, "h": 3600, "d": 86400}
 BYTES = {"": 1, "k": 10**3, "M": 10**6, "G": 10**9, "T": 10**12}
-TOLD = 20
+MOST_NAMED = 20
 """Jobs that are named on a terminal; --json names all."""
 
 OlderOption = Annotated[
@@ -36,7 +36,7 @@ AssetsOption = Annotated[
         "--assets-older-than", metavar="TIME", help="Textures that no picture needs, sent so long ago."
     ),
 ]
-DryOption = Annotated[bool, typer.Option("--dry-run", help="Only tell what would go.")]
+DryOption = Annotated[bool, typer.Option("--dry-run", help="Only report what would be deleted.")]
 
 
 def cancel(
@@ -81,7 +81,7 @@ def pause(
     server: ServerOption = DEFAULT_SERVER,
     as_json: output.JsonOption = False,
 ) -> None:
-    """Let a job stand still: what is there stays, and no more of it is rendered until it is resumed."""
+    """Pause a job: what is there stays, and no more of it is rendered until it is resumed."""
     with connect(server) as client:
         _say_state(client.pause(job_id), as_json=as_json)
 
@@ -91,7 +91,7 @@ def resume(
     server: ServerOption = DEFAULT_SERVER,
     as_json: output.JsonOption = False,
 ) -> None:
-    """Let a paused job go on."""
+    """Resume a paused job."""
     with connect(server) as client:
         _say_state(client.resume(job_id), as_json=as_json)
 
@@ -114,7 +114,7 @@ def pin(
 def unpin(
     job_id: JobArgument, server: ServerOption = DEFAULT_SERVER, as_json: output.JsonOption = False
 ) -> None:
-    """Let the picture of a job go when its time has come."""
+    """Let the picture of a job expire like any other."""
     with connect(server) as client:
         _say_kept(client.unpin(job_id), as_json=as_json)
 
@@ -127,7 +127,7 @@ def prune(
     server: ServerOption = DEFAULT_SERVER,
     as_json: output.JsonOption = False,
 ) -> None:
-    """Have a service let go now what its rules, or those given, do not keep; pinned jobs stay. For admins."""
+    """Have a service delete now what its rules, or those given, do not keep; pinned jobs stay. For admins."""
     seconds = None if older_than is None else amount(older_than, SECONDS, "7d")
     size = None if keep_bytes is None else int(amount(keep_bytes, BYTES, "20G"))
     assets = None if assets_older_than is None else amount(assets_older_than, SECONDS, "7d")
@@ -173,10 +173,10 @@ def _say_kept(job: Job, *, as_json: bool) -> None:
 
 def _say_pruned(pruned: Pruned) -> None:
     for word, ids in (("expired", pruned.expired), ("forgotten", pruned.forgotten)):
-        for job_id in ids[:TOLD]:
+        for job_id in ids[:MOST_NAMED]:
             output.result(f"{word}\t{job_id}")
-        if len(ids) > TOLD:
-            output.result(f"{word}\tand {len(ids) - TOLD} more")
+        if len(ids) > MOST_NAMED:
+            output.result(f"{word}\tand {len(ids) - MOST_NAMED} more")
     for sha256 in pruned.assets:
         output.result(f"asset\t{sha256}")
     would = "would leave the disk" if pruned.dry_run else "left the disk"

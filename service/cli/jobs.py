@@ -123,14 +123,14 @@ def ls(
         output.say(f"There are more: --after {page.next}")
 
 
-def _listed(client: Client, limit: int, cursor: str | None, wish: dict[str, Any]) -> JobList:
+def _listed(client: Client, limit: int, cursor: str | None, filters: dict[str, Any]) -> JobList:
     """So many jobs, from as many pages as they take."""
     from service.client.calls import LONGEST_PAGE
 
-    page = client.list(limit=min(limit, LONGEST_PAGE), cursor=cursor, **wish)
+    page = client.list(limit=min(limit, LONGEST_PAGE), cursor=cursor, **filters)
     while page.next is not None and len(page.jobs) < limit:
         left = min(limit - len(page.jobs), LONGEST_PAGE)
-        others = client.list(limit=left, cursor=page.next, **wish)
+        others = client.list(limit=left, cursor=page.next, **filters)
         page = others.model_copy(update={"jobs": (*page.jobs, *others.jobs)})
     return page
 

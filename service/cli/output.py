@@ -29,7 +29,7 @@ JsonOption = Annotated[
 
 
 def say(text: str) -> None:
-    """Tell the person at the terminal something; never part of the result."""
+    """Print a message for the person at the terminal; never part of the result."""
     typer.echo(text, err=True)
 
 

@@ -142,7 +142,7 @@ def _text(file: io.FileIO, like: TextIO | None) -> io.TextIOWrapper:
 
 
 def _path() -> str:
-    """What stdout is, so far as the system tells."""
+    """What stdout is, so far as the system says."""
     try:
         return f"stdout ({Path(f'/proc/self/fd/{STDOUT}').readlink()})"
     except OSError:

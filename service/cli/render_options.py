@@ -51,7 +51,7 @@ TargetErrorOption = Annotated[
     typer.Option(
         "--target-error",
         help="Sample where it is needed until the picture's root mean square error is at most this; "
-        "a step of 8 bits is 0.0039.",
+        "one code value of 255 is 0.0039.",
         rich_help_panel=PANEL,
     ),
 ]

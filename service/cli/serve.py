@@ -191,7 +191,7 @@ class Arrivals:
     begun: float = field(default_factory=time.perf_counter)
     first: float | None = None
     last: float = 0.0
-    told: int = 0
+    quarters_shown: int = 0
 
     def note(self, batch: TileBatch, bar: Bar) -> None:
         """Take note of some tiles and show them."""
@@ -202,8 +202,8 @@ class Arrivals:
         said = f"tile {done.done} of {done.total}"
         bar.show(done.share, said)
         quarters = int(4 * done.share)
-        if not bar.visible and quarters > self.told:
-            self.told = quarters
+        if not bar.visible and quarters > self.quarters_shown:
+            self.quarters_shown = quarters
             output.say(f"  {said}, {done.share:.0%} of the samples")
 
     def story(self, job: Job) -> str:

@@ -122,7 +122,7 @@ def send(
     quality: QualityOptions,
     requested: Mapping[str, Any],
 ) -> Job:
-    """Submit a scene file; what the service finds wrong is told with the lines of that file.
+    """Submit a scene file; what the service finds wrong is shown with the lines of that file.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ def send(
         raise UnusableSceneError(name, text, error.errors, error.more) from error
     except RequestInvalidError as error:
         raise _refused(name, text, error) from error
-    scene_files.tell_warnings(text, job.warnings)
+    scene_files.print_warnings(text, job.warnings)
     return job
 
 
@@ -167,8 +167,8 @@ def _refused(name: str, text: bytes, error: RequestInvalidError) -> Exception:
         return error
     if len(wrong) == len(error.errors):
         return RefusedOptionsError(" ".join(map(_about_option, wrong)), wrong)
-    told = [problem if problem.line else _of_option(problem) for problem in error.errors]
-    return UnusableSceneError(name, text, told, error.document.more)
+    problems = [problem if problem.line else _of_option(problem) for problem in error.errors]
+    return UnusableSceneError(name, text, problems, error.document.more)
 
 
 def _about_option(problem: Problem) -> str:

@@ -105,7 +105,7 @@ def check_target(path: Path, suffixes: Collection[str]) -> Path:
     if not folder.is_dir():
         raise CommandError(f"The folder {folder} is not there. Make it first, or write somewhere else.")
     try:
-        # Permissions do not tell all: a file system may be full or read-only.
+        # Permissions do not say all: a file system may be full or read-only.
         tempfile.TemporaryFile(dir=folder).close()
     except OSError as error:
         raise CommandError(f"{folder} takes no files ({error.strerror}). Write somewhere else.") from error
@@ -154,7 +154,7 @@ LayersOption = Annotated[
     typer.Option(
         "--layers",
         metavar="NAME,NAME",
-        help="What to tell about each pixel beside its colour: depth, position, normal, shading_normal, "
+        help="What to save of each pixel beside its colour: depth, position, normal, shading_normal, "
         "albedo, uv, shape, primitive, samples, error. Saved beside OUT as OUT.NAME.npy.",
     ),
 ]

@@ -108,7 +108,7 @@ def parsed(address: str) -> tuple[str, int]:
 
 @contextmanager
 def mirror(client: Client, job_id: str, address: str | None) -> Iterator[Mirror | None]:
-    """A mirror in the viewer at an address; None without an address, and, told, where nobody listens."""
+    """A mirror in the viewer at an address; None without one, and, with a message, where nobody listens."""
     with _viewer(address) as viewer:
         if viewer is None or address is None:
             yield None

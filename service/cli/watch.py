@@ -101,7 +101,7 @@ def _both(
 
 
 def show_end(job: Job, *, as_json: bool) -> None:
-    """Tell how a job ended."""
+    """Report how a job ended."""
     if as_json:
         output.document(job.model_dump(mode="json"))
     else:
@@ -212,7 +212,7 @@ class Curve:
     client: Client
     job_id: str
     bar: Bar
-    told: int = 0
+    passes_shown: int = 0
     reached: int = 0
     found: Convergence | None = None
     first_error: float | None = None
@@ -228,24 +228,24 @@ class Curve:
         self.bar.below("\n".join(sentences(self.found, final=False)))
 
     def finish(self) -> None:
-        """Show all passes of a job that has ended, and what they tell."""
+        """Show all passes of a job that has ended, and what they say."""
         found = self.client.convergence(self.job_id)
         self._show_passes(found, len(found.passes))
-        told = list(sentences(found, final=True))
-        self.bar.below("\n".join(told))
+        said = list(sentences(found, final=True))
+        self.bar.below("\n".join(said))
         if not self.bar.visible:
-            for sentence in told:
+            for sentence in said:
                 output.result(sentence)
 
     def _show_passes(self, found: Convergence, before: int) -> None:
-        for entry in found.passes[self.told : before]:
+        for entry in found.passes[self.passes_shown : before]:
             if not self.bar.visible:
                 output.result("\t".join(_words(entry)))
             else:
-                if not self.told:
+                if not self.passes_shown:
                     self.bar.above(_row(HEADINGS))
                 self.bar.above(_row(_cells(entry)) + self._drawn(entry))
-            self.told += 1
+            self.passes_shown += 1
 
     def _drawn(self, entry: PassCost) -> str:
         """Draw an error: each half of it is as much shorter."""

@@ -1,7 +1,7 @@
 """The one thread that hands out work and takes note of what became of it.
 
 It sleeps until something happens: a job arrives, a task ends, a job is cancelled. Then one round writes all
-results and claims in one transaction, gives the claimed tasks to the engine, and tells the watchers.
+results and claims in one transaction, gives the claimed tasks to the engine, and notifies the watchers.
 
 Of several servers on one database that of the leader works on jobs; the others answer calls alone.
 """
@@ -69,7 +69,7 @@ class Dispatcher:
     settings : Settings
         Attempts and grace.
     spans
-        Are told what was handed out and what became of it.
+        Record what was handed out and what became of it.
     """
 
     def __init__(

@@ -1,6 +1,6 @@
-"""What the servers on one database tell each other: that there is work, that jobs have changed.
+"""Notifications between the servers on one database: that there is work, that jobs have changed.
 
-As within one server, the database is the truth, and news only say that it is worth a look. What is told while
+As within one server, the database is the truth, and news only say that it is worth a look. What is sent while
 nobody listens is made up for by looking at everything once.
 """
 
@@ -27,7 +27,7 @@ class NotificationListener:
     Parameters
     ----------
     database, dispatcher, job_events
-        Those of this server; what others tell goes to the last two.
+        Those of this server; what others send goes to the last two.
     """
 
     def __init__(self, database: Database, dispatcher: Dispatcher, job_events: JobEvents) -> None:

@@ -162,7 +162,7 @@ def pause(service: Service, job_id: str) -> Job:
 
 
 def resume(service: Service, job_id: str) -> Job:
-    """Let a paused job go on; any other stays as it is."""
+    """Resume a paused job; any other stays as it is."""
     with service.database.writing() as session:
         row = find(session, job_id)
         if not row.state.final:
@@ -268,7 +268,7 @@ def pin(service: Service, job_id: str, principal: Principal) -> Job:
 
 
 def unpin(service: Service, job_id: str) -> Job:
-    """Let a job go when its time has come, as any other."""
+    """Let the picture of a job expire like any other."""
     with service.database.writing() as session:
         find(session, job_id).pinned = False
     return show(service, job_id)

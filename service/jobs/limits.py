@@ -22,7 +22,7 @@ _COUNTED = select(
     func.coalesce(func.sum(case((_MINE, 1), else_=0)), 0),
     func.coalesce(func.sum(case((_MINE, JobRow.load), else_=0.0)), 0.0),
 ).where(JobRow.finished_at.is_(None))
-# Nobody is told to come back later than this, seconds: by then somebody may have cancelled.
+# The longest Retry-After, seconds: by then somebody may have cancelled.
 LONGEST_WAIT = 3600.0
 
 
@@ -49,7 +49,7 @@ class Queue:
     rate: float
 
     def headers(self) -> dict[str, str]:
-        """Tell it in the words of the IETF's draft on RateLimit headers."""
+        """The queue as the headers of the IETF's draft on RateLimit."""
         shares = (self.jobs, "requests"), (self.cpu_seconds, "cpu-seconds")
         policy = ", ".join(f'"{share.name}";q={share.limit:.0f};qu="{unit}"' for share, unit in shares)
         left = ", ".join(f'"{share.name}";r={math.floor(share.left)}' for share, _ in shares)

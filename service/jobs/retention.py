@@ -70,7 +70,7 @@ def rules_of(settings: Settings) -> Rules:
 
 @dataclass
 class Swept:
-    """What a sweep has let go.
+    """What a sweep has deleted.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class Swept:
 
 
 def sweep(session: Session, rules: Rules, sizes: Mapping[str, int], most: int) -> Swept:
-    """Let go what the rules do not keep.
+    """Delete what the rules do not keep.
 
     Parameters
     ----------
@@ -155,8 +155,8 @@ SWEEP_SECONDS = 60.0
 """How often to look for what was kept long enough."""
 MANY = 100
 """Jobs and assets removed in one transaction, so that others need not wait long."""
-MOST_TOLD = 10_000
-"""Of what would go, as much is told."""
+MOST_PREDICTED = 10_000
+"""Jobs and assets that a dry run reports at most, each."""
 
 log = structlog.get_logger()
 
@@ -164,7 +164,7 @@ log = structlog.get_logger()
 class RetentionThread:
     """Applies the rules of retention to the database and to the disk.
 
-    Several services of one database may have one each: what one has let go is not there for the other.
+    Several services of one database may have one each: what one has deleted is not there for the other.
     """
 
     def __init__(self, database: Database, store: TileStore, assets: AssetStore, rules: Rules) -> None:
@@ -187,7 +187,7 @@ class RetentionThread:
         self._thread.join()
 
     def prune(self, rules: Rules) -> Swept:
-        """Let go what these rules do not keep, and tell what that was."""
+        """Delete what these rules do not keep, and report what that was."""
         whole = Swept(more=True)
         while whole.more and not self._stopping.is_set():
             part = self._swept(rules)
@@ -200,11 +200,11 @@ class RetentionThread:
             )
         return whole
 
-    def foretell(self, rules: Rules) -> Swept:
-        """Tell what would go by these rules: it goes, and comes back before anybody has seen it."""
+    def predict(self, rules: Rules) -> Swept:
+        """Report what these rules would delete: it is deleted in a transaction that is rolled back."""
         sizes = self._store.sizes()
         with self._database.writing() as session, session.begin_nested() as trial:
-            swept = sweep(session, rules, sizes, MOST_TOLD)
+            swept = sweep(session, rules, sizes, MOST_PREDICTED)
             trial.rollback()
         return swept
 

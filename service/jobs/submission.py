@@ -27,8 +27,7 @@ from service.jobs.canonical import Spec
 from service.jobs.context import Service
 from service.jobs.limits import Queue
 from service.jobs.retention import KEY_LIFE
-from service.lifecycle import clock as moments
-from service.lifecycle import fairness, pass_costs, pausing, rows
+from service.lifecycle import clock, fairness, pass_costs, pausing, rows
 from service.settings import Settings
 from service.storage.database.models import JOINED, Base, IdempotencyRow, JobRow, RenderRow, RequestRow
 
@@ -235,7 +234,7 @@ def _job(principal: Principal, admitted: Admitted) -> JobRow:
         plan=admitted.description.model_dump(mode="json"),
         warnings=[warning.model_dump() for warning in admitted.warnings],
         predicted_cpu_seconds=admitted.description.cost.cpu_seconds,
-        created_at=moments.now(),
+        created_at=clock.now(),
     )
 
 
@@ -246,7 +245,7 @@ def _render_of(session: Session, spec: Spec) -> RenderRow | None:
 
 
 def _share(job: JobRow, render: RenderRow) -> None:
-    """Let a job join a render. Its times are its own: they tell nothing of who came before."""
+    """Let a job join a render. Its times are its own: they give away nothing of who came before."""
     job.render, job.state = render, render.state
     if render.state is not JobState.QUEUED:
         job.started_at = job.created_at
@@ -275,7 +274,7 @@ def _render(
 
 
 def _course(admitted: Admitted, settings: Settings) -> tuple[list[targets.Step], dict[str, Any]]:
-    """The steps of a render, as far as they are known, and the columns that tell how it goes on."""
+    """The steps of a render, as far as they are known, and the columns of its progress."""
     plan, target = admitted.plan, admitted.target
     if target is not None:
         return targets.begin(plan, target, settings.tile_size, settings.workers)

@@ -18,7 +18,7 @@ class Engine(Protocol):
     """Executes tasks somewhere else. All methods are called by one thread, the dispatcher's."""
 
     def start(self, report: Report) -> None:
-        """Get ready; ``report`` is told the outcome of every task."""
+        """Get ready; ``report`` receives the outcome of every task."""
 
     def room(self) -> int:
         """How many more tasks are taken now without letting any of them wait long."""

@@ -45,7 +45,7 @@ class SlotEngine:
     workers : int
         Number of slots.
     setup : WorkerSetup
-        What every worker process is told.
+        Settings of every worker process.
     """
 
     def __init__(self, workers: int, setup: WorkerSetup) -> None:
@@ -252,7 +252,7 @@ class Slot:
 
 
 def _became_of(task: Task, verdict: tuple[Task, Outcome] | None) -> Outcome:
-    """Tell the outcome of a task whose process is dead, after a verdict on it or on the one before."""
+    """Report the outcome of a task whose process is dead, after a verdict on it or on the one before."""
     if verdict is None:
         return WorkerDied()
     judged, outcome = verdict

@@ -28,7 +28,7 @@ router = APIRouter(tags=["operations"])
     responses={200: {"content": {"text/plain": {"schema": {"type": "string"}}}}},
 )
 def metrics(here: Here, user: CurrentUser) -> Response:
-    """Tell what Prometheus asks: queue, tiles, deaths, failures, CPU seconds, errors."""
+    """Give Prometheus its numbers: queue, tiles, deaths, failures, CPU seconds, errors."""
     if not user.sees_all:
         raise ForbiddenError("The numbers name all users: staff and admins alone may see them.")
     return Response(here.dispatcher.metrics.text(here.database), media_type=CONTENT_TYPE_LATEST)
@@ -43,7 +43,7 @@ DRY_RUN: dict[str, Any] = {"max_stored_bytes": 10_000_000_000, "dry_run": True}
     openapi_extra=json_request(PruneRequest, DRY_RUN),
 )
 async def prune(here: Here, user: CurrentUser, body: JsonBody) -> Pruned:
-    """Let go now what the rules do not keep, or only tell what that would be. Pinned jobs stay."""
+    """Delete now what the rules do not keep, or only report what that would be. Pinned jobs stay."""
     if not user.changes_all:
         raise ForbiddenError("Only an admin removes what is kept for others.")
     asked, _ = read_document(body, PruneRequest)
@@ -57,7 +57,7 @@ def _prune(service: Service, asked: PruneRequest) -> Pruned:
         usual.max_stored_bytes if asked.max_stored_bytes is None else asked.max_stored_bytes,
         usual.keep_asset_seconds if asked.keep_asset_seconds is None else asked.keep_asset_seconds,
     )
-    swept = retention_thread.foretell(rules) if asked.dry_run else retention_thread.prune(rules)
+    swept = retention_thread.predict(rules) if asked.dry_run else retention_thread.prune(rules)
     return Pruned(
         dry_run=asked.dry_run,
         expired=tuple(swept.expired),

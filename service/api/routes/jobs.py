@@ -135,7 +135,7 @@ def pause_job(here: Here, job_id: ChangedJob) -> Job:
 
 @router.post("/{job_id}/resume", responses=UNKNOWN | NOT_YOURS)
 def resume_job(here: Here, job_id: ChangedJob) -> Job:
-    """Let a paused job go on where it stands; any other stays as it is."""
+    """Resume a paused job where it was; any other stays as it is."""
     return jobs.resume(here, job_id)
 
 
@@ -158,7 +158,7 @@ def get_plan(here: Here, job_id: JobId) -> PlanDocument:
 
 @router.get("/{job_id}/log", responses=UNKNOWN)
 def get_log(here: Here, job_id: JobId) -> JobLog:
-    """Tell what became of a job so far: states, passes, repeated steps, workers lost, failures."""
+    """Report what became of a job so far: states, passes, repeated steps, workers lost, failures."""
     return job_logs.log_of(here, job_id)
 
 
@@ -194,5 +194,5 @@ def pin_job(here: Here, user: CurrentUser, job_id: KeptJob) -> Job:
 
 @router.delete("/{job_id}/pin", responses=UNKNOWN)
 def unpin_job(here: Here, job_id: KeptJob) -> Job:
-    """Let the picture of a job go when its time has come."""
+    """Let the picture of a job expire like any other."""
     return jobs.unpin(here, job_id)

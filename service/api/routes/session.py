@@ -44,7 +44,7 @@ async def begin_session(here: Here, request: Request, response: Response, user: 
 
 @router.get("", responses=REFUSED)
 async def who_am_i(here: Here, user: CurrentUser) -> WhoAmI:
-    """Say whom the service takes the asker for."""
+    """Say whom the service takes the sender for."""
     return _who(here, user)
 
 
