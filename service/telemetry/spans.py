@@ -8,7 +8,6 @@ that.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import structlog
@@ -65,13 +64,13 @@ SILENT = Telemetry()
 """For services of which nobody wants any spans."""
 
 
-def wanted_by(environment: Mapping[str, str] = os.environ) -> str | None:
+def wanted_by() -> str | None:
     """Name the variable that says where to send spans; None where none are wanted."""
-    if environment.get("OTEL_SDK_DISABLED", "").strip().lower() == "true":
+    if os.environ.get("OTEL_SDK_DISABLED", "").strip().lower() == "true":
         return None
-    if environment.get("OTEL_TRACES_EXPORTER", "otlp").strip() == "none":
+    if os.environ.get("OTEL_TRACES_EXPORTER", "otlp").strip() == "none":
         return None
-    return next((name for name in ENDPOINTS if environment.get(name)), None)
+    return next((name for name in ENDPOINTS if os.environ.get(name)), None)
 
 
 def begin() -> Telemetry:
