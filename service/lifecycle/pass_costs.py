@@ -1,7 +1,7 @@
 """What each pass of a render has cost: noted while its tiles land, reported when it is finished.
 
-Target quality notes it with the merging of a pass (``adaptive_passes.py``). With fixed quality tiles of several
-passes may land in turns, so each pass has an entry of its own from the beginning.
+Target quality notes it with the merging of a pass (``adaptive_passes.py``). With fixed quality tiles of
+several passes may land in turns, so each pass has an entry of its own from the beginning.
 """
 
 from __future__ import annotations
