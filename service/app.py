@@ -21,33 +21,25 @@ from schemas.regions import Region
 from schemas.retention import PruneRequest
 from schemas.traces import TraceRequest
 from service.api import problems
-from service.api.authentication import asker
+from service.api.authentication import authenticate
 from service.api.routes import (
+    administration,
     assets,
     comparisons,
     convergence,
-    focus,
-    inspections,
     jobs,
-    logs,
-    metrics,
     operations,
     page,
     pictures,
-    pins,
-    prune,
-    quotes,
-    requests,
     scenes,
     session,
     tiles,
 )
-from service.api.routes.methods import allowed, heads_of
 from service.api.routes.parameters import COMPONENTS, problem
-from service.api.routes.queries import check_query
+from service.api.routes.routing import allowed, check_query, heads_of
 from service.api.routes.session import REFUSED
 from service.assembly import started, stop
-from service.dispatch.job_events import Feed
+from service.dispatch.job_events import JobEvents
 from service.settings import Settings
 from service.telemetry import spans
 
@@ -57,20 +49,13 @@ PUBLIC = (operations, page)
 ROUTERS = (
     session,
     jobs,
-    requests,
-    logs,
     tiles,
     pictures,
     convergence,
-    focus,
-    inspections,
-    pins,
     scenes,
-    quotes,
     comparisons,
     assets,
-    prune,
-    metrics,
+    administration,
     operations,
     page,
 )
@@ -86,12 +71,12 @@ def create_app(settings: Settings) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        service = await run_in_threadpool(started, settings, Feed(), telemetry)
+        service = await run_in_threadpool(started, settings, JobEvents(), telemetry)
         app.state.service = service
         try:
             yield
         finally:
-            service.feed.close()
+            service.job_events.close()
             await run_in_threadpool(stop, service)
             await run_in_threadpool(telemetry.close)
 
@@ -107,7 +92,7 @@ def create_app(settings: Settings) -> FastAPI:
     )
     problems.install(app, partial(allowed, [module.router for module in ROUTERS]))
     for module in ROUTERS:
-        asked = [] if module in PUBLIC else [Depends(asker)]
+        asked = [] if module in PUBLIC else [Depends(authenticate)]
         # Scripts of the page read its addresses themselves.
         checked = [] if module is page else [Depends(check_query)]
         answers = problem(422, "A parameter cannot be used.") | (REFUSED if asked else {})

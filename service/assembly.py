@@ -6,16 +6,15 @@ import os
 
 from anyio import CapacityLimiter
 
-from service.access.credential_cache import Known
+from service.access.credential_cache import CredentialCache
 from service.dispatch.dispatcher import Dispatcher
-from service.dispatch.job_events import Feed
-from service.dispatch.notifications import Relay
+from service.dispatch.job_events import JobEvents
+from service.dispatch.notifications import NotificationListener
 from service.jobs import retention
-from service.jobs.body_memory import Held
-from service.jobs.concurrency import Seats
+from service.jobs.concurrency import BodyMemoryLimit, ConcurrencyLimit
 from service.jobs.context import Service
-from service.jobs.prices import QuotedPrices
-from service.jobs.retention_thread import Keeper
+from service.jobs.pricing import QuotedPrices
+from service.jobs.retention import RetentionThread
 from service.settings import Settings
 from service.storage.assets import AssetStore
 from service.storage.database.connection import Database
@@ -24,7 +23,7 @@ from service.storage.passes import PassStore
 from service.storage.places import ASSETS, JOBS, place_of
 from service.storage.tiles import TileStore
 from service.telemetry.spans import SILENT, Telemetry
-from service.workers.choosing import engine_of
+from service.workers.engines import engine_of
 from service.workers.heartbeats import Lease
 from service.workers.worker import WorkerSetup
 
@@ -34,25 +33,29 @@ READERS = 4
 """Documents that are read at once: the largest take some hundred megabytes each, and Python reads one."""
 
 
-def started(settings: Settings, feed: Feed, telemetry: Telemetry) -> Service:
+def started(settings: Settings, job_events: JobEvents, telemetry: Telemetry) -> Service:
     """Put a service together and start it."""
-    service = assemble(settings, feed, telemetry=telemetry)
+    service = assemble(settings, job_events, telemetry=telemetry)
     service.dispatcher.start()
-    service.keeper.start()
-    service.relay.start()
+    service.retention_thread.start()
+    service.notifications.start()
     return service
 
 
 def stop(service: Service) -> None:
     """Stop all that was started, and close the database."""
-    service.keeper.stop()
-    service.relay.stop()
+    service.retention_thread.stop()
+    service.notifications.stop()
     service.dispatcher.stop()
     service.database.close()
 
 
 def assemble(
-    settings: Settings, feed: Feed, store: TileStore | None = None, *, telemetry: Telemetry = SILENT
+    settings: Settings,
+    job_events: JobEvents,
+    store: TileStore | None = None,
+    *,
+    telemetry: Telemetry = SILENT,
 ) -> Service:
     """Put a service together, with a database of this version; nothing runs yet.
 
@@ -70,7 +73,7 @@ def assemble(
     assets = AssetStore(place.within(ASSETS), settings.limits)
     engine = engine_of(settings, _setup(settings))
     spans = telemetry.of_jobs(database)
-    dispatcher = Dispatcher(database, store, engine, feed, settings, spans)
+    dispatcher = Dispatcher(database, store, engine, job_events, settings, spans)
     return Service(
         settings=settings,
         database=database,
@@ -78,15 +81,17 @@ def assemble(
         passes=PassStore(store.objects),
         assets=assets,
         dispatcher=dispatcher,
-        keeper=Keeper(database, store, assets, retention.rules_of(settings)),
-        feed=feed,
-        quote_seats=Seats(settings.max_quotes, "quotes"),
-        comparison_seats=Seats(settings.max_comparisons, "comparisons"),
+        retention_thread=RetentionThread(database, store, assets, retention.rules_of(settings)),
+        job_events=job_events,
+        quote_limit=ConcurrencyLimit(settings.max_quotes, "quotes"),
+        comparison_limit=ConcurrencyLimit(settings.max_comparisons, "comparisons"),
         prices=QuotedPrices(),
-        known=Known(database),
-        relay=Relay(database, dispatcher, feed),
+        credentials=CredentialCache(database),
+        notifications=NotificationListener(database, dispatcher, job_events),
         spans=spans,
-        bodies=Held(max(BODIES * settings.limits.max_body_bytes, settings.trace_limits.max_body_bytes)),
+        body_memory=BodyMemoryLimit(
+            max(BODIES * settings.limits.max_body_bytes, settings.trace_limits.max_body_bytes)
+        ),
         readers=CapacityLimiter(READERS),
     )
 

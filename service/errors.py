@@ -20,7 +20,7 @@ ServiceError
 ├── UnknownAssetError
 ├── UploadError                 a texture is not kept
 │   ├── UploadMismatchError
-│   ├── UploadQuotaError        the user has sent as much as he may
+│   ├── UploadQuotaError        the user has sent as much as allowed
 │   └── UploadUnusableError
 ├── OpenDoorsError              strangers would be let in
 ├── DatabaseUrlError            the address of the database cannot be used
@@ -214,7 +214,7 @@ class UploadUnusableError(UploadError):
 
 
 class OpenDoorsError(ServiceError):
-    """A service was to listen to strangers, and nobody would be asked who he is.
+    """A service was to listen to strangers without authentication.
 
     Parameters
     ----------

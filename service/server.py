@@ -22,11 +22,10 @@ from sqlalchemy.exc import SQLAlchemyError
 from uvicorn.config import STARTUP_FAILURE
 
 from service import logs
-from service.access.addresses import is_loopback
+from service.access.hosts import is_loopback
 from service.access.keys import any_made
-from service.api.headers import SafeHeaders
-from service.api.request_ids import RequestIds
-from service.api.slow_clients import patient
+from service.api.middleware import RequestIds, SafeHeaders
+from service.api.slow_clients import slow_client_protocol
 from service.app import create_app
 from service.errors import (
     DatabaseUrlError,
@@ -43,7 +42,7 @@ from service.storage.database.migrations import upgrade
 from service.storage.database.urls import is_shared
 from service.storage.lock import held
 from service.storage.places import place_of
-from service.workers.choosing import check_engine
+from service.workers.engines import check_engine
 
 # Requests in progress have this long to end when the service stops, seconds. Watchers are sent away at once.
 FAREWELL_SECONDS = 5
@@ -69,7 +68,7 @@ class _Server(uvicorn.Server):
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         service: Service = self._app.state.service
-        service.feed.close()
+        service.job_events.close()
         await super().shutdown(sockets)
 
 
@@ -133,7 +132,7 @@ def _serve(settings: Settings) -> None:
         log_config=None,
         access_log=False,
         server_header=False,
-        http=patient(settings.patience_seconds),
+        http=slow_client_protocol(settings.patience_seconds),
         limit_concurrency=settings.max_connections,
         timeout_graceful_shutdown=FAREWELL_SECONDS,
     )

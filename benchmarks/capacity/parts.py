@@ -10,7 +10,7 @@ from benchmarks.capacity.workloads import request
 from renderer import tiling
 from service.access.principals import LOCAL
 from service.assembly import assemble
-from service.dispatch.job_events import Feed
+from service.dispatch.job_events import JobEvents
 from service.jobs.admission import Admitted, admit
 from service.lifecycle import rows
 from service.settings import Settings
@@ -51,8 +51,8 @@ def service(folder: Path, url: str | None) -> Service:
 
 
 async def _assembled(settings: Settings) -> Service:
-    # The feed asks for the loop that its readers run on; here nobody reads.
-    return assemble(settings, Feed(), Nowhere(Folder(settings.data / "jobs")))
+    # Job events need the loop that its readers run on; here nobody reads.
+    return assemble(settings, JobEvents(), Nowhere(Folder(settings.data / "jobs")))
 
 
 def admitted(here: Service, cpu_seconds: float) -> Admitted:

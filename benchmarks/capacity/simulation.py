@@ -18,7 +18,7 @@ from sqlalchemy import event
 
 from benchmarks.capacity import parts
 from schemas.access import Role
-from service.access.principals import Asker
+from service.access.principals import Principal
 from service.dispatch.rounds import Round
 from service.jobs.submission import Submission, enter
 from service.lifecycle import rows
@@ -120,9 +120,9 @@ class Simulation:
         for _ in range(TURN):
             if self._next >= len(self._arrivals) or self._arrivals[self._next] > self._clock:
                 return
-            asker = Asker(f"user {self.found.senders[self._next]}", Role.SUBMIT)
+            principal = Principal(f"user {self.found.senders[self._next]}", Role.SUBMIT)
             with self._passing("accepting"):
-                taken = enter(self.here, Submission(asker, b"{}", anew=True), self._admitted)
+                taken = enter(self.here, Submission(principal, b"{}", anew=True), self._admitted)
             self._numbers[taken.job] = self._next
             self._next += 1
             self.found.done["accepted"] += 1

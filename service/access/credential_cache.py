@@ -1,4 +1,4 @@
-"""What was found out about keys and sessions, remembered for a moment."""
+"""A cache of what the database says about keys and sessions, for a second."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TypeVar
 from sqlalchemy.orm import Session
 
 from service.access import keys
-from service.access.principals import Asker
+from service.access.principals import Principal
 from service.access.secrets import digest
 from service.storage.database.connection import Database
 
@@ -21,7 +21,7 @@ MANY = 4096
 Answer = TypeVar("Answer")
 
 
-class Known:
+class CredentialCache:
     """Asks the database for the same thing once a second at most. Used by many threads."""
 
     def __init__(self, database: Database) -> None:
@@ -37,14 +37,14 @@ class Known:
         """Whether a key was ever made."""
         return self._remembered("any", "", keys.any_made)
 
-    def of_key(self, text: str) -> Asker | None:
-        """Tell whose key this is."""
-        return self._remembered("key", digest(text), lambda session: keys.asker_of_key(session, text))
+    def of_key(self, text: str) -> Principal | None:
+        """Give the user of a key."""
+        return self._remembered("key", digest(text), lambda session: keys.principal_of_key(session, text))
 
-    def of_session(self, token: str) -> Asker | None:
-        """Tell whose session this is."""
+    def of_session(self, token: str) -> Principal | None:
+        """Give the user of a session."""
         return self._remembered(
-            "session", digest(token), lambda session: keys.asker_of_session(session, token)
+            "session", digest(token), lambda session: keys.principal_of_session(session, token)
         )
 
     def forget(self) -> None:

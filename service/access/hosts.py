@@ -1,4 +1,4 @@
-"""Names under which a service answers.
+"""Names under which a service answers, and who can reach an address.
 
 A page of another site can have its own name lead to loopback after it was loaded (DNS rebinding). To the
 browser it then is of one origin with the service, and the name is all that tells them apart.
@@ -6,25 +6,37 @@ browser it then is of one origin with the service, and the name is all that tell
 
 from __future__ import annotations
 
+import ipaddress
 from urllib.parse import urlsplit
 
 from fastapi import Request
 
-from service.access.addresses import is_loopback
 from service.errors import UnknownHostError
 from service.settings import Settings
+
+
+def is_loopback(host: str) -> bool:
+    """Whether only programs of this machine reach a host.
+
+    >>> is_loopback("localhost"), is_loopback("::1"), is_loopback("10.0.0.7"), is_loopback("example.org")
+    (True, True, False, False)
+    """
+    try:
+        return host == "localhost" or ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
 
 
 def check_host(request: Request, settings: Settings, *, asks_for_keys: bool) -> None:
     """Refuse a request that was sent to another name than those of this service.
 
-    Who asks for keys needs not look: a browser sends neither key nor cookie to a name that it does not
-    belong to. Who has a proxy before him says in the settings which names the proxy passes on.
+    With authentication nothing need be checked: a browser sends neither key nor cookie to a name that it does
+    not belong to. Behind a proxy the settings say which names it passes on.
 
     Raises
     ------
     UnknownHostError
-        The name is neither that of the settings nor, on a service that asks nobody, loopback.
+        The name is neither that of the settings nor, without authentication, loopback.
     """
     names = settings.hosts.lower().split()
     host = request.headers.get("host")

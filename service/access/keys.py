@@ -9,7 +9,7 @@ from sqlalchemy.orm import Session
 
 from schemas.access import Role
 from service.access import secrets
-from service.access.principals import Asker
+from service.access.principals import Principal
 from service.access.secrets import Key
 from service.storage.database.models import KeyRow, SessionRow
 
@@ -57,19 +57,19 @@ def revoke(session: Session, key_id: str) -> bool:
 
 
 def any_made(session: Session) -> bool:
-    """Whether a key was ever made: who revokes the last one does not open the doors."""
+    """Whether a key was ever made: revoking the last one does not switch authentication off."""
     return bool(session.scalar(select(exists().where(KeyRow.id.is_not(None)))))
 
 
-def asker_of_key(session: Session, text: str) -> Asker | None:
-    """Tell whose key this is; None if it is nobody's, or revoked."""
+def principal_of_key(session: Session, text: str) -> Principal | None:
+    """Give the user of a key; None if it is nobody's, or revoked."""
     key = secrets.read_key(text)
     row = session.get(KeyRow, key.id) if key else None
     if key is None:
         return None
     # An unknown name costs what a wrong secret does.
     good = secrets.same(row.secret_sha256 if row else NOBODYS, key.secret)
-    return _asker(row) if row and good else None
+    return _principal(row) if row and good else None
 
 
 def begin_session(session: Session, key: Key) -> str:
@@ -80,13 +80,13 @@ def begin_session(session: Session, key: Key) -> str:
     return token
 
 
-def asker_of_session(session: Session, token: str) -> Asker | None:
-    """Tell whose session this is; None if there is none, or not any more."""
+def principal_of_session(session: Session, token: str) -> Principal | None:
+    """Give the user of a session; None if there is none, or not any more."""
     row = session.get(SessionRow, secrets.digest(token))
     if row is None or row.expires_at < datetime.now(UTC):
         return None
     key = session.get(KeyRow, row.key)
-    return _asker(key) if key else None
+    return _principal(key) if key else None
 
 
 def end_session(session: Session, token: str) -> None:
@@ -94,7 +94,7 @@ def end_session(session: Session, token: str) -> None:
     session.execute(delete(SessionRow).where(SessionRow.token_sha256 == secrets.digest(token)))
 
 
-def _asker(row: KeyRow) -> Asker | None:
+def _principal(row: KeyRow) -> Principal | None:
     if row.revoked_at is not None:
         return None
-    return Asker(row.user, Role(row.role), row.max_jobs, row.max_cpu_seconds)
+    return Principal(row.user, Role(row.role), row.max_jobs, row.max_cpu_seconds)

@@ -1,4 +1,4 @@
-"""Those who ask, as the service knows them."""
+"""Users as the service knows them: name, role and limits."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ LOCAL_USER = "local"
 
 
 @dataclass(frozen=True)
-class Asker:
-    """A user, with what his key says of him.
+class Principal:
+    """A user, with what the key says of them.
 
     Attributes
     ----------
     max_jobs, max_cpu_seconds
-        How much of him may wait or run at once; by default what the settings of the service say.
+        How much of theirs may wait or run at once; by default what the settings of the service say.
     """
 
     name: str
@@ -26,14 +26,14 @@ class Asker:
 
     @property
     def sees_all(self) -> bool:
-        """Whether the jobs of others are shown to him."""
+        """Whether the jobs of others are shown to this user."""
         return self.role is not Role.SUBMIT
 
     @property
     def changes_all(self) -> bool:
-        """Whether he may stop and remove the jobs of others."""
+        """Whether this user may stop and remove the jobs of others."""
         return self.role is Role.ADMIN
 
 
-LOCAL = Asker(LOCAL_USER, Role.ADMIN)
-"""Whoever reaches a service that asks for no keys."""
+LOCAL = Principal(LOCAL_USER, Role.ADMIN)
+"""Whoever reaches a service without authentication."""

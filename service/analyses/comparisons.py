@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import base64
 import binascii
 from collections.abc import Iterator
@@ -13,21 +12,22 @@ from schemas.comparisons import ComparisonAnswer, ComparisonRequest, SentPicture
 from schemas.jobs import JobState
 from schemas.problems import Problem
 from schemas.reading import read_document
-from service.access.principals import Asker
-from service.errors import ComparisonFailedError, UnavailableError, UnknownJobError, WorkerLostError
+from service.access.principals import Principal
+from service.analyses.worker_calls import WorkerCall
+from service.errors import ComparisonFailedError, UnknownJobError
 from service.jobs import lifecycle as jobs
 from service.jobs.context import Service
-from service.workers.tasks import (
+from service.workers.tasks import CompareDone, ComparedPicture, CompareTask
+
+COMPARING = WorkerCall(
     CompareDone,
-    ComparedPicture,
-    CompareRefused,
-    CompareTask,
-    Outcome,
-    TaskFailed,
+    ComparisonFailedError,
+    timed_out="No worker was free to compare in time. Try again in a moment.",
+    worker_died="The worker died while it compared these pictures.",
 )
 
 
-async def compare(service: Service, asker: Asker, body: bytes) -> ComparisonAnswer:
+async def compare(service: Service, principal: Principal, body: bytes) -> ComparisonAnswer:
     """Compare the two pictures of a request.
 
     Raises
@@ -41,23 +41,18 @@ async def compare(service: Service, asker: Asker, body: bytes) -> ComparisonAnsw
     UnavailableError
         If it took too long, or its worker died.
     """
-    with service.comparison_seats.taken():
-        task = await service.read(_task, service, asker, body)
-        answer = asyncio.wrap_future(service.dispatcher.call(task))
-        try:
-            outcome = await asyncio.wait_for(answer, service.settings.max_wait_seconds)
-        except TimeoutError:
-            raise UnavailableError("No worker was free to compare in time. Try again in a moment.") from None
-    return _answer(outcome)
+    with service.comparison_limit.acquired():
+        task = await service.read(_task, service, principal, body)
+        return (await COMPARING.ask(service, task)).answer
 
 
-def _task(service: Service, asker: Asker, body: bytes) -> CompareTask:
+def _task(service: Service, principal: Principal, body: bytes) -> CompareTask:
     request, _ = read_document(body, ComparisonRequest, limits=service.settings.limits)
     sent = {"image": request.image, "reference": request.reference}
     problems = [problem for role, picture in sent.items() for problem in _problems(role, picture)]
     if problems:
         raise renderer.SceneError(problems)
-    image, reference = (_compared(service, asker, role, picture) for role, picture in sent.items())
+    image, reference = (_compared(service, principal, role, picture) for role, picture in sent.items())
     # What is decoded need not travel twice.
     bare = request.model_copy(update={"image": SentPicture(), "reference": SentPicture()})
     return CompareTask(bare, image, reference)
@@ -69,11 +64,11 @@ def _problems(role: str, picture: SentPicture) -> Iterator[Problem]:
         yield Problem(pointer=f"/{role}", detail=detail, code="one_of")
 
 
-def _compared(service: Service, asker: Asker, role: str, picture: SentPicture) -> ComparedPicture:
+def _compared(service: Service, principal: Principal, role: str, picture: SentPicture) -> ComparedPicture:
     if picture.job is None:
         content = _decoded(role, picture.content or "")
         return ComparedPicture(None, "", content, picture.encoding, ())
-    render, layers = _rendered(service, asker, role, picture.job)
+    render, layers = _rendered(service, principal, role, picture.job)
     return ComparedPicture(picture.job, render, b"", picture.encoding, layers)
 
 
@@ -87,11 +82,11 @@ def _decoded(role: str, content: str) -> bytes:
         ) from None
 
 
-def _rendered(service: Service, asker: Asker, role: str, job_id: str) -> tuple[str, tuple[str, ...]]:
-    """Where the picture of a job lies, and which of its layers tell more; a problem if it has no picture."""
+def _rendered(service: Service, principal: Principal, role: str, job_id: str) -> tuple[str, tuple[str, ...]]:
+    """The store's name of a job's picture, and its layers that help to compare; a problem without one."""
     try:
         with service.database.reading() as session:
-            jobs.owner_of(session, job_id, None if asker.sees_all else asker.name)
+            jobs.owner_of(session, job_id, None if principal.sees_all else principal.name)
             row = jobs.find(session, job_id)
     except UnknownJobError as error:
         raise renderer.SceneError([_of_job(role, str(error))]) from None
@@ -102,13 +97,3 @@ def _rendered(service: Service, asker: Asker, role: str, job_id: str) -> tuple[s
 
 def _of_job(role: str, detail: str) -> Problem:
     return Problem(pointer=f"/{role}/job", detail=detail, code="job_not_comparable")
-
-
-def _answer(outcome: Outcome) -> ComparisonAnswer:
-    if isinstance(outcome, CompareRefused):
-        raise renderer.SceneError([outcome.problem])
-    if isinstance(outcome, TaskFailed):
-        raise ComparisonFailedError(outcome.message)
-    if not isinstance(outcome, CompareDone):
-        raise WorkerLostError("The worker died while it compared these pictures.")
-    return outcome.answer

@@ -46,11 +46,11 @@ def etag_of(service: Service, job_id: str, form: Form) -> str:
 
 
 def convergence(service: Service, job_id: str) -> Convergence:
-    """Tell the passes of a job and what they say of its error."""
+    """Report the passes of a job and what they say of its error."""
     with service.database.reading() as session:
         row = jobs.find(session, job_id)
         render = row.render
-    passes = list(pass_costs.told(render)) if render else []
+    passes = list(pass_costs.reported(render)) if render else []
     target_error = render.target_error if render else None
     return Convergence.model_validate(
         {
@@ -65,7 +65,7 @@ def convergence(service: Service, job_id: str) -> Convergence:
 
 
 def _unknown(render: RenderRow | None) -> str | None:
-    """Why no pass tells its error; None where that is not known."""
+    """Why no pass has an error; None where that is not known."""
     if render is None:
         return "The job ended before its picture was finished, or its picture is gone."
     if render.target_error is not None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 
 import renderer
@@ -11,11 +10,19 @@ from schemas.jobs import JobRequest
 from schemas.problems import Problem
 from schemas.reading import read_document
 from schemas.request_pointers import in_request
-from service.errors import InspectionFailedError, UnavailableError, WorkerLostError
+from service.analyses.worker_calls import WorkerCall
+from service.errors import InspectionFailedError
 from service.jobs import lifecycle as jobs
 from service.jobs.context import Service
-from service.jobs.requests import request_of
-from service.workers.tasks import InspectDone, InspectTask, Outcome, TaskFailed
+from service.jobs.lifecycle import request_of
+from service.workers.tasks import InspectDone, InspectTask
+
+INSPECTING = WorkerCall(
+    InspectDone,
+    InspectionFailedError,
+    timed_out="No worker was free to look in time. Try again in a moment.",
+    worker_died="The worker died while it looked at this pixel.",
+)
 
 
 async def inspect(service: Service, job_id: str, body: bytes) -> Inspection:
@@ -35,12 +42,8 @@ async def inspect(service: Service, job_id: str, body: bytes) -> Inspection:
         If it took too long, or its worker died.
     """
     task, request = await service.read(_task, service, job_id, body)
-    answer = asyncio.wrap_future(service.dispatcher.call(task))
-    try:
-        outcome = await asyncio.wait_for(answer, service.settings.max_wait_seconds)
-    except TimeoutError:
-        raise UnavailableError("No worker was free to look in time. Try again in a moment.") from None
-    return in_request(_answer(outcome), request)
+    done = await INSPECTING.ask(service, task)
+    return in_request(done.inspection, request)
 
 
 def _task(service: Service, job_id: str, body: bytes) -> tuple[InspectTask, JobRequest]:
@@ -62,11 +65,3 @@ def _task(service: Service, job_id: str, body: bytes) -> tuple[InspectTask, JobR
         raise renderer.SceneError(problems)
     request = JobRequest.model_validate(json.loads(request_of(service, job_id)))
     return InspectTask(render.id, render.spec_sha256, asked.x, asked.y), request
-
-
-def _answer(outcome: Outcome) -> Inspection:
-    if isinstance(outcome, TaskFailed):
-        raise InspectionFailedError(outcome.message)
-    if not isinstance(outcome, InspectDone):
-        raise WorkerLostError("The worker died while it looked at this pixel.")
-    return outcome.inspection

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-import asyncio
-
 from schemas.jobs import JobRequest
 from schemas.quotes import Quote, QuoteRequest
 from schemas.request_pointers import in_request
-from service.access.principals import Asker
-from service.errors import QuoteFailedError, UnavailableError, WorkerLostError
+from service.access.principals import Principal
+from service.analyses.worker_calls import WorkerCall
+from service.errors import QuoteFailedError
 from service.jobs.admission import compile_admitted, read_request
 from service.jobs.context import Service
-from service.workers.tasks import Outcome, QuoteDone, QuoteTask, TaskFailed
+from service.workers.tasks import QuoteDone, QuoteTask
+
+QUOTING = WorkerCall(
+    QuoteDone,
+    QuoteFailedError,
+    timed_out="No worker was free for a quote in time. Try again in a moment.",
+    worker_died="The worker died while it made this quote.",
+)
 
 
-async def quote(service: Service, asker: Asker, body: bytes) -> Quote:
+async def quote(service: Service, principal: Principal, body: bytes) -> Quote:
     """Answer a user's request for a quote.
 
     Raises
@@ -28,22 +34,16 @@ async def quote(service: Service, asker: Asker, body: bytes) -> Quote:
     UnavailableError
         If it took too long, or its worker died.
     """
-    with service.quote_seats.taken():
-        task = await service.read(_task, service, asker, body)
-        answer = asyncio.wrap_future(service.dispatcher.call(task))
-        try:
-            outcome = await asyncio.wait_for(answer, service.settings.max_wait_seconds)
-        except TimeoutError:
-            detail = "No worker was free for a quote in time. Try again in a moment."
-            raise UnavailableError(detail) from None
-        found = _quote(outcome)
+    with service.quote_limit.acquired():
+        task = await service.read(_task, service, principal, body)
+        found = (await QUOTING.ask(service, task)).quote
     if found.asked is not None:
         service.prices.learn(_job(task.request), found.asked.cpu_seconds.estimate)
     return in_request(found, task.request)
 
 
-def _task(service: Service, asker: Asker, body: bytes) -> QuoteTask:
-    request, _ = read_request(service, asker, body, QuoteRequest)
+def _task(service: Service, principal: Principal, body: bytes) -> QuoteTask:
+    request, _ = read_request(service, principal, body, QuoteRequest)
     compile_admitted(_job(request))
     return QuoteTask(request, service.settings.workers)
 
@@ -51,11 +51,3 @@ def _task(service: Service, asker: Asker, body: bytes) -> QuoteTask:
 def _job(request: QuoteRequest) -> JobRequest:
     """The job that is quoted."""
     return JobRequest(scene=request.scene, quality=request.quality)
-
-
-def _quote(outcome: Outcome) -> Quote:
-    if isinstance(outcome, TaskFailed):
-        raise QuoteFailedError(outcome.message)
-    if not isinstance(outcome, QuoteDone):
-        raise WorkerLostError("The worker died while it made this quote.")
-    return outcome.quote

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import Any
 
 import numpy as np
@@ -12,14 +11,22 @@ import renderer
 from schemas.jobs import JobRequest
 from schemas.problems import Problem
 from schemas.traces import TraceAnswer, TraceRequest
-from service.access.principals import Asker
-from service.errors import TraceFailedError, UnavailableError, WorkerLostError
+from service.access.principals import Principal
+from service.analyses.worker_calls import WorkerCall
+from service.errors import TraceFailedError
 from service.jobs.admission import compile_admitted, read_request
 from service.jobs.context import Service
-from service.workers.tasks import Outcome, TaskFailed, TraceDone, TraceTask
+from service.workers.tasks import TraceDone, TraceTask
+
+TRACING = WorkerCall(
+    TraceDone,
+    TraceFailedError,
+    timed_out="Tracing took too long. Send fewer rays, or a smaller scene.",
+    worker_died="The worker died while it traced these rays.",
+)
 
 
-async def trace(service: Service, asker: Asker, body: bytes) -> TraceAnswer:
+async def trace(service: Service, principal: Principal, body: bytes) -> TraceAnswer:
     """Cast the rays of a user's request.
 
     Raises
@@ -31,17 +38,13 @@ async def trace(service: Service, asker: Asker, body: bytes) -> TraceAnswer:
     UnavailableError
         If it took too long, or its worker died.
     """
-    task = await service.read(_task, service, asker, body)
-    answer = asyncio.wrap_future(service.dispatcher.call(task))
-    try:
-        outcome = await asyncio.wait_for(answer, service.settings.max_wait_seconds)
-    except TimeoutError:
-        raise UnavailableError("Tracing took too long. Send fewer rays, or a smaller scene.") from None
-    return await run_in_threadpool(_answer, outcome)
+    task = await service.read(_task, service, principal, body)
+    done = await TRACING.ask(service, task)
+    return await run_in_threadpool(_answer, done)
 
 
-def _task(service: Service, asker: Asker, body: bytes) -> TraceTask:
-    request, _ = read_request(service, asker, body, TraceRequest, limits=service.settings.trace_limits)
+def _task(service: Service, principal: Principal, body: bytes) -> TraceTask:
+    request, _ = read_request(service, principal, body, TraceRequest, limits=service.settings.trace_limits)
     problems = list(_problems(request, service.settings.max_trace_rays))
     if problems:
         raise renderer.SceneError(problems)
@@ -64,12 +67,8 @@ def _rows(rows: tuple[tuple[float, float, float], ...]) -> np.ndarray[Any, np.dt
     return np.array(rows, np.float64).reshape(-1, 3)
 
 
-def _answer(outcome: Outcome) -> TraceAnswer:
-    if isinstance(outcome, TaskFailed):
-        raise TraceFailedError(outcome.message)
-    if not isinstance(outcome, TraceDone):
-        raise WorkerLostError("The worker died while it traced these rays.")
-    hits = {name: array.tolist() for name, array in outcome.hits.items()}
+def _answer(done: TraceDone) -> TraceAnswer:
+    hits = {name: array.tolist() for name, array in done.hits.items()}
     missed = [shape < 0 for shape in hits["shape"]]
     for name in ("t", "position", "normal", "uv"):
         hits[name] = [None if miss else value for value, miss in zip(hits[name], missed, strict=True)]

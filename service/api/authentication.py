@@ -1,4 +1,4 @@
-"""Finding out who asks, before any route does anything."""
+"""Authentication: the user of a request, before any route does anything."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from fastapi import Depends, Path, Request
 from fastapi.concurrency import run_in_threadpool
 
 from service.access.hosts import check_host
-from service.access.principals import LOCAL, Asker
+from service.access.principals import LOCAL, Principal
 from service.errors import CrossSiteError, ForbiddenError, UnauthenticatedError
 from service.jobs import lifecycle as jobs
 from service.jobs.context import Here, Service
@@ -17,8 +17,8 @@ COOKIE = "penumbra_session"
 SAFE = ("GET", "HEAD", "OPTIONS")
 
 
-async def asker(request: Request, here: Here) -> Asker:
-    """Tell who asks.
+async def authenticate(request: Request, here: Here) -> Principal:
+    """Give the user of a request.
 
     Raises
     ------
@@ -43,8 +43,8 @@ async def asker(request: Request, here: Here) -> Asker:
 
 
 async def _keys_made(service: Service) -> bool:
-    known = service.known.keys_made_lately()
-    return await run_in_threadpool(service.known.keys_made) if known is None else known
+    known = service.credentials.keys_made_lately()
+    return await run_in_threadpool(service.credentials.keys_made) if known is None else known
 
 
 def bearer(request: Request) -> str | None:
@@ -53,10 +53,10 @@ def bearer(request: Request) -> str | None:
     return key.strip() if scheme.lower() == "bearer" else None
 
 
-def _look_up(service: Service, key: str | None, token: str | None) -> Asker | None:
+def _look_up(service: Service, key: str | None, token: str | None) -> Principal | None:
     if key is not None:
-        return service.known.of_key(key)
-    return service.known.of_session(token) if token else None
+        return service.credentials.of_key(key)
+    return service.credentials.of_session(token) if token else None
 
 
 def _check_origin(request: Request) -> None:
@@ -69,19 +69,19 @@ def _check_origin(request: Request) -> None:
         raise CrossSiteError
 
 
-Asking = Annotated[Asker, Depends(asker)]
+CurrentUser = Annotated[Principal, Depends(authenticate)]
 
 
-async def _seen(here: Here, asking: Asking, job_id: Annotated[str, Path(max_length=64)]) -> str:
-    if not asking.sees_all:
-        await run_in_threadpool(_owner, here, job_id, asking.name)
+async def _seen(here: Here, user: CurrentUser, job_id: Annotated[str, Path(max_length=64)]) -> str:
+    if not user.sees_all:
+        await run_in_threadpool(_owner, here, job_id, user.name)
     return job_id
 
 
-async def _changed(here: Here, asking: Asking, job_id: Annotated[str, Path(max_length=64)]) -> str:
-    if not asking.changes_all:
-        owner = await run_in_threadpool(_owner, here, job_id, None if asking.sees_all else asking.name)
-        if owner != asking.name:
+async def _changed(here: Here, user: CurrentUser, job_id: Annotated[str, Path(max_length=64)]) -> str:
+    if not user.changes_all:
+        owner = await run_in_threadpool(_owner, here, job_id, None if user.sees_all else user.name)
+        if owner != user.name:
             raise ForbiddenError("Only its owner or an admin stops and removes a job.")
     return job_id
 
@@ -92,10 +92,10 @@ def _owner(service: Service, job_id: str, asked_by: str | None) -> str:
 
 
 SeenJob = Annotated[str, Depends(_seen)]
-"""The id of a job that the asker may see; 404 for all others."""
+"""The id of a job that the user may see; 404 for all others."""
 
 ChangedJob = Annotated[str, Depends(_changed)]
-"""The id of a job that the asker may stop and remove."""
+"""The id of a job that the user may stop and remove."""
 
 KeptJob = SeenJob
-"""The id of a job that the asker may pin: staff, who see those of all, pin for their users."""
+"""The id of a job that the user may pin: staff, who see those of all, pin for their users."""

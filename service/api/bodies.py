@@ -106,7 +106,7 @@ async def _json(request: Request, here: Here, limits: Limits) -> AsyncIterator[b
     media_type = request.headers.get("content-type", "application/json").partition(";")[0].strip().lower()
     if media_type != "application/json" and not media_type.endswith("+json"):
         raise MediaTypeError("Send the body as application/json.")
-    with here.bodies.account() as account:
+    with here.body_memory.account() as account:
         parts = []
         async for chunk in chunks(request, limits.max_body_bytes, here.settings.patience_seconds):
             account.add(len(chunk))

@@ -41,27 +41,27 @@ log = structlog.get_logger()
 class Kind(NamedTuple):
     """How an exception is answered.
 
-    ``told`` says whether its text is meant for the person who asked; other texts are for the log only.
+    ``is_public`` says whether its text is meant for the client; other texts are for the log only.
     """
 
     status: int
     code: str
-    told: bool = True
+    is_public: bool = True
     retry: bool = False
 
 
 KINDS: dict[type[Exception], Kind] = {
     renderer.SceneError: Kind(422, "scene_not_usable"),
-    renderer.RenderError: Kind(500, "render_failed", told=False),
-    ImageFileError: Kind(500, "picture_failed", told=False),
+    renderer.RenderError: Kind(500, "render_failed", is_public=False),
+    ImageFileError: Kind(500, "picture_failed", is_public=False),
     NotComparableError: Kind(422, "not_comparable"),
     MissingExtraError: Kind(501, "extra_missing"),
-    OutOfTimeError: Kind(500, "out_of_time", told=False),
-    LimitsError: Kind(500, "limits", told=False),
+    OutOfTimeError: Kind(500, "out_of_time", is_public=False),
+    LimitsError: Kind(500, "limits", is_public=False),
     AssetError: Kind(422, "asset_not_usable"),
     NoSuchAssetError: Kind(422, "asset_not_usable"),
     NothingToFitError: Kind(422, "nothing_to_fit"),
-    errors.ServiceError: Kind(500, "internal", told=False),
+    errors.ServiceError: Kind(500, "internal", is_public=False),
     errors.RequestError: Kind(400, "bad_request"),
     errors.BodyTooLargeError: Kind(413, "body_too_large"),
     errors.BodyIncompleteError: Kind(400, "body_incomplete"),
@@ -83,19 +83,19 @@ KINDS: dict[type[Exception], Kind] = {
     errors.UploadMismatchError: Kind(422, "upload_mismatch"),
     errors.UploadQuotaError: Kind(413, "upload_quota"),
     errors.UploadUnusableError: Kind(422, "upload_unusable"),
-    errors.OpenDoorsError: Kind(500, "open_doors", told=False),
-    errors.DatabaseUrlError: Kind(500, "database_url", told=False),
-    errors.EngineError: Kind(500, "engine", told=False),
-    errors.EngineMissingError: Kind(500, "engine_missing", told=False),
-    errors.UnsafeClusterError: Kind(500, "unsafe_cluster", told=False),
-    errors.UnusableWorkerError: Kind(500, "unusable_worker", told=False),
-    errors.StoreError: Kind(500, "store", told=False),
+    errors.OpenDoorsError: Kind(500, "open_doors", is_public=False),
+    errors.DatabaseUrlError: Kind(500, "database_url", is_public=False),
+    errors.EngineError: Kind(500, "engine", is_public=False),
+    errors.EngineMissingError: Kind(500, "engine_missing", is_public=False),
+    errors.UnsafeClusterError: Kind(500, "unsafe_cluster", is_public=False),
+    errors.UnusableWorkerError: Kind(500, "unusable_worker", is_public=False),
+    errors.StoreError: Kind(500, "store", is_public=False),
     errors.StoreFullError: Kind(507, "store_full", retry=True),
     errors.StoreReadOnlyError: Kind(503, "store_read_only", retry=True),
     errors.StoreAwayError: Kind(503, "store_away", retry=True),
-    errors.StoreMissingError: Kind(500, "store_missing", told=False),
-    errors.StoreDamagedError: Kind(500, "store_damaged", told=False),
-    errors.StoreTakenError: Kind(500, "store_taken", told=False),
+    errors.StoreMissingError: Kind(500, "store_missing", is_public=False),
+    errors.StoreDamagedError: Kind(500, "store_damaged", is_public=False),
+    errors.StoreTakenError: Kind(500, "store_taken", is_public=False),
     errors.TraceFailedError: Kind(422, "trace_failed"),
     errors.QuoteFailedError: Kind(422, "quote_failed"),
     errors.ComparisonFailedError: Kind(422, "comparison_failed"),
@@ -104,9 +104,9 @@ KINDS: dict[type[Exception], Kind] = {
     errors.BusyError: Kind(429, "busy", retry=True),
     errors.QueueFullError: Kind(429, "queue_full", retry=True),
     errors.WorkerLostError: Kind(503, "worker_lost", retry=True),
-    PoolTimeoutError: Kind(503, "database", told=False, retry=True),
-    DataError: Kind(422, "not_usable", told=False),
-    DBAPIError: Kind(503, "database", told=False, retry=True),
+    PoolTimeoutError: Kind(503, "database", is_public=False, retry=True),
+    DataError: Kind(422, "not_usable", is_public=False),
+    DBAPIError: Kind(503, "database", is_public=False, retry=True),
 }
 
 
@@ -172,7 +172,7 @@ def _known(request: Request, error: Exception) -> Response:
     error = _by_cause(error)
     kind = kind_of(error)
     headers = {"Retry-After": str(RETRY_AFTER_SECONDS)} if kind.retry else {}
-    if not kind.told:
+    if not kind.is_public:
         log.error("request failed", path=request.url.path, error=type(error).__name__, status=kind.status)
     if isinstance(error, errors.UnauthenticatedError):
         headers["WWW-Authenticate"] = "Bearer"
@@ -209,7 +209,7 @@ def _placed(problems: Sequence[Problem], body: bytes) -> list[Problem]:
 
 
 def _by_cause(error: Exception) -> Exception:
-    """Tell of SQLite's disk as of that of the pictures: it is the same, and full or read-only."""
+    """Report SQLite's disk like that of the pictures: it is the same, and full or read-only."""
     code = getattr(getattr(error, "orig", None), "sqlite_errorcode", sqlite3.SQLITE_OK)
     match code & PRIMARY:
         case sqlite3.SQLITE_FULL:
@@ -222,7 +222,7 @@ def _by_cause(error: Exception) -> Exception:
 def _detail(kind: Kind, error: Exception) -> str:
     if isinstance(error, DataError):
         return "The request has a value that the database cannot hold, such as the character U+0000."
-    return str(error) if kind.told else "The service could not do this. It is not your request's fault."
+    return str(error) if kind.is_public else "The service could not do this. It is not your request's fault."
 
 
 def _parameters(_request: Request, error: Exception) -> Response:
@@ -234,7 +234,7 @@ def _parameters(_request: Request, error: Exception) -> Response:
 
 
 def _parameter(found: dict[str, Any]) -> Problem:
-    """Tell of a query, path or header parameter: it lies in no document, so its pointer is empty."""
+    """Report a query, path or header parameter: it lies in no document, so its pointer is empty."""
     where, *names = found["loc"]
     detail = f"The {where} parameter {'.'.join(map(str, names))!r} is not usable. {found['msg']}."
     return Problem(pointer="", detail=detail, code=found["type"])

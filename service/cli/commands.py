@@ -1,62 +1,84 @@
-"""The table of commands."""
+"""The table of commands, and what lets a shell complete them."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import typer
 
 from service.cli import (
     compare,
-    completion,
     convert,
-    demo,
     doctor,
     explain,
     grade,
+    job_control,
     jobs,
     keys,
-    logs,
+    output,
     quote,
     render,
-    retention,
     serve,
     study,
     submit,
-    trace,
-    validate,
     watch,
 )
-from service.cli.exits import ExitCode
+from service.cli.errors import ExitCode
+
+Shell = Literal["bash", "zsh", "fish"]
+ShellArgument = Annotated[
+    Shell, typer.Argument(metavar="SHELL", help="bash, zsh or fish.", show_default=False)
+]
+COMMAND = "penumbra"
+VARIABLE = "_PENUMBRA_COMPLETE"
+"""Set by the script when a shell asks what may follow."""
+
+
+def completion(shell: ShellArgument) -> None:
+    """Print a script that lets a shell complete commands and options: eval "$(penumbra completion bash)"."""
+    # Typer has it for its own option alone, which asks the process above which shell it is.
+    from typer.completion import get_completion_script  # type: ignore[attr-defined]
+
+    output.result(get_completion_script(prog_name=COMMAND, complete_var=VARIABLE, shell=shell))
+
+
+def _prepare_completion() -> None:
+    """Know how to answer, where a shell asks."""
+    if VARIABLE in os.environ:
+        from typer.completion import completion_init  # type: ignore[attr-defined]
+
+        completion_init()
+
 
 COMMANDS: tuple[tuple[str, str, Callable[..., Any]], ...] = (
     ("render", "On this machine", render.render),
-    ("validate", "On this machine", validate.validate),
+    ("validate", "On this machine", explain.validate),
     ("explain", "On this machine", explain.explain),
     ("quote", "On this machine", quote.quote),
-    ("trace", "On this machine", trace.trace),
+    ("trace", "On this machine", render.trace),
     ("study", "On this machine", study.study),
     ("compare", "On this machine", compare.compare),
     ("convert", "On this machine", convert.convert),
     ("grade", "On this machine", grade.grade),
     ("serve", "Service", serve.serve),
-    ("demo", "Service", demo.demo),
+    ("demo", "Service", serve.demo),
     ("doctor", "Service", doctor.doctor),
-    ("completion", "Service", completion.completion),
-    ("prune", "Service", retention.prune),
+    ("completion", "Service", completion),
+    ("prune", "Service", job_control.prune),
     ("submit", "Client", submit.submit),
     ("wait", "Client", watch.wait),
     ("watch", "Client", watch.watch),
     ("get", "Client", jobs.get),
-    ("cancel", "Client", jobs.cancel),
-    ("delete", "Client", jobs.delete),
-    ("pause", "Client", jobs.pause),
-    ("resume", "Client", jobs.resume),
+    ("cancel", "Client", job_control.cancel),
+    ("delete", "Client", job_control.delete),
+    ("pause", "Client", job_control.pause),
+    ("resume", "Client", job_control.resume),
     ("ls", "Client", jobs.ls),
-    ("logs", "Client", logs.logs),
-    ("pin", "Client", retention.pin),
-    ("unpin", "Client", retention.unpin),
+    ("logs", "Client", jobs.logs),
+    ("pin", "Client", job_control.pin),
+    ("unpin", "Client", job_control.unpin),
 )
 
 
@@ -79,8 +101,8 @@ def application() -> typer.Typer:
 
 def run(words: Sequence[str]) -> int:
     """Run one command and give its exit code; what goes wrong is raised."""
-    completion.prepare()
-    code: int | None = application()(list(words), prog_name=completion.COMMAND, standalone_mode=False)
+    _prepare_completion()
+    code: int | None = application()(list(words), prog_name=COMMAND, standalone_mode=False)
     return code or ExitCode.DONE
 
 

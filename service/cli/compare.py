@@ -11,8 +11,7 @@ import typer
 
 from service.cli import output, scene_files
 from service.cli.connection import DEFAULT_SERVER, ServerOption, connect
-from service.cli.errors import CommandError, InputError
-from service.cli.exits import ExitCode
+from service.cli.errors import CommandError, ExitCode, InputError
 from service.cli.targets import check_target, write_whole
 
 if TYPE_CHECKING:
@@ -162,8 +161,8 @@ def lines(document: dict[str, Any]) -> Iterator[str]:
         yield f"  {cause['hint']}"
     for region in document["worst_regions"] if document["verdict"] == "mismatch" else []:
         yield f"where: {_region(region)}"
-    told = {name: document["metrics"][name] for name in NUMBERS}
-    yield "  ".join(f"{name} {value:.4g}" for name, value in told.items() if value is not None)
+    metrics = {name: document["metrics"][name] for name in NUMBERS}
+    yield "  ".join(f"{name} {value:.4g}" for name, value in metrics.items() if value is not None)
     for role, picture in document["inputs"].items():
         yield f"{role}: {_input(picture)}"
 

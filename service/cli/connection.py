@@ -1,10 +1,13 @@
-"""The service that a command talks to."""
+"""The service that a command talks to, and the options that name it, its jobs and their labels."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from service.cli.errors import CommandError
 
 if TYPE_CHECKING:
     from service.client import Client
@@ -52,3 +55,22 @@ def connect(server: str, *, patience: float = SHORT_PATIENCE) -> Client:
     from service.client import Client
 
     return Client(server, patience=patience)
+
+
+LabelOption = Annotated[
+    list[str] | None,
+    typer.Option("--label", metavar="NAME:VALUE", help="A label of the job; may be given several times."),
+]
+
+
+def parsed_labels(given: Sequence[str] | None) -> dict[str, str]:
+    """Names and values of the options; CommandError where one of them has no colon.
+
+    >>> parsed_labels(["course:cs171", "at:12:30"])
+    {'course': 'cs171', 'at': '12:30'}
+    """
+    pairs = [text.partition(":") for text in given or ()]
+    for name, colon, value in pairs:
+        if not (name and colon):
+            raise CommandError(f"--label {name}{colon}{value} has no name. Write it like course:cs171.")
+    return {name: value for name, _, value in pairs}

@@ -40,7 +40,7 @@ RootOption = Annotated[
 def convert(
     source: InputArgument, out: OutOption, root: RootOption = None, as_json: output.JsonOption = False
 ) -> None:
-    """Make a scene out of a file of another program, and tell what was assumed or left out."""
+    """Make a scene out of a file of another program, and report what was assumed or left out."""
     check_target(out, (".json",))
     conversion = _converted(source, root or source.parent, out.parent)
     text = (_written(conversion.document) + "\n").encode()
@@ -52,7 +52,7 @@ def convert(
     else:
         for line in _lines(conversion, out):
             output.say(line)
-    _tell_warnings(out, text)
+    _print_warnings(out, text)
 
 
 def _converted(source: Path, root: Path, folder: Path) -> Conversion:
@@ -81,13 +81,13 @@ def _written(value: object, indent: str = "") -> str:
     return json.dumps(value, ensure_ascii=False)
 
 
-def _tell_warnings(out: Path, text: bytes) -> None:
+def _print_warnings(out: Path, text: bytes) -> None:
     from schemas.reading import read_scene
 
     warnings = read_scene(text)[1]
     if warnings:
         output.say(f"About {out}:")
-        scene_files.tell_warnings(text, warnings)
+        scene_files.print_warnings(text, warnings)
 
 
 def _as_document(conversion: Conversion, out: Path) -> dict[str, Any]:

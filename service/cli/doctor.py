@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from service.cli import output
-from service.cli.configuration import ConfigOption, read_settings
-from service.cli.errors import CommandError
-from service.cli.exits import ExitCode
+from service.cli.errors import CommandError, ExitCode
+from service.cli.serve import ConfigOption, read_settings
 
 if TYPE_CHECKING:
     from service.settings import Settings
@@ -64,8 +63,8 @@ def doctor(
     checks = list(_all_checks(config))
     settings = list(_settings(config))
     if as_json:
-        told = [setting | {"value": str(setting["value"])} for setting in settings]
-        output.document({"checks": [asdict(check) for check in checks], "settings": told})
+        shown = [setting | {"value": str(setting["value"])} for setting in settings]
+        output.document({"checks": [asdict(check) for check in checks], "settings": shown})
     else:
         for check in checks:
             _show(check)
@@ -121,7 +120,7 @@ def _processors() -> Check:
 def _memory() -> Check:
     available = _available_memory()
     if available is None:
-        return Check("memory", "warn", "not known", "This system does not tell how much memory is free.")
+        return Check("memory", "warn", "not known", "This system does not report how much memory is free.")
     advice = "A large picture needs more; close something." if available < LITTLE_MEMORY else ""
     return Check("memory", "warn" if advice else "ok", f"{available / GIB:.1f} GiB free", advice)
 

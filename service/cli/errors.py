@@ -1,4 +1,4 @@
-"""What commands raise themselves; ``failures.py`` says which exit code each of them has.
+"""What commands raise themselves, and the exit codes; ``failures.py`` says which of them has which.
 
 CommandError                    wrong use: an option, or a place to write to, that makes no sense
 ├── InputError                  a file that the command was given cannot be used
@@ -11,6 +11,7 @@ CommandError                    wrong use: an option, or a place to write to, th
 from __future__ import annotations
 
 from collections.abc import Sequence
+from enum import IntEnum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -71,3 +72,20 @@ class RenderFailedError(CommandError):
 
 class ServiceStartError(CommandError):
     """A service did not start, or it stopped by itself."""
+
+
+class ExitCode(IntEnum):
+    """What a command's exit code says to a script."""
+
+    DONE = 0
+    BELOW_THRESHOLD = 1
+    USAGE = 2
+    UNUSABLE_INPUT = 3
+    SERVER = 4
+    TIME_OUT = 5
+    INTERNAL = 70
+    # As shells report a process that a signal ended: 128 and the signal's number.
+    HUNG_UP = 129
+    INTERRUPTED = 130
+    READER_GONE = 141
+    TERMINATED = 143

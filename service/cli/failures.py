@@ -1,4 +1,4 @@
-"""One table from exceptions to exit codes, and what people and programs are told about each."""
+"""One table from exceptions to exit codes, and what people and programs read about each."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from schemas.problems import Problem
 from service.cli import output
 from service.cli.errors import (
     CommandError,
+    ExitCode,
     InputError,
     RefusedOptionsError,
     RenderFailedError,
     ServiceStartError,
     UnusableSceneError,
 )
-from service.cli.excerpts import excerpts
-from service.cli.exits import ExitCode
+from service.cli.output import excerpts
 from service.client.errors import (
     ClientError,
     NoImageError,
@@ -52,7 +52,7 @@ UNKNOWN = "A fault in Penumbra itself"
 
 
 def report(error: BaseException, *, as_json: bool) -> ExitCode:
-    """Tell what went wrong, as words on stderr or as a problem document on stdout.
+    """Report what went wrong, as words on stderr or as a problem document on stdout.
 
     Returns
     -------

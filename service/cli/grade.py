@@ -15,11 +15,10 @@ import typer
 
 from service.cli import output, scene_files
 from service.cli.connection import connect
-from service.cli.errors import CommandError, InputError, UnusableSceneError
-from service.cli.exits import ExitCode
+from service.cli.errors import CommandError, ExitCode, InputError, UnusableSceneError
 from service.cli.progress import progress_bar
+from service.cli.render_options import MOST_WORKERS
 from service.cli.targets import check_target, write_whole
-from service.cli.workers import MOST_WORKERS
 
 if TYPE_CHECKING:
     from schemas.grades import Grade, TestGrade
@@ -133,7 +132,7 @@ def _read(path: Path) -> Manifest:
     from schemas.manifest_reading import read_manifest
 
     if path.suffix.lower() not in (*YAML, ".json"):
-        raise CommandError(f"{path} must end in .yaml, .yml or .json. The ending tells how it is read.")
+        raise CommandError(f"{path} must end in .yaml, .yml or .json. The ending says how it is read.")
     text = scene_files.read_bytes(str(path))
     try:
         return read_manifest(text, yaml=path.suffix.lower() in YAML)
@@ -218,13 +217,13 @@ def lines(found: Grade, width: int | None) -> Iterator[str]:
     for test in found.tests:
         points = NO_POINTS if test.id in found.ungraded else f"{test.points:g}"
         cells = [test.status, f"{points}/{test.max_points:g}", output.harmless(test.name)]
-        told = output.harmless(test.message) if test.status != "passed" else ""
+        message = output.harmless(test.message) if test.status != "passed" else ""
         if width is None:
-            yield "\t".join([*cells, test.id, told])
+            yield "\t".join([*cells, test.id, message])
             continue
         status = output.emphasis(f"{cells[0]:<13}", COLORS.get(test.status))
         yield f"{status}{cells[1]:>9}  {cells[2]}" + ("  (bonus)" if test.bonus else "")
-        yield from textwrap.wrap(told, width, initial_indent=" " * 4, subsequent_indent=" " * 4)
+        yield from textwrap.wrap(message, width, initial_indent=" " * 4, subsequent_indent=" " * 4)
     for signal in found.signals:
         yield f"for staff: {signal.test}: {output.harmless(signal.message)}"
     yield f"{output.emphasis(f'{found.score:g} of {found.max_score:g} points')}, {found.verdict}"

@@ -1,21 +1,35 @@
-"""``penumbra get``, ``ls``, ``cancel``, ``delete``, ``pause`` and ``resume``: jobs of a service."""
+"""``penumbra get``, ``ls`` and ``logs``: what a service knows of its jobs."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from service.cli import convergence, labels, output
-from service.cli import layers as layer_files
-from service.cli.connection import DEFAULT_SERVER, JobArgument, JobsArgument, ServerOption, connect
+from service.cli import output
+from service.cli.connection import (
+    DEFAULT_SERVER,
+    JobArgument,
+    LabelOption,
+    ServerOption,
+    connect,
+    parsed_labels,
+)
 from service.cli.errors import CommandError
-from service.cli.exits import ExitCode
-from service.cli.targets import ImageTarget, check_target
+from service.cli.targets import (
+    ImageTarget,
+    LayersOption,
+    check_layer_targets,
+    check_target,
+    parsed_layers,
+    save_layer,
+)
+from service.cli.watch import CURVE_FORMS, CurveOption, save_curve
 
 if TYPE_CHECKING:
     from schemas.jobs import Job, JobList
+    from schemas.logs import LogEntry
     from service.client import Client
 
 OutOption = Annotated[
@@ -41,27 +55,27 @@ HEADINGS = ("id", "state", "done", "pixels", "submitted", "scene")
 def get(
     job_id: JobArgument,
     out: OutOption = None,
-    layers: layer_files.LayersOption = None,
-    curve: convergence.CurveOption = None,
+    layers: LayersOption = None,
+    curve: CurveOption = None,
     server: ServerOption = DEFAULT_SERVER,
     as_json: output.JsonOption = False,
 ) -> None:
     """Show a job, or save its image and what its error costs; of a running job what there is of it."""
-    names = layer_files.parsed(layers)
+    names = parsed_layers(layers)
     if names and out is None:
         raise CommandError("--layers are saved beside the image. Give -o too.")
     if out is not None:
         out.check(with_layers=bool(names), as_json=as_json)
-        layer_files.check_targets(out.path, names)
+        check_layer_targets(out.path, names)
     if curve is not None:
-        check_target(curve, convergence.FORMS)
+        check_target(curve, CURVE_FORMS)
     with connect(server) as client:
         if names:
             _check_layers(client.get(job_id), names)
         if out is not None:
             save_picture(client, job_id, out, names)
         if curve is not None:
-            convergence.save(client, job_id, curve)
+            save_curve(client, job_id, curve)
         job = client.get(job_id)
     if as_json:
         output.document(job.model_dump(mode="json"))
@@ -80,84 +94,16 @@ def _check_layers(job: Job, names: Iterable[str]) -> None:
         )
 
 
-def cancel(
-    job_id: JobArgument,
-    server: ServerOption = DEFAULT_SERVER,
-    as_json: output.JsonOption = False,
-) -> None:
-    """Stop a job, queued or running."""
-    with connect(server) as client:
-        _tell(client.cancel(job_id), as_json=as_json)
-
-
-def delete(
-    job_ids: JobsArgument,
-    server: ServerOption = DEFAULT_SERVER,
-    as_json: output.JsonOption = False,
-) -> None:
-    """Remove jobs and their images; one that is queued or running is stopped first."""
-    from service.client import NotFoundError
-
-    deleted, missing = [], []
-    with connect(server) as client:
-        for job_id in dict.fromkeys(job_ids):
-            try:
-                client.delete(job_id)
-                deleted.append(job_id)
-            except NotFoundError:
-                missing.append(job_id)
-    if as_json:
-        output.document({"deleted": deleted, "missing": missing})
-    else:
-        for job_id in deleted:
-            output.say(f"Job {job_id} is deleted.")
-        for job_id in missing:
-            output.say(f"There is no job {job_id}.")
-    if missing:
-        raise typer.Exit(ExitCode.SERVER)
-
-
-def pause(
-    job_id: JobArgument,
-    server: ServerOption = DEFAULT_SERVER,
-    as_json: output.JsonOption = False,
-) -> None:
-    """Let a job stand still: what is there stays, and no more of it is rendered until it is resumed."""
-    with connect(server) as client:
-        _tell(client.pause(job_id), as_json=as_json)
-
-
-def resume(
-    job_id: JobArgument,
-    server: ServerOption = DEFAULT_SERVER,
-    as_json: output.JsonOption = False,
-) -> None:
-    """Let a paused job go on."""
-    with connect(server) as client:
-        _tell(client.resume(job_id), as_json=as_json)
-
-
-def _tell(job: Job, *, as_json: bool) -> None:
-    if as_json:
-        output.document(job.model_dump(mode="json"))
-    else:
-        output.say(f"Job {job.id}: {_standing(job)}")
-
-
-def _standing(job: Job) -> str:
-    return f"{job.state}, paused" if job.paused else str(job.state)
-
-
 def ls(
     limit: LimitOption = 20,
     after: CursorOption = None,
     state: StateOption = None,
-    label: labels.LabelOption = None,
+    label: LabelOption = None,
     server: ServerOption = DEFAULT_SERVER,
     as_json: output.JsonOption = False,
 ) -> None:
     """List the jobs of a service, the newest first."""
-    wanted = labels.parsed(label)
+    wanted = parsed_labels(label)
     from service.client import RequestInvalidError
 
     try:
@@ -177,14 +123,14 @@ def ls(
         output.say(f"There are more: --after {page.next}")
 
 
-def _listed(client: Client, limit: int, cursor: str | None, wish: dict[str, Any]) -> JobList:
+def _listed(client: Client, limit: int, cursor: str | None, filters: dict[str, Any]) -> JobList:
     """So many jobs, from as many pages as they take."""
     from service.client.calls import LONGEST_PAGE
 
-    page = client.list(limit=min(limit, LONGEST_PAGE), cursor=cursor, **wish)
+    page = client.list(limit=min(limit, LONGEST_PAGE), cursor=cursor, **filters)
     while page.next is not None and len(page.jobs) < limit:
         left = min(limit - len(page.jobs), LONGEST_PAGE)
-        others = client.list(limit=left, cursor=page.next, **wish)
+        others = client.list(limit=left, cursor=page.next, **filters)
         page = others.model_copy(update={"jobs": (*page.jobs, *others.jobs)})
     return page
 
@@ -197,7 +143,7 @@ def save_picture(client: Client, job_id: str, out: ImageTarget, layers: Iterable
     out.write(picture.content)
     output.say(f"{out}: " + ("complete" if picture.complete else f"{picture.share:.0%} rendered so far"))
     for name in layers:
-        layer_files.save(out.path, name, client.layer_file(job_id, name).content)
+        save_layer(out.path, name, client.layer_file(job_id, name).content)
 
 
 def _show(job: Job) -> None:
@@ -226,9 +172,49 @@ def _show_table(jobs: Iterable[Job]) -> None:
 def _cells(job: Job) -> tuple[str, ...]:
     return (
         job.id,
-        _standing(job),
+        state_of(job),
         f"{job.progress.share:.0%}",
         f"{job.width} x {job.height}",
         f"{job.created_at.astimezone():%Y-%m-%d %H:%M:%S}",
         output.harmless(job.name or ""),
     )
+
+
+def state_of(job: Job) -> str:
+    """The state of a job, in words."""
+    return f"{job.state}, paused" if job.paused else str(job.state)
+
+
+def logs(
+    job_id: JobArgument,
+    server: ServerOption = DEFAULT_SERVER,
+    as_json: output.JsonOption = False,
+) -> None:
+    """Show what became of a job: states, passes, repeated tiles, workers lost, failures."""
+    with connect(server) as client:
+        found = client.log(job_id)
+    if as_json:
+        output.document(found.model_dump(mode="json"))
+        return
+    for line in (_log_by_day if output.on_terminal() else _log_lines)(found.entries):
+        output.result(line)
+    if found.more:
+        output.say(f"{found.more} more tiles were repeated.")
+
+
+def _log_lines(entries: Iterable[LogEntry]) -> Iterator[str]:
+    """Time, word and sentence with tabs between them; no time where only the order is known."""
+    for entry in entries:
+        at = f"{entry.at.astimezone():%Y-%m-%d %H:%M:%S}" if entry.at else ""
+        yield f"{at}\t{entry.event}\t{output.harmless(entry.message)}"
+
+
+def _log_by_day(entries: Iterable[LogEntry]) -> Iterator[str]:
+    """Times and sentences under the days to which they belong: a terminal may have only 80 columns."""
+    day = None
+    for entry in entries:
+        at = entry.at.astimezone() if entry.at else None
+        if at is not None and at.date() != day:
+            day = at.date()
+            yield f"{day}"
+        yield f"  {f'{at:%H:%M:%S}' if at else '':<8}  {output.harmless(entry.message)}"

@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from service.cli import output
-from service.cli.configuration import read_settings
-from service.cli.errors import CommandError
-from service.cli.exits import ExitCode
-from service.cli.serve import DatabaseOption, DataOption
+from service.cli.errors import CommandError, ExitCode
+from service.cli.serve import DatabaseOption, DataOption, read_settings
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from service.cli import output
-from service.cli.errors import CommandError
-from service.cli.exits import ExitCode
+from service.cli.errors import CommandError, ExitCode
 from service.cli.progress import progress_bar
 
 if TYPE_CHECKING:

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import io
+import os
+import signal
 import sys
+import time
 from collections.abc import Callable, Sequence
-from typing import NoReturn
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, NoReturn, TextIO
 
-from service.cli import streams
-from service.cli.errors import CommandError
-from service.cli.exits import ExitCode
-from service.cli.signals import Signals
+from service.cli.errors import CommandError, ExitCode
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
 
 
 def run(words: Sequence[str]) -> NoReturn:
     """Run the command of these words as this process, and leave with its exit code."""
-    streams.guard()
+    guard_streams()
     signals = Signals(as_json=_as_json(words))
     signals.end_at_once()
     # Loading the commands takes a quarter of a second.
@@ -26,7 +32,7 @@ def run(words: Sequence[str]) -> NoReturn:
     except KeyboardInterrupt:
         # It came after the command, and before the line that sees to signals from there on.
         code = ExitCode.INTERRUPTED
-    streams.settle()
+    settle_stdout()
     sys.exit(code)
 
 
@@ -65,9 +71,160 @@ def _reported(failure: BaseException, *, as_json: bool) -> ExitCode:
     from service.cli.failures import report
 
     try:
-        return report(failure, as_json=as_json and streams.settle())
+        return report(failure, as_json=as_json and settle_stdout())
     except CommandError as lost:
         # stdout does not even take the news.
         return report(lost, as_json=False)
     except SystemExit:
         return ExitCode.READER_GONE
+
+
+STDOUT, STDERR = 1, 2
+
+
+def guard_streams() -> None:
+    """Replace stdout and stderr by streams that end a command in good order.
+
+    A stream that was put there by somebody else, such as a test, stays.
+    """
+    _open_missing()
+    if sys.stdout is sys.__stdout__:
+        sys.stdout = _text(_Results(STDOUT, "wb", closefd=False), sys.__stdout__)
+    if sys.stderr is sys.__stderr__:
+        sys.stderr = _text(_Talk(STDERR, "wb", closefd=False), sys.__stderr__)
+
+
+def settle_stdout() -> bool:
+    """Write what stdout holds back; False where it takes nothing, and then all of it is dropped.
+
+    The interpreter would try again as it ends, and complain.
+    """
+    try:
+        sys.stdout.flush()
+    except (CommandError, SystemExit):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, STDOUT)
+        os.close(nowhere)
+        return False
+    return True
+
+
+class _Results(io.FileIO):
+    def write(self, content: ReadableBuffer, /) -> int:
+        try:
+            return super().write(content)
+        except BrokenPipeError:
+            # As in `penumbra ls | head -1`: the reader has what it wants.
+            raise SystemExit(ExitCode.READER_GONE) from None
+        except OSError as error:
+            raise CommandError(
+                f"{_path()} cannot be written: {error.strerror}. Free some space there, or write elsewhere."
+            ) from error
+
+
+class _Talk(io.FileIO):
+    def write(self, content: ReadableBuffer, /) -> int:
+        try:
+            return super().write(content)
+        except OSError:
+            # The result is worth more than the talk about it.
+            return memoryview(content).nbytes
+
+
+def _text(file: io.FileIO, like: TextIO | None) -> io.TextIOWrapper:
+    return io.TextIOWrapper(
+        io.BufferedWriter(file),
+        encoding=like.encoding if like else "utf-8",
+        # A name that the encoding does not know is no reason to fail.
+        errors="backslashreplace",
+        line_buffering=file.fileno() == STDERR or file.isatty(),
+    )
+
+
+def _path() -> str:
+    """What stdout is, so far as the system says."""
+    try:
+        return f"stdout ({Path(f'/proc/self/fd/{STDOUT}').readlink()})"
+    except OSError:
+        return "stdout"
+
+
+def _open_missing() -> None:
+    """Where a descriptor was closed (``>&-``) the next file would take its number and receive the talk."""
+    for number in (0, STDOUT, STDERR):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)
+
+
+CODES = {
+    signal.SIGINT: ExitCode.INTERRUPTED,
+    signal.SIGTERM: ExitCode.TERMINATED,
+    signal.SIGHUP: ExitCode.HUNG_UP,
+}
+CLEAN_UP_SECONDS = 1.0
+"""Removing files and ending workers takes a tenth of this; a signal that comes later finds it stuck."""
+
+INTERRUPTED = '{"type": "about:blank", "title": "Interrupted", "detail": "Interrupted.", "exit_code": 130, '
+INTERRUPTED += '"errors": [], "more": 0}'
+
+
+class Signals:
+    """Handles the signals that end a command.
+
+    Attributes
+    ----------
+    code
+        The exit code of the first signal that came, None before. Whatever is raised after it is its
+        consequence: extension modules turn an interrupted import into an error of their own.
+    """
+
+    def __init__(self, *, as_json: bool) -> None:
+        self._as_json = as_json
+        self._first = 0.0
+        self.code: ExitCode | None = None
+        # What was ignored from the start stays so: nohup, and jobs in the background of a script.
+        self._heard = [each for each in CODES if signal.getsignal(each) is not signal.SIG_IGN]
+
+    def end_at_once(self) -> None:
+        """From here on a signal ends the process on the spot: there is nothing to clean up."""
+        for number in self._heard:
+            signal.signal(number, self._end)
+
+    def raise_exceptions(self) -> None:
+        """From here on a signal raises an exception, so that files and processes are cleaned up."""
+        for number in self._heard:
+            signal.signal(number, self._raise)
+
+    def report(self) -> None:
+        """Say what happened. SIGTERM and SIGHUP need no words: whoever sent them knows."""
+        if self.code != ExitCode.INTERRUPTED:
+            return
+        # Not through sys.stdout, which may have been left in the middle of a line.
+        descriptor, words = (1, INTERRUPTED) if self._as_json else (2, "error: Interrupted.")
+        try:
+            os.write(descriptor, f"{words}\n".encode())
+        except OSError:
+            return
+
+    def _end(self, number: int, _frame: FrameType | None) -> NoReturn:
+        if self.code is None:
+            self.code = CODES[signal.Signals(number)]
+            self.report()
+        os._exit(self.code)
+
+    def _raise(self, number: int, frame: FrameType | None) -> None:
+        if self.code is not None:
+            # Hammering Ctrl-C must not break the clean-up that the first one began.
+            if time.monotonic() > self._first + CLEAN_UP_SECONDS:
+                self._end(number, frame)
+            return
+        self.code, self._first = CODES[signal.Signals(number)], time.monotonic()
+        if number == signal.SIGINT:
+            raise KeyboardInterrupt
+        if number == signal.SIGHUP and signal.getsignal(signal.SIGTERM) != self._raise:
+            # A service handles SIGTERM itself and lets requests in progress end; it knows no SIGHUP.
+            signal.raise_signal(signal.SIGTERM)
+            return
+        sys.exit(self.code)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli import output, qualities, scene_files
-from service.cli.workers import WorkersOption
+from service.cli import output, scene_files
+from service.cli.render_options import SampleOptions, WorkersOption, spread_quality
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 NOTHING = "nothing that was tried"
 """In place of a quality where none reaches what was asked for."""
 
-STEPS = 255
-"""Of a picture of 8 bits: what errors are told in, as people see them."""
+CODE_VALUES = 255
+"""Of a picture of 8 bits: the unit of errors, as people see them."""
 
 TargetErrorOption = Annotated[
     float | None,
@@ -30,25 +30,23 @@ TargetErrorOption = Annotated[
         "--target-error",
         min=1e-6,
         max=1.0,
-        help="A wished root mean square error: tell what reaches it soonest. A step of 8 bits is 0.0039.",
+        help="A target root mean square error: find what reaches it soonest. "
+        "One code value of 255 is 0.0039.",
     ),
 ]
 TimeOption = Annotated[
     float | None,
-    typer.Option("--time", min=1e-3, max=86400.0, help="Seconds: tell what comes closest in them."),
+    typer.Option("--time", min=1e-3, max=86400.0, help="Seconds: find what comes closest within them."),
 ]
 
 
-def quote(  # noqa: PLR0913 - one argument for each option
+@spread_quality
+def quote(
     *,
     scene: scene_files.SceneArgument,
     target_error: TargetErrorOption = None,
     time: TimeOption = None,
-    samples: qualities.SamplesOption = None,
-    pattern: qualities.PatternOption = None,
-    light_samples: qualities.LightSamplesOption = None,
-    light_pattern: qualities.LightPatternOption = None,
-    precision: qualities.PrecisionOption = None,
+    quality: SampleOptions,
     workers: WorkersOption = None,
     as_json: output.JsonOption = False,
 ) -> None:
@@ -56,44 +54,37 @@ def quote(  # noqa: PLR0913 - one argument for each option
     from accuracy.quotes import quote as quoted
 
     file = scene_files.load(scene)
-    quality = qualities.quality(
-        file.scene.document.model_dump(),
-        samples=samples,
-        pattern=pattern,
-        light_samples=light_samples,
-        light_pattern=light_pattern,
-        precision=precision,
-    )
-    # What cannot be compiled is told with the lines of the file.
-    file.plan(quality)
-    told = quoted(
+    requested = quality.requested(file.scene.document.model_dump())
+    # What cannot be compiled is reported with the lines of the file.
+    file.plan(requested)
+    found = quoted(
         file.scene,
-        quality,
+        requested,
         target_error=target_error,
         seconds=time,
         workers=workers or len(os.sched_getaffinity(0)),
     )
     if as_json:
-        output.document(told.model_dump(mode="json"))
+        output.document(found.model_dump(mode="json"))
     elif output.on_terminal():
-        _show(told, target_error, time)
+        _show(found, target_error, time)
     else:
-        for line in _plain(told, target_error, time):
+        for line in _plain(found, target_error, time):
             output.result(line)
 
 
-def _plain(told: Quote, target_error: float | None, time: float | None) -> Iterator[str]:
-    for offer in told.offers:
+def _plain(found: Quote, target_error: float | None, time: float | None) -> Iterator[str]:
+    for offer in found.offers:
         yield _line("offer", offer)
-    if told.asked is not None:
-        yield _line("asked", told.asked)
-    for name, wish, best in (
-        ("for error", target_error, told.for_error),
-        ("for time", time, told.for_seconds),
+    if found.asked is not None:
+        yield _line("asked", found.asked)
+    for name, requested, best in (
+        ("for error", target_error, found.for_error),
+        ("for time", time, found.for_seconds),
     ):
-        if wish is not None:
+        if requested is not None:
             yield _line(name, best)
-    for effect in told.effects:
+    for effect in found.effects:
         pointers = " ".join(map(output.harmless, effect.pointers))
         yield f"effect\t{effect.effect}\t{effect.share:.0%}\t{effect.cpu_seconds:.3g}\t{pointers}"
 
@@ -138,23 +129,23 @@ def options(quality: FixedQuality | TargetQuality) -> str:
     )
 
 
-def _show(told: Quote, target_error: float | None, time: float | None) -> None:
+def _show(found: Quote, target_error: float | None, time: float | None) -> None:
     from rich.console import Console
 
     # Names of materials may look like markup.
     console = Console(markup=False, highlight=False)
-    if told.offers:
-        _show_offers(console, told)
+    if found.offers:
+        _show_offers(console, found)
     if target_error is not None:
-        _advise(console, f"For an error of {target_error:.2g}", told.for_error)
+        _advise(console, f"For an error of {target_error:.2g}", found.for_error)
     if time is not None:
-        _advise(console, f"In {time:g} s", told.for_seconds)
-    if told.effects:
-        _show_effects(console, told)
-    console.print(_pilot(told), style="dim")
+        _advise(console, f"In {time:g} s", found.for_seconds)
+    if found.effects:
+        _show_effects(console, found)
+    console.print(_pilot(found), style="dim")
 
 
-def offers(told: Quote) -> Table:
+def offers(found: Quote) -> Table:
     """A row for each offer, in bold the one that is asked for."""
     from rich import box
     from rich.table import Table
@@ -163,18 +154,18 @@ def offers(told: Quote) -> Table:
     for name in ("Quality", "Seconds", "Error x 255"):
         table.add_column(name, justify="left" if name == "Quality" else "right", no_wrap=True)
     before = None
-    for offer in told.offers:
+    for offer in found.offers:
         ladder = _ladder(offer.quality)
         if before not in {None, ladder}:
             table.add_section()
         before = ladder
-        table.add_row(*_cells(offer), style="bold" if offer == told.asked else None)
+        table.add_row(*_cells(offer), style="bold" if offer == found.asked else None)
     return table
 
 
-def _show_offers(console: Console, told: Quote) -> None:
-    console.print(offers(told))
-    console.print(f"Seconds of {told.workers} processes. Bold is what the scene or the options ask for.")
+def _show_offers(console: Console, found: Quote) -> None:
+    console.print(offers(found))
+    console.print(f"Seconds of {found.workers} processes. Bold is what the scene or the options ask for.")
 
 
 def _ladder(quality: FixedQuality | TargetQuality) -> object:
@@ -184,13 +175,13 @@ def _ladder(quality: FixedQuality | TargetQuality) -> object:
 
 
 def _cells(offer: Offer) -> Iterable[str]:
-    return short(offer.quality), _range(offer.seconds), _range(offer.error, STEPS)
+    return short(offer.quality), _range(offer.seconds), _range(offer.error, CODE_VALUES)
 
 
 def short(quality: FixedQuality | TargetQuality) -> str:
-    """A quality in at most 30 characters: camera by light samples, or an error in steps of 8 bits."""
+    """A quality in at most 30 characters: camera by light samples, or an error in code values of 255."""
     if quality.mode == "target":
-        return f"target {STEPS * quality.error:.2g}/{STEPS}"
+        return f"target {CODE_VALUES * quality.error:.2g}/{CODE_VALUES}"
     assert quality.antialiasing is not None
     assert quality.light is not None
     camera, light = quality.antialiasing, quality.light
@@ -214,28 +205,28 @@ def _short(number: float) -> str:
     return f"{number:.2g}" if number < 100 else f"{number:.0f}"
 
 
-def _advise(console: Console, wish: str, offer: Offer | None) -> None:
+def _advise(console: Console, requested: str, offer: Offer | None) -> None:
     if offer is None:
-        console.print(f"{wish}: {NOTHING}.")
+        console.print(f"{requested}: {NOTHING}.")
         return
     error = "" if offer.error is None else f", error {_range(offer.error)}"
-    console.print(f"{wish}: ", options(offer.quality), sep="", style="bold")
+    console.print(f"{requested}: ", options(offer.quality), sep="", style="bold")
     console.print(f"    {_range(offer.seconds)} s{error}")
 
 
-def _show_effects(console: Console, told: Quote) -> None:
+def _show_effects(console: Console, found: Quote) -> None:
     from rich import box
     from rich.table import Table
 
     table = Table("Effect", "Share", "CPU seconds", "Asked for by", box=box.SIMPLE_HEAD)
-    for effect in told.effects:
+    for effect in found.effects:
         pointers = "\n".join(map(output.harmless, effect.pointers[:3]))
         table.add_row(effect.effect, f"{effect.share:.0%}", f"{effect.cpu_seconds:.2g}", pointers)
     console.print(table)
 
 
-def _pilot(told: Quote) -> str:
-    pilot = told.pilot
+def _pilot(found: Quote) -> str:
+    pilot = found.pilot
     return (
         f"Tried for {pilot.seconds:.1f} s: {pilot.blocks} blocks, {pilot.pixels:,} pixels, "
         f"{pilot.target_errors} target errors. Intervals hold in 95 of 100 cases."

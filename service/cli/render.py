@@ -1,21 +1,34 @@
-"""``penumbra render``: a scene file becomes a picture in this machine's worker processes."""
+"""``penumbra render`` and ``trace``: what a scene file becomes on this machine, a picture or hits of rays."""
 
 from __future__ import annotations
 
+import io
 import os
-from typing import TYPE_CHECKING, Annotated
+import zipfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from service.cli import layers as layer_files
-from service.cli import output, qualities, scene_files
-from service.cli.errors import CommandError, RenderFailedError
+from service.cli import output, scene_files
+from service.cli.errors import CommandError, InputError, RenderFailedError
 from service.cli.progress import progress_bar, remaining
-from service.cli.targets import ImageTarget
-from service.cli.workers import WorkersOption
+from service.cli.render_options import QualityOptions, WorkersOption, spread_quality
+from service.cli.targets import (
+    ImageTarget,
+    LayersOption,
+    check_layer_targets,
+    check_target,
+    parsed_layers,
+    save_layer,
+    write_whole,
+)
 
 if TYPE_CHECKING:
-    from renderer import LoadedScene, RenderPlan, RenderResult, TileEvent
+    import numpy as np
+    import numpy.typing as npt
+
+    from renderer import Hits, LoadedScene, RenderPlan, RenderResult, TileEvent
 
 OutOption = Annotated[
     ImageTarget,
@@ -30,42 +43,26 @@ OutOption = Annotated[
 TileOption = Annotated[int | None, typer.Option(min=1, help="Side of a tile, pixels.")]
 
 
-def render(  # noqa: PLR0913 - one argument for each option
+@spread_quality
+def render(
     *,
     scene: scene_files.SceneArgument,
     out: OutOption,
-    samples: qualities.SamplesOption = None,
-    pattern: qualities.PatternOption = None,
-    light_samples: qualities.LightSamplesOption = None,
-    light_pattern: qualities.LightPatternOption = None,
-    precision: qualities.PrecisionOption = None,
-    target_error: qualities.TargetErrorOption = None,
-    confidence: qualities.ConfidenceOption = None,
-    time_limit: qualities.TimeLimitOption = None,
-    layers: layer_files.LayersOption = None,
+    quality: QualityOptions,
+    layers: LayersOption = None,
     seed: scene_files.SeedOption = None,
     workers: WorkersOption = None,
     tile: TileOption = None,
     as_json: output.JsonOption = False,
 ) -> None:
     """Render a scene here, without a server. The bytes do not depend on workers and tiles."""
-    names = layer_files.parsed(layers)
+    names = parsed_layers(layers)
     out.check(with_layers=bool(names), as_json=as_json)
-    layer_files.check_targets(out.path, names)
+    check_layer_targets(out.path, names)
     _check_format(out)
     file = scene_files.load(scene, seed=seed)
-    quality = qualities.quality(
-        file.scene.document.model_dump(),
-        samples=samples,
-        pattern=pattern,
-        light_samples=light_samples,
-        light_pattern=light_pattern,
-        precision=precision,
-        target_error=target_error,
-        confidence=confidence,
-        time_limit=time_limit,
-    )
-    result = _run(file.plan(quality, names), workers, tile)
+    requested = quality.requested(file.scene.document.model_dump())
+    result = _run(file.plan(requested, names), workers, tile)
     _save(file.scene, result, out)
     if as_json:
         output.document(result.report)
@@ -109,7 +106,7 @@ def _save(scene: LoadedScene, result: RenderResult, out: ImageTarget) -> None:
 
     out.write(encode(out.suffix, result.image, scene.document.display, result.layers))
     for name, values in result.layers.items():
-        layer_files.save(out.path, name, encode_layer(values))
+        save_layer(out.path, name, encode_layer(values))
 
 
 def _cost(result: RenderResult) -> str:
@@ -117,3 +114,93 @@ def _cost(result: RenderResult) -> str:
     rays = sum(report["rays"].values())
     error = f", error {output.reached_error(**report['error'])}" if report["error"] else ""
     return f"{report['seconds']:.2f} s, {report['cpu_seconds']:.2f} CPU s, {rays:,} rays{error}"
+
+
+RaysArgument = Annotated[
+    Path,
+    typer.Argument(metavar="RAYS.npz", help="Arrays `origins` and `directions`, (N, 3).", show_default=False),
+]
+HitsOption = Annotated[Path, typer.Option("-o", "--out", help="Where the hits go, .npz.")]
+
+
+def trace(
+    scene: scene_files.SceneArgument,
+    rays: RaysArgument,
+    out: HitsOption,
+    seed: scene_files.SeedOption = None,
+    as_json: output.JsonOption = False,
+) -> None:
+    """Cast rays into a scene and save what each of them hits first."""
+    check_target(out, (".npz",))
+    from renderer import trace as trace_rays
+
+    origins, directions = read_rays(rays)
+    plan = scene_files.load(scene, seed=seed).plan()
+    try:
+        hits = trace_rays(plan, origins, directions)
+    except ValueError as error:
+        raise InputError(f"{rays}: {error}") from error
+    write_whole(out, _encoded_hits(hits))
+    hit = int((hits.shape >= 0).sum())
+    if as_json:
+        output.document({"rays": len(origins), "hits": hit, "misses": len(origins) - hit, "out": str(out)})
+    else:
+        output.say(f"{out}: {hit:,} of {len(origins):,} rays hit something")
+
+
+def read_rays(path: Path) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Origins and directions of a file.
+
+    Returns
+    -------
+    origins, directions
+        Shape (rays, 3), float64, finite; no direction is zero.
+
+    Raises
+    ------
+    InputError
+        The file is not such a file; the message names the array and the row.
+    """
+    import numpy as np
+
+    try:
+        # NumPy leaves a file open that it was given by name and could not read.
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in ("origins", "directions") if name in archive}
+    except OSError as error:
+        raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error
+    except (ValueError, AttributeError, EOFError, TypeError, zipfile.BadZipFile) as error:
+        raise InputError(f"{path} is not an .npz file of arrays. Write it with numpy.savez.") from error
+    origins, directions = (_checked(path, arrays, name) for name in ("origins", "directions"))
+    if len(origins) != len(directions):
+        raise InputError(f"{path} has {len(origins)} origins but {len(directions)} directions.")
+    zero = np.flatnonzero(~directions.any(axis=1))
+    if zero.size:
+        raise InputError(f"{path}: row {zero[0]} of 'directions' is zero. A ray needs a direction.")
+    return origins, directions
+
+
+def _checked(path: Path, arrays: dict[str, Any], name: str) -> npt.NDArray[np.float64]:
+    import numpy as np
+
+    if name not in arrays:
+        raise InputError(f"{path} has no array '{name}'. It needs 'origins' and 'directions', both (N, 3).")
+    array = arrays[name]
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise InputError(f"{path}: '{name}' has shape {array.shape}. It must be (N, 3).")
+    if array.dtype.kind not in "fiu":
+        raise InputError(f"{path}: '{name}' holds {array.dtype}. It must hold real numbers.")
+    wrong = np.flatnonzero(~np.isfinite(array).all(axis=1))
+    if wrong.size:
+        raise InputError(f"{path}: row {wrong[0]} of '{name}' is not finite ({wrong.size} such rows).")
+    return np.asarray(array, dtype=np.float64)
+
+
+def _encoded_hits(hits: Hits) -> bytes:
+    from dataclasses import asdict
+
+    import numpy as np
+
+    file = io.BytesIO()
+    np.savez(file, **asdict(hits))
+    return file.getvalue()

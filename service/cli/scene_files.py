@@ -87,7 +87,7 @@ class SceneFile:
 
 
 def load(name: str, *, seed: int | None = None) -> SceneFile:
-    """The scene of a file, checked; its warnings are told.
+    """The scene of a file, checked; its warnings are printed.
 
     Raises
     ------
@@ -97,7 +97,7 @@ def load(name: str, *, seed: int | None = None) -> SceneFile:
         It is not a usable scene.
     """
     file = read(name)
-    tell_warnings(file.text, file.scene.warnings)
+    print_warnings(file.text, file.scene.warnings)
     return file if seed is None else replace(file, scene=_with_seed(file.scene, seed))
 
 
@@ -138,9 +138,7 @@ def parsed(text: bytes) -> Mapping[str, Any]:
     return content if isinstance(content, Mapping) else {}
 
 
-def tell_warnings(text: bytes, warnings: Sequence[Problem]) -> None:
+def print_warnings(text: bytes, warnings: Sequence[Problem]) -> None:
     """Say on stderr what is valid but probably not meant."""
-    from service.cli.excerpts import excerpts
-
-    for line in excerpts(text, warnings, kind="warning"):
+    for line in output.excerpts(text, warnings, kind="warning"):
         output.say(line)

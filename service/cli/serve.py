@@ -1,17 +1,79 @@
-"""``penumbra serve``: the service and its workers, until it is stopped."""
+"""``penumbra serve`` and ``demo``: a service on this machine, and where its settings come from."""
 
 from __future__ import annotations
 
+import os
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from service.cli import output
-from service.cli.configuration import ConfigOption, read_settings
-from service.cli.errors import ServiceStartError
-from service.cli.exits import ExitCode
-from service.cli.workers import WorkersOption
+from service.cli.connection import connect
+from service.cli.errors import CommandError, ExitCode, ServiceStartError
+from service.cli.jobs import save_picture
+from service.cli.progress import Bar, progress_bar
+from service.cli.render_options import WorkersOption
+from service.cli.targets import ImageTarget
+
+if TYPE_CHECKING:
+    from schemas.jobs import Job, TileBatch
+    from service.server import RunningServer
+    from service.settings import Settings
+
+ConfigOption = Annotated[
+    Path | None,
+    typer.Option(
+        help="A TOML file of settings; by default that named by PENUMBRA_CONFIG.", show_default=False
+    ),
+]
+
+
+def read_settings(given: Mapping[str, Any], *, config: Path | None = None) -> Settings:
+    """The settings with these options; what is not given comes from the environment, else from a file.
+
+    Parameters
+    ----------
+    config
+        The file, in place of that which ``PENUMBRA_CONFIG`` names.
+
+    Raises
+    ------
+    CommandError
+        They make no sense; the message names each with its variable.
+    """
+    from pydantic import ValidationError
+    from pydantic_settings import SettingsError
+
+    from service.settings import Settings
+    from service.settings_file import SettingsFileError
+
+    if config is not None:
+        os.environ["PENUMBRA_CONFIG"] = str(config)
+    try:
+        return Settings.model_validate(given)
+    except ValidationError as error:
+        found = error.errors(include_url=False, include_input=False)
+        raise CommandError(" ".join(map(_setting_error, found))) from error
+    except (SettingsError, SettingsFileError) as error:
+        raise CommandError(f"{error}.") from error
+
+
+def _setting_error(item: Mapping[str, Any]) -> str:
+    from service.settings_file import DEFAULT, source_of
+
+    path = tuple(str(part) for part in item["loc"])
+    source = source_of(path)
+    variable = "PENUMBRA_" + ("__".join(path).upper() or "...")
+    name = variable if source in {DEFAULT, variable} else f"{'.'.join(path)} in {source}"
+    unknown = item["type"] in {"extra_forbidden", "unexpected_keyword_argument"}
+    sentence = "There is no such setting" if unknown else item["msg"].removeprefix("Value error, ")
+    return f"{name}: {sentence}."
+
 
 Engine = Literal["slots", "dask"]
 
@@ -79,3 +141,108 @@ def serve(  # noqa: PLR0913, PLR0917 - one argument for each option
         # The server reports what kept it from starting, and leaves by itself.
         if exit_.code not in {ExitCode.TERMINATED, ExitCode.HUNG_UP}:
             raise ServiceStartError("The service could not start. The lines above say why.") from exit_
+
+
+DEFAULT_OUT = "out/demo.png"
+OutOption = Annotated[
+    ImageTarget | None,
+    typer.Option(
+        "-o",
+        "--out",
+        parser=ImageTarget.named,
+        metavar="FILE",
+        show_default=DEFAULT_OUT,
+        help="Where the picture goes: .png, .npy, or .exr; - or -.npy is stdout.",
+    ),
+]
+SCENE = "basic.json"
+
+
+def demo(out: OutOption = None, as_json: output.JsonOption = False) -> None:
+    """Start a service, render a scene of the gallery over HTTP, save the picture, stop everything."""
+    out = out or ImageTarget.named(DEFAULT_OUT)
+    _make_folder(out.path.parent)
+    out.check(with_layers=False, as_json=as_json)
+    with _passing_service() as server, connect(server.url) as client:
+        output.say(f"It answers at {server.url}. Submitting {SCENE} from the gallery over HTTP.")
+        arrivals = Arrivals()
+        job = client.submit(_gallery_scene())
+        output.say(f"It is job {job.id}: {job.width} x {job.height} pixels. Its tiles arrive:")
+        with progress_bar("rendering") as bar:
+            job = client.wait(job.id, on_progress=lambda batch: arrivals.note(batch, bar))
+        output.say(arrivals.story(job))
+        save_picture(client, job.id, out)
+        output.say("Stopping the service and removing its folder.")
+    if as_json:
+        output.document(
+            {
+                "out": str(out),
+                "seconds": arrivals.last,
+                "first_pixels_seconds": arrivals.first,
+                "job": job.model_dump(mode="json"),
+            }
+        )
+
+
+@dataclass(slots=True)
+class Arrivals:
+    """When tiles arrived, seconds since the scene was submitted."""
+
+    begun: float = field(default_factory=time.perf_counter)
+    first: float | None = None
+    last: float = 0.0
+    quarters_shown: int = 0
+
+    def note(self, batch: TileBatch, bar: Bar) -> None:
+        """Take note of some tiles and show them."""
+        self.last = time.perf_counter() - self.begun
+        if self.first is None and batch.events:
+            self.first = self.last
+        done = batch.progress
+        said = f"tile {done.done} of {done.total}"
+        bar.show(done.share, said)
+        quarters = int(4 * done.share)
+        if not bar.visible and quarters > self.quarters_shown:
+            self.quarters_shown = quarters
+            output.say(f"  {said}, {done.share:.0%} of the samples")
+
+    def story(self, job: Job) -> str:
+        """What there is to say afterwards."""
+        first = "" if self.first is None else f"The first pixels were here after {self.first:.2f} s, "
+        rays = sum(job.cost.rays.values())
+        return f"{first}all {job.progress.total} tiles after {self.last:.2f} s: {rays:,} rays."
+
+
+@contextmanager
+def _passing_service() -> Iterator[RunningServer]:
+    """A service on a free port with a folder of its own; afterwards both are gone."""
+    import tempfile
+
+    from service.errors import UnavailableError
+    from service.server import running
+    from service.settings import Settings
+
+    with tempfile.TemporaryDirectory(prefix="penumbra-demo-") as folder:
+        data = Path(folder)
+        settings = Settings(data=data, host="127.0.0.1", port=0, database=f"sqlite:///{data / 'demo.sqlite'}")
+        output.say(f"Starting a service with {settings.workers} workers on a free port.")
+        log = data / "log"
+        with log.open("wb") as stderr:
+            try:
+                with running(settings, stderr=stderr) as server:
+                    yield server
+            except UnavailableError as error:
+                raise ServiceStartError(f"{error}\n{log.read_text()}".strip()) from error
+
+
+def _gallery_scene() -> Path:
+    from importlib.resources import files
+
+    return Path(str(files("scenes").joinpath("gallery", SCENE)))
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise CommandError(f"The folder {folder} cannot be made: {error.strerror}.") from error

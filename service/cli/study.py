@@ -1,4 +1,4 @@
-"""``penumbra study``: what accuracy costs in time, tried out on one scene and told in a report."""
+"""``penumbra study``: what accuracy costs in time, tried out on one scene and written up in a report."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ BudgetOption = Annotated[
     typer.Option(
         "--budget",
         min=0.1,
-        help="Seconds that it may take; it tries what tells most first.",
+        help="Seconds that it may take; the most informative settings come first.",
         show_default=False,
     ),
 ]
@@ -69,8 +69,8 @@ def study(
     if as_json:
         output.document(results)
         return
-    for told in results["answers"]:
-        output.result(f"{output.emphasis(told['question'])} {output.harmless(told['answer'])}")
+    for entry in results["answers"]:
+        output.result(f"{output.emphasis(entry['question'])} {output.harmless(entry['answer'])}")
     output.result(results["about"])
     output.say(f"The report is {out / 'report.html'}")
 

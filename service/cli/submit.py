@@ -7,20 +7,26 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from service.cli import labels as job_labels
-from service.cli import layers as layer_files
-from service.cli import output, qualities, scene_files
+from service.cli import output, scene_files
 from service.cli.connection import (
     DEFAULT_SERVER,
     LONG_PATIENCE,
     SHORT_PATIENCE,
+    LabelOption,
     ServerOption,
     TimeoutOption,
     connect,
+    parsed_labels,
 )
 from service.cli.errors import CommandError, RefusedOptionsError, UnusableSceneError
 from service.cli.jobs import save_picture
-from service.cli.targets import ImageTarget
+from service.cli.render_options import QualityOptions, spread_quality
+from service.cli.targets import (
+    ImageTarget,
+    LayersOption,
+    check_layer_targets,
+    parsed_layers,
+)
 from service.cli.watch import detachable, show_end, stay
 
 if TYPE_CHECKING:
@@ -70,48 +76,32 @@ OPTIONS = {
 """Places in the request, and the options that they are made of; the first that fits counts."""
 
 
+@spread_quality
 def submit(  # noqa: PLR0913 - one argument for each option
     *,
     scene: scene_files.SceneArgument,
     out: OutOption = None,
     wait: WaitOption = False,
     timeout: TimeoutOption = None,
-    samples: qualities.SamplesOption = None,
-    pattern: qualities.PatternOption = None,
-    light_samples: qualities.LightSamplesOption = None,
-    light_pattern: qualities.LightPatternOption = None,
-    precision: qualities.PrecisionOption = None,
-    target_error: qualities.TargetErrorOption = None,
-    confidence: qualities.ConfidenceOption = None,
-    time_limit: qualities.TimeLimitOption = None,
-    layers: layer_files.LayersOption = None,
-    label: job_labels.LabelOption = None,
+    quality: QualityOptions,
+    layers: LayersOption = None,
+    label: LabelOption = None,
     priority: PriorityOption = 0,
     fresh: FreshOption = False,
     server: ServerOption = DEFAULT_SERVER,
     as_json: output.JsonOption = False,
 ) -> None:
     """Send a scene to a service and print the job's id."""
-    names = layer_files.parsed(layers)
+    names = parsed_layers(layers)
     if out is not None:
         out.check(with_layers=bool(names), as_json=as_json)
-        layer_files.check_targets(out.path, names)
-    wishes = {"layers": names, "labels": job_labels.parsed(label), "priority": priority, "anew": fresh}
+        check_layer_targets(out.path, names)
+    requested = {"layers": names, "labels": parsed_labels(label), "priority": priority, "anew": fresh}
     stays = wait or out is not None
     if timeout is not None and not stays:
         raise CommandError("--timeout says how long to stay. Give --wait or -o too.")
-    options = {
-        "samples": samples,
-        "pattern": pattern,
-        "light_samples": light_samples,
-        "light_pattern": light_pattern,
-        "precision": precision,
-        "target_error": target_error,
-        "confidence": confidence,
-        "time_limit": time_limit,
-    }
     with connect(server, patience=LONG_PATIENCE if stays else SHORT_PATIENCE) as client:
-        job = send(client, scene, options, wishes)
+        job = send(client, scene, quality, requested)
         if not as_json:
             # An image on stdout is alone there.
             (output.say if out is not None and out.on_stdout else output.result)(job.id)
@@ -129,16 +119,16 @@ def submit(  # noqa: PLR0913 - one argument for each option
 def send(
     client: Client,
     name: str,
-    options: dict[str, Any],
-    wishes: Mapping[str, Any],
+    quality: QualityOptions,
+    requested: Mapping[str, Any],
 ) -> Job:
-    """Submit a scene file; what the service finds wrong is told with the lines of that file.
+    """Submit a scene file; what the service finds wrong is shown with the lines of that file.
 
     Parameters
     ----------
-    options
-        Those that choose the quality.
-    wishes
+    quality
+        The options that choose it.
+    requested
         What else ``Client.submit`` takes.
 
     Raises
@@ -154,18 +144,18 @@ def send(
 
     text = scene_files.read_bytes(name)
     try:
-        quality = qualities.quality(scene_files.parsed(text), **options)
+        wanted = quality.requested(scene_files.parsed(text))
         job = client.submit(
             text,
-            quality=None if quality is None else quality.model_dump(mode="json", exclude_none=True),
-            **wishes,
+            quality=None if wanted is None else wanted.model_dump(mode="json", exclude_none=True),
+            **requested,
             assets=FolderAssets(scene_files.folder_of(name)),
         )
     except SceneError as error:
         raise UnusableSceneError(name, text, error.errors, error.more) from error
     except RequestInvalidError as error:
         raise _refused(name, text, error) from error
-    scene_files.tell_warnings(text, job.warnings)
+    scene_files.print_warnings(text, job.warnings)
     return job
 
 
@@ -177,8 +167,8 @@ def _refused(name: str, text: bytes, error: RequestInvalidError) -> Exception:
         return error
     if len(wrong) == len(error.errors):
         return RefusedOptionsError(" ".join(map(_about_option, wrong)), wrong)
-    told = [problem if problem.line else _of_option(problem) for problem in error.errors]
-    return UnusableSceneError(name, text, told, error.document.more)
+    problems = [problem if problem.line else _of_option(problem) for problem in error.errors]
+    return UnusableSceneError(name, text, problems, error.document.more)
 
 
 def _about_option(problem: Problem) -> str:

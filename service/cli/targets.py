@@ -6,11 +6,18 @@ import errno
 import os
 import sys
 import tempfile
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
+import typer
+
+from service.cli import output
 from service.cli.errors import CommandError
+
+if TYPE_CHECKING:
+    from schemas.layers import LayerName
 
 PICTURES = (".png", ".npy", ".exr")
 STDOUT = {"-": ".png"} | {f"-{suffix}": suffix for suffix in PICTURES}
@@ -98,7 +105,7 @@ def check_target(path: Path, suffixes: Collection[str]) -> Path:
     if not folder.is_dir():
         raise CommandError(f"The folder {folder} is not there. Make it first, or write somewhere else.")
     try:
-        # Permissions do not tell all: a file system may be full or read-only.
+        # Permissions do not say all: a file system may be full or read-only.
         tempfile.TemporaryFile(dir=folder).close()
     except OSError as error:
         raise CommandError(f"{folder} takes no files ({error.strerror}). Write somewhere else.") from error
@@ -140,3 +147,54 @@ def _umask() -> int:
     mask = os.umask(0o077)
     os.umask(mask)
     return mask
+
+
+LayersOption = Annotated[
+    str | None,
+    typer.Option(
+        "--layers",
+        metavar="NAME,NAME",
+        help="What to save of each pixel beside its colour: depth, position, normal, shading_normal, "
+        "albedo, uv, shape, primitive, samples, error. Saved beside OUT as OUT.NAME.npy.",
+    ),
+]
+
+
+def parsed_layers(names: str | None) -> tuple[LayerName, ...]:
+    """The layers that an option names, each once.
+
+    Raises
+    ------
+    CommandError
+        There is no such layer; the message says which one was probably meant.
+    """
+    from schemas.layers import checked_layers
+
+    asked = [] if names is None else [name.strip() for name in names.split(",")]
+    try:
+        return checked_layers(asked)
+    except ValueError as error:
+        raise CommandError(f"--layers: {error}") from error
+
+
+def layer_file_of(out: Path, name: str) -> Path:
+    """Where a layer goes: beside the picture, named after it."""
+    return out.with_name(f"{out.name}.{name}.npy")
+
+
+def check_layer_targets(out: Path, names: Iterable[str]) -> None:
+    """Find out before the work begins whether the files of layers can be written.
+
+    Raises
+    ------
+    CommandError
+        One of them cannot.
+    """
+    for name in names:
+        check_target(layer_file_of(out, name), (".npy",))
+
+
+def save_layer(out: Path, name: str, content: bytes) -> None:
+    """Write the file of a layer, and say where it is."""
+    write_whole(layer_file_of(out, name), content)
+    output.say(f"{layer_file_of(out, name)}: {name}")

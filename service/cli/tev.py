@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import re
+import socket
+import struct
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, nullcontext
-from typing import TYPE_CHECKING, Annotated
+from types import TracebackType
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import typer
 
@@ -15,7 +18,8 @@ from service.cli.errors import CommandError
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
-    from service.cli.tev_protocol import Viewer
+    import numpy.typing as npt
+
     from service.client import Client
 
 _ADDRESS = re.compile(r"(?:\[(?P<v6>[^\]]+)\]|(?P<host>[^:\[\]]+))(?::(?P<port>\d{1,5}))?")
@@ -56,15 +60,11 @@ class Mirror:
 
     def open(self) -> None:
         """Open a black picture of the job's size."""
-        from service.cli.tev_protocol import create_image
-
         job = self.client.get(self.job_id)
         self._send([create_image(self.name, job.width, job.height)])
 
     def show(self) -> None:
         """Send all tiles that are new."""
-        from service.cli.tev_protocol import update_image
-
         more = True
         while more and self.viewer is not None:
             batch = self.client.tile_pixels(self.job_id, after=self.seen)
@@ -97,8 +97,6 @@ def parsed(address: str) -> tuple[str, int]:
     >>> parsed("studio"), parsed("[::1]:4000")
     (('studio', 14158), ('::1', 4000))
     """
-    from service.cli.tev_protocol import DEFAULT_PORT
-
     match = _ADDRESS.fullmatch(address)
     port = int(match["port"] or DEFAULT_PORT) if match else 0
     if match is None or not 0 < port <= LARGEST_PORT:
@@ -110,7 +108,7 @@ def parsed(address: str) -> tuple[str, int]:
 
 @contextmanager
 def mirror(client: Client, job_id: str, address: str | None) -> Iterator[Mirror | None]:
-    """A mirror in the viewer at an address; None without an address, and, told, where nobody listens."""
+    """A mirror in the viewer at an address; None without one, and, with a message, where nobody listens."""
     with _viewer(address) as viewer:
         if viewer is None or address is None:
             yield None
@@ -121,7 +119,6 @@ def mirror(client: Client, job_id: str, address: str | None) -> Iterator[Mirror 
 
 
 def _viewer(address: str | None) -> AbstractContextManager[Viewer | None]:
-    from service.cli.tev_protocol import Viewer
 
     if address is None:
         return nullcontext()
@@ -138,3 +135,84 @@ def _viewer(address: str | None) -> AbstractContextManager[Viewer | None]:
 
 def _reason(error: OSError) -> str:
     return error.strerror or str(error) or type(error).__name__
+
+
+DEFAULT_PORT = 14158
+PATIENCE = 5.0
+"""Seconds that tev may take to accept a connection or a packet: it runs on this machine, or near it."""
+
+_CREATE_IMAGE = 4
+_UPDATE_IMAGE = 6
+"""The third form of it: each channel has a place of its own in the data."""
+_CHANNELS = ("R", "G", "B")
+
+
+def create_image(name: str, width: int, height: int) -> bytes:
+    """The packet that opens a black picture.
+
+    >>> create_image("a", 2, 1).hex(" ", -4)
+    '1a000000 04016100 02000000 01000000 03000000 52004700 4200'
+    """
+    fields = struct.pack("<3i", width, height, len(_CHANNELS)) + _texts(*_CHANNELS)
+    return _packet(_CREATE_IMAGE, b"\1" + _texts(name) + fields)
+
+
+def update_image(name: str, x: int, y: int, pixels: npt.NDArray[Any]) -> bytes:
+    """The packet that paints a rectangle of an open picture.
+
+    Parameters
+    ----------
+    x, y
+        Its corner on the upper left, pixels.
+    pixels
+        Shape (height, width, 3), linear RGB.
+    """
+    import numpy as np
+
+    height, width, count = pixels.shape
+    channels = struct.pack("<i", count) + _texts(*_CHANNELS)
+    place = struct.pack("<4i", x, y, width, height)
+    offsets_and_strides = struct.pack(f"<{2 * count}q", *range(count), *[count] * count)
+    data = np.ascontiguousarray(pixels, dtype="<f4").tobytes()
+    return _packet(_UPDATE_IMAGE, b"\0" + _texts(name) + channels + place + offsets_and_strides + data)
+
+
+def _packet(kind: int, fields: bytes) -> bytes:
+    return struct.pack("<IB", 5 + len(fields), kind) + fields
+
+
+def _texts(*texts: str) -> bytes:
+    return b"".join(text.encode() + b"\0" for text in texts)
+
+
+class Viewer:
+    """A connection to tev.
+
+    Parameters
+    ----------
+    host, port
+        Where it listens.
+
+    Raises
+    ------
+    OSError
+        It does not.
+    """
+
+    def __init__(self, host: str, port: int) -> None:
+        self._socket = socket.create_connection((host, port), timeout=PATIENCE)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._socket.close()
+
+    def send(self, packet: bytes) -> None:
+        """Send a packet; OSError where tev has gone, or takes nothing."""
+        self._socket.sendall(packet)

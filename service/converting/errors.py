@@ -45,7 +45,7 @@ def wrong_at_line(name: str, text: bytes, line: int, detail: str) -> ConversionE
     return ConversionError(name, text, [problem])
 
 
-def wrong_at(name: str, pointer: str, detail: str, suggestion: str | None = None) -> ConversionError:
+def wrong_at(name: str, pointer: str, detail: str) -> ConversionError:
     """The error about one place of a JSON document; its line is found later."""
-    problem = Problem(pointer=pointer, detail=detail, code="unusable_value", suggestion=suggestion)
+    problem = Problem(pointer=pointer, detail=detail, code="unusable_value")
     return ConversionError(name, b"", [problem])

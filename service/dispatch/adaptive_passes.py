@@ -21,8 +21,7 @@ from renderer.adaptive.time_limits import MOST_RESERVED
 from schemas.jobs import JobState
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
-from service.lifecycle import clock as moments
-from service.lifecycle import fairness, pausing, rows
+from service.lifecycle import clock, fairness, pausing, rows
 from service.storage.database.models import DONE, WAITING, RenderRow, TileRow
 from service.storage.tiles import StoredTile
 from service.workers.pass_tiles import WHOLE, numbered, pass_of
@@ -209,7 +208,7 @@ def _begin_pass(session: Session, render: RenderRow, index: int, done: AdvanceDo
 def _record(render: RenderRow, task: AdvanceTask, done: AdvanceDone) -> dict[str, Any]:
     """Tell of a pass: who merged it, what it has cost by itself, and what is known after it."""
     assert render.started_at is not None
-    seconds = moments.since(render.started_at)
+    seconds = clock.since(render.started_at)
     rays = {
         kind: count - sum(past["rays"].get(kind, 0) for past in render.merges)
         for kind, count in render.rays.items()

@@ -1,7 +1,7 @@
 """The one thread that hands out work and takes note of what became of it.
 
 It sleeps until something happens: a job arrives, a task ends, a job is cancelled. Then one round writes all
-results and claims in one transaction, gives the claimed tasks to the engine, and tells the watchers.
+results and claims in one transaction, gives the claimed tasks to the engine, and notifies the watchers.
 
 Of several servers on one database that of the leader works on jobs; the others answer calls alone.
 """
@@ -22,10 +22,10 @@ from sqlalchemy.orm import Session
 
 from schemas.jobs import JobState
 from service.dispatch import ledger
-from service.dispatch.job_events import Feed
+from service.dispatch.job_events import JobEvents
 from service.dispatch.leadership import BEAT_SECONDS, Leadership
 from service.dispatch.rounds import Round, merging
-from service.dispatch.throughput import Pace
+from service.dispatch.throughput import Throughput
 from service.errors import StoreError, UnavailableError
 from service.lifecycle.retries import Cause
 from service.settings import Settings
@@ -34,7 +34,7 @@ from service.storage.database.models import RenderRow
 from service.storage.tiles import UNFINISHED_SECONDS, TileStore
 from service.telemetry.metrics import Metrics
 from service.telemetry.spans import JobSpans
-from service.workers.protocol import Engine
+from service.workers.engines import Engine
 from service.workers.tasks import (
     CallTask,
     Interrupted,
@@ -64,12 +64,12 @@ class Dispatcher:
 
     Parameters
     ----------
-    database, store, engine, feed
+    database, store, engine, job_events
         The database is the only truth; the engine may lose anything at any time.
     settings : Settings
         Attempts and grace.
     spans
-        Are told what was handed out and what became of it.
+        Record what was handed out and what became of it.
     """
 
     def __init__(
@@ -77,11 +77,11 @@ class Dispatcher:
         database: Database,
         store: TileStore,
         engine: Engine,
-        feed: Feed,
+        job_events: JobEvents,
         settings: Settings,
         spans: JobSpans,
     ) -> None:
-        self._database, self._store, self._engine, self._feed = database, store, engine, feed
+        self._database, self._store, self._engine, self._job_events = database, store, engine, job_events
         self._settings, self._spans = settings, spans
         self._thread = threading.Thread(target=self._run, name="dispatcher", daemon=True)
         self._stopping = threading.Event()
@@ -99,7 +99,7 @@ class Dispatcher:
         self._pause_until = 0.0
         self._deadline: float | None = None
         self._starved = False
-        self.pace = Pace(settings.workers)
+        self.throughput = Throughput(settings.workers)
         self._leadership = Leadership(database)
         self._term: int | None = None
         self._next_stand = 0.0
@@ -205,8 +205,8 @@ class Dispatcher:
             self._flying.discard(task)
             self.metrics.note(task, outcome)
             self._spans.came_back(task, outcome)
-            self.pace.note(getattr(outcome, "cpu_seconds", 0.0))
-            self.pace.watch(busy=bool(self._flying))
+            self.throughput.note(getattr(outcome, "cpu_seconds", 0.0))
+            self.throughput.watch(busy=bool(self._flying))
             if isinstance(outcome, WorkerDied) and not isinstance(task, TileTask):
                 self._picture_deaths[merging(task)] += 1
             self._reports.append((task, outcome))
@@ -247,7 +247,7 @@ class Dispatcher:
             return
         if self._in_doubt:
             self._in_doubt = False
-            self._feed.publish_all()
+            self._job_events.publish_all()
         if term != self._term:
             self._lead(term)
             if term is not None:
@@ -296,7 +296,7 @@ class Dispatcher:
         """Begin to hand out work, or leave that to another server from now on."""
         if self._database.shared and term is not None:
             log.info("leads", term=term)
-            self._feed.publish_all()
+            self._job_events.publish_all()
         elif self._term is not None:
             log.warning("leads no more", term=self._term)
         self._term = term
@@ -306,7 +306,7 @@ class Dispatcher:
         """Stop what was handed out in an earlier term: the database expects no more of it."""
         self._stale |= self._flying
         self._flying, self._reports, self._leaving, self._deadline = set(), [], {}, None
-        self.pace.watch(busy=False)
+        self.throughput.watch(busy=False)
 
     def _resign(self) -> None:
         if not self._database.shared:
@@ -351,12 +351,12 @@ class Dispatcher:
             self._pause()
         for task in result.tasks:
             self._flying.add(task)
-            self.pace.watch(busy=True)
+            self.throughput.watch(busy=True)
             self._spans.handed_out(task)
             self._engine.submit(task)
         for render in result.ended:
             self._spans.ended(render)
-        self._feed.publish(result.news)
+        self._job_events.publish(result.news)
         self._clear(result.ended)
 
     def _pause(self) -> None:

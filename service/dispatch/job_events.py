@@ -18,8 +18,8 @@ class Watcher:
     every tile would take the time that tiles need.
     """
 
-    def __init__(self, feed: Feed, job: str) -> None:
-        self._feed, self._job = feed, job
+    def __init__(self, job_events: JobEvents, job: str) -> None:
+        self._job_events, self._job = job_events, job
         self._news = asyncio.Event()
 
     def wake(self) -> None:
@@ -28,18 +28,18 @@ class Watcher:
 
     async def wait(self, seconds: float) -> bool:
         """Wait for news; False if none came in time, and at once when the service stops."""
-        if self._feed.closed:
+        if self._job_events.closed:
             return False
         with suppress(TimeoutError):
             async with asyncio.timeout(seconds):
                 await self._news.wait()
-                await asyncio.sleep(self._feed.pause(self._job))
-        arrived = self._news.is_set() and not self._feed.closed
+                await asyncio.sleep(self._job_events.pause(self._job))
+        arrived = self._news.is_set() and not self._job_events.closed
         self._news.clear()
         return arrived
 
 
-class Feed:
+class JobEvents:
     """Connects the dispatcher's thread with the requests that wait on the event loop.
 
     Made on the event loop that the requests run on.

@@ -1,9 +1,9 @@
 """Which of the servers on one database hands out work.
 
-The leader's time is kept in the database and counted by its clock: he renews it with what he writes, and who
-does not in time may be followed by another. He looks in each of his transactions whether he still leads, and
-of those one writes at a time: a server that was stopped, or cut off, for a while writes nothing as a leader
-once another leads. Where a database has one server alone, that one leads.
+The leader's lease is kept in the database and counted by its clock: the leader renews it with what it writes,
+and once it is late, another server may lead. In each of its transactions the leader checks that it still
+leads, and of those one writes at a time: a server that was stopped, or cut off, for a while writes nothing as
+a leader once another leads. Where a database has one server alone, that one leads.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from service.storage.database.models import LeaderRow
 
 # Silence after which another server leads, seconds.
 LEASE_SECONDS = 3.0
-# How often the leader renews his time, and the others look whether it is up, seconds.
+# How often the leader renews its lease, and the others look whether it is up, seconds.
 BEAT_SECONDS = 0.5
 
 _LEASE, _RENEWED = timedelta(seconds=LEASE_SECONDS), timedelta(seconds=LEASE_SECONDS - BEAT_SECONDS)

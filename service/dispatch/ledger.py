@@ -112,10 +112,10 @@ def tile_claims(session: Session, room: int) -> Iterator[TileTask]:
 
 
 def _turn(session: Session, share: ShareRow, until: float, room: int, begun: set[int]) -> Iterator[TileTask]:
-    """Hand out steps of a user's jobs, as long as his clock is not past ``until``.
+    """Hand out steps of a user's jobs, as long as the user's clock is not past ``until``.
 
-    Each of his jobs shows its coarse picture before any of them goes on, and what has ``begun`` in this round
-    shows it alone; then they follow by priority and age, all tiles in one pass before any tile in the next.
+    Each job shows its coarse picture before any of them goes on, and what has ``begun`` in this round shows
+    it alone; then they follow by priority and age, all tiles in one pass before any tile in the next.
     """
     wanted = {"owner": share.owner, "room": room, "begun": list(begun)}
     for render in session.scalars(_CLAIMABLE, wanted).unique().all():

@@ -1,6 +1,6 @@
-"""What the servers on one database tell each other: that there is work, that jobs have changed.
+"""Notifications between the servers on one database: that there is work, that jobs have changed.
 
-As within one server, the database is the truth, and news only say that it is worth a look. What is told while
+As within one server, the database is the truth, and news only say that it is worth a look. What is sent while
 nobody listens is made up for by looking at everything once.
 """
 
@@ -12,7 +12,7 @@ from typing import Any
 import structlog
 
 from service.dispatch.dispatcher import Dispatcher
-from service.dispatch.job_events import Feed
+from service.dispatch.job_events import JobEvents
 from service.storage.database.connection import Database
 
 # How long to leave the database alone before the next try to listen, seconds.
@@ -21,19 +21,19 @@ RETRY_SECONDS = 0.5
 log = structlog.get_logger()
 
 
-class Relay:
+class NotificationListener:
     """Listens to the other servers, in a thread of its own, where the database is shared.
 
     Parameters
     ----------
-    database, dispatcher, feed
-        Those of this server; what others tell goes to the last two.
+    database, dispatcher, job_events
+        Those of this server; what others send goes to the last two.
     """
 
-    def __init__(self, database: Database, dispatcher: Dispatcher, feed: Feed) -> None:
-        self._database, self._dispatcher, self._feed = database, dispatcher, feed
+    def __init__(self, database: Database, dispatcher: Dispatcher, job_events: JobEvents) -> None:
+        self._database, self._dispatcher, self._job_events = database, dispatcher, job_events
         self._stopping = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="relay", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="notifications", daemon=True)
 
     def start(self) -> None:
         """Begin to listen."""
@@ -57,8 +57,8 @@ class Relay:
 
     def _act(self, notice: dict[str, Any]) -> None:
         if "jobs" in notice:
-            self._feed.publish(notice["jobs"])
+            self._job_events.publish(notice["jobs"])
         else:
             if "work" not in notice:
-                self._feed.publish_all()
+                self._job_events.publish_all()
             self._dispatcher.wake()

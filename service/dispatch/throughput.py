@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 
 
-class Pace:
+class Throughput:
     """CPU seconds rendered in a second of the clock, of late. Written by one thread, read by many.
 
     Only the time counts in which workers have something in hand: nothing to do is no slowness.

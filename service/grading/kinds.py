@@ -30,9 +30,3 @@ def findings(test: Criterion, run: Run) -> Iterator[Outcome]:
         There is no answer; the message says why.
     """
     return KINDS[type(test)](test, run)
-
-
-def find_out(test: Criterion, run: Run) -> Outcome:
-    """The last of these findings."""
-    *_, last = findings(test, run)
-    return last

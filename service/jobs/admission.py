@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
@@ -19,12 +20,11 @@ from schemas.reading import read_document
 from schemas.references import also_named
 from schemas.request_pointers import in_request
 from schemas.scene import Scene
-from schemas.shapes import MeshFile
+from schemas.shapes import Mesh, MeshFile, Shape
 from schemas.textures import ImageTexture
-from service.access.principals import Asker
-from service.jobs import ownership
+from service.access.principals import Principal
+from service.jobs import uploads
 from service.jobs.context import Service
-from service.jobs.placeholders import Pixels, outlined
 from service.jobs.pricing import check_cost, priced, target_of
 from service.storage.assets import PREFIX, is_mesh, is_sha256
 from service.workers.specs import compile_request
@@ -46,7 +46,7 @@ class Admitted:
     target: TargetQuality | None
 
 
-def admit(service: Service, asker: Asker, body: bytes) -> Admitted:
+def admit(service: Service, principal: Principal, body: bytes) -> Admitted:
     """Read, check, compile and price a user's request.
 
     Raises
@@ -54,7 +54,7 @@ def admit(service: Service, asker: Asker, body: bytes) -> Admitted:
     renderer.SceneError
         With every problem; pointers lead into the body.
     """
-    request, warnings = read_request(service, asker, body, JobRequest)
+    request, warnings = read_request(service, principal, body, JobRequest)
     request = _limited(request)
     plan = compile_admitted(request)
     target = target_of(request)
@@ -73,13 +73,13 @@ def _limited(request: JobRequest) -> JobRequest:
 
 
 def read_request(
-    service: Service, asker: Asker, body: bytes, model: type[Model], *, limits: Limits | None = None
+    service: Service, principal: Principal, body: bytes, model: type[Model], *, limits: Limits | None = None
 ) -> tuple[Model, tuple[Problem, ...]]:
     """Read a body that has a ``scene``, within the service's limits, and look for the user's files in it."""
     request, warnings = read_document(body, model, limits=limits or service.settings.limits)
     scene = getattr(request, "scene", None)
     assert isinstance(scene, Scene)
-    unusable = _unusable_assets(service, asker, scene)
+    unusable = _unusable_assets(service, principal, scene)
     if unusable:
         raise renderer.SceneError(unusable)
     return request, warnings
@@ -95,7 +95,7 @@ def compile_admitted(request: JobRequest) -> renderer.RenderPlan:
         raise renderer.SceneError(moved, error.more) from None
 
 
-def _unusable_assets(service: Service, asker: Asker, scene: Scene) -> list[Problem]:
+def _unusable_assets(service: Service, principal: Principal, scene: Scene) -> list[Problem]:
     pictures = {
         pointer(["scene", "textures", name, "asset"]): texture.asset
         for name, texture in scene.textures.items()
@@ -106,7 +106,7 @@ def _unusable_assets(service: Service, asker: Asker, scene: Scene) -> list[Probl
         for number, shape in enumerate(scene.shapes)
         if isinstance(shape, MeshFile)
     }
-    known = _known(service, asker, {*pictures.values(), *meshes.values()})
+    known = _known(service, principal, {*pictures.values(), *meshes.values()})
     return [*_problems(pictures, known, meshes=False), *_problems(meshes, known, meshes=True)]
 
 
@@ -122,14 +122,14 @@ def _problems(named: Mapping[str, str], known: Mapping[str, str], *, meshes: boo
             yield problem.model_copy(update={"detail": detail})
 
 
-def _known(service: Service, asker: Asker, assets: set[str]) -> dict[str, str]:
+def _known(service: Service, principal: Principal, assets: set[str]) -> dict[str, str]:
     """Give the media types of those assets that a user may use, by their names in scenes."""
     hashes = {asset.removeprefix(PREFIX) for asset in assets if asset.startswith(PREFIX)}
     wanted = {sha256 for sha256 in hashes if is_sha256(sha256)}
     if not wanted:
         return {}
     with service.database.reading() as session:
-        return {PREFIX + sha256: kind for sha256, kind in ownership.usable(session, wanted, asker).items()}
+        return {PREFIX + sha256: kind for sha256, kind in uploads.usable(session, wanted, principal).items()}
 
 
 def _problem(place: str, asset: str, known: Mapping[str, str], mesh: bool) -> Problem | None:
@@ -143,3 +143,48 @@ def _problem(place: str, asset: str, known: Mapping[str, str], mesh: bool) -> Pr
         return Problem(pointer=place, detail=detail, code="unknown_asset")
     detail = "Here an asset is named 'sha256:' and 64 lower-case hexadecimal digits of an uploaded file."
     return Problem(pointer=place, detail=detail, code="asset_name")
+
+
+_CORNERS = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+_MANY = 1024
+"""Triangles that stand for a mesh: priced within a factor of two of a million of them."""
+_MOST = 200_000
+"""Triangles that stand for all meshes of a scene together."""
+_PIXEL = base64.b64decode(
+    "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGP4//8/AAX+Av4N70a4AAAAAElFTkSuQmCC"
+)
+
+
+class Pixels:
+    """One white pixel in place of each picture. Satisfies ``renderer.AssetSource``.
+
+    What stands for the user's files is bounded here, so that no setting refuses it.
+    """
+
+    limits = Limits()
+
+    def read(self, name: str) -> bytes:  # noqa: ARG002  (an interface)
+        """Give the pixel, as a PNG file."""
+        return _PIXEL
+
+
+def outlined(scene: Scene) -> Scene:
+    """Give the scene with a few triangles in place of each mesh."""
+    count = sum(_is_mesh(shape) for shape in scene.shapes)
+    if not count:
+        return scene
+    triangles = ((0, 1, 2),) * min(_MANY, max(1, _MOST // count))
+    shapes = tuple(_stand_in(shape, triangles) for shape in scene.shapes)
+    return scene.model_copy(update={"shapes": shapes})
+
+
+def _is_mesh(shape: Shape) -> bool:
+    return isinstance(shape, Mesh | MeshFile)
+
+
+def _stand_in(shape: Shape, triangles: tuple[tuple[int, int, int], ...]) -> Shape:
+    if not isinstance(shape, Mesh | MeshFile):
+        return shape
+    return Mesh(
+        type="mesh", vertices=_CORNERS, triangles=triangles, smooth=shape.smooth, material=shape.material
+    )

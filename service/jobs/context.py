@@ -10,14 +10,13 @@ from typing import Annotated, ParamSpec, TypeVar
 from anyio import CapacityLimiter, to_thread
 from fastapi import Depends, Request
 
-from service.access.credential_cache import Known
+from service.access.credential_cache import CredentialCache
 from service.dispatch.dispatcher import Dispatcher
-from service.dispatch.job_events import Feed
-from service.dispatch.notifications import Relay
-from service.jobs.body_memory import Held
-from service.jobs.concurrency import Seats
-from service.jobs.prices import QuotedPrices
-from service.jobs.retention_thread import Keeper
+from service.dispatch.job_events import JobEvents
+from service.dispatch.notifications import NotificationListener
+from service.jobs.concurrency import BodyMemoryLimit, ConcurrencyLimit
+from service.jobs.pricing import QuotedPrices
+from service.jobs.retention import RetentionThread
 from service.settings import Settings
 from service.storage.assets import AssetStore
 from service.storage.database.connection import Database
@@ -39,15 +38,15 @@ class Service:
     passes: PassStore
     assets: AssetStore
     dispatcher: Dispatcher
-    keeper: Keeper
-    feed: Feed
-    quote_seats: Seats
-    comparison_seats: Seats
+    retention_thread: RetentionThread
+    job_events: JobEvents
+    quote_limit: ConcurrencyLimit
+    comparison_limit: ConcurrencyLimit
     prices: QuotedPrices
-    known: Known
-    relay: Relay
+    credentials: CredentialCache
+    notifications: NotificationListener
     spans: JobSpans
-    bodies: Held
+    body_memory: BodyMemoryLimit
     readers: CapacityLimiter
 
     async def read(self, function: Callable[P, Answer], *args: P.args, **kwargs: P.kwargs) -> Answer:

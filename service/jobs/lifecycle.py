@@ -1,37 +1,41 @@
-"""What requests do with jobs: find, list, cancel, remove, and wait for them."""
+"""What requests do with jobs: find, list, cancel, remove, wait, focus and pin them."""
 
 from __future__ import annotations
 
 import time
+import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from fastapi.concurrency import run_in_threadpool
-from sqlalchemy import Select, bindparam, exists, select
+from sqlalchemy import Select, bindparam, exists, func, select
 from sqlalchemy.orm import Session
 
 from schemas.jobs import Job, JobList, JobState
 from schemas.plans import PlanDocument
-from service.errors import PictureGoneError, UnavailableError, UnknownJobError
+from schemas.reading import read_document
+from schemas.regions import Region
+from service.access.principals import Principal
+from service.errors import ForbiddenError, PictureGoneError, UnavailableError, UnknownJobError
 from service.jobs.context import Service
 from service.lifecycle import pausing, rows, sharing
 from service.lifecycle.documents import documents
-from service.storage.database.models import JobRow, LabelRow, RenderRow
+from service.storage.database.models import JobRow, LabelRow, RenderRow, RequestRow
 
 # How long a request that must stop a job first waits for its workers, beyond the grace they have.
 STOP_SECONDS = 5.0
 
 
-_STANDING = (
+_STATUS = (
     select(JobRow.state, RenderRow.last_seq)
     .outerjoin(RenderRow, JobRow.render_number == RenderRow.number)
     .where(JobRow.id == bindparam("id"))
 )
 
 
-class Standing(NamedTuple):
-    """As much of a job as those who wait for it look at, again and again."""
+class JobStatus(NamedTuple):
+    """As much of a job as those who wait for it read, again and again."""
 
     state: JobState
     last_seq: int
@@ -46,7 +50,7 @@ def find(session: Session, job_id: str) -> JobRow:
 
 
 def owner_of(session: Session, job_id: str, asked_by: str | None) -> str:
-    """Tell whose job this is; UnknownJobError if this user sees none, None being one who sees all."""
+    """Give the owner of a job; UnknownJobError if this user sees none, None being one who sees all."""
     owner = session.scalar(select(JobRow.owner).where(JobRow.id == job_id))
     if owner is None or asked_by not in (None, owner):
         raise UnknownJobError
@@ -77,17 +81,17 @@ def show(service: Service, job_id: str) -> Job:
 
 
 @dataclass(frozen=True)
-class Wish:
-    """Which jobs a list shall have: those of a user, in a state, with these labels; None takes all."""
+class JobFilter:
+    """Which jobs a list has: those of a user, in a state, with these labels; None takes all."""
 
     owner: str | None = None
     state: JobState | None = None
     labels: Mapping[str, str] = field(default_factory=dict)
 
 
-def page(service: Service, limit: int, cursor: int | None, wish: Wish) -> JobList:
+def page(service: Service, limit: int, cursor: int | None, job_filter: JobFilter) -> JobList:
     """Describe the newest jobs, or those older than the last one of the page before."""
-    query = _wished(wish).order_by(JobRow.number.desc()).limit(limit + 1)
+    query = _matching(job_filter).order_by(JobRow.number.desc()).limit(limit + 1)
     if cursor is not None:
         query = query.where(JobRow.number < cursor)
     keep = service.settings.keep_seconds
@@ -98,13 +102,13 @@ def page(service: Service, limit: int, cursor: int | None, wish: Wish) -> JobLis
     return JobList(jobs=jobs, next=following)
 
 
-def _wished(wish: Wish) -> Select[JobRow]:
+def _matching(job_filter: JobFilter) -> Select[JobRow]:
     query = select(JobRow)
-    if wish.owner is not None:
-        query = query.where(JobRow.owner == wish.owner)
-    if wish.state is not None:
-        query = query.where(JobRow.state == wish.state)
-    for name, value in wish.labels.items():
+    if job_filter.owner is not None:
+        query = query.where(JobRow.owner == job_filter.owner)
+    if job_filter.state is not None:
+        query = query.where(JobRow.state == job_filter.state)
+    for name, value in job_filter.labels.items():
         labelled = LabelRow.job == JobRow.number, LabelRow.name == name, LabelRow.value == value
         query = query.where(exists().where(*labelled))
     return query
@@ -129,7 +133,7 @@ def cancel(service: Service, job_id: str) -> None:
         service.dispatcher.cancel(stopping)
     if render is not None and render.state.final:
         service.spans.ended(render.id)
-    service.feed.publish((job_id,))
+    service.job_events.publish((job_id,))
 
 
 def _end(session: Session, row: JobRow) -> str | None:
@@ -153,12 +157,12 @@ def pause(service: Service, job_id: str) -> Job:
         if not row.state.final:
             pausing.pause(session, row)
         service.database.tell_of(session, (job_id,))
-    service.feed.publish((job_id,))
+    service.job_events.publish((job_id,))
     return show(service, job_id)
 
 
 def resume(service: Service, job_id: str) -> Job:
-    """Let a paused job go on; any other stays as it is."""
+    """Resume a paused job; any other stays as it is."""
     with service.database.writing() as session:
         row = find(session, job_id)
         if not row.state.final:
@@ -166,7 +170,7 @@ def resume(service: Service, job_id: str) -> Job:
         service.database.tell(session, work=True)
         service.database.tell_of(session, (job_id,))
     service.dispatcher.wake()
-    service.feed.publish((job_id,))
+    service.job_events.publish((job_id,))
     return show(service, job_id)
 
 
@@ -174,7 +178,7 @@ async def stop(service: Service, job_id: str) -> Job:
     """Cancel a job and wait until nothing of it runs any more, within reason."""
     await run_in_threadpool(cancel, service, job_id)
     patience = service.settings.cancel_grace_seconds + STOP_SECONDS
-    await until(service, job_id, patience, lambda standing: standing.state.final)
+    await until(service, job_id, patience, lambda status: status.state.final)
     return await run_in_threadpool(show, service, job_id)
 
 
@@ -198,23 +202,98 @@ def _forget(service: Service, job_id: str) -> None:
         service.database.tell_of(session, (job_id,))
     if unused:
         service.store.drop_job(unused)
-    service.feed.publish((job_id,))
+    service.job_events.publish((job_id,))
 
 
-async def until(service: Service, job_id: str, seconds: float, done: Callable[[Standing], bool]) -> None:
+async def until(service: Service, job_id: str, seconds: float, done: Callable[[JobStatus], bool]) -> None:
     """Wait until a job is as wanted, or the time is up, or the service stops."""
     deadline = time.monotonic() + seconds
-    with service.feed.watch(job_id) as watcher:
+    with service.job_events.watch(job_id) as watcher:
         while True:
-            standing = await run_in_threadpool(_standing, service, job_id)
+            status = await run_in_threadpool(_status_of, service, job_id)
             left = deadline - time.monotonic()
-            if done(standing) or left <= 0 or not await watcher.wait(left):
+            if done(status) or left <= 0 or not await watcher.wait(left):
                 return
 
 
-def _standing(service: Service, job_id: str) -> Standing:
+def _status_of(service: Service, job_id: str) -> JobStatus:
     with service.database.reading() as session:
-        row = session.execute(_STANDING, {"id": job_id}).first()
+        row = session.execute(_STATUS, {"id": job_id}).first()
     if row is None:
         raise UnknownJobError
-    return Standing(row[0], row[1] or 0)
+    return JobStatus(row[0], row[1] or 0)
+
+
+def focus(service: Service, job_id: str, body: bytes) -> None:
+    """Have the tiles of a region rendered before the others of their pass; what has ended stays as it is.
+
+    Jobs that share what is rendered share its order, too: the last request counts.
+
+    Raises
+    ------
+    UnknownJobError
+        If there is no such job.
+    PictureGoneError
+        If the job has ended without a picture.
+    renderer.SceneError
+        If the region has no pixels.
+    """
+    with service.database.reading() as session:
+        find_render(session, job_id)
+    region, _ = read_document(body, Region, limits=service.settings.limits)
+    with service.database.writing() as session:
+        render = find_render(session, job_id)
+        if not render.state.final:
+            render.focus = region.model_dump()
+
+
+def pin(service: Service, job_id: str, principal: Principal) -> Job:
+    """Keep the picture of a job.
+
+    Raises
+    ------
+    PictureGoneError
+        If it has expired already.
+    ForbiddenError
+        If the user, not being staff, has as many pinned jobs as allowed.
+    """
+    with service.database.writing() as session:
+        row = find(session, job_id)
+        if row.state is JobState.EXPIRED:
+            raise PictureGoneError("The picture has expired. Submit the job again to have another.")
+        if not row.pinned and not principal.sees_all:
+            _check_pins(session, principal, service.settings.max_user_pins)
+        row.pinned = True
+    return show(service, job_id)
+
+
+def unpin(service: Service, job_id: str) -> Job:
+    """Let the picture of a job expire like any other."""
+    with service.database.writing() as session:
+        find(session, job_id).pinned = False
+    return show(service, job_id)
+
+
+def _check_pins(session: Session, principal: Principal, most: int) -> None:
+    mine = select(func.count()).select_from(JobRow).where(JobRow.owner == principal.name, JobRow.pinned)
+    if session.scalars(mine).one() >= most:
+        raise ForbiddenError(f"You have pinned {most} jobs, as many as you may. Unpin or delete one first.")
+
+
+def request_of(service: Service, job_id: str) -> bytes:
+    """Return the request of a job, byte for byte.
+
+    Raises
+    ------
+    UnknownJobError
+        If there is no such job.
+    PictureGoneError
+        If the job has ended without a picture, and what it was asked for is gone with it.
+    """
+    with service.database.reading() as session:
+        sent = session.get(RequestRow, find(session, job_id).number)
+        if sent is not None:
+            return zlib.decompress(sent.body)
+        # Before requests were kept apart, what was rendered lay in the store as it was sent.
+        render = find_render(session, job_id)
+    return service.store.get_spec(render.id)

@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session
 
 import renderer
 from schemas.problems import Problem
-from service.access.principals import Asker
+from service.access.principals import Principal
 from service.errors import QueueFullError
 from service.jobs.context import Service
 from service.storage.database.models import JobRow
@@ -22,7 +22,7 @@ _COUNTED = select(
     func.coalesce(func.sum(case((_MINE, 1), else_=0)), 0),
     func.coalesce(func.sum(case((_MINE, JobRow.load), else_=0.0)), 0.0),
 ).where(JobRow.finished_at.is_(None))
-# Nobody is told to come back later than this, seconds: by then somebody may have cancelled.
+# The longest Retry-After, seconds: by then somebody may have cancelled.
 LONGEST_WAIT = 3600.0
 
 
@@ -49,14 +49,14 @@ class Queue:
     rate: float
 
     def headers(self) -> dict[str, str]:
-        """Tell it in the words of the IETF's draft on RateLimit headers."""
+        """The queue as the headers of the IETF's draft on RateLimit."""
         shares = (self.jobs, "requests"), (self.cpu_seconds, "cpu-seconds")
         policy = ", ".join(f'"{share.name}";q={share.limit:.0f};qu="{unit}"' for share, unit in shares)
         left = ", ".join(f'"{share.name}";r={math.floor(share.left)}' for share, _ in shares)
         return {"RateLimit-Policy": policy, "RateLimit": left}
 
 
-def check(session: Session, service: Service, asker: Asker, job: JobRow) -> Queue:
+def check(session: Session, service: Service, principal: Principal, job: JobRow) -> Queue:
     """Find room for a job that is about to be entered; one that is answered from the store needs none.
 
     Raises
@@ -67,9 +67,9 @@ def check(session: Session, service: Service, asker: Asker, job: JobRow) -> Queu
         If it would not fit into an empty queue either.
     """
     settings = service.settings
-    jobs, seconds, my_jobs, my_seconds = session.execute(_COUNTED, {"owner": asker.name}).one()
-    my_most = asker.max_jobs or settings.max_user_jobs
-    my_most_seconds = asker.max_cpu_seconds or settings.max_user_cpu_seconds
+    jobs, seconds, my_jobs, my_seconds = session.execute(_COUNTED, {"owner": principal.name}).one()
+    my_most = principal.max_jobs or settings.max_user_jobs
+    my_most_seconds = principal.max_cpu_seconds or settings.max_user_cpu_seconds
     adds = 0 if job.state.final else 1
     shares = (
         Share("jobs", my_most, my_jobs + adds),
@@ -78,14 +78,14 @@ def check(session: Session, service: Service, asker: Asker, job: JobRow) -> Queu
         Share("all cpu", settings.max_queued_cpu_seconds, seconds + job.load),
     )
     if job.load > my_most_seconds:
-        _too_dear(job.load, my_most_seconds)
-    queue = Queue(shares[0], shares[1], service.dispatcher.pace.rate())
+        _refuse_expensive(job.load, my_most_seconds)
+    queue = Queue(shares[0], shares[1], service.dispatcher.throughput.rate())
     if adds:
         _refuse(queue, shares, job.predicted_cpu_seconds)
     return queue
 
 
-def _too_dear(cost: float, limit: float) -> None:
+def _refuse_expensive(cost: float, limit: float) -> None:
     """Refuse a job for which there would be no room in an empty queue."""
     detail = (
         f"This is predicted to take {cost:.3g} CPU seconds, more than the {limit:.3g} you may have waiting. "

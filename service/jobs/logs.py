@@ -17,7 +17,7 @@ from service.lifecycle import pass_costs
 from service.storage.database.models import JobRow, RenderRow, TileRow
 
 MOST_STEPS = 50
-"""Repeated steps that are listed, as many as problems of a request: more tell people no more."""
+"""Repeated steps that are listed, as many as problems of a request: more help nobody."""
 
 ENDS = {
     JobState.SUCCEEDED: "The picture is finished.",
@@ -27,7 +27,7 @@ ENDS = {
 
 
 def log_of(service: Service, job_id: str) -> JobLog:
-    """Tell what became of a job so far."""
+    """Report what became of a job so far."""
     with service.database.reading() as session:
         row = jobs.find(session, job_id)
         repeated = _repeated(session, row.render)
@@ -59,7 +59,7 @@ def _entries(row: JobRow, repeated: list[TileRow]) -> Iterator[LogEntry]:
         yield from _passes(row, render, repeated)
         yield from _composing(render)
     if row.paused_at is not None and not row.state.final:
-        yield LogEntry(at=row.paused_at, event="paused", message="It stands still until it is resumed.")
+        yield LogEntry(at=row.paused_at, event="paused", message="It is paused until it is resumed.")
     if row.state.final:
         yield LogEntry(at=row.finished_at, event=row.state.value, message=_end(row))
 
@@ -69,8 +69,8 @@ def _size(render: RenderRow | None) -> str:
 
 
 def _passes(row: JobRow, render: RenderRow, repeated: list[TileRow]) -> Iterator[LogEntry]:
-    """Tell the passes in their order, what was repeated in each before its end."""
-    finished = {cost["pass_index"]: cost for cost in pass_costs.told(render)}
+    """Report the passes in their order, what was repeated in each before its end."""
+    finished = {cost["pass_index"]: cost for cost in pass_costs.reported(render)}
     for index in sorted({*finished, *(step.pass_index for step in repeated)}):
         yield from (_step(step) for step in repeated if step.pass_index == index)
         if index in finished:
@@ -104,7 +104,7 @@ def _pass(row: JobRow, render: RenderRow, cost: dict[str, Any]) -> LogEntry:
 
 
 def _composing(render: RenderRow) -> Iterator[LogEntry]:
-    # With target quality each pass is put together, and that it was repeated is not told apart.
+    # With target quality each pass is put together, and repeating that is not reported apart.
     if render.target_error is None and render.compose_attempt > 1:
         yield LogEntry(
             event="composed_again",

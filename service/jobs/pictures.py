@@ -43,8 +43,8 @@ MEDIA_TYPES: dict[Kind, str] = {"png": "image/png", "npy": "application/octet-st
 
 
 @dataclass(frozen=True)
-class Wanted:
-    """Which file of a job is asked for: its picture in some form, or small, or one of its layers."""
+class ImageRequest:
+    """A file of a job that is requested: its picture in some form, or small, or one of its layers."""
 
     kind: Kind
     layer: str | None = None
@@ -83,15 +83,17 @@ class _Finished:
     """The finished steps that may have recorded layers."""
 
 
-def etag_of(service: Service, job_id: str, wanted: Wanted) -> str | None:
+def etag_of(service: Service, job_id: str, requested: ImageRequest) -> str | None:
     """Return the tag that the file would have now, without making it."""
     with service.database.reading() as session:
-        row = _find(session, job_id, wanted)
+        row = _find(session, job_id, requested)
         render = row.render
-        return _etag(job_id, render, wanted) if render and (render.image_sha256 or render.last_seq) else None
+        return (
+            _etag(job_id, render, requested) if render and (render.image_sha256 or render.last_seq) else None
+        )
 
 
-def picture(service: Service, job_id: str, wanted: Wanted) -> Picture:
+def picture(service: Service, job_id: str, requested: ImageRequest) -> Picture:
     """Give the picture of a job, or one of its layers, as it is now.
 
     Raises
@@ -104,31 +106,31 @@ def picture(service: Service, job_id: str, wanted: Wanted) -> Picture:
         If the job failed or was cancelled.
     """
     try:
-        return _picture(service, job_id, wanted)
+        return _picture(service, job_id, requested)
     except FileNotFoundError:
         # The job ended in between, and its tiles went into the final picture or away.
-        return _picture(service, job_id, wanted)
+        return _picture(service, job_id, requested)
 
 
-def _picture(service: Service, job_id: str, wanted: Wanted) -> Picture:
+def _picture(service: Service, job_id: str, requested: ImageRequest) -> Picture:
     with service.database.reading() as session:
-        finished = _finished(session, _find(session, job_id, wanted))
+        finished = _finished(session, _find(session, job_id, requested))
     job, render = finished.job, finished.render
     if render.image_sha256 is not None:
-        return Picture(_final(service.store, render, wanted), _etag(job, render, wanted), 1.0)
-    if wanted.layer:
-        return _layer_so_far(service.store, finished, wanted, wanted.layer)
+        return Picture(_final(service.store, render, requested), _etag(job, render, requested), 1.0)
+    if requested.layer:
+        return _layer_so_far(service.store, finished, requested, requested.layer)
     pixels = _so_far(service, finished)
-    sheets = _layers_so_far(service.store, finished, render.layers if wanted.kind == "exr" else ())
+    sheets = _layers_so_far(service.store, finished, render.layers if requested.kind == "exr" else ())
     return Picture(
-        _encode(pixels, sheets, render, wanted), _etag(job, render, wanted), progress.share(render)
+        _encode(pixels, sheets, render, requested), _etag(job, render, requested), progress.share(render)
     )
 
 
-def _find(session: Session, job_id: str, wanted: Wanted) -> JobRow:
+def _find(session: Session, job_id: str, requested: ImageRequest) -> JobRow:
     row = find(session, job_id)
     names = work_of(row)["layers"]
-    if wanted.layer and wanted.layer not in names:
+    if requested.layer and requested.layer not in names:
         asked = ", ".join(names) or "none"
         raise UnknownLayerError(f"There is no such layer of this job. The layers asked for are: {asked}.")
     return row
@@ -149,35 +151,35 @@ def _finished(session: Session, row: JobRow) -> _Finished:
     return _Finished(row.id, render, ledger.coarse(session, render), parts, parts)
 
 
-def _etag(job: str, render: RenderRow, wanted: Wanted) -> str:
+def _etag(job: str, render: RenderRow, requested: ImageRequest) -> str:
     # The name of a render is that of a job which may be somebody else's.
-    return f'"{render.image_sha256 or f"{job}-{render.last_seq}"}-{wanted.name}"'
+    return f'"{render.image_sha256 or f"{job}-{render.last_seq}"}-{requested.name}"'
 
 
-def _final(store: TileStore, render: RenderRow, wanted: Wanted) -> bytes | Stored:
-    found = store.find(render.id, wanted.name)
+def _final(store: TileStore, render: RenderRow, requested: ImageRequest) -> bytes | Stored:
+    found = store.find(render.id, requested.name)
     if found is not None:
         return found
     pixels = store.get_array(render.id, "image.npy")
-    names = render.layers if wanted.kind == "exr" else ()
+    names = render.layers if requested.kind == "exr" else ()
     sheets = {name: store.get_array(render.id, layers.file_name(name)) for name in names}
-    data = _encode(pixels, sheets, render, wanted)
+    data = _encode(pixels, sheets, render, requested)
     try:
-        store.put_file(render.id, wanted.name, data)
-        return store.find(render.id, wanted.name) or data
+        store.put_file(render.id, requested.name, data)
+        return store.find(render.id, requested.name) or data
     except (StoreFullError, StoreReadOnlyError, StoreAwayError):
         # The next one who asks has it made again.
         return data
 
 
-def _encode(pixels: Pixels, sheets: Layers, render: RenderRow, wanted: Wanted) -> bytes:
+def _encode(pixels: Pixels, sheets: Layers, render: RenderRow, requested: ImageRequest) -> bytes:
     display = Display.model_validate(render.display)
-    if wanted.width:
-        return image_files.encode_thumbnail(pixels, display, wanted.width)
-    return image_files.encode(f".{wanted.kind}", pixels, display, sheets)
+    if requested.width:
+        return image_files.encode_thumbnail(pixels, display, requested.width)
+    return image_files.encode(f".{requested.kind}", pixels, display, sheets)
 
 
-def _layer_so_far(store: TileStore, finished: _Finished, wanted: Wanted, name: str) -> Picture:
+def _layer_so_far(store: TileStore, finished: _Finished, requested: ImageRequest, name: str) -> Picture:
     render, parts = finished.render, layers.recorded(finished.recorded, (name,))
     if render.target_error is not None and not layers.of_centres(name):
         raise PictureNotReadyError("With target quality this layer is there when the picture is finished.")
@@ -187,7 +189,7 @@ def _layer_so_far(store: TileStore, finished: _Finished, wanted: Wanted, name: s
     passes = [pass_ for pass_ in rows.passes_of(render) if layers.records(pass_, (name,))]
     total = sum(rows.work(pass_, Tile(0, 0, 0, render.width, render.height)) for pass_ in passes)
     share = sum(rows.work(part.pass_, part.tile) for part in parts) / total
-    return Picture(image_files.encode_layer(sheet), _etag(finished.job, render, wanted), share)
+    return Picture(image_files.encode_layer(sheet), _etag(finished.job, render, requested), share)
 
 
 def _layers_so_far(store: TileStore, finished: _Finished, names: Sequence[str]) -> Layers:

@@ -1,6 +1,10 @@
-"""What a request is expected to cost, and whether that is allowed."""
+"""What a request is expected to cost, whether that is allowed, and prices that pilots have found."""
 
 from __future__ import annotations
+
+import hashlib
+import threading
+from collections import OrderedDict
 
 import renderer
 from accuracy.quotes.prices import price
@@ -52,3 +56,32 @@ def check_cost(description: PlanDocument, target: TargetQuality | None, settings
         f"This is predicted to take {predicted:.0f} CPU seconds, more than the {limit:.0f} allowed. {advice}"
     )
     raise renderer.SceneError([Problem(pointer=place, detail=detail, code="cost")])
+
+
+KEPT = 1024
+
+
+class QuotedPrices:
+    """Remembers what the last quotes said, by scene and quality. Used by many threads."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._known: OrderedDict[bytes, float] = OrderedDict()
+
+    def learn(self, request: JobRequest, cpu_seconds: float) -> None:
+        """Keep a price; the oldest is forgotten."""
+        with self._lock:
+            self._known[_name(request)] = cpu_seconds
+            while len(self._known) > KEPT:
+                self._known.popitem(last=False)
+
+    def get(self, request: JobRequest) -> float | None:
+        """CPU seconds of the same scene at the same quality, if that was quoted."""
+        with self._lock:
+            return self._known.get(_name(request))
+
+
+def _name(request: JobRequest) -> bytes:
+    """Digest of all that a price depends on; what layers cost is little."""
+    content = request.model_dump_json(include={"scene", "quality"}, exclude_unset=True)
+    return hashlib.sha256(content.encode()).digest()

@@ -1,4 +1,4 @@
-"""What is kept and what goes: pictures by age and by bytes, and assets that no picture needs any more.
+"""What is kept and what is deleted: pictures by age and by bytes, and assets that no picture needs any more.
 
 As in ``ledger.py`` a sweep works in a transaction of its caller; what it names in ``pictures`` and ``assets``
 leaves the disk when that is over, and what a killed process leaves there goes when the next service starts.
@@ -6,18 +6,25 @@ leaves the disk when that is over, and what a killed process leaves there goes w
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 
+import structlog
 from sqlalchemy import delete, func, select
+from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
 from schemas.jobs import JobState
-from service.jobs import asset_uses
+from service.errors import StoreError
+from service.jobs import uploads
 from service.lifecycle import sharing
 from service.settings import Settings
-from service.storage.database.models import IdempotencyRow, JobRow, RenderRow
+from service.storage.assets import AssetStore
+from service.storage.database.connection import Database
+from service.storage.database.models import AssetRow, IdempotencyRow, JobRow, RenderRow
+from service.storage.tiles import UNFINISHED_SECONDS, TileStore
 
 KEY_LIFE = timedelta(hours=24)
 """How long an ``Idempotency-Key`` is remembered."""
@@ -63,7 +70,7 @@ def rules_of(settings: Settings) -> Rules:
 
 @dataclass
 class Swept:
-    """What a sweep has let go.
+    """What a sweep has deleted.
 
     Attributes
     ----------
@@ -88,7 +95,7 @@ class Swept:
 
 
 def sweep(session: Session, rules: Rules, sizes: Mapping[str, int], most: int) -> Swept:
-    """Let go what the rules do not keep.
+    """Delete what the rules do not keep.
 
     Parameters
     ----------
@@ -105,7 +112,7 @@ def sweep(session: Session, rules: Rules, sizes: Mapping[str, int], most: int) -
         _by_bytes(session, rules.max_stored_bytes, sizes, swept, most)
     if rules.keep_asset_seconds is not None:
         before = now - timedelta(seconds=rules.keep_asset_seconds)
-        swept.assets = asset_uses.drop_unused(session, before, most)
+        swept.assets = uploads.drop_unused(session, before, most)
         swept.more = swept.more or len(swept.assets) == most
     return swept
 
@@ -142,3 +149,86 @@ def _by_bytes(session: Session, limit: int, sizes: Mapping[str, int], swept: Swe
 def _note(swept: Swept, unused: str | None, sizes: Mapping[str, int]) -> None:
     if unused is not None:
         swept.pictures[unused] = sizes.get(unused, 0)
+
+
+SWEEP_SECONDS = 60.0
+"""How often to look for what was kept long enough."""
+MANY = 100
+"""Jobs and assets removed in one transaction, so that others need not wait long."""
+MOST_PREDICTED = 10_000
+"""Jobs and assets that a dry run reports at most, each."""
+
+log = structlog.get_logger()
+
+
+class RetentionThread:
+    """Applies the rules of retention to the database and to the disk.
+
+    Several services of one database may have one each: what one has deleted is not there for the other.
+    """
+
+    def __init__(self, database: Database, store: TileStore, assets: AssetStore, rules: Rules) -> None:
+        self._database, self._store, self._assets = database, store, assets
+        self.rules = rules
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="retention", daemon=True)
+
+    def start(self) -> None:
+        """Remove what an earlier service left behind, and begin."""
+        with self._database.reading() as session:
+            known = set(session.scalars(select(AssetRow.sha256)))
+        age = UNFINISHED_SECONDS if self._database.shared else 0.0
+        self._assets.sweep(known, self._unused_since(self.rules), age)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Stop after the transaction under way."""
+        self._stopping.set()
+        self._thread.join()
+
+    def prune(self, rules: Rules) -> Swept:
+        """Delete what these rules do not keep, and report what that was."""
+        whole = Swept(more=True)
+        while whole.more and not self._stopping.is_set():
+            part = self._swept(rules)
+            whole = Swept(
+                whole.expired + part.expired,
+                whole.forgotten + part.forgotten,
+                whole.pictures | part.pictures,
+                whole.assets | part.assets,
+                part.more,
+            )
+        return whole
+
+    def predict(self, rules: Rules) -> Swept:
+        """Report what these rules would delete: it is deleted in a transaction that is rolled back."""
+        sizes = self._store.sizes()
+        with self._database.writing() as session, session.begin_nested() as trial:
+            swept = sweep(session, rules, sizes, MOST_PREDICTED)
+            trial.rollback()
+        return swept
+
+    def _run(self) -> None:
+        pause = min(SWEEP_SECONDS, self.rules.keep_seconds or SWEEP_SECONDS)
+        while not self._stopping.wait(pause):
+            try:
+                swept = self.prune(self.rules)
+            except (SQLAlchemyError, StoreError) as error:
+                log.warning("nothing swept, trying again", error=type(error).__name__)
+                continue
+            if swept.expired or swept.forgotten or swept.assets:
+                counts = {"expired": len(swept.expired), "forgotten": len(swept.forgotten)}
+                log.info("swept", **counts, assets=len(swept.assets), bytes=swept.bytes)
+
+    def _swept(self, rules: Rules) -> Swept:
+        sizes = self._store.sizes()
+        with self._database.writing() as session:
+            swept = sweep(session, rules, sizes, MANY)
+        for render in swept.pictures:
+            self._store.drop_job(render)
+        self._assets.drop(swept.assets, self._unused_since(rules))
+        return swept
+
+    def _unused_since(self, rules: Rules) -> datetime:
+        kept = rules.keep_asset_seconds
+        return datetime.now(UTC) - timedelta(seconds=ASSET_GRACE if kept is None else kept)

@@ -17,18 +17,17 @@ from sqlalchemy.orm import Session
 
 from renderer import progressive, tiling
 from schemas.jobs import JobState
-from service.access.principals import Asker
+from service.access.principals import Principal
 from service.dispatch import adaptive_passes as targets
 from service.errors import ReusedKeyError
-from service.jobs import asset_uses, canonical
+from service.jobs import canonical, uploads
 from service.jobs import limits as queue_limits
 from service.jobs.admission import Admitted, admit
 from service.jobs.canonical import Spec
 from service.jobs.context import Service
 from service.jobs.limits import Queue
 from service.jobs.retention import KEY_LIFE
-from service.lifecycle import clock as moments
-from service.lifecycle import fairness, pass_costs, pausing, rows
+from service.lifecycle import clock, fairness, pass_costs, pausing, rows
 from service.settings import Settings
 from service.storage.database.models import JOINED, Base, IdempotencyRow, JobRow, RenderRow, RequestRow
 
@@ -59,7 +58,7 @@ class Submission:
         Whether it is to be rendered whatever there is already.
     """
 
-    asker: Asker
+    principal: Principal
     body: bytes
     key: str | None = None
     anew: bool = False
@@ -71,7 +70,7 @@ class Submission:
 
 
 @dataclass(frozen=True)
-class Taken:
+class SubmittedJob:
     """A job that was taken, now or when the same request came before; how full the queue is with it.
 
     ``render`` names the render that it has, by the job which that was made for; ``shared`` says that the
@@ -85,7 +84,7 @@ class Taken:
     queue: Queue | None = None
 
 
-def submit(service: Service, sent: Submission) -> Taken:
+def submit(service: Service, sent: Submission) -> SubmittedJob:
     """Keep a job.
 
     Raises
@@ -101,8 +100,8 @@ def submit(service: Service, sent: Submission) -> Taken:
         with service.database.reading() as session:
             before = _sent_before(session, sent)
             if before is not None and before.body_sha256 == sent.body_sha256:
-                return Taken(_job_of(session, before), replayed=True)
-    admitted = admit(service, sent.asker, sent.body)
+                return SubmittedJob(_job_of(session, before), replayed=True)
+    admitted = admit(service, sent.principal, sent.body)
     for _ in range(TRIES - 1):
         try:
             return enter(service, sent, admitted)
@@ -115,7 +114,7 @@ def _sent_before(session: Session, sent: Submission) -> IdempotencyRow | None:
     """Find the request that has brought the same key before, while it counts."""
     if sent.key is None:
         return None
-    row = session.get(IdempotencyRow, (sent.asker.name, sent.key))
+    row = session.get(IdempotencyRow, (sent.principal.name, sent.key))
     return None if row is None or row.created_at < datetime.now(UTC) - KEY_LIFE else row
 
 
@@ -141,15 +140,17 @@ def _is_same_document(session: Session, before: IdempotencyRow, body: bytes) -> 
     return kept is not None and bool(json.loads(zlib.decompress(kept.body)) == json.loads(body))
 
 
-def enter(service: Service, sent: Submission, admitted: Admitted) -> Taken:
+def enter(service: Service, sent: Submission, admitted: Admitted) -> SubmittedJob:
     """Keep a job that was admitted, or find that it came before."""
-    job = _job(sent.asker, admitted)
+    job = _job(sent.principal, admitted)
     spec = None if sent.anew else canonical.spec_of(admitted.request)
     try:
         with service.database.writing() as session:
             known = _replayed(session, sent)
-            taken = (
-                Taken(known, replayed=True) if known else _take(service, session, sent, admitted, job, spec)
+            submitted = (
+                SubmittedJob(known, replayed=True)
+                if known
+                else _enter_job(service, session, sent, admitted, job, spec)
             )
             service.database.tell(session, work=True)
     except BaseException as error:
@@ -158,27 +159,27 @@ def enter(service: Service, sent: Submission, admitted: Admitted) -> Taken:
             service.store.drop_job(job.id)
         raise
     service.dispatcher.wake()
-    service.spans.taken(taken.job, taken.render, shared=taken.shared)
+    service.spans.taken(submitted.job, submitted.render, shared=submitted.shared)
     log.info(
         "job taken",
-        job=taken.job,
-        user=sent.asker.name,
-        render=taken.render,
-        shared=taken.shared,
-        replayed=taken.replayed,
+        job=submitted.job,
+        user=sent.principal.name,
+        render=submitted.render,
+        shared=submitted.shared,
+        replayed=submitted.replayed,
     )
-    return taken
+    return submitted
 
 
-def _take(
+def _enter_job(
     service: Service, session: Session, sent: Submission, admitted: Admitted, job: JobRow, spec: Spec | None
-) -> Taken:
+) -> SubmittedJob:
     found = _render_of(session, spec) if spec else None
     if found is not None:
         _share(job, found)
     else:
         job.load = job.predicted_cpu_seconds
-    queue = queue_limits.check(session, service, sent.asker, job)
+    queue = queue_limits.check(session, service, sent.principal, job)
     if found is None:
         steps, course = _course(admitted, service.settings)
         job.render = _render(admitted, job.id, spec, steps, course)
@@ -189,14 +190,14 @@ def _take(
     session.flush()
     if found is None and job.render_number is not None:
         session.execute(_TILES, [rows.new_step(job.render_number, pass_, tile) for pass_, tile in steps])
-        asset_uses.enter(session, job.render_number, asset_uses.hashes_of(admitted.request.scene))
+        uploads.enter_uses(session, job.render_number, uploads.hashes_of(admitted.request.scene))
     _enter_parts(session, sent, job)
     if found is not None:
         pausing.follow(session, found)
     if not job.state.final:
         fairness.activate(session, [job.owner])
     render = found.id if found else job.id
-    return Taken(job.id, replayed=False, render=render, shared=found is not None, queue=queue)
+    return SubmittedJob(job.id, replayed=False, render=render, shared=found is not None, queue=queue)
 
 
 def _enter_parts(session: Session, sent: Submission, job: JobRow) -> None:
@@ -217,11 +218,11 @@ def _enter_parts(session: Session, sent: Submission, job: JobRow) -> None:
         session.flush()
 
 
-def _job(asker: Asker, admitted: Admitted) -> JobRow:
+def _job(principal: Principal, admitted: Admitted) -> JobRow:
     request = admitted.request
     return JobRow(
         id=secrets.token_hex(8),
-        owner=asker.name,
+        owner=principal.name,
         name=request.scene.name,
         labels=request.labels,
         priority=request.priority,
@@ -233,7 +234,7 @@ def _job(asker: Asker, admitted: Admitted) -> JobRow:
         plan=admitted.description.model_dump(mode="json"),
         warnings=[warning.model_dump() for warning in admitted.warnings],
         predicted_cpu_seconds=admitted.description.cost.cpu_seconds,
-        created_at=moments.now(),
+        created_at=clock.now(),
     )
 
 
@@ -244,7 +245,7 @@ def _render_of(session: Session, spec: Spec) -> RenderRow | None:
 
 
 def _share(job: JobRow, render: RenderRow) -> None:
-    """Let a job join a render. Its times are its own: they tell nothing of who came before."""
+    """Let a job join a render. Its times are its own: they give away nothing of who came before."""
     job.render, job.state = render, render.state
     if render.state is not JobState.QUEUED:
         job.started_at = job.created_at
@@ -273,7 +274,7 @@ def _render(
 
 
 def _course(admitted: Admitted, settings: Settings) -> tuple[list[targets.Step], dict[str, Any]]:
-    """The steps of a render, as far as they are known, and the columns that tell how it goes on."""
+    """The steps of a render, as far as they are known, and the columns of its progress."""
     plan, target = admitted.plan, admitted.target
     if target is not None:
         return targets.begin(plan, target, settings.tile_size, settings.workers)

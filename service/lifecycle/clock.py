@@ -21,13 +21,13 @@ def _wall() -> datetime:
     return datetime.now(UTC)
 
 
-class Moments:
+class Clock:
     """Moments of the wall clock, and what a steady clock showed then.
 
     Parameters
     ----------
     wall, steady
-        The clocks; the steady one tells seconds from some beginning.
+        The clocks; the steady one counts seconds from some beginning.
     """
 
     def __init__(
@@ -44,7 +44,7 @@ class Moments:
         return moment
 
     def since(self, moment: datetime) -> float:
-        """Tell how many seconds have passed since then; never less than 0."""
+        """Give the seconds that have passed since then; never less than 0."""
         with self._lock:
             now = self._steady()
             if moment not in self._known:
@@ -55,5 +55,5 @@ class Moments:
             return now - self._known[moment]
 
 
-_moments = Moments()
-now, since = _moments.now, _moments.since
+_clock = Clock()
+now, since = _clock.now, _clock.since

@@ -82,7 +82,7 @@ def _expires_at(row: JobRow, keep_seconds: float | None) -> datetime | None:
 
 
 def work_of(row: JobRow) -> dict[str, Any]:
-    """Tell of the work for a job: of its render as it is now, or as it was when the job left it."""
+    """Report the work for a job: of its render as it is now, or as it was when the job left it."""
     if row.render is not None:
         return _work(row.render)
     assert row.parting is not None
@@ -90,7 +90,7 @@ def work_of(row: JobRow) -> dict[str, Any]:
 
 
 def leave(row: JobRow) -> None:
-    """Let a job go without its render, and keep what is told of it."""
+    """Part a job from its render, and keep what is reported of it."""
     row.parting, row.render = work_of(row), None
 
 

@@ -14,7 +14,7 @@ from schemas.jobs import Failure, JobState
 from service.lifecycle import pausing, rows, sharing
 from service.storage.database.models import JobRow, RenderRow
 
-# Only what tells the time: with a limit for each, there are as many of them as there are jobs that wait.
+# Only the columns of time: with a limit for each, there are as many of them as there are jobs that wait.
 _LIMITED = select(
     JobRow.number, JobRow.time_limit, JobRow.started_at, JobRow.paused_at, JobRow.paused_seconds
 ).where(JobRow.state == JobState.RUNNING, JobRow.time_limit.is_not(None), JobRow.paused_at.is_(None))

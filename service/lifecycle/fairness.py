@@ -1,10 +1,10 @@
 """Whose turn it is: users share the workers by the CPU seconds that were rendered for them.
 
-Start-time fair queueing. Each user has a clock, `served`: the CPU seconds charged to him. The next tile is of
-the active user whose clock is behind all others. A tile is charged when it is handed out, at the price that
-is expected, and put right when it is finished. Who comes back after a pause starts from the present (`turn`,
-the clock of whoever was served last): a pause is no credit. So a new user waits for no more than the tiles
-that are handed out already, however much another has waiting.
+Start-time fair queueing. Each user has a clock, `served`: the CPU seconds charged to the user. The next tile
+is of the active user whose clock is behind all others. A tile is charged when it is handed out, at the price
+that is expected, and put right when it is finished. A user who comes back after a pause starts from the
+present (`turn`, the clock of whoever was served last): a pause is no credit. So a new user waits for no more
+than the tiles that are handed out already, however much another has waiting.
 
 As in ``ledger.py`` every function works in a transaction of its caller.
 """
@@ -46,7 +46,7 @@ def activate_all_of(session: Session, render: RenderRow) -> None:
 
 
 def next_share(session: Session, resting: Collection[str]) -> tuple[ShareRow | None, float]:
-    """Give the user whose turn it is, those who rest left out, and up to which clock it is his."""
+    """Give the user whose turn it is, those who rest left out, and the clock up to which it is."""
     first, second = [*session.scalars(_NEXT, {"resting": list(resting)}).all(), None, None][:2]
     return first, second.served if second else float("inf")
 

@@ -1,7 +1,7 @@
-"""What each pass of a render has cost: noted while its tiles land, told when it is finished.
+"""What each pass of a render has cost: noted while its tiles land, reported when it is finished.
 
-Target quality notes it with the merging of a pass (``targets.py``). With fixed quality tiles of several
-passes may land in turns, so each pass has an entry of its own from the beginning.
+Target quality notes it with the merging of a pass (``adaptive_passes.py``). With fixed quality tiles of
+several passes may land in turns, so each pass has an entry of its own from the beginning.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from service.lifecycle import clock as moments
+from service.lifecycle import clock
 from service.storage.database.models import RenderRow
 from service.workers.tasks import TileDone
 
@@ -32,7 +32,7 @@ def note(render: RenderRow, pass_index: int, done: TileDone) -> None:
     before = render.pass_costs[pass_index]
     now = {
         "left": before["left"] - 1,
-        "seconds": moments.since(render.started_at),
+        "seconds": clock.since(render.started_at),
         "cpu_seconds": before["cpu_seconds"] + done.cpu_seconds,
         "rays": _sum(before["rays"], done.counts),
         "error": None,
@@ -48,7 +48,7 @@ def note_errors(render: RenderRow, errors: Mapping[int, Mapping[str, float]]) ->
     ]
 
 
-def told(render: RenderRow) -> Iterator[dict[str, Any]]:
+def reported(render: RenderRow) -> Iterator[dict[str, Any]]:
     """Give what the render had taken when each finished pass ended, all passes before it included."""
     entries = _of_merges(render) if render.target_error is not None else _of_fixed(render)
     cpu_seconds, rays = 0.0, dict[str, int]()

@@ -24,7 +24,7 @@ def share(render: RenderRow) -> float:
 
 
 def remaining_seconds(render: RenderRow) -> float | None:
-    """Say in how many seconds a render will be finished, None if it does not run or nothing tells."""
+    """Say in how many seconds a render will be finished, None if it does not run or nothing is known."""
     if render.state != JobState.RUNNING or render.started_at is None or render.paused_at is not None:
         return None
     return seconds_left(share(render), pausing.ran_for(render), render.time_limit or NO_LIMIT)

@@ -28,7 +28,7 @@ class Cause(StrEnum):
 
 
 def cause_of(outcome: Outcome) -> Cause | None:
-    """Tell what was in the way of a task that is taken back; None where nothing was, but time was up.
+    """Give what was in the way of a task that is taken back; None where nothing was, but time was up.
 
     Raises
     ------

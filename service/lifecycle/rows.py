@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session
 
 from schemas.jobs import Failure, JobState
 from schemas.tiles import Pass, Tile
-from service.lifecycle import clock as moments
+from service.lifecycle import clock
 from service.storage.database.models import JobRow, RenderRow, TileRow
 from service.storage.tiles import StoredTile
 
@@ -23,15 +23,15 @@ OPEN = (JobState.QUEUED, JobState.RUNNING)
 
 def begin(session: Session, render: RenderRow) -> None:
     """Let a render run, and with it the jobs that share in it."""
-    render.state, render.started_at = JobState.RUNNING, moments.now()
+    render.state, render.started_at = JobState.RUNNING, clock.now()
     _tell_jobs(session, render, state=render.state, started_at=render.started_at)
 
 
 def end(session: Session, render: RenderRow, state: JobState, failure: Failure | None = None) -> None:
     """Give a render its final state, and with it the jobs that share in it."""
     render.state = state
-    told = failure.model_dump() if failure else None
-    _tell_jobs(session, render, state=state, failure=told, finished_at=datetime.now(UTC))
+    document = failure.model_dump() if failure else None
+    _tell_jobs(session, render, state=state, failure=document, finished_at=datetime.now(UTC))
 
 
 def end_alone(job: JobRow, state: JobState, failure: Failure | None = None) -> None:

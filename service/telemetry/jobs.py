@@ -2,7 +2,7 @@
 
 A job outlives the process that has taken it, and another one may render it. So its span bears the job's own
 id, which is as long as that of a span, and lies in the trace that is kept with its render in the database:
-tiles find what they belong to, and the span itself is told when all is over.
+tiles find what they belong to, and the span itself is sent when all is over.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ class SentJobSpans(JobSpans):
         return carrier.get("traceparent")
 
     def taken(self, job: str, render: str | None, *, shared: bool) -> None:
-        """Tell in the span that is under way which job it has brought, and what that shares in."""
+        """Note in the span that is under way which job it has brought, and what that shares in."""
         span = trace.get_current_span()
         span.set_attribute(JOB, job)
         shown = self._of(render) if shared and render else None
@@ -129,7 +129,7 @@ class SentJobSpans(JobSpans):
         span.end()
 
     def ended(self, render: str) -> None:
-        """Tell of what was rendered, once it has ended and the database knows it."""
+        """Record what was rendered, once it has ended and the database knows it."""
         if render in self._told:
             return
         self._told.append(render)

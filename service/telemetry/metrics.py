@@ -23,7 +23,7 @@ from service.storage.database.models import JobRow, RenderRow
 from service.workers.tasks import JobTask, Outcome, TaskFailed, TileDone, WorkerDied
 
 RECENT = 200
-"""Pictures of target quality, the newest, of which the error is told."""
+"""Pictures of target quality, the newest, of which the error is reported."""
 GONE = "unknown"
 """The user of jobs that were removed, or followed by many others, before anybody asked."""
 MOST_UNPAID = 10_000
@@ -128,10 +128,10 @@ def _families(session: Session) -> Iterator[GaugeMetricFamily]:
 
     ratios = sorted(_ratios(session))
     shares = {str(share): ratios[round(share * (len(ratios) - 1))] for share in (0.5, 0.95) if ratios}
-    told = (
+    description = (
         f"Error that was reached over the error asked for, of the last {RECENT} pictures of target quality."
     )
-    yield _by("penumbra_error_over_target", told, "quantile", shares)
+    yield _by("penumbra_error_over_target", description, "quantile", shares)
 
 
 def _ratios(session: Session) -> Iterator[float]:
@@ -145,8 +145,8 @@ def _ratios(session: Session) -> Iterator[float]:
             yield error["estimate"] / target
 
 
-def _by(name: str, told: str, label: str, values: Mapping[str, float]) -> GaugeMetricFamily:
-    family = GaugeMetricFamily(name, told, labels=[label])
+def _by(name: str, description: str, label: str, values: Mapping[str, float]) -> GaugeMetricFamily:
+    family = GaugeMetricFamily(name, description, labels=[label])
     for value, number in values.items():
         family.add_metric([value], number)
     return family

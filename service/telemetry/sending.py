@@ -49,7 +49,7 @@ class SentTelemetry(Telemetry):
         self._ids = ids
 
     def of_requests(self) -> TelemetryConfig:
-        """Say what the framework shall tell by itself: one span for each request."""
+        """Say what the framework records by itself: one span for each request."""
         return {
             "tracer_provider": self._provider,
             "metrics": False,
@@ -86,10 +86,10 @@ class _RequestIds(SpanProcessor):
 
 
 class _Collector(SpanExporter):
-    """Where spans are sent. What is wrong with it is told once, and not with each batch."""
+    """Where spans are sent. What is wrong with it is logged once, and not with each batch."""
 
     def __init__(self, exporter: OTLPSpanExporter) -> None:
-        # It tells of each try of each batch.
+        # It logs each try of each batch.
         logging.getLogger("opentelemetry.exporter").setLevel(logging.CRITICAL)
         self._exporter = exporter
         self._away = False

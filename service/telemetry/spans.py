@@ -1,13 +1,13 @@
-"""What the service tells about its work as spans. Here nobody listens; ``sending.py`` sends them.
+"""Spans of the service's work. Here nobody listens; ``sending.py`` sends them.
 
-A request that brings a job has a span, which is a part of the asker's trace where he names one. The job has
-one below it, from when it was taken until it has ended, and each attempt at a tile has one below that.
+A request that brings a job has a span, which is a part of the client's trace where the request names one.
+The job has one below it, from when it was taken until it has ended, and each attempt at a tile has one below
+that.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import structlog
@@ -33,7 +33,7 @@ class JobSpans:
         return None
 
     def taken(self, job: str, render: str | None, *, shared: bool) -> None:
-        """Tell in the span that is under way which job it has brought, and what that shares in."""
+        """Note in the span that is under way which job it has brought, and what that shares in."""
 
     def handed_out(self, task: JobTask) -> None:
         """Begin an attempt."""
@@ -42,14 +42,14 @@ class JobSpans:
         """End an attempt."""
 
     def ended(self, render: str) -> None:
-        """Tell of what was rendered, once it has ended and the database knows it."""
+        """Record what was rendered, once it has ended and the database knows it."""
 
 
 class Telemetry:
     """Spans of a service. Nobody wants them."""
 
     def of_requests(self) -> TelemetryConfig:
-        """Say what the framework shall tell by itself."""
+        """Say what the framework records by itself."""
         return {"tracing": False, "metrics": False, "logs": False, "auto_configure": False}
 
     def of_jobs(self, database: Database) -> JobSpans:  # noqa: ARG002  (an interface)
@@ -64,13 +64,13 @@ SILENT = Telemetry()
 """For services of which nobody wants any spans."""
 
 
-def wanted_by(environment: Mapping[str, str] = os.environ) -> str | None:
+def wanted_by() -> str | None:
     """Name the variable that says where to send spans; None where none are wanted."""
-    if environment.get("OTEL_SDK_DISABLED", "").strip().lower() == "true":
+    if os.environ.get("OTEL_SDK_DISABLED", "").strip().lower() == "true":
         return None
-    if environment.get("OTEL_TRACES_EXPORTER", "otlp").strip() == "none":
+    if os.environ.get("OTEL_TRACES_EXPORTER", "otlp").strip() == "none":
         return None
-    return next((name for name in ENDPOINTS if environment.get(name)), None)
+    return next((name for name in ENDPOINTS if os.environ.get(name)), None)
 
 
 def begin() -> Telemetry:

@@ -30,7 +30,7 @@ def connector(settings: Settings) -> Connect:
     """Say how to reach the cluster that the settings name, or start one where they name none."""
     # What it does at every start and stop is nobody's news.
     logging.getLogger("distributed").setLevel(logging.WARNING)
-    # The engine itself tells what becomes of the connection.
+    # The engine itself logs what becomes of the connection.
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
     address = settings.dask
     return (lambda: _existing(address, settings)) if address else (lambda: _local(settings.workers))

@@ -53,7 +53,7 @@ class DaskEngine:
     connect : callable
         Gives a client of the cluster, as a context.
     setup : WorkerSetup
-        What every slot is told.
+        Settings of every slot.
     """
 
     def __init__(self, connect: Connect, setup: WorkerSetup) -> None:
@@ -199,7 +199,7 @@ async def _outcome(flight: _Flight) -> Outcome:
     try:
         outcome: Outcome = await flight.future
     except (FutureCancelledError, OSError):
-        # The scheduler is gone, or the worker was before it had told.
+        # The scheduler is gone, or the worker was before it had reported.
         return Interrupted()
     except KilledWorker:
         # What waited behind another task is not to blame.

@@ -19,7 +19,7 @@ from service.workers.worker import WorkerSetup
 
 NAME = "penumbra"
 BEGUN = "penumbra-begun"
-"""The topic under which a worker tells that a task has begun."""
+"""The topic under which a worker reports that a task has begun."""
 
 # How often a running task is asked for by `stop`, seconds.
 LOOK_SECONDS = 0.05
@@ -31,7 +31,7 @@ class SlotPlugin(WorkerPlugin):
     Parameters
     ----------
     setup : WorkerSetup
-        What the process of the slot is told.
+        Settings of the slot's process.
     """
 
     name = NAME

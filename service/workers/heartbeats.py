@@ -60,7 +60,7 @@ def beat(connection: Connection, seconds: float) -> None:
 
 
 def beats(connection: Connection, seconds: float) -> Iterator[Passed]:
-    """Wait for beats and tell of time as it passes, until the worker is lost."""
+    """Wait for beats and count time as it passes, until the worker is lost."""
     silent = 0.0
     with connection, suppress(EOFError, OSError):
         while True:

@@ -11,17 +11,17 @@ from service.storage.tiles import Layers, StoredTile, TileStore
 
 
 def recorded(parts: Iterable[StoredTile], names: Sequence[str]) -> list[StoredTile]:
-    """Give the steps that tell of some of these layers, among the finished ones of a job."""
+    """Give the steps that have recorded some of these layers, among the finished ones of a job."""
     return [part for part in parts if records(part.pass_, names)]
 
 
 def records(pass_: Pass, names: Sequence[str]) -> bool:
-    """Whether a pass tells of some of these layers."""
+    """Whether a pass records some of these layers."""
     return any(LAYERS[name].recorded_in(pass_) for name in names)
 
 
 def of_centres(name: str) -> bool:
-    """Whether a layer tells what the centres of pixels show, and not of their samples."""
+    """Whether a layer is of the centres of pixels, and not of their samples."""
     return LAYERS[name].values is not None
 
 

@@ -8,11 +8,27 @@ with a queue would wait for the rest of the answer.
 from __future__ import annotations
 
 import os
+import threading
+from collections import deque
 from collections.abc import Callable
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
 
-from service.workers.slot import Slot
-from service.workers.tasks import Report, Task
-from service.workers.worker import WorkerSetup
+import structlog
+
+from service.workers.heartbeats import beats
+from service.workers.tasks import (
+    TOOK_TOO_LONG,
+    Interrupted,
+    Outcome,
+    Report,
+    Task,
+    TaskFailed,
+    WorkerDied,
+    log_names,
+)
+from service.workers.worker import WorkerSetup, work
 
 # The second task waits here, so that it starts the moment the first one ends.
 WINDOW = 2
@@ -29,7 +45,7 @@ class SlotEngine:
     workers : int
         Number of slots.
     setup : WorkerSetup
-        What every worker process is told.
+        Settings of every worker process.
     """
 
     def __init__(self, workers: int, setup: WorkerSetup) -> None:
@@ -65,3 +81,190 @@ class SlotEngine:
             slot.kill()
         for slot in self._slots:
             slot.join()
+
+
+# A process that could not even start is not replaced sooner than this, seconds.
+PAUSE_SECONDS = 1.0
+
+log = structlog.get_logger()
+
+
+class Slot:
+    """One process, the thread that listens to it, and the tasks it was given in the order it runs them.
+
+    The thread also starts the process, and lives until the slot is closed: on Linux a worker dies with the
+    thread that has started it.
+
+    Attributes
+    ----------
+    pid : int or None
+        Of the process, from when it says that it has started until it is known to be lost.
+    """
+
+    def __init__(self, setup: WorkerSetup) -> None:
+        self._setup, self._lease = setup, setup.lease
+        self._lock = threading.Lock()
+        self._closing = threading.Event()
+        self._tasks: deque[Task] = deque()
+        self._verdict: tuple[Task, Outcome] | None = None
+        self._process: SpawnProcess | None = None
+        self._thread = threading.Thread(target=self._run, name="slot", daemon=True)
+        self.pid: int | None = None
+
+    def start(self, report: Report) -> None:
+        """Have the process started, and outcomes reported."""
+        self._report = report
+        self._thread.start()
+
+    def load(self) -> int:
+        """How many tasks run or wait here."""
+        return len(self._tasks)
+
+    def submit(self, task: Task) -> None:
+        """Have a task executed after those that were given before."""
+        with self._lock:
+            self._tasks.append(task)
+            if len(self._tasks) == 1 and self.pid is not None:
+                self._tell_first()
+
+    def interrupt(self, wanted: Callable[[Task], bool]) -> None:
+        """Kill the process if its task is wanted; one that has not started yet runs nothing."""
+        with self._lock:
+            if self._tasks and self.pid is not None and wanted(self._tasks[0]):
+                self._end_first(Interrupted())
+
+    def kill(self) -> None:
+        """Kill the process, for the last time; nothing is reported from here on."""
+        with self._lock:
+            self._report = _nobody
+            self._closing.set()
+            if self._process is not None:
+                self._process.kill()
+
+    def join(self) -> None:
+        """Wait until the process is gone, after `kill`."""
+        if self._thread.is_alive():
+            self._thread.join()
+
+    def _run(self) -> None:
+        while (connection := self._start_process()) is not None:
+            if not self._listen(connection):
+                self._closing.wait(PAUSE_SECONDS)
+
+    def _start_process(self) -> Connection | None:
+        """Start a process and give this end of its pipe; None at the end of all."""
+        context = get_context("spawn")
+        with self._lock:
+            if self._closing.is_set():
+                return None
+            self._verdict = None
+            self._connection, there = context.Pipe()
+            pulse, beating = context.Pipe(duplex=False)
+            self._process = context.Process(target=work, args=(there, beating, self._setup), daemon=True)
+            self._process.start()
+        # The process alone holds these now, and they close with it.
+        there.close()
+        beating.close()
+        threading.Thread(target=self._watch, args=(pulse, self._process), daemon=True).start()
+        return self._connection
+
+    def _listen(self, connection: Connection) -> bool:
+        """Report one outcome after another, until the process is lost; False if it has never started."""
+        started = False
+        with connection:
+            try:
+                self._started(connection.recv())
+                started = True
+                while True:
+                    self._ended(connection.recv())
+            except (EOFError, OSError):
+                self._lost()
+        assert self._process is not None
+        self._process.join()
+        return started
+
+    def _watch(self, pulse: Connection, process: SpawnProcess) -> None:
+        """Kill the process once it is silent for too long, or too long at one task.
+
+        The lock is not waited for: it is held while a process that was stopped is given a task.
+        """
+        task, spent = None, 0.0
+        for passed in beats(pulse, self._lease.beat_seconds):
+            first = self._first()
+            spent, task = (spent + passed.seconds if first is task else 0.0), first
+            if passed.silent >= self._patience():
+                log.warning("worker silent", process=process.pid, seconds=passed.silent, **log_names(task))
+                process.kill()
+            elif task is not None and spent > self._lease.task_seconds:
+                self._end_late(task)
+
+    def _patience(self) -> float:
+        return self._lease.start_seconds if self.pid is None else self._lease.silent_seconds
+
+    def _first(self) -> Task | None:
+        """The task that the process is at."""
+        try:
+            return None if self.pid is None else self._tasks[0]
+        except IndexError:
+            return None
+
+    def _end_late(self, task: Task) -> None:
+        with self._lock:
+            if self._first() is task and self._verdict is None:
+                self._end_first(TaskFailed(TOOK_TOO_LONG, _too_long(self._lease.task_seconds)))
+
+    def _started(self, pid: int) -> None:
+        with self._lock:
+            self.pid = pid
+            if self._tasks:
+                self._tell_first()
+
+    def _ended(self, outcome: Outcome) -> None:
+        with self._lock:
+            task = self._tasks.popleft()
+            if self._tasks:
+                self._tell_first()
+        self._report(task, outcome)
+
+    def _tell_first(self) -> None:
+        """Give the process, which has nothing to do, the first task."""
+        try:
+            self._connection.send(self._tasks[0])
+        except OSError:
+            # It is dead, as the listener will find: no task is to blame.
+            self._verdict = self._tasks[0], Interrupted()
+
+    def _end_first(self, outcome: Outcome) -> None:
+        """Kill the process, which is at the first task, and say what became of that."""
+        assert self._process is not None
+        self._verdict = self._tasks[0], outcome
+        self._process.kill()
+
+    def _lost(self) -> None:
+        """Report the tasks of a dead process: only the first of them was running when it died."""
+        with self._lock:
+            verdict, lost = self._verdict, list(self._tasks)
+            ran = self.pid is not None
+            self._tasks.clear()
+            self.pid = None
+        for number, task in enumerate(lost):
+            self._report(task, _became_of(task, verdict) if ran and number == 0 else Interrupted())
+
+
+def _became_of(task: Task, verdict: tuple[Task, Outcome] | None) -> Outcome:
+    """Report the outcome of a task whose process is dead, after a verdict on it or on the one before."""
+    if verdict is None:
+        return WorkerDied()
+    judged, outcome = verdict
+    return outcome if judged is task else Interrupted()
+
+
+def _too_long(seconds: float) -> str:
+    return (
+        f"A worker was stopped after {seconds:g} seconds at one tile or one answer. Ask for fewer samples or "
+        "a smaller picture; operators set 'max_task_seconds'."
+    )
+
+
+def _nobody(_task: Task, _outcome: Outcome, /) -> None:
+    """Take reports after the end."""

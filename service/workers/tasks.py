@@ -72,7 +72,7 @@ class AdvanceTask:
 class ComposeTask:
     """Make the final picture of a job, and its layers, from its tiles.
 
-    ``compared`` says that the differences of its passes tell their errors.
+    ``compared`` says that their errors follow from the differences of its passes.
     """
 
     job: str

@@ -78,7 +78,7 @@ PLANS_KEPT = 4
 
 @dataclass(frozen=True)
 class WorkerSetup:
-    """What a worker process is told when it starts; ``store`` is the address of `service.storage.places`.
+    """Settings that a worker process starts with; ``store`` is the address of `service.storage.places`.
 
     ``workers`` are those that share the tiles of a pass.
     """
@@ -158,14 +158,14 @@ class Worker:
     def _(self, task: QuoteTask) -> QuoteDone:
         asked = task.request
         scene = renderer.load_scene(asked.scene, assets=self._assets)
-        told = quote(
+        quoted = quote(
             scene,
             asked.quality,
             target_error=asked.target_error,
             seconds=asked.seconds,
             workers=task.workers,
         )
-        return QuoteDone(told)
+        return QuoteDone(quoted)
 
     @execute.register
     def _(self, task: CompareTask) -> CompareDone | CompareRefused:

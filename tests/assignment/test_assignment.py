@@ -17,7 +17,7 @@ from schemas.textures import ImageTexture
 from service.grading import counterfactuals
 from service.grading.folders import Folder
 from service.grading.grading import grade
-from service.grading.kinds import find_out
+from service.grading.kinds import findings
 from service.grading.settings import Run
 from tests.assignment import submissions
 from tests.assignment.mistakes import MISTAKES, RAYS, Mistake
@@ -152,7 +152,7 @@ def graded(name: str, submission: Path) -> tuple[float, str]:
     # However busy the machine is, all mistakes are tried.
     patient = manifest().model_copy(update={"deadline": 3600.0})
     run = Run(patient, Folder(FOLDER.resolve(), "reference"), Folder(submission.resolve(), "submission"))
-    outcome = find_out(TESTS[name], run)
+    *_, outcome = findings(TESTS[name], run)
     if outcome.share == 1:
         return outcome.share, ""
     causes = [cause.cause for cause in outcome.diagnosis]

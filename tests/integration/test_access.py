@@ -215,7 +215,7 @@ def test_keys_are_made_listed_and_revoked(tmp_path: Path) -> None:
     assert penumbra("keys", "revoke", "nobody", "--data", tmp_path).returncode == 2
     opened = Database(Settings(data=tmp_path).database_url)
     with opened.reading() as session:
-        assert keys.asker_of_key(session, key) is None
+        assert keys.principal_of_key(session, key) is None
         # The last key is gone, and the doors stay shut.
         assert keys.any_made(session)
     opened.close()

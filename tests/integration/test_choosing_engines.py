@@ -9,7 +9,7 @@ import pytest
 
 from service.errors import EngineError, UnsafeClusterError
 from service.settings import Settings
-from service.workers.choosing import check_engine
+from service.workers.engines import check_engine
 from tests.integration.conftest import Start
 
 FILES = ("dask_tls_ca", "dask_tls_cert", "dask_tls_key")

@@ -21,7 +21,7 @@ from schemas.limits import Limits
 from service.settings import Settings
 from service.storage.folder import Folder
 from service.storage.tiles import StoredTile, TileStore
-from service.workers.choosing import engine_of
+from service.workers.engines import engine_of
 from service.workers.tasks import (
     Interrupted,
     Outcome,

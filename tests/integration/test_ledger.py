@@ -280,7 +280,7 @@ def costs(table: Table) -> list[tuple[int, float, int, float | None]]:
     """What is told of each finished pass: its index, CPU seconds, camera rays, and error."""
     return [
         (entry["pass_index"], entry["cpu_seconds"], entry["rays"]["camera"], entry["error"])
-        for entry in pass_costs.told(table.render("a"))
+        for entry in pass_costs.reported(table.render("a"))
     ]
 
 
@@ -308,7 +308,7 @@ def test_a_pass_does_not_end_before_an_earlier_one(table: Table) -> None:
     assert [index for index, *_ in costs(table)] == [0]
     for task in tasks[1:5]:
         table.round((task, DONE))
-    seconds = [entry["seconds"] for entry in pass_costs.told(table.render("a"))]
+    seconds = [entry["seconds"] for entry in pass_costs.reported(table.render("a"))]
     assert seconds == sorted(seconds)
     assert seconds[1] == seconds[2] > seconds[0]
 

@@ -64,7 +64,7 @@ def test_a_service_whose_folder_takes_no_files_takes_no_jobs_and_lives(tmp_path:
 def test_a_service_that_is_being_stopped_takes_no_jobs_and_lives(tmp_path: Path) -> None:
     app = create_app(Settings(data=tmp_path, workers=1))
     with TestClient(app) as client:
-        app.state.service.feed.close()
+        app.state.service.job_events.close()
         assert "the service is being stopped" in missing(client)
 
 

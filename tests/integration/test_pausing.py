@@ -1,4 +1,4 @@
-"""Jobs that stand still: nothing more is handed out for them, and what they have stays."""
+"""Paused jobs: nothing more is handed out for them, and what they have stays."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from schemas.jobs import JobRequest
 from schemas.limits import Limits
 from schemas.pointers import Parts
 from schemas.request_pointers import in_request, in_scene
-from service.jobs.placeholders import Pixels, outlined
+from service.jobs.admission import Pixels, outlined
 from tests.integration.conftest import Start
 from tests.integration.support import PATIENCE, scene, submit
 from tests.integration.test_bad_requests import JSON, problem_of

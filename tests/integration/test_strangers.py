@@ -194,7 +194,7 @@ def test_the_files_of_a_user_have_a_limit_together(world: World) -> None:
     assert upload(world, "bob", big).status_code == 200
 
 
-def test_a_list_of_jobs_names_those_of_the_asker(world: World) -> None:
+def test_a_list_of_jobs_names_those_of_its_user(world: World) -> None:
     assert world.things["job_id"] in world.ask("ann", "GET", "/v1/jobs").text
     assert world.ask("bob", "GET", "/v1/jobs", params={"limit": 100}).text.count(world.things["job_id"]) == 0
 

@@ -16,7 +16,7 @@ from sqlalchemy import table as sql_table
 
 from schemas.jobs import JobState
 from service.dispatch import ledger
-from service.jobs import asset_uses
+from service.jobs import uploads
 from service.lifecycle.documents import documents
 from service.storage.database import migrations
 from service.storage.database.connection import Database
@@ -161,9 +161,9 @@ def test_assets_that_old_pictures_need_are_kept_and_others_go(database: Database
     upgrade(database)
     now = datetime.now(UTC)
     with database.writing() as session:
-        assert asset_uses.drop_unused(session, now, 9) == {}
+        assert uploads.drop_unused(session, now, 9) == {}
         session.delete(session.scalars(select(JobRow).where(JobRow.id == "bb")).one())
         session.flush()
         session.delete(session.scalars(select(RenderRow).where(RenderRow.id == "bb")).one())
-        assert asset_uses.drop_unused(session, now, 9) == {"cd" * 32: 1}
+        assert uploads.drop_unused(session, now, 9) == {"cd" * 32: 1}
         assert not any(row.pinned for row in session.scalars(select(JobRow)))

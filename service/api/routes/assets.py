@@ -11,13 +11,13 @@ from fastapi.responses import Response
 from sqlalchemy.exc import IntegrityError
 
 from schemas.jobs import Asset
-from service.access.principals import LOCAL, Asker
-from service.api.authentication import Asking
+from service.access.principals import LOCAL, Principal
+from service.api.authentication import CurrentUser
 from service.api.bodies import chunks
 from service.api.routes.parameters import not_modified, problem
 from service.api.routes.stored import stored_response
 from service.errors import BodyTooLargeError, UnknownAssetError, UploadQuotaError
-from service.jobs import asset_uses, ownership
+from service.jobs import uploads
 from service.jobs.context import Here, Service
 from service.storage.assets import PREFIX
 from service.storage.database.models import AssetRow
@@ -25,7 +25,7 @@ from service.storage.database.models import AssetRow
 router = APIRouter(prefix="/v1/assets", tags=["assets"])
 
 Sha256 = Annotated[str, Path(pattern="^[0-9a-f]{64}$", description="64 lower-case hexadecimal digits.")]
-UNKNOWN = problem(404, "The asker has uploaded no such asset.")
+UNKNOWN = problem(404, "The user has uploaded no such asset.")
 FILE: dict[str, Any] = {"schema": {"type": "string", "format": "binary"}}
 UPLOAD = {"requestBody": {"required": True, "content": {"application/octet-stream": FILE}}}
 
@@ -38,12 +38,12 @@ UPLOAD = {"requestBody": {"required": True, "content": {"application/octet-strea
     | problem(507, "The disk is full."),
     openapi_extra=UPLOAD,
 )
-async def put_asset(here: Here, request: Request, sha256: Sha256, asking: Asking) -> Asset:
+async def put_asset(here: Here, request: Request, sha256: Sha256, user: CurrentUser) -> Asset:
     """Upload a texture or a mesh. Sending it again changes nothing.
 
     What others have sent is to be sent again: only those who have a file can use it by its hash.
     """
-    most, room = here.settings.max_asset_bytes, await run_in_threadpool(_room, here, asking, sha256)
+    most, room = here.settings.max_asset_bytes, await run_in_threadpool(_room, here, user, sha256)
     content = chunks(request, min(most, room), here.settings.patience_seconds)
     try:
         size, header = await here.assets.receive(sha256, content)
@@ -61,23 +61,23 @@ async def put_asset(here: Here, request: Request, sha256: Sha256, asking: Asking
         used_at=now,
     )
     try:
-        return await run_in_threadpool(_keep, here, row, asking)
+        return await run_in_threadpool(_keep, here, row, user)
     except IntegrityError:  # somebody else has entered it at the same moment
-        return await run_in_threadpool(_keep, here, row, asking)
+        return await run_in_threadpool(_keep, here, row, user)
 
 
-def _room(service: Service, asker: Asker, sha256: str) -> int:
+def _room(service: Service, principal: Principal, sha256: str) -> int:
     """How many bytes a user may send; all users together are one where nobody asks for keys."""
-    if asker is LOCAL:
+    if principal is LOCAL:
         return service.settings.max_asset_bytes
     with service.database.reading() as session:
-        taken = ownership.bytes_of(session, asker.name, apart_from=sha256)
+        taken = uploads.bytes_of(session, principal.name, apart_from=sha256)
     return max(0, service.settings.max_user_asset_bytes - taken)
 
 
-def _keep(service: Service, row: AssetRow, asker: Asker) -> Asset:
+def _keep(service: Service, row: AssetRow, principal: Principal) -> Asset:
     with service.database.writing() as session:
-        return _describe(ownership.enter(session, row, asker.name))
+        return _describe(uploads.enter_upload(session, row, principal.name))
 
 
 def _describe(row: AssetRow) -> Asset:
@@ -92,16 +92,16 @@ def _describe(row: AssetRow) -> Asset:
 
 @router.head("/{sha256}", response_class=Response, responses=UNKNOWN, operation_id="head_asset")
 @router.get("/{sha256}", response_class=Response, responses=UNKNOWN, operation_id="get_asset")
-def get_asset(here: Here, request: Request, sha256: Sha256, asking: Asking) -> Response:
+def get_asset(here: Here, request: Request, sha256: Sha256, user: CurrentUser) -> Response:
     """Get a texture or a mesh back, byte by byte as it was sent; what others have sent is not there."""
     with here.database.reading() as session:
-        row = ownership.find(session, sha256, asking)
+        row = uploads.find_upload(session, sha256, user)
     if row is None:
         raise UnknownAssetError
-    if request.method == "HEAD" and asset_uses.is_due(row):
+    if request.method == "HEAD" and uploads.is_due(row):
         # Who asks whether it is there will not send it again, and counts on it.
         with here.database.writing() as session:
-            asset_uses.note(session, sha256)
+            uploads.note(session, sha256)
     etag = f'"{sha256}"'
     headers = {"ETag": etag, "Content-Disposition": "attachment", "X-Content-Type-Options": "nosniff"}
     unchanged = not_modified(request, etag)

@@ -1,4 +1,4 @@
-"""Jobs: submit, look, list, cancel, remove."""
+"""Jobs: submit, show, list, cancel, pause, pin, remove."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ from fastapi import APIRouter, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
 
 from schemas.jobs import Job, JobList, JobRequest, JobState
+from schemas.logs import JobLog
 from schemas.plans import PlanDocument
-from service.api.authentication import Asking, ChangedJob
+from schemas.regions import Region
+from service.api.authentication import ChangedJob, CurrentUser, KeptJob
 from service.api.bodies import JsonBody
 from service.api.routes.parameters import (
     IdempotencyKey,
@@ -21,6 +23,7 @@ from service.api.routes.parameters import (
     problem,
 )
 from service.jobs import lifecycle as jobs
+from service.jobs import logs as job_logs
 from service.jobs import submission as submissions
 from service.jobs.context import Here
 
@@ -54,7 +57,7 @@ async def submit(
     here: Here,
     request: Request,
     response: Response,
-    asking: Asking,
+    user: CurrentUser,
     body: JsonBody,
     prefer: Prefer = None,
     idempotency_key: IdempotencyKey = None,
@@ -64,25 +67,25 @@ async def submit(
     What was rendered before is answered from the store at once, unless `Cache-Control: no-cache` is sent.
     """
     anew = "no-cache" in request.headers.get("cache-control", "").lower()
-    sent = submissions.Submission(asking, body, idempotency_key, anew)
-    taken = await here.read(submissions.submit, here, sent)
+    sent = submissions.Submission(user, body, idempotency_key, anew)
+    submitted = await here.read(submissions.submit, here, sent)
     wait = preferred_wait(prefer, here.settings.max_wait_seconds)
     if wait:
-        await jobs.until(here, taken.job, wait, lambda standing: standing.state.final)
+        await jobs.until(here, submitted.job, wait, lambda status: status.state.final)
         response.headers["Preference-Applied"] = f"wait={wait:g}"
-    job = await run_in_threadpool(jobs.show, here, taken.job)
+    job = await run_in_threadpool(jobs.show, here, submitted.job)
     response.headers["Location"] = job.links.self
-    if taken.replayed:
+    if submitted.replayed:
         response.headers["Idempotency-Replayed"] = "true"
-    if taken.queue:
-        response.headers.update(taken.queue.headers())
+    if submitted.queue:
+        response.headers.update(submitted.queue.headers())
     return job
 
 
 @router.get("", responses=problem(422, "A parameter cannot be used."))
 def list_jobs(
     here: Here,
-    asking: Asking,
+    user: CurrentUser,
     limit: Annotated[int, Query(ge=1, le=100, description="Jobs on a page.")] = 20,
     cursor: Annotated[
         int | None,
@@ -99,8 +102,8 @@ def list_jobs(
 ) -> JobList:
     """List jobs, newest first: one's own, or those of all for staff."""
     labels = dict(text.split(":", 1) for text in label or ())
-    owner = None if asking.sees_all else asking.name
-    return jobs.page(here, limit, cursor, jobs.Wish(owner, state, labels))
+    owner = None if user.sees_all else user.name
+    return jobs.page(here, limit, cursor, jobs.JobFilter(owner, state, labels))
 
 
 @router.get("/{job_id}", responses=UNKNOWN)
@@ -132,7 +135,7 @@ def pause_job(here: Here, job_id: ChangedJob) -> Job:
 
 @router.post("/{job_id}/resume", responses=UNKNOWN | NOT_YOURS)
 def resume_job(here: Here, job_id: ChangedJob) -> Job:
-    """Let a paused job go on where it stands; any other stays as it is."""
+    """Resume a paused job where it was; any other stays as it is."""
     return jobs.resume(here, job_id)
 
 
@@ -151,3 +154,45 @@ async def delete_job(here: Here, job_id: ChangedJob) -> None:
 def get_plan(here: Here, job_id: JobId) -> PlanDocument:
     """Show what runs for a job, and which lines of the scene asked for it."""
     return jobs.plan_of(here, job_id)
+
+
+@router.get("/{job_id}/log", responses=UNKNOWN)
+def get_log(here: Here, job_id: JobId) -> JobLog:
+    """Report what became of a job so far: states, passes, repeated steps, workers lost, failures."""
+    return job_logs.log_of(here, job_id)
+
+
+@router.get("/{job_id}/request", response_model=JobRequest, responses=UNKNOWN | GONE)
+def get_request(here: Here, job_id: JobId) -> Response:
+    """Return the body that the job was submitted with, byte for byte: its lines are those of the sender."""
+    return Response(jobs.request_of(here, job_id), media_type="application/json")
+
+
+REGION: dict[str, Any] = {"x0": 0, "y0": 0, "x1": 64, "y1": 64}
+
+
+@router.post(
+    "/{job_id}/focus",
+    status_code=204,
+    response_class=Response,
+    responses=BODY | UNKNOWN | NOT_YOURS | GONE | problem(422, "The rectangle cannot be used."),
+    openapi_extra=json_request(Region, REGION),
+)
+async def set_focus(here: Here, job_id: ChangedJob, body: JsonBody) -> None:
+    """Have a rectangle of the picture rendered before the rest of each pass."""
+    await run_in_threadpool(jobs.focus, here, job_id, body)
+
+
+@router.put(
+    "/{job_id}/pin",
+    responses=UNKNOWN | GONE | problem(403, "As many of your jobs are pinned as may be."),
+)
+def pin_job(here: Here, user: CurrentUser, job_id: KeptJob) -> Job:
+    """Keep the picture of a job until it is unpinned or deleted. For its owner and staff."""
+    return jobs.pin(here, job_id, user)
+
+
+@router.delete("/{job_id}/pin", responses=UNKNOWN)
+def unpin_job(here: Here, job_id: KeptJob) -> Job:
+    """Let the picture of a job expire like any other."""
+    return jobs.unpin(here, job_id)

@@ -1,4 +1,4 @@
-"""Whether the service lives, whether it can work, and which one it is."""
+"""Health checks of the service, and its version."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ router = APIRouter(tags=["operations"])
 
 
 class Condition(BaseModel):
-    """The answer of a service that is well."""
+    """The answer of a health check that passes."""
 
     status: str = "ok"
 
@@ -35,7 +35,7 @@ async def livez(here: Here) -> Condition:
 @router.get("/readyz", responses=problem(503, "What is missing is in `detail`."))
 def readyz(here: Here) -> Condition:
     """Say whether jobs can be taken and rendered now."""
-    missing = [what for what, well in _checks(here).items() if not well]
+    missing = [what for what, passes in _checks(here).items() if not passes]
     if missing:
         raise UnavailableError(f"Not ready: {', '.join(missing)}.")
     return Condition()
@@ -43,7 +43,7 @@ def readyz(here: Here) -> Condition:
 
 def _checks(service: Service) -> dict[str, bool]:
     return {
-        "the service is being stopped": not service.feed.closed,
+        "the service is being stopped": not service.job_events.closed,
         "the database cannot be written": _database_writable(service),
         "no worker is running": service.dispatcher.alive(),
         "the disk is nearly full": _disk_free(service),

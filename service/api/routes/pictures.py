@@ -12,7 +12,7 @@ from service.api.routes.parameters import JobId, not_modified, problem
 from service.api.routes.stored import stored_response
 from service.jobs import pictures
 from service.jobs.context import Here, Service
-from service.jobs.pictures import Wanted
+from service.jobs.pictures import ImageRequest
 
 router = APIRouter(prefix="/v1/jobs/{job_id}", tags=["pictures"])
 
@@ -68,35 +68,35 @@ def get_png(
     after: ShownEvent = None,  # noqa: ARG001  (part of the address alone)
 ) -> Response:
     """Get the picture as a PNG file, with the scene's display transfer and exposure."""
-    return _answer(here, request, job_id, Wanted("png", width=width))
+    return _answer(here, request, job_id, ImageRequest("png", width=width))
 
 
 @router.get("/image.npy", response_class=Response, responses=_responses("npy"))
 def get_npy(here: Here, request: Request, job_id: JobId) -> Response:
     """Get the picture as a NumPy file: float32, linear, height x width x 3."""
-    return _answer(here, request, job_id, Wanted("npy"))
+    return _answer(here, request, job_id, ImageRequest("npy"))
 
 
 @router.get("/image.exr", response_class=Response, responses=_responses("exr") | NO_EXR)
 def get_exr(here: Here, request: Request, job_id: JobId) -> Response:
     """Get the picture as an OpenEXR file: linear, with all layers of the job as further channels."""
-    return _answer(here, request, job_id, Wanted("exr"))
+    return _answer(here, request, job_id, ImageRequest("exr"))
 
 
 @router.get("/layers/{name}.npy", response_class=Response, responses=_responses("npy"))
 def get_layer(here: Here, request: Request, job_id: JobId, name: LayerPart) -> Response:
     """Get a layer that the job was asked for, as a NumPy file: height x width, or x channels."""
-    return _answer(here, request, job_id, Wanted("npy", name))
+    return _answer(here, request, job_id, ImageRequest("npy", name))
 
 
-def _answer(service: Service, request: Request, job_id: str, wanted: Wanted) -> Response:
-    etag = pictures.etag_of(service, job_id, wanted)
+def _answer(service: Service, request: Request, job_id: str, requested: ImageRequest) -> Response:
+    etag = pictures.etag_of(service, job_id, requested)
     unchanged = not_modified(request, etag) if etag else None
     if unchanged:
         return unchanged
-    picture = pictures.picture(service, job_id, wanted)
+    picture = pictures.picture(service, job_id, requested)
     headers = {"ETag": picture.etag, "X-Progress": f"{picture.share:.4f}", "Cache-Control": "no-cache"}
-    media_type = pictures.MEDIA_TYPES[wanted.kind]
+    media_type = pictures.MEDIA_TYPES[requested.kind]
     if isinstance(picture.content, bytes):
         return Response(picture.content, media_type=media_type, headers=headers)
     return stored_response(request, picture.content, media_type, headers)

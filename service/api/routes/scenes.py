@@ -1,4 +1,4 @@
-"""Scenes without a job: plans, traces, and the schema of the language."""
+"""Scenes without a job: plans, traces, quotes, and the schema of the language."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from schemas.jobs import JobRequest
 from schemas.json_schema import scene_json_schema
 from schemas.manifest_json_schema import manifest_json_schema
 from schemas.plans import PlanDocument
+from schemas.quotes import Quote, QuoteRequest
 from schemas.traces import TraceAnswer, TraceRequest
-from service.analyses import traces
-from service.api.authentication import Asking
+from service.analyses import quotes, traces
+from service.api.authentication import CurrentUser
 from service.api.bodies import JsonBody, TraceBody
 from service.api.routes.jobs import BODY
 from service.api.routes.parameters import json_request, problem
@@ -25,9 +26,9 @@ UNUSABLE = problem(422, "The request cannot be used; every reason is listed.")
 
 
 @router.post("/plans", responses=BODY | UNUSABLE, openapi_extra=json_request(JobRequest))
-async def plan(here: Here, asking: Asking, body: JsonBody) -> PlanDocument:
+async def plan(here: Here, user: CurrentUser, body: JsonBody) -> PlanDocument:
     """Explain what would run for a scene, who asked for it, and what it would cost."""
-    return (await here.read(admit, here, asking, body)).description
+    return (await here.read(admit, here, user, body)).description
 
 
 @router.post(
@@ -35,9 +36,9 @@ async def plan(here: Here, asking: Asking, body: JsonBody) -> PlanDocument:
     responses=BODY | UNUSABLE | problem(503, "Too many others are tracing, or it took too long."),
     openapi_extra=json_request(TraceRequest),
 )
-async def trace(here: Here, asking: Asking, body: TraceBody) -> TraceAnswer:
+async def trace(here: Here, user: CurrentUser, body: TraceBody) -> TraceAnswer:
     """Cast rays into a scene and say what each of them hits."""
-    return await traces.trace(here, asking, body)
+    return await traces.trace(here, user, body)
 
 
 @router.get("/schemas/scene.json", response_model=None)
@@ -50,3 +51,69 @@ def scene_schema() -> dict[str, Any]:
 def manifest_schema() -> dict[str, Any]:
     """Get the JSON Schema of the manifests of assignments."""
     return manifest_json_schema()
+
+
+QUOTED_SCENE = {
+    "scene": {
+        "version": 1,
+        "camera": {
+            "position": [0, 0, 3],
+            "look_at": [0, 0, 0],
+            "vertical_fov": 45,
+            "width": 320,
+            "height": 240,
+        },
+        "ambient": [1, 1, 1],
+        "materials": {"red": {"type": "phong", "color": [0.8, 0.1, 0.1], "ambient": 0.5}},
+        "shapes": [{"type": "ellipsoid", "center": [0, 0, 0], "radius": 1, "material": "red"}],
+        "lights": [{"type": "point", "position": [2, 3, 4], "color": [0.8, 0.8, 0.8]}],
+    },
+    "target_error": 0.004,
+    "seconds": 10,
+}
+
+
+def _about(estimate: float, low: float, high: float) -> dict[str, float]:
+    return {"estimate": estimate, "low": low, "high": high}
+
+
+SOBOL = {
+    "quality": {
+        "mode": "fixed",
+        "antialiasing": {"pattern": "sobol", "samples": 16},
+        "light": {"pattern": "sobol", "samples": 4},
+    },
+    "cpu_seconds": _about(2.1, 1.8, 2.4),
+    "seconds": _about(0.53, 0.45, 0.6),
+    "error": _about(0.0031, 0.0024, 0.0037),
+}
+TARGET = {
+    "quality": {"mode": "target", "error": 0.004},
+    "cpu_seconds": _about(0.9, 0.6, 1.4),
+    "seconds": _about(0.25, 0.17, 0.39),
+    "error": _about(0.0028, 0.0012, 0.004),
+}
+OFFERS: dict[str, Any] = {
+    "asked": SOBOL,
+    "offers": [SOBOL, TARGET],
+    "for_error": TARGET,
+    "for_seconds": TARGET | {"quality": {"mode": "target", "error": 0.00066, "time_limit": 10}},
+    "effects": [{"effect": "light 0", "pointers": ["/scene/lights/0"], "cpu_seconds": 1.2, "share": 0.57}],
+    "price": {"camera_rays": 1228800, "shadow_rays": 1228800, "cpu_seconds": 1.7},
+    "workers": 4,
+    "pilot": {"seconds": 1.38, "blocks": 20, "pixels": 4800, "target_errors": 2},
+}
+
+
+@router.post(
+    "/quotes",
+    responses={200: {"content": {"application/json": {"example": OFFERS}}}}
+    | BODY
+    | problem(422, "The request cannot be used; every reason is listed.")
+    | problem(429, "As many quotes as the service makes at once are being made.")
+    | problem(503, "No worker was free in time."),
+    openapi_extra=json_request(QuoteRequest, QUOTED_SCENE),
+)
+async def quote(here: Here, user: CurrentUser, body: JsonBody) -> Quote:
+    """Predict what a scene costs at several qualities, and how far off it will be. It takes some 1.5 s."""
+    return await quotes.quote(here, user, body)

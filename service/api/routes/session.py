@@ -9,7 +9,7 @@ from schemas.access import WhoAmI
 from service.access import keys
 from service.access.principals import LOCAL
 from service.access.secrets import Key, read_key
-from service.api.authentication import COOKIE, Asking, bearer
+from service.api.authentication import COOKIE, CurrentUser, bearer
 from service.api.routes.parameters import problem
 from service.jobs.context import Here, Service
 
@@ -23,13 +23,13 @@ REFUSED = (
 
 
 @router.post("", responses=REFUSED)
-async def begin_session(here: Here, request: Request, response: Response, asking: Asking) -> WhoAmI:
+async def begin_session(here: Here, request: Request, response: Response, user: CurrentUser) -> WhoAmI:
     """Begin a session with the key in `Authorization: Bearer`: the answer sets a cookie that stands for it.
 
     The cookie is not shown to scripts, and browsers send it from pages of this service alone.
     """
     key = read_key(bearer(request) or "")
-    if key is not None and asking is not LOCAL:
+    if key is not None and user is not LOCAL:
         token = await run_in_threadpool(_begin, here, key)
         response.set_cookie(
             COOKIE,
@@ -39,17 +39,17 @@ async def begin_session(here: Here, request: Request, response: Response, asking
             samesite="strict",
             secure=request.url.scheme == "https",
         )
-    return _who(here, asking)
+    return _who(here, user)
 
 
 @router.get("", responses=REFUSED)
-async def who_am_i(here: Here, asking: Asking) -> WhoAmI:
-    """Say whom the service takes the asker for."""
-    return _who(here, asking)
+async def who_am_i(here: Here, user: CurrentUser) -> WhoAmI:
+    """Say whom the service takes the sender for."""
+    return _who(here, user)
 
 
 @router.delete("", status_code=204, response_class=Response, responses=REFUSED)
-async def end_session(here: Here, request: Request, response: Response, asking: Asking) -> None:  # noqa: ARG001
+async def end_session(here: Here, request: Request, response: Response, user: CurrentUser) -> None:  # noqa: ARG001
     """End the session of the cookie."""
     token = request.cookies.get(COOKIE)
     if token:
@@ -57,9 +57,9 @@ async def end_session(here: Here, request: Request, response: Response, asking: 
     response.delete_cookie(COOKIE, httponly=True, samesite="strict")
 
 
-def _who(service: Service, asking: Asking) -> WhoAmI:
-    required = not service.settings.behind_proxy and service.known.keys_made()
-    return WhoAmI(user=asking.name, role=asking.role, keys_required=required)
+def _who(service: Service, user: CurrentUser) -> WhoAmI:
+    required = not service.settings.behind_proxy and service.credentials.keys_made()
+    return WhoAmI(user=user.name, role=user.role, keys_required=required)
 
 
 def _begin(service: Service, key: Key) -> str:
@@ -70,4 +70,4 @@ def _begin(service: Service, key: Key) -> str:
 def _end(service: Service, token: str) -> None:
     with service.database.writing() as session:
         keys.end_session(session, token)
-    service.known.forget()
+    service.credentials.forget()

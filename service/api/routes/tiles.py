@@ -78,7 +78,7 @@ async def get_events(
 ) -> AsyncIterator[ServerSentEvent]:
     """Push tile events: `tile` for each, its number as id; `end` with the job at the end of all."""
     after = last_event_id or 0
-    with here.feed.watch(job_id) as watcher:
+    with here.job_events.watch(job_id) as watcher:
         while True:
             try:
                 batch = await run_in_threadpool(tile_events.batch, here, job_id, after)
@@ -92,6 +92,6 @@ async def get_events(
                 return
             more = len(batch.events) == here.settings.max_events
             if not more and not await watcher.wait(here.settings.heartbeat_seconds):
-                if here.feed.closed:
+                if here.job_events.closed:
                     return
                 yield ServerSentEvent(comment="still here")

@@ -11,9 +11,9 @@ from rich.console import Console
 
 from schemas.convergence import Convergence
 from service.api.routes.convergence import EXAMPLE
-from service.cli import convergence, progress
-from service.cli.convergence import Curve, sentences
+from service.cli import progress, watch
 from service.cli.progress import Bar, progress_bar
+from service.cli.watch import Curve, sentences
 
 NOBODY = Bar(None, None)
 FOUND = Convergence.model_validate(EXAMPLE)
@@ -116,7 +116,7 @@ def test_on_a_terminal_there_is_a_table_whose_bars_halve_with_the_error(screen: 
     letter = "\u2587"
     table = [line.rstrip() for line in lines if letter in line]
     # The errors are 0.032, about half and about a quarter of it; a half is two letters.
-    full = convergence.FULL
+    full = watch.FULL
     assert [line.count(letter) for line in table] == [full, full - 2, full - 4]
     assert len({line.index(letter) for line in table}) == 1
     assert [line.split()[:4] for line in lines if "pass  seconds" in line] == [

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from service.cli.doctor import Check, _service
-from service.cli.exits import ExitCode
+from service.cli.errors import ExitCode
 from tests.unit.cli.conftest import Penumbra
 
 NAMES = {"penumbra", "python", "libraries", "numpy simd", "processors", "memory", "data folder", "database"}

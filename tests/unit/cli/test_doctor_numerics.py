@@ -13,7 +13,7 @@ import pytest
 import accuracy.hard_cases
 from accuracy.hard_cases import Outcome, Section
 from service.cli import numerics, output, trials
-from service.cli.exits import ExitCode
+from service.cli.errors import ExitCode
 from service.cli.process import outcome
 
 TEXTS = dict.fromkeys(("symptom", "cause", "remedy", "expected", "source"), "Words.")

@@ -4,7 +4,7 @@ import pytest
 from rich.text import Text
 
 from schemas.problems import Problem
-from service.cli.excerpts import excerpts
+from service.cli.output import excerpts
 
 
 def _problem(line: int, column: int) -> Problem:

@@ -3,7 +3,7 @@ from __future__ import annotations
 from datetime import datetime
 
 from schemas.logs import LogEntry
-from service.cli.logs import _piped, _seen
+from service.cli.jobs import _log_by_day, _log_lines
 
 ENTRIES = (
     LogEntry(at=datetime(2026, 5, 1, 23, 59, 58).astimezone(), event="started", message="It began."),
@@ -13,7 +13,7 @@ ENTRIES = (
 
 
 def test_on_a_terminal_times_stand_under_their_days() -> None:
-    assert list(_seen(ENTRIES)) == [
+    assert list(_log_by_day(ENTRIES)) == [
         "2026-05-01",
         "  23:59:58  It began.",
         "            Tile 3  of pass 1 was begun 2 times.",
@@ -23,7 +23,7 @@ def test_on_a_terminal_times_stand_under_their_days() -> None:
 
 
 def test_on_a_pipe_each_line_has_time_word_and_sentence() -> None:
-    assert list(_piped(ENTRIES)) == [
+    assert list(_log_lines(ENTRIES)) == [
         "2026-05-01 23:59:58\tstarted\tIt began.",
         "\tstep_repeated\tTile 3  of pass 1 was begun 2 times.",
         "2026-05-02 00:00:01\tsucceeded\tIt is done.",

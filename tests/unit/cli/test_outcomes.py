@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from service.cli import errors as cli_errors
-from service.cli.exits import ExitCode
+from service.cli.errors import ExitCode
 from service.cli.failures import OUTCOMES
 from service.client import errors as client_errors
 from tests.unit.cli.conftest import Outcome, Penumbra

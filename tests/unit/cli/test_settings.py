@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from service.cli.configuration import read_settings
 from service.cli.errors import CommandError
+from service.cli.serve import read_settings
 from service.settings import Settings
 from tests.unit.cli.conftest import Penumbra
 

@@ -6,15 +6,13 @@ import numpy as np
 import pytest
 
 from service.cli.errors import CommandError
-from service.cli.qualities import quality
+from service.cli.render_options import QualityOptions
 from tests.unit.cli.conftest import Penumbra
-
-NOTHING = dict.fromkeys(("samples", "pattern", "light_samples", "light_pattern", "precision"))
 
 
 def test_an_error_is_asked_for_with_its_confidence_time_limit_and_precision() -> None:
-    double = NOTHING | {"precision": "double"}
-    asked = quality({}, **double, target_error=0.01, confidence=0.8, time_limit=3.0)
+    options = QualityOptions(precision="double", target_error=0.01, confidence=0.8, time_limit=3.0)
+    asked = options.requested({})
     assert asked is not None
     assert asked.model_dump() == {
         "mode": "target",
@@ -36,13 +34,13 @@ def test_an_error_is_asked_for_with_its_confidence_time_limit_and_precision() ->
 )
 def test_an_error_and_samples_contradict_each_other(name: str, value: object, option: str) -> None:
     with pytest.raises(CommandError, match=f"Leave out {option}\\.$"):
-        quality({}, **NOTHING | {name: value}, target_error=0.01)
+        QualityOptions(**{name: value}, target_error=0.01).requested({})
 
 
 @pytest.mark.parametrize(("name", "value"), [("time_limit", 3.0), ("confidence", 0.9)])
 def test_a_time_limit_and_a_confidence_need_an_error(name: str, value: float) -> None:
     with pytest.raises(CommandError, match="Give --target-error too"):
-        quality({}, **NOTHING | {name: value})
+        QualityOptions(**{name: value}).requested({})
 
 
 @pytest.mark.parametrize(
@@ -57,7 +55,7 @@ def test_a_time_limit_and_a_confidence_need_an_error(name: str, value: float) ->
 )
 def test_numbers_that_make_no_sense_are_told_by_their_options(changes: dict[str, float], option: str) -> None:
     with pytest.raises(CommandError, match=f"^{option}: "):
-        quality({}, **NOTHING | changes)
+        QualityOptions(**changes).requested({})
 
 
 def test_a_picture_of_target_quality_tells_the_error_that_it_has_reached(

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from service.cli.errors import CommandError
-from service.cli.tev import parsed
-from service.cli.tev_protocol import Viewer, create_image, update_image
+from service.cli.tev import Viewer, create_image, parsed, update_image
 from tests.tev_server import TevServer
 
 

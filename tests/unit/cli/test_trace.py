@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from service.cli.errors import InputError
-from service.cli.trace import read_rays
+from service.cli.render import read_rays
 from tests.unit.cli.conftest import Penumbra
 
 DOWN = np.array([[0.0, 9.0, 0.0], [1.5, 9.0, 1.5], [9.0, 9.0, 9.0]]), np.tile([0.0, -2.0, 0.0], (3, 1))

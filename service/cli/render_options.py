@@ -1,9 +1,12 @@
-"""Options that ask for other samples than the scene does, the same for every command that renders."""
+"""Options of every command that renders: worker processes, and other samples than those of the scene."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from functools import wraps
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
 
 import typer
 
@@ -11,6 +14,14 @@ from service.cli.errors import CommandError
 
 if TYPE_CHECKING:
     from schemas.quality import FixedQuality, TargetQuality
+
+# Written down twice so that help need not load the settings; a test compares the two.
+MOST_WORKERS = 1024
+
+WorkersOption = Annotated[
+    int | None,
+    typer.Option(min=1, max=MOST_WORKERS, help="Worker processes; by default one for each processor."),
+]
 
 Pattern = Literal["center", "uniform", "rotated", "random", "stratified", "sobol"]
 LightPattern = Literal["uniform", "random", "stratified", "sobol"]
@@ -40,7 +51,7 @@ TargetErrorOption = Annotated[
     typer.Option(
         "--target-error",
         help="Sample where it is needed until the picture's root mean square error is at most this; "
-        "a step of 8 bits is 0.0039.",
+        "one code value of 255 is 0.0039.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -62,45 +73,87 @@ TimeLimitOption = Annotated[
 ]
 
 
-def quality(  # noqa: PLR0913 - one argument for each option
-    scene: Mapping[str, Any],
-    *,
-    samples: int | None,
-    pattern: Pattern | None,
-    light_samples: int | None,
-    light_pattern: LightPattern | None,
-    precision: Precision | None,
-    target_error: float | None = None,
-    confidence: float | None = None,
-    time_limit: float | None = None,
-) -> FixedQuality | TargetQuality | None:
-    """The quality that the options ask for, None where they ask for nothing.
+@dataclass(frozen=True, slots=True)
+class SampleOptions:
+    """The options that ask for exactly so many samples."""
 
-    Parameters
-    ----------
-    scene
-        The scene's document: of two options that belong together, the one not given is the scene's.
+    samples: SamplesOption = None
+    pattern: PatternOption = None
+    light_samples: LightSamplesOption = None
+    light_pattern: LightPatternOption = None
+    precision: PrecisionOption = None
 
-    Raises
-    ------
-    CommandError
-        The options contradict each other.
+    def requested(self, scene: Mapping[str, Any]) -> FixedQuality | TargetQuality | None:
+        """The quality that the options ask for, None where they ask for nothing.
+
+        Parameters
+        ----------
+        scene
+            The scene's document: of two options that belong together, the one not given is the scene's.
+
+        Raises
+        ------
+        CommandError
+            The options contradict each other.
+        """
+        return _fixed(scene, self.counts(), self.precision)
+
+    def counts(self) -> dict[str, Any]:
+        """The options that choose samples, by name."""
+        return {
+            "--samples": self.samples,
+            "--pattern": self.pattern,
+            "--light-samples": self.light_samples,
+            "--light-pattern": self.light_pattern,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class QualityOptions(SampleOptions):
+    """The options that ask for samples, or for a target error."""
+
+    target_error: TargetErrorOption = None
+    confidence: ConfidenceOption = None
+    time_limit: TimeLimitOption = None
+
+    def requested(self, scene: Mapping[str, Any]) -> FixedQuality | TargetQuality | None:
+        """As in `SampleOptions`; a target error decides about samples by itself."""
+        if self.target_error is not None:
+            _check_alone(self.counts())
+            limits = {"confidence": self.confidence, "time_limit": self.time_limit}
+            return _target({"error": self.target_error, **limits, "precision": self.precision})
+        if self.confidence is not None:
+            raise CommandError("--confidence is that of a target error. Give --target-error too.")
+        if self.time_limit is not None:
+            raise CommandError("--time-limit ends a picture of target quality. Give --target-error too.")
+        return _fixed(scene, self.counts(), self.precision)
+
+
+def spread_quality(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command an option for each member of its parameter ``quality``, in its place.
+
+    Typer makes options of the parameters of a function alone.
     """
-    fixed = {
-        "--samples": samples,
-        "--pattern": pattern,
-        "--light-samples": light_samples,
-        "--light-pattern": light_pattern,
-    }
-    if target_error is not None:
-        _check_alone(fixed)
-        limits = {"confidence": confidence, "time_limit": time_limit}
-        return _target({"error": target_error, **limits, "precision": precision})
-    if confidence is not None:
-        raise CommandError("--confidence is that of a target error. Give --target-error too.")
-    if time_limit is not None:
-        raise CommandError("--time-limit ends a picture of target quality. Give --target-error too.")
-    return _fixed(scene, fixed, precision)
+    signature = inspect.signature(command, eval_str=True)
+    kind = signature.parameters["quality"].annotation
+    hints = get_type_hints(kind, include_extras=True)
+    options = [
+        inspect.Parameter(
+            field.name, inspect.Parameter.KEYWORD_ONLY, default=field.default, annotation=hints[field.name]
+        )
+        for field in fields(kind)
+    ]
+
+    @wraps(command)
+    def gathered(**given: Any) -> None:
+        members = {option.name: given.pop(option.name) for option in options}
+        command(quality=kind(**members), **given)
+
+    parameters: list[inspect.Parameter] = []
+    for parameter in signature.parameters.values():
+        parameters += options if parameter.name == "quality" else [parameter]
+    gathered.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
+    return gathered
 
 
 def _check_alone(fixed: Mapping[str, object]) -> None:

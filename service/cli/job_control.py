@@ -1,4 +1,4 @@
-"""``penumbra pin``, ``unpin`` and ``prune``: what a service keeps, and what it lets go."""
+"""Commands that change jobs: ``cancel``, ``delete``, ``pause``, ``resume``, ``pin``, ``unpin``, ``prune``."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli import output
-from service.cli.connection import DEFAULT_SERVER, JobArgument, ServerOption, connect
-from service.cli.errors import CommandError
+from service.cli.connection import DEFAULT_SERVER, JobArgument, JobsArgument, ServerOption, connect
+from service.cli.errors import CommandError, ExitCode
+from service.cli.jobs import state_of
 
 if TYPE_CHECKING:
     from schemas.jobs import Job
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 SECONDS = {"s": 1, "m": 60, "h": 3600, "d": 86400}
 BYTES = {"": 1, "k": 10**3, "M": 10**6, "G": 10**9, "T": 10**12}
-TOLD = 20
+MOST_NAMED = 20
 """Jobs that are named on a terminal; --json names all."""
 
 OlderOption = Annotated[
@@ -35,7 +36,71 @@ AssetsOption = Annotated[
         "--assets-older-than", metavar="TIME", help="Textures that no picture needs, sent so long ago."
     ),
 ]
-DryOption = Annotated[bool, typer.Option("--dry-run", help="Only tell what would go.")]
+DryOption = Annotated[bool, typer.Option("--dry-run", help="Only report what would be deleted.")]
+
+
+def cancel(
+    job_id: JobArgument,
+    server: ServerOption = DEFAULT_SERVER,
+    as_json: output.JsonOption = False,
+) -> None:
+    """Stop a job, queued or running."""
+    with connect(server) as client:
+        _say_state(client.cancel(job_id), as_json=as_json)
+
+
+def delete(
+    job_ids: JobsArgument,
+    server: ServerOption = DEFAULT_SERVER,
+    as_json: output.JsonOption = False,
+) -> None:
+    """Remove jobs and their images; one that is queued or running is stopped first."""
+    from service.client import NotFoundError
+
+    deleted, missing = [], []
+    with connect(server) as client:
+        for job_id in dict.fromkeys(job_ids):
+            try:
+                client.delete(job_id)
+                deleted.append(job_id)
+            except NotFoundError:
+                missing.append(job_id)
+    if as_json:
+        output.document({"deleted": deleted, "missing": missing})
+    else:
+        for job_id in deleted:
+            output.say(f"Job {job_id} is deleted.")
+        for job_id in missing:
+            output.say(f"There is no job {job_id}.")
+    if missing:
+        raise typer.Exit(ExitCode.SERVER)
+
+
+def pause(
+    job_id: JobArgument,
+    server: ServerOption = DEFAULT_SERVER,
+    as_json: output.JsonOption = False,
+) -> None:
+    """Pause a job: what is there stays, and no more of it is rendered until it is resumed."""
+    with connect(server) as client:
+        _say_state(client.pause(job_id), as_json=as_json)
+
+
+def resume(
+    job_id: JobArgument,
+    server: ServerOption = DEFAULT_SERVER,
+    as_json: output.JsonOption = False,
+) -> None:
+    """Resume a paused job."""
+    with connect(server) as client:
+        _say_state(client.resume(job_id), as_json=as_json)
+
+
+def _say_state(job: Job, *, as_json: bool) -> None:
+    if as_json:
+        output.document(job.model_dump(mode="json"))
+    else:
+        output.say(f"Job {job.id}: {state_of(job)}")
 
 
 def pin(
@@ -43,15 +108,15 @@ def pin(
 ) -> None:
     """Keep the picture of a job until it is unpinned or deleted; for its owner and staff."""
     with connect(server) as client:
-        _show(client.pin(job_id), as_json=as_json)
+        _say_kept(client.pin(job_id), as_json=as_json)
 
 
 def unpin(
     job_id: JobArgument, server: ServerOption = DEFAULT_SERVER, as_json: output.JsonOption = False
 ) -> None:
-    """Let the picture of a job go when its time has come."""
+    """Let the picture of a job expire like any other."""
     with connect(server) as client:
-        _show(client.unpin(job_id), as_json=as_json)
+        _say_kept(client.unpin(job_id), as_json=as_json)
 
 
 def prune(
@@ -62,7 +127,7 @@ def prune(
     server: ServerOption = DEFAULT_SERVER,
     as_json: output.JsonOption = False,
 ) -> None:
-    """Have a service let go now what its rules, or those given, do not keep; pinned jobs stay. For admins."""
+    """Have a service delete now what its rules, or those given, do not keep; pinned jobs stay. For admins."""
     seconds = None if older_than is None else amount(older_than, SECONDS, "7d")
     size = None if keep_bytes is None else int(amount(keep_bytes, BYTES, "20G"))
     assets = None if assets_older_than is None else amount(assets_older_than, SECONDS, "7d")
@@ -73,7 +138,7 @@ def prune(
     if as_json:
         output.document(pruned.model_dump(mode="json"))
     else:
-        _tell(pruned)
+        _say_pruned(pruned)
 
 
 def amount(text: str, units: Mapping[str, int], example: str) -> float:
@@ -96,7 +161,7 @@ def amount(text: str, units: Mapping[str, int], example: str) -> float:
     return float(found[1]) * units[found[2]]
 
 
-def _show(job: Job, *, as_json: bool) -> None:
+def _say_kept(job: Job, *, as_json: bool) -> None:
     if as_json:
         output.document(job.model_dump(mode="json"))
     elif job.pinned:
@@ -106,12 +171,12 @@ def _show(job: Job, *, as_json: bool) -> None:
         output.say(f"Job {job.id} is kept {until}.")
 
 
-def _tell(pruned: Pruned) -> None:
+def _say_pruned(pruned: Pruned) -> None:
     for word, ids in (("expired", pruned.expired), ("forgotten", pruned.forgotten)):
-        for job_id in ids[:TOLD]:
+        for job_id in ids[:MOST_NAMED]:
             output.result(f"{word}\t{job_id}")
-        if len(ids) > TOLD:
-            output.result(f"{word}\tand {len(ids) - TOLD} more")
+        if len(ids) > MOST_NAMED:
+            output.result(f"{word}\tand {len(ids) - MOST_NAMED} more")
     for sha256 in pruned.assets:
         output.result(f"asset\t{sha256}")
     would = "would leave the disk" if pruned.dry_run else "left the disk"

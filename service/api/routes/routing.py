@@ -1,18 +1,59 @@
-"""Query parameters that a route does not have: refused, for whoever sends them expects them to count."""
+"""What holds for all routes: HEAD wherever GET is, and no query parameters but those of the address."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, get_args, get_origin
 
-from fastapi import Request
+from fastapi import APIRouter, Request
 from fastapi.dependencies.models import Dependant
 from fastapi.routing import APIRoute
 
 from schemas.problems import Problem
 from schemas.translation import nearest
 from service.errors import ParametersError
+
+Routers = Iterable[APIRouter]
+
+
+def heads_of(router: APIRouter) -> APIRouter:
+    """Make routes that answer HEAD as GET is answered; the server leaves out the body.
+
+    An address that answers HEAD in its own way, to save the work for a body, keeps it.
+    """
+    routes = _routes([router])
+    own = {route.path for route in routes if "HEAD" in _methods(route)}
+    heads = APIRouter(include_in_schema=False)
+    for route in routes:
+        if "GET" in _methods(route) and route.path not in own:
+            heads.add_api_route(
+                route.path,
+                route.endpoint,
+                methods=["HEAD"],
+                response_class=route.response_class,
+                response_model=route.response_model,
+            )
+    return heads
+
+
+def allowed(routers: Routers, path: str) -> list[str]:
+    """List the methods that routes answer at a path, in alphabetical order; none where there is none."""
+    found = {
+        method for route in _routes(routers) if route.path_regex.match(path) for method in _methods(route)
+    }
+    if "GET" in found:
+        found.add("HEAD")
+    return sorted(found)
+
+
+def _methods(route: APIRoute) -> set[str]:
+    return route.methods or set()
+
+
+def _routes(routers: Routers) -> list[APIRoute]:
+    return [route for router in routers for route in router.routes if isinstance(route, APIRoute)]
+
 
 # A longer name is not repeated in the answer.
 LONGEST_NAME = 64

@@ -7,15 +7,15 @@ from contextlib import ExitStack
 
 import pytest
 
-from service.dispatch import job_events as feed
-from service.dispatch.job_events import Feed
+from service.dispatch import job_events
+from service.dispatch.job_events import JobEvents
 
 JOB = "a"
 
 
 async def heard(crowd: int) -> list[int]:
     """How often each of a crowd is woken by two pieces of news that come one after the other."""
-    news = Feed()
+    news = JobEvents()
     with ExitStack() as stack:
         watchers = [stack.enter_context(news.watch(JOB)) for _ in range(crowd)]
         waits = [asyncio.create_task(watcher.wait(60.0)) for watcher in watchers]
@@ -30,13 +30,13 @@ async def heard(crowd: int) -> list[int]:
 
 @pytest.mark.parametrize(("crowd", "times"), [(1, 2), (2, 1), (50, 1)])
 def test_a_crowd_lets_news_gather(monkeypatch: pytest.MonkeyPatch, crowd: int, times: int) -> None:
-    monkeypatch.setattr(feed, "EACH_SECONDS", 0.5)
+    monkeypatch.setattr(job_events, "EACH_SECONDS", 0.5)
     assert asyncio.run(heard(crowd)) == [times] * crowd
 
 
 def test_nobody_waits_for_more_news_of_a_service_that_ends() -> None:
     async def ended() -> bool:
-        news = Feed()
+        news = JobEvents()
         with news.watch(JOB) as watcher, news.watch(JOB):
             news.close()
             return await watcher.wait(60.0)

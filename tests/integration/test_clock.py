@@ -4,7 +4,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from service.lifecycle.clock import Moments
+from service.lifecycle.clock import Clock
 
 NOON = datetime(2026, 3, 29, 12, tzinfo=UTC)
 
@@ -14,7 +14,7 @@ class Clocks:
 
     def __init__(self) -> None:
         self.wall, self.steady = NOON, 1000.0
-        self.moments = Moments(lambda: self.wall, lambda: self.steady)
+        self.clock = Clock(lambda: self.wall, lambda: self.steady)
 
     def pass_(self, seconds: float) -> None:
         self.wall += timedelta(seconds=seconds)
@@ -24,22 +24,22 @@ class Clocks:
 @pytest.mark.parametrize("step", [timedelta(hours=1), timedelta(hours=-1), timedelta(days=-400)], ids=str)
 def test_setting_the_wall_clock_changes_nothing_about_what_has_passed(step: timedelta) -> None:
     clocks = Clocks()
-    begun = clocks.moments.now()
+    begun = clocks.clock.now()
     clocks.pass_(10)
     clocks.wall += step
     clocks.pass_(5)
-    assert clocks.moments.since(begun) == 15.0
+    assert clocks.clock.since(begun) == 15.0
 
 
 def test_after_a_restart_the_wall_clock_tells_what_has_passed() -> None:
     clocks = Clocks()
-    assert clocks.moments.since(NOON - timedelta(seconds=30)) == 30.0
+    assert clocks.clock.since(NOON - timedelta(seconds=30)) == 30.0
     clocks.pass_(1)
-    assert clocks.moments.since(NOON - timedelta(seconds=30)) == 31.0
+    assert clocks.clock.since(NOON - timedelta(seconds=30)) == 31.0
 
 
 def test_a_moment_that_is_yet_to_come_is_taken_for_now() -> None:
     clocks = Clocks()
-    assert clocks.moments.since(NOON + timedelta(hours=1)) == 0.0
+    assert clocks.clock.since(NOON + timedelta(hours=1)) == 0.0
     clocks.pass_(2)
-    assert clocks.moments.since(NOON + timedelta(hours=1)) == 2.0
+    assert clocks.clock.since(NOON + timedelta(hours=1)) == 2.0

@@ -1,0 +1,99 @@
+"""What every answer gets: a name for its request, and the headers that browsers need."""
+
+from __future__ import annotations
+
+import re
+import secrets
+import time
+
+import structlog
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+HEADER = "X-Request-ID"
+_GOOD = re.compile(r"[A-Za-z0-9._-]{1,64}")
+"""What may be taken over into a log and a header as it is."""
+
+log = structlog.get_logger()
+
+
+class RequestIds:
+    """Takes the name that the client gives, or makes one, and logs how each request ended."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        name = _name(Headers(scope=scope).get(HEADER, ""))
+        started = time.monotonic()
+        status = 0
+
+        async def named(message: Message) -> None:
+            nonlocal status
+            if message["type"] == "http.response.start":
+                status = message["status"]
+                MutableHeaders(scope=message)[HEADER] = name
+            await send(message)
+
+        with structlog.contextvars.bound_contextvars(request=name):
+            try:
+                await self.app(scope, receive, named)
+            finally:
+                _log(scope, status, time.monotonic() - started)
+
+
+def _name(given: str) -> str:
+    return given if _GOOD.fullmatch(given) else secrets.token_hex(8)
+
+
+def _log(scope: Scope, status: int, seconds: float) -> None:
+    # Watchers ask all the time: what went well is logged for debugging alone.
+    say = log.warning if status >= 500 else log.debug
+    say("request", method=scope["method"], path=scope["path"], status=status, seconds=round(seconds, 4))
+
+
+ALWAYS = {
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    # Plots in SVG have styles of their own. The page has a policy that lets its scripts run.
+    "Content-Security-Policy": (
+        "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'; "
+        "frame-ancestors 'none'"
+    ),
+}
+"""What an answer gets that does not say otherwise."""
+
+_OF_USERS = ("/v1/", "/metrics")
+
+
+class SafeHeaders:
+    """Adds to each answer what browsers must know, whichever route has made it, errors included."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request."""
+
+        async def completed(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                _complete(MutableHeaders(scope=message), scope["path"])
+            await send(message)
+
+        await self.app(scope, receive, completed)
+
+
+def _complete(headers: MutableHeaders, path: str) -> None:
+    for name, value in ALWAYS.items():
+        headers.setdefault(name, value)
+    if not path.startswith(_OF_USERS):
+        return
+    # Whom an answer is for depends on a key or a cookie: nobody keeps it for others.
+    rule = headers.get("Cache-Control")
+    headers["Cache-Control"] = f"private, {rule}" if rule else "no-store"

@@ -1,0 +1,112 @@
+"""Uploaded assets: who may use them, and for how long they are needed.
+
+The bytes of an asset are kept once, however many users have sent them; for all others there is no such
+asset. So nobody learns from the hash of a file whether somebody else has it. Those who see the jobs of all
+see what these are made of, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from datetime import UTC, datetime, timedelta
+
+from sqlalchemy import delete, exists, func, insert, select, update
+from sqlalchemy.orm import Session
+
+from schemas.scene import Scene
+from schemas.shapes import MeshFile
+from schemas.textures import ImageTexture
+from service.access.principals import Principal
+from service.errors import UnavailableError
+from service.storage.assets import PREFIX
+from service.storage.database.models import AssetOwnerRow, AssetRow, AssetUseRow
+
+
+def enter_upload(session: Session, row: AssetRow, owner: str) -> AssetRow:
+    """Enter an asset as uploaded by a user; what was entered before is used again."""
+    kept = session.get(AssetRow, row.sha256)
+    if kept is None:
+        session.add(row)
+        session.flush()
+    else:
+        kept.used_at = row.used_at
+    if session.get(AssetOwnerRow, (owner, row.sha256)) is None:
+        session.add(AssetOwnerRow(owner=owner, sha256=row.sha256, created_at=datetime.now(UTC)))
+    return kept or row
+
+
+def find_upload(session: Session, sha256: str, principal: Principal) -> AssetRow | None:
+    """Give an asset that this user may use."""
+    return session.get(AssetRow, sha256) if usable(session, {sha256}, principal) else None
+
+
+def usable(session: Session, hashes: Collection[str], principal: Principal) -> dict[str, str]:
+    """Give those of the assets that this user may use, each with its media type."""
+    query = select(AssetRow.sha256, AssetRow.media_type).where(AssetRow.sha256.in_(hashes))
+    if not principal.sees_all:
+        query = query.join(AssetOwnerRow, AssetOwnerRow.sha256 == AssetRow.sha256)
+        query = query.where(AssetOwnerRow.owner == principal.name)
+    return dict(session.execute(query).tuples().all())
+
+
+def bytes_of(session: Session, owner: str, *, apart_from: str) -> int:
+    """Count the bytes of all other assets of a user."""
+    query = (
+        select(func.coalesce(func.sum(AssetRow.bytes), 0))
+        .join(AssetOwnerRow, AssetOwnerRow.sha256 == AssetRow.sha256)
+        .where(AssetOwnerRow.owner == owner, AssetOwnerRow.sha256 != apart_from)
+    )
+    return int(session.scalar(query) or 0)
+
+
+# Who asks for an asset again and again writes to the database no more often.
+NOTED = timedelta(minutes=1)
+
+_UNUSED = ~exists().where(AssetUseRow.sha256 == AssetRow.sha256)
+
+
+def hashes_of(scene: Scene) -> set[str]:
+    """Give the SHA-256 of all assets of a scene."""
+    names = [texture.asset for texture in scene.textures.values() if isinstance(texture, ImageTexture)]
+    names += [shape.asset for shape in scene.shapes if isinstance(shape, MeshFile)]
+    return {name.removeprefix(PREFIX) for name in names}
+
+
+def enter_uses(session: Session, render: int, hashes: set[str]) -> None:
+    """Keep assets for as long as a render is there.
+
+    Raises
+    ------
+    UnavailableError
+        If one of them has gone since the request was checked.
+    """
+    if known_hashes(session, hashes) != hashes:
+        raise UnavailableError("An asset of the scene was removed just now. Send the request again.")
+    rows = [{"render": render, "sha256": sha256} for sha256 in sorted(hashes)]
+    if rows:
+        session.execute(insert(AssetUseRow), rows)
+
+
+def known_hashes(session: Session, hashes: set[str]) -> set[str]:
+    """Give those that are there."""
+    if not hashes:
+        return set()
+    return set(session.scalars(select(AssetRow.sha256).where(AssetRow.sha256.in_(hashes))))
+
+
+def is_due(row: AssetRow) -> bool:
+    """Whether it is to be noted again that somebody has asked for an asset."""
+    return row.used_at < datetime.now(UTC) - NOTED
+
+
+def note(session: Session, sha256: str) -> None:
+    """Say that somebody has asked for an asset just now, and will probably use it."""
+    session.execute(update(AssetRow).where(AssetRow.sha256 == sha256).values(used_at=datetime.now(UTC)))
+
+
+def drop_unused(session: Session, before: datetime, most: int) -> dict[str, int]:
+    """Forget assets that no render needs and nobody has asked for since; give them with their bytes."""
+    old = select(AssetRow.sha256, AssetRow.bytes).where(_UNUSED, AssetRow.used_at < before)
+    found = dict(session.execute(old.order_by(AssetRow.used_at).limit(most)).all())
+    session.execute(delete(AssetRow).where(AssetRow.sha256.in_(found)))
+    return found

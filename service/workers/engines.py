@@ -1,0 +1,107 @@
+"""The interface of an engine, which engine a service has, and which Dask clusters are safe."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+from urllib.parse import urlsplit
+
+from service.access.hosts import is_loopback
+from service.errors import EngineError, EngineMissingError, UnsafeClusterError
+from service.settings import Settings
+from service.workers.slots import SlotEngine
+from service.workers.tasks import Report, Task
+from service.workers.worker import WorkerSetup
+
+
+class Engine(Protocol):
+    """Executes tasks somewhere else. All methods are called by one thread, the dispatcher's."""
+
+    def start(self, report: Report) -> None:
+        """Get ready; ``report`` receives the outcome of every task."""
+
+    def room(self) -> int:
+        """How many more tasks are taken now without letting any of them wait long."""
+
+    def submit(self, task: Task) -> None:
+        """Execute a task. The outcome is reported, never returned or raised."""
+
+    def interrupt(self, wanted: Callable[[Task], bool]) -> None:
+        """Stop the running tasks that are ``wanted``; they are reported as interrupted."""
+
+    def alive(self) -> bool:
+        """Whether a task submitted now would be executed. May be called by any thread."""
+
+    def close(self) -> None:
+        """Stop everything at once. Nothing is reported from here on."""
+
+
+def check_engine(settings: Settings) -> None:
+    """Refuse an engine that is not installed, or that strangers could give orders to.
+
+    Raises
+    ------
+    EngineError
+        If a cluster is named that the engine would not use.
+    EngineMissingError
+        If the extra of the engine is not installed.
+    UnsafeClusterError
+        If the cluster that is named cannot be used safely.
+    """
+    if settings.engine == "slots":
+        if settings.dask is not None:
+            raise EngineError(f"The cluster {settings.dask} would not be used. Give --engine dask as well.")
+    else:
+        try:
+            import distributed  # noqa: F401, PLC0415  (an extra, which most services do without)
+        except ImportError:
+            raise EngineMissingError from None
+
+        check_address(settings)
+
+
+def engine_of(settings: Settings, setup: WorkerSetup) -> Engine:
+    """Give the engine that the settings ask for."""
+    if settings.engine == "slots":
+        return SlotEngine(settings.workers, setup)
+    from service.workers.dask_cluster import connector  # noqa: PLC0415  (an extra)
+    from service.workers.dask_engine import DaskEngine  # noqa: PLC0415
+
+    return DaskEngine(connector(settings), setup)
+
+
+def check_address(settings: Settings) -> None:
+    """Refuse a cluster that strangers on the network could give orders to.
+
+    Raises
+    ------
+    UnsafeClusterError
+        If the address is not one of a scheduler, or is another machine's and connections to it would not be
+        encrypted; the message says what to do.
+    """
+    if settings.dask is None:
+        return
+    parts = urlsplit(settings.dask)
+    if parts.scheme not in ("tcp", "tls") or not parts.hostname:
+        raise UnsafeClusterError(
+            f"{settings.dask} is not the address of a Dask scheduler. Write it like tls://host:8786."
+        )
+    if parts.scheme == "tls":
+        _check_certificates(settings)
+    elif not is_loopback(parts.hostname) and not settings.dask_trusted_network:
+        raise UnsafeClusterError(
+            f"{settings.dask} is on another machine, and tcp:// is not encrypted: whoever reaches that port "
+            "runs code on every worker. Start the cluster with certificates and write "
+            f"tls://{parts.netloc}, with the settings dask_tls_ca, dask_tls_cert and dask_tls_key. "
+            "Where the network itself encrypts and keeps strangers out, set dask_trusted_network."
+        )
+
+
+def _check_certificates(settings: Settings) -> None:
+    files = {name: getattr(settings, name) for name in ("dask_tls_ca", "dask_tls_cert", "dask_tls_key")}
+    missing = [name for name, path in files.items() if path is None]
+    if missing:
+        raise UnsafeClusterError(f"A tls:// address needs certificates. Set {', '.join(missing)} as well.")
+    unreadable = [str(path) for path in files.values() if not path.is_file()]
+    if unreadable:
+        raise UnsafeClusterError(f"There is no file {', '.join(unreadable)}, which the settings name.")
