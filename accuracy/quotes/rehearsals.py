@@ -19,15 +19,19 @@ from accuracy.quotes.settings import compiled, target
 from accuracy.quotes.timings import UNSTEADY
 from renderer.adaptive.adaptive_render import Course, Demand, answer
 from renderer.adaptive.decisions import outlook
-from renderer.adaptive.estimate import COVERS, PROBES, ROUND, STRIDE, Estimate
+from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.levels import SAMPLED
 from renderer.adaptive.samples import Samples
+from renderer.adaptive.states import State
 from renderer.plan.plan import RenderPlan
 from renderer.scenes import LoadedScene
 from schemas.quality import CONFIDENCE
 
 LOOKS, BORDERS, SAMPLES = "looks", "borders", "samples"
 """Kinds of passes."""
+
+KINDS = {State.PREVIEW: LOOKS, State.LATTICE: LOOKS, State.BORDERS: BORDERS}
+"""By the state of a picture; all others sample."""
 
 USUAL = {LOOKS: 3.0, BORDERS: 0.3, SAMPLES: 1.0}
 """CPU seconds of their rays over those of one with few light points in a block, about: first looks have many
@@ -174,7 +178,7 @@ class Trial:
         estimate.want[...] = 0
         estimate.want[::stride, ::stride] = level
         estimate.shown[...] = estimate.want >= SAMPLED
-        estimate.counters[STRIDE] = stride
+        estimate.stride = stride
 
     @property
     def pixels(self) -> int:
@@ -184,12 +188,12 @@ class Trial:
     @property
     def kind(self) -> str:
         """What the next pass does."""
-        return {0: LOOKS, COVERS: BORDERS}.get(int(self._course.estimate.counters[ROUND]), SAMPLES)
+        return KINDS.get(self._course.estimate.state, SAMPLES)
 
     @property
     def probed(self) -> bool:
         """Whether samples tell how many others are to follow."""
-        return bool(self._course.estimate.counters[ROUND] > PROBES)
+        return self._course.estimate.state.is_measured
 
     @property
     def wanted(self) -> int:
@@ -220,13 +224,13 @@ class Trial:
         """Expect nothing of borders between squares: there are none in the picture."""
         estimate, joints = self._course.estimate, seen.borders()
         np.copyto(estimate.cover, estimate.coverage, where=joints)
-        if estimate.counters[ROUND] == PROBES:
+        if estimate.state is State.PROBES:
             estimate.strata[joints], estimate.shown[joints] = 0, False
             np.copyto(estimate.want, estimate.have, where=joints)
 
     def looks(self) -> float:
         """CPU seconds of the passes up to the borders, if finer lattices ask for as much as this one."""
-        stride = int(self._course.estimate.counters[STRIDE])
+        stride = self._course.estimate.stride
         return self.lasts() * DENSER * sum(FURTHER**pass_ for pass_ in range(stride.bit_length()))
 
     def lasts(self) -> float:

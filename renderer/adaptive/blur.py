@@ -18,7 +18,7 @@ from renderer.adaptive.between import (
     interpolate_once,
     ways_between,
 )
-from renderer.adaptive.estimate import STRIDE, Estimate
+from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.lattice import stride_for
 from renderer.adaptive.levels import COUNTS, SAMPLED, Levels, levels_of
 from renderer.adaptive.looking import PROBED, probes, raise_chances
@@ -78,7 +78,7 @@ def update(estimate: Estimate) -> None:
 def refine(estimate: Estimate) -> None:
     """Interpolate where the lattice is smooth, and ask for samples at half its stride elsewhere."""
     update(estimate)
-    stride = int(estimate.counters[STRIDE])
+    stride = estimate.stride
     nodes, finer = np.s_[::stride, ::stride], np.s_[:: stride // 2, :: stride // 2]
     across, along = _errors(estimate, stride, noise(estimate))
     ways = ways_between(across, along, estimate.ways[finer].shape, estimate.aim)
@@ -92,7 +92,7 @@ def refine(estimate: Estimate) -> None:
     estimate.want[...] = 0
     estimate.want[finer][fresh] = node_level(estimate.aim)
     estimate.shown[finer][fresh] = True
-    estimate.counters[STRIDE] = stride // 2
+    estimate.stride = stride // 2
     _sort(estimate)
 
 

@@ -3,13 +3,14 @@
 All decisions are made about the whole picture between passes, so that no pixel depends on tiles.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from renderer.adaptive import strata
 from renderer.adaptive.allocation import RAY_PRICE, allocate
-from renderer.adaptive.estimate import AIMS, COVERS, OUTLOOK, PROBES, ROUND, STRIDE, Estimate
+from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.findings import Findings, errors_of
 from renderer.adaptive.halves import HALVES
 from renderer.adaptive.levels import COUNTS, COVERAGES, HIGHEST, SAMPLED, Levels
@@ -23,6 +24,7 @@ from renderer.adaptive.looking import (
     raise_chances,
 )
 from renderer.adaptive.neighbours import spread
+from renderer.adaptive.states import State
 from renderer.adaptive.uncertainty import standard_errors
 from renderer.math.arrays import Floats, Integers, Masks
 
@@ -72,8 +74,8 @@ AGAIN = 0.05
 LEAST = 0.1
 """Share of all samples so far that a pass asks for at least, if anything does: passes have a price."""
 
-MOST_ROUNDS = 40
-"""More has never been needed; it ends in any case."""
+MOST_ROUNDS = 38
+"""Decisions about samples; more have never been needed, and it ends in any case."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,17 +118,35 @@ class _Borders:
 
 def advance(estimate: Estimate) -> bool:
     """Decide what the next pass wants, after all tiles of this one; False if the picture is done."""
-    if estimate.counters[STRIDE] > 1:
+    estimate.state = TRANSITIONS[estimate.state](estimate)
+    return estimate.state is not State.DONE
+
+
+def _after_pilot_samples(estimate: Estimate) -> State:
+    if estimate.stride > 1:
         look_closer(estimate)
-        return True
-    estimate.counters[ROUND] += 1
-    if estimate.counters[ROUND] == COVERS:
-        cover_borders(estimate)
-        return True
-    if estimate.counters[ROUND] == PROBES:
-        choose_probes(estimate)
-        return True
-    return _sample_more(estimate)
+        return State.PREVIEW
+    cover_borders(estimate)
+    return State.BORDERS
+
+
+def _after_borders(estimate: Estimate) -> State:
+    choose_probes(estimate)
+    return State.PROBES
+
+
+def _after_samples(estimate: Estimate) -> State:
+    estimate.rounds += 1
+    return State.SAMPLE if _sample_more(estimate) else State.DONE
+
+
+TRANSITIONS: dict[State, Callable[[Estimate], State]] = {
+    State.PREVIEW: _after_pilot_samples,
+    State.BORDERS: _after_borders,
+    State.PROBES: _after_samples,
+    State.SAMPLE: _after_samples,
+}
+"""What is decided when a pass is complete; gives the state of the next."""
 
 
 def _sample_more(estimate: Estimate) -> bool:
@@ -134,14 +154,14 @@ def _sample_more(estimate: Estimate) -> bool:
     estimate.error = estimate.error_of(found)
     estimate.want[...] = 0
     estimate.cover[...] = estimate.coverage
-    if estimate.error.bound <= estimate.target or estimate.counters[ROUND] > MOST_ROUNDS:
+    if estimate.error.bound <= estimate.target or estimate.rounds > MOST_ROUNDS:
         return False
     aim_lower(estimate, estimate.error.bound)
     few = _show_probed(estimate)
     if few.any():
         found = estimate.findings()
     suspect(estimate, found)
-    estimate.counters[OUTLOOK] = _rays_to_come(estimate, found)
+    estimate.outlook = _rays_to_come(estimate, found)
     spent = int(COUNTS[estimate.have].sum())
     for ease in EASES:
         _allot(estimate, found, ease)
@@ -158,7 +178,7 @@ def aim_lower(estimate: Estimate, bound: float) -> None:
     """Go on from aims that are reached."""
     before = estimate.aim
     while bound <= estimate.aim:
-        estimate.counters[AIMS] += 1
+        estimate.aims += 1
     if estimate.aim < before:
         raise_chances(estimate, strata.typical_error(estimate.strata).astype(np.float32))
 

@@ -18,6 +18,7 @@ from renderer.adaptive.labels import Labels
 from renderer.adaptive.lattice import Picture
 from renderer.adaptive.levels import COUNTS, COVERAGES, COVERED, LOOKED, SAMPLED, Levels
 from renderer.adaptive.samples import Demanded, Samples
+from renderer.adaptive.states import State
 from renderer.adaptive.uncertainty import ErrorEstimate, error_of
 from renderer.film import Image
 from renderer.interaction import MISS
@@ -27,15 +28,8 @@ from renderer.plan.plan import RenderPlan
 from schemas.quality import TargetQuality
 from schemas.tiles import Tile
 
-STRIDE, ROUND, AIMS, OUTLOOK = range(4)
-"""Places in `Estimate.counters`: pixels between the first looks so far, rounds after them, aims reached,
-camera rays that are expected in all passes to come."""
-
 FIRST_AIM, NEXT_AIM = 2.0**-8, 0.5
 """The first error that is worked for where there is a time limit, and each next one's share of the last."""
-
-COVERS, PROBES = 1, 2
-"""The rounds that look at borders and that send probes."""
 
 
 def first_levels(plan: RenderPlan, tile: Tile) -> Levels:
@@ -97,7 +91,16 @@ class Estimate:
     strata : (H, W) int64
     chances : (strata.COUNT,) float64
         Share of the pixels of each stratum that are probes.
-    counters : (4,) int64
+    state : State
+        What the next pass does.
+    stride : int
+        Pixels between the nodes of the lattice, with those that the next pass adds.
+    rounds : int
+        Times that samples were decided about, after the probes.
+    aims : int
+        How often the error worked for was halved, where there is a time limit.
+    outlook : int
+        Camera rays that are expected in all passes to come.
     error : ErrorEstimate or None
         None before anything is known.
     """
@@ -121,7 +124,11 @@ class Estimate:
     ways: Ways
     strata: Integers
     chances: Floats
-    counters: Integers
+    state: State
+    stride: int
+    rounds: int = 0
+    aims: int = 0
+    outlook: int = 0
     error: ErrorEstimate | None = None
 
     @classmethod
@@ -130,6 +137,7 @@ class Estimate:
         assert plan.policy is not None
         size = plan.height, plan.width
         want = first_levels(plan, Tile(0, 0, 0, plan.width, plan.height))
+        sampled = want >= SAMPLED
         return cls(
             plan=plan,
             values=np.zeros((3, *size), dtype=np.float32),
@@ -146,11 +154,12 @@ class Estimate:
             want=want,
             halves=np.zeros((HALVES, 3, *size)),
             squares=np.zeros(size),
-            shown=want >= SAMPLED,
+            shown=sampled,
             ways=np.full(size, NODE, dtype=np.uint8),
             strata=np.full(size, strata.STEPS - 1),
             chances=np.zeros(strata.COUNT),
-            counters=np.array([plan.policy.first_stride(plan.width, plan.height), 0, 0, 0]),
+            state=State.LATTICE if sampled.any() else State.PREVIEW,
+            stride=plan.policy.first_stride(plan.width, plan.height),
         )
 
     @classmethod
@@ -162,15 +171,18 @@ class Estimate:
         ValueError
             If they are not those of an estimate, as another version may have written.
         """
-        odd = set(_ARRAYS) ^ (arrays.keys() - {ERROR})
+        odd = {*_ARRAYS, *_COUNTERS, STATE} ^ (arrays.keys() - {ERROR})
         if odd:
             raise ValueError(f"Not the arrays of an estimate: {', '.join(sorted(odd))} missing or unknown.")
+        known: dict[str, Any] = {name: arrays[name] for name in _ARRAYS}
+        known |= {name: int(arrays[name]) for name in _COUNTERS}
         error = ErrorEstimate.restored(arrays[ERROR]) if ERROR in arrays else None
-        return cls(plan=plan, **{name: arrays[name] for name in _ARRAYS}, error=error)
+        return cls(plan=plan, state=State(arrays[STATE].item()), error=error, **known)
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """All that it knows beside the plan."""
-        known = {name: getattr(self, name) for name in _ARRAYS}
+        known = {name: np.asarray(getattr(self, name)) for name in (*_ARRAYS, *_COUNTERS)}
+        known[STATE] = np.array(self.state.value)
         return known if self.error is None else known | {ERROR: self.error.array()}
 
     @property
@@ -194,7 +206,7 @@ class Estimate:
         assert isinstance(self.plan.quality, TargetQuality)
         if self.plan.quality.time_limit is None:
             return self.target
-        return float(max(self.target, FIRST_AIM * NEXT_AIM ** int(self.counters[AIMS])))
+        return float(max(self.target, FIRST_AIM * NEXT_AIM**self.aims))
 
     @property
     def budget(self) -> float:
@@ -259,7 +271,7 @@ class Estimate:
 
         Before the first looks have reached every pixel, each node of their lattice fills its square.
         """
-        stride = int(self.counters[STRIDE])
+        stride = self.stride
         rows, columns = np.arange(tile.y0, tile.y1)[:, None], np.arange(tile.x0, tile.x1)
         y: Any = rows // stride * stride
         x: Any = columns // stride * stride
@@ -367,7 +379,9 @@ class Estimate:
         )
 
 
-ERROR = "error"
-"""Name of the array of an estimate's error, where it is known."""
+STATE, ERROR = "state", "error"
+"""Names of the arrays of an estimate's state, and of its error where that is known."""
 
-_ARRAYS = tuple(item.name for item in fields(Estimate) if item.name not in {"plan", ERROR})
+_COUNTERS = ("stride", "rounds", "aims", "outlook")
+
+_ARRAYS = tuple(item.name for item in fields(Estimate) if item.name not in {"plan", STATE, ERROR, *_COUNTERS})

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.adaptive.coverage import border_rays
-from renderer.adaptive.estimate import COVERS, OUTLOOK, PROBES, ROUND, STRIDE, Estimate
+from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.labels import of_labels
 from renderer.adaptive.levels import COUNTS
 from renderer.adaptive.looking import PROBED, probe_share
+from renderer.adaptive.states import State
 from renderer.adaptive.strata import borders
 from renderer.plan.plan import RenderPlan
 
@@ -122,9 +123,10 @@ def usual_prices(plan: RenderPlan) -> dict[str, float]:
 
 def kind_of(estimate: Estimate) -> str:
     """Which rays the next pass traces."""
-    if estimate.plan.look is None:
-        return SAMPLES
-    return {0: LOOKS, COVERS: BORDERS}.get(int(estimate.counters[ROUND]), SAMPLES)
+    return _KINDS.get(estimate.state, SAMPLES)
+
+
+_KINDS = {State.PREVIEW: LOOKS, State.BORDERS: BORDERS}
 
 
 def noted(prices: Prices, kind: str, rays: int, seconds: float, tiles: int) -> dict[str, float]:
@@ -145,7 +147,7 @@ def forecast(estimate: Estimate, prices: Prices) -> Forecast:
 
 
 def _later(estimate: Estimate, kind: str, rays: int, prices: Prices) -> tuple[float, ...]:
-    passes = PASSES if estimate.counters[ROUND] <= PROBES else 0.0
+    passes = 0.0 if estimate.state.is_measured else PASSES
     if kind == SAMPLES:
         return passes, _samples_after(estimate, rays) * prices[SAMPLES]
     probes = estimate.have.size * probe_share(estimate) * COUNTS[PROBED]
@@ -157,9 +159,8 @@ def _later(estimate: Estimate, kind: str, rays: int, prices: Prices) -> tuple[fl
 
 
 def _samples_after(estimate: Estimate, rays: int) -> float:
-    round_ = int(estimate.counters[ROUND])
-    if round_ > PROBES:
-        return max(SURPRISES * estimate.counters[OUTLOOK] - rays, ONE_MORE * rays)
+    if estimate.state.is_measured:
+        return max(SURPRISES * estimate.outlook - rays, ONE_MORE * rays)
     if estimate.plan.look is None:
         return rays * AFTER_FIRST
     return rays * AFTER_PROBES + _scattered(estimate)
@@ -176,13 +177,12 @@ def _scattered(estimate: Estimate) -> float:
 
 def _looked(estimate: Estimate) -> int:
     """Pixels between the nodes of the finest lattice that is known, before the next pass."""
-    stride = int(estimate.counters[STRIDE])
-    return 2 * stride if kind_of(estimate) == LOOKS else stride
+    return 2 * estimate.stride if estimate.state is State.PREVIEW else estimate.stride
 
 
 def _looks_after(estimate: Estimate, rays: int) -> float:
     """Pilot samples on lattices finer than the next one."""
-    stride = int(estimate.counters[STRIDE])
+    stride = estimate.stride
     nodes = estimate.have[::stride, ::stride].size
     known = (estimate.have[::stride, ::stride] > 0).sum()
     growth = GROWTH + MORE * rays / max(nodes - known, 1) if known else GROWTH

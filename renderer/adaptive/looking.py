@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from renderer.adaptive import strata
 from renderer.adaptive.allocation import cover_sizes
-from renderer.adaptive.estimate import STRIDE, Estimate
+from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.guides import DARKEST, surroundings
 from renderer.adaptive.labels import of_labels
 from renderer.adaptive.lattice import Picture, cells_of, fill
@@ -52,7 +52,7 @@ SHADED = np.float32(2.0**-4)
 
 def look_closer(estimate: Estimate) -> None:
     """Interpolate where the lattice is smooth, and ask for looks at half its stride elsewhere."""
-    stride = int(estimate.counters[STRIDE])
+    stride = estimate.stride
     nodes = np.s_[::stride, ::stride]
     cells = cells_of(
         estimate.values[:, *nodes],
@@ -64,7 +64,7 @@ def look_closer(estimate: Estimate) -> None:
     finer = np.s_[::half, ::half]
     estimate.want[...] = 0
     estimate.want[finer][fill(estimate.values[:, *finer], estimate.labels[finer], cells)] = LOOKED
-    estimate.counters[STRIDE] = half
+    estimate.stride = half
     if half == 1:
         estimate.want[(_edges(estimate) | _shadow_edges(estimate)) & (estimate.have < LOOKED)] = LOOKED
 

@@ -9,7 +9,7 @@ from math import ceil
 
 import numpy as np
 
-from renderer.adaptive.estimate import STRIDE, Estimate
+from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.forecast import LAYERS, UNSURE, Prices, forecast
 from renderer.math.arrays import Floats
 from renderer.tiling import tiles
@@ -72,7 +72,7 @@ def tiles_of(estimate: Estimate, seconds: float, workers: int, layer_share: floa
         Part of them that layers take, which all pixels have alike.
     """
     height, width = estimate.have.shape
-    side = int(estimate.counters[STRIDE])
+    side = estimate.stride
     while side * CELLS < max(width, height):
         side *= 2
     work = estimate.rays_in_cells(side)

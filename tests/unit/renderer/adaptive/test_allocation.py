@@ -13,8 +13,8 @@ from accuracy.hard_cases.documents import camera, scene
 from renderer.adaptive import Estimate
 from renderer.adaptive.allocation import RAY_PRICE, Allocation, allocate, cover_sizes
 from renderer.adaptive.decisions import EASES, LEAP, LEAST, MARGIN, advance
-from renderer.adaptive.estimate import PROBES, ROUND
 from renderer.adaptive.levels import COUNTS, COVERAGES, HIGHEST, SAMPLED, levels_of
+from renderer.adaptive.states import State
 from renderer.adaptive.strata import COUNT, Survey
 from renderer.adaptive.uncertainty import standard_errors
 from schemas.quality import CONFIDENCE, TargetQuality
@@ -271,7 +271,7 @@ def noisy_corner(corner: float, elsewhere: float, confidence: float = CONFIDENCE
     document = scene(camera=camera(width=48, height=32))
     target = TargetQuality(mode="target", error=4 / 255, confidence=confidence)
     estimate = Estimate.begin(renderer.compile_scene(document, target))
-    estimate.counters[ROUND] = PROBES
+    estimate.state = State.PROBES
     estimate.have[...], estimate.shown[...] = SAMPLED, True
     errors = np.full(estimate.have.shape, elsewhere / (estimate.have.size - 4))
     errors[:2, :2] = corner / 4

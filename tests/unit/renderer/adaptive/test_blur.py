@@ -10,7 +10,7 @@ from accuracy.hard_cases.documents import lamp, phong, rectangle, scene, sphere
 from renderer.adaptive.adaptive_render import Course, answer
 from renderer.adaptive.between import NODE
 from renderer.adaptive.blur import missing_nodes, noise, update
-from renderer.adaptive.estimate import STRIDE, Estimate
+from renderer.adaptive.estimate import Estimate
 from schemas.quality import TargetQuality
 
 SIDE = 64
@@ -48,7 +48,7 @@ def stepped(plan: renderer.RenderPlan, tile_size: int | None = None) -> Course:
 def lattice(plan: renderer.RenderPlan) -> Estimate:
     """The picture when its lattice is as fine as it gets."""
     course = stepped(plan)
-    while course.estimate.counters[STRIDE] > 1:
+    while course.estimate.stride > 1:
         assert course.step(lambda demands: ((demand, answer(plan, demand)) for demand in demands))
     return course.estimate
 

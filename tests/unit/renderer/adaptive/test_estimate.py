@@ -9,7 +9,7 @@ import renderer
 from accuracy.hard_cases.documents import camera, ellipsoid, scene, sphere, triangle
 from renderer.adaptive import Estimate, Samples, render_samples
 from renderer.adaptive.decisions import advance
-from renderer.adaptive.estimate import FIRST_AIM, NEXT_AIM, STRIDE
+from renderer.adaptive.estimate import FIRST_AIM, NEXT_AIM
 from renderer.adaptive.guides import surroundings
 from renderer.adaptive.levels import COUNTS, COVERAGES, COVERED, LOOKED, SAMPLED
 from renderer.adaptive.looking import PROBED
@@ -225,7 +225,7 @@ def test_the_first_pass_looks_at_a_lattice_and_each_next_one_at_a_finer_one() ->
     """The last also at nodes of the others that were interpolated, where an edge passes."""
     estimate = begun(large())
     for stride in (4, 2, 1):
-        assert estimate.counters[STRIDE] == stride
+        assert estimate.stride == stride
         asked = estimate.want > estimate.have
         y, x = np.nonzero(asked)
         assert asked.any()
@@ -391,9 +391,9 @@ def test_the_first_aim_is_coarse_only_where_time_is_limited(
 
 def test_a_lens_samples_a_lattice_that_is_coarser_than_that_of_pilot_samples() -> None:
     view = pictures.of_room()["camera"]
-    stride = int(begun(plan_of(camera=view)).counters[STRIDE])
+    stride = begun(plan_of(camera=view)).stride
     estimate = begun(plan_of(camera=view | {"lens_radius": 0.1}))
-    assert estimate.counters[STRIDE] == 2 * stride
+    assert estimate.stride == 2 * stride
     nodes = np.zeros(estimate.have.shape, dtype=bool)
     nodes[:: 2 * stride, :: 2 * stride] = True
     assert np.array_equal(estimate.want >= SAMPLED, nodes)

@@ -11,9 +11,9 @@ import renderer
 from accuracy.hard_cases.documents import camera, scene, sphere
 from renderer.adaptive import Estimate, Samples
 from renderer.adaptive.decisions import FIND, NEAR, WORTH, advance
-from renderer.adaptive.estimate import COVERS, ROUND
 from renderer.adaptive.findings import UNMODELLED, errors_of, findings_of
 from renderer.adaptive.levels import COUNTS, LOOKED, SAMPLED
+from renderer.adaptive.states import State
 from renderer.adaptive.strata import COUNT, STEPS, SUSPECT, typical_error
 from schemas.quality import TargetQuality
 from schemas.tiles import Tile
@@ -276,7 +276,7 @@ def probed(chance: float = CHANCE) -> Estimate:
     """A grey picture that wants probes, in two of five pixels or another share of them."""
     document = scene(sphere([0, 0, 0], 1), camera=camera(width=96, height=64))
     estimate = Estimate.begin(renderer.compile_scene(document, TargetQuality(mode="target", error=4 / 255)))
-    estimate.counters[ROUND] = COVERS
+    estimate.state = State.BORDERS
     estimate.values[...], estimate.have[...], estimate.chances[...] = GREY, LOOKED, chance
     assert advance(estimate)
     return estimate

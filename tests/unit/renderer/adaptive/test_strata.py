@@ -10,9 +10,9 @@ import renderer
 from accuracy.hard_cases.documents import Json, camera, phong, scene, sphere
 from renderer.adaptive import Estimate, strata
 from renderer.adaptive.decisions import advance
-from renderer.adaptive.estimate import COVERS, ROUND
 from renderer.adaptive.levels import COVERED, LOOKED
 from renderer.adaptive.looking import BENT, PROBED, cover_borders
+from renderer.adaptive.states import State
 from renderer.adaptive.strata import (
     BORDER,
     COUNT,
@@ -122,7 +122,7 @@ def looked() -> Estimate:
     )
     loaded = renderer.load_scene(document, assets=Files({"picture.png": png(codes(4, 4))}))
     estimate = Estimate.begin(renderer.compile_scene(loaded, TARGET))
-    estimate.counters[ROUND] = COVERS
+    estimate.state = State.BORDERS
     estimate.values[...], estimate.have[...] = 0.25, LOOKED
     return estimate
 
