@@ -17,17 +17,22 @@ from accuracy.quotes.parts import Squares, part, squares
 from accuracy.quotes.ranges import Range, factor
 from accuracy.quotes.settings import compiled, target
 from accuracy.quotes.timings import UNSTEADY
-from renderer.adaptive.adaptive_render import Course, Demand, answer
+from renderer.adaptive.adaptive_render import AdaptiveRender, attempt
 from renderer.adaptive.decisions import outlook
-from renderer.adaptive.estimate import COVERS, PROBES, ROUND, STRIDE, Estimate
+from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.levels import SAMPLED
+from renderer.adaptive.requests import TileRequest
 from renderer.adaptive.samples import Samples
+from renderer.adaptive.states import State
 from renderer.plan.plan import RenderPlan
 from renderer.scenes import LoadedScene
 from schemas.quality import CONFIDENCE
 
 LOOKS, BORDERS, SAMPLES = "looks", "borders", "samples"
 """Kinds of passes."""
+
+KINDS = {State.PREVIEW: LOOKS, State.LATTICE: LOOKS, State.BORDERS: BORDERS}
+"""By the state of a picture; all others sample."""
 
 USUAL = {LOOKS: 3.0, BORDERS: 0.3, SAMPLES: 1.0}
 """CPU seconds of their rays over those of one with few light points in a block, about: first looks have many
@@ -162,71 +167,71 @@ class Trial:
         self.prices = {kind: times * ray_seconds for kind, times in USUAL.items()}
         self.rays: Counter[str] = Counter()
         self._seen = seen
-        self._course = Course(plan, None, None, np.inf, time.monotonic(), Estimate.begin(plan))
-        if seen is not None and plan.policy is not None:
+        self._render = AdaptiveRender(plan, None, None, np.inf, time.monotonic(), Estimate.begin(plan))
+        if seen is not None and plan.adaptive is not None:
             camera = seen.camera
-            self._begin_as_whole(plan.policy.first_stride(camera.width, camera.height))
+            self._begin_as_whole(plan.adaptive.policy.first_stride(camera.width, camera.height))
 
     def _begin_as_whole(self, stride: int) -> None:
         """Begin with the lattice of the whole picture, which has more pixels."""
-        estimate = self._course.estimate
+        estimate = self._render.estimate
         level = estimate.want.max()
         estimate.want[...] = 0
         estimate.want[::stride, ::stride] = level
         estimate.shown[...] = estimate.want >= SAMPLED
-        estimate.counters[STRIDE] = stride
+        estimate.stride = stride
 
     @property
     def pixels(self) -> int:
         """How many the picture has."""
-        return self._course.estimate.have.size
+        return self._render.estimate.have.size
 
     @property
     def kind(self) -> str:
         """What the next pass does."""
-        return {0: LOOKS, COVERS: BORDERS}.get(int(self._course.estimate.counters[ROUND]), SAMPLES)
+        return KINDS.get(self._render.estimate.state, SAMPLES)
 
     @property
     def probed(self) -> bool:
         """Whether samples tell how many others are to follow."""
-        return bool(self._course.estimate.counters[ROUND] > PROBES)
+        return self._render.estimate.state.is_measured
 
     @property
     def wanted(self) -> int:
         """Camera rays of the next pass."""
-        return self._course.estimate.rays_wanted()
+        return self._render.estimate.rays_wanted()
 
     @property
     def cpu_seconds(self) -> float:
         """Spent so far."""
-        return self._course.cpu_seconds
+        return self._render.cpu_seconds
 
     def step(self) -> None:
         """Render a pass."""
         kind, wanted, before = self.kind, self.wanted, self.cpu_seconds
-        self.more = self._course.step(self._each)
+        self.more = self._render.step(self._each)
         self.rays[kind] += wanted
         self.prices[kind] = (self.cpu_seconds - before) / max(wanted, 1)
         if self._seen is not None:
             self._forget_borders(self._seen)
 
-    def _each(self, demands: list[Demand]) -> Iterator[tuple[Demand, Samples | None]]:
-        for demand in demands:
+    def _each(self, requests: list[TileRequest]) -> Iterator[tuple[TileRequest, Samples | None]]:
+        for request in requests:
             if self.deadline.left < 0:
                 raise _TooLate
-            yield demand, answer(self._course.plan, demand)
+            yield request, attempt(self._render.plan, request)
 
     def _forget_borders(self, seen: Squares) -> None:
         """Expect nothing of borders between squares: there are none in the picture."""
-        estimate, joints = self._course.estimate, seen.borders()
+        estimate, joints = self._render.estimate, seen.borders()
         np.copyto(estimate.cover, estimate.coverage, where=joints)
-        if estimate.counters[ROUND] == PROBES:
+        if estimate.state is State.PROBES:
             estimate.strata[joints], estimate.shown[joints] = 0, False
             np.copyto(estimate.want, estimate.have, where=joints)
 
     def looks(self) -> float:
         """CPU seconds of the passes up to the borders, if finer lattices ask for as much as this one."""
-        stride = int(self._course.estimate.counters[STRIDE])
+        stride = self._render.estimate.stride
         return self.lasts() * DENSER * sum(FURTHER**pass_ for pass_ in range(stride.bit_length()))
 
     def lasts(self) -> float:
@@ -235,9 +240,10 @@ class Trial:
 
     def outlook(self) -> int:
         """Camera rays of the passes to come, after the probes."""
-        return max(outlook(self._course.estimate), self.wanted) if self.more else 0
+        return max(outlook(self._render.estimate), self.wanted) if self.more else 0
 
 
 def _all_looks(plan: RenderPlan) -> float:
     """Rays of the looks at a picture that is nowhere smooth."""
-    return plan.width * plan.height if plan.look else Estimate.begin(plan).rays_wanted()
+    piloted = plan.adaptive is not None and plan.adaptive.pilot is not None
+    return plan.width * plan.height if piloted else Estimate.begin(plan).rays_wanted()

@@ -2,10 +2,11 @@
 
 import hashlib
 import threading
+import weakref
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Generic, TypeGuard, TypeVar
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from renderer.accelerators import bvh
 from renderer.accelerators.bvh import Bvh
 from renderer.accelerators.discs import Discs, discs_of
 from renderer.accelerators.solids import Solid, solids_of
+from renderer.shapes import Family
 from renderer.shapes.triangles import Triangles
 
 FEW = 32
@@ -38,15 +40,24 @@ class Tree(Bvh):
 
 
 class Kept(Generic[Value]):
-    """What was made of the last families, by the content of their vertices. Used by many threads."""
+    """What was made of families: of all in use, and of the last ones by content. Used by many threads."""
 
     def __init__(self, make: Callable[[Triangles], Value]) -> None:
         self._make = make
         self._lock = threading.Lock()
+        self._alive: weakref.WeakKeyDictionary[Triangles, Value] = weakref.WeakKeyDictionary()
         self._values: OrderedDict[bytes, Value] = OrderedDict()
 
     def __call__(self, family: Triangles) -> Value:
-        """The value of a family, made unless it is among the last."""
+        """The value of a family, made unless it is known."""
+        with self._lock:
+            if family in self._alive:
+                return self._alive[family]
+        value = self._by_content(family)
+        with self._lock:
+            return self._alive.setdefault(family, value)
+
+    def _by_content(self, family: Triangles) -> Value:
         key = hashlib.sha256(np.ascontiguousarray(family.vertices).data)
         key.update(np.ascontiguousarray(family.numbers).data)
         name = key.digest()
@@ -61,6 +72,11 @@ class Kept(Generic[Value]):
             while len(self._values) > KEPT:
                 self._values.popitem(last=False)
         return value
+
+
+def in_tree(family: Family) -> TypeGuard[Triangles]:
+    """Whether a family is met through a tree."""
+    return isinstance(family, Triangles) and family.numbers.size > FEW
 
 
 def build(family: Triangles) -> Tree:

@@ -3,6 +3,7 @@
 All decisions are made about the whole picture between passes, so that no pixel depends on tiles.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,10 +30,11 @@ from renderer.adaptive.decisions import (
     closeness,
     suspect,
 )
-from renderer.adaptive.estimate import OUTLOOK, PROBES, ROUND, STRIDE, Estimate
+from renderer.adaptive.early_passes import probes
+from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.findings import Findings
 from renderer.adaptive.levels import COUNTS, SAMPLED
-from renderer.adaptive.looking import probes
+from renderer.adaptive.states import State
 from renderer.adaptive.uncertainty import standard_errors
 from renderer.math.arrays import Floats
 
@@ -80,22 +82,37 @@ class Shared:
 
 def advance(estimate: Estimate) -> bool:
     """Decide what the next pass wants, after all tiles of this one; False if the picture is done."""
-    if estimate.counters[STRIDE] > 1:
+    estimate.state = TRANSITIONS[estimate.state](estimate)
+    return estimate.state is not State.DONE
+
+
+def _after_lattice(estimate: Estimate) -> State:
+    if estimate.stride > 1:
         refine(estimate)
-        return True
-    estimate.counters[ROUND] = max(int(estimate.counters[ROUND]) + 1, PROBES)
-    if estimate.counters[ROUND] == PROBES:
-        choose_probes(estimate)
-        return True
+        return State.LATTICE
+    choose_probes(estimate)
+    return State.PROBES
+
+
+def _after_samples(estimate: Estimate) -> State:
     update(estimate)
-    return _sample_more(estimate)
+    estimate.rounds += 1
+    return State.SAMPLE if _sample_more(estimate) else State.DONE
+
+
+TRANSITIONS: dict[State, Callable[[Estimate], State]] = {
+    State.LATTICE: _after_lattice,
+    State.PROBES: _after_samples,
+    State.SAMPLE: _after_samples,
+}
+"""What is decided when a pass is complete; gives the state of the next."""
 
 
 def _sample_more(estimate: Estimate) -> bool:
     found = estimate.findings()
     estimate.error = estimate.error_of(found)
     estimate.want[...] = 0
-    if estimate.error.bound <= estimate.target or estimate.counters[ROUND] > MOST_ROUNDS:
+    if estimate.error.bound <= estimate.target or estimate.rounds > MOST_ROUNDS:
         return False
     aim_lower(estimate, estimate.error.bound)
     shared = _shared(estimate, found)
@@ -107,7 +124,7 @@ def _sample_more(estimate: Estimate) -> bool:
         _question(estimate, found, ease)
         if estimate.rays_wanted() >= LEAST * spent:
             break
-    estimate.counters[OUTLOOK] = estimate.rays_wanted()
+    estimate.outlook = estimate.rays_wanted()
     return bool((estimate.want > estimate.have).any())
 
 
@@ -116,7 +133,7 @@ def _shared(estimate: Estimate, found: Findings) -> Shared:
     noises = np.bincount(estimate.strata[between], noise(estimate)[between], minlength=strata.COUNT)
     inherited = noises / np.maximum(survey.sizes, 1)
     own = np.maximum(survey.errors - inherited, 0)
-    late = estimate.counters[ROUND] > PROBES + ROUNDS
+    late = estimate.rounds > ROUNDS
     hidden = survey.errors > (LATER if late else UNEXPLAINED) * inherited
     return Shared(
         variances=found.variances * weights(estimate.ways).ravel()[found.sampled],
@@ -155,14 +172,14 @@ def _question(estimate: Estimate, found: Findings, ease: float) -> None:
     """More of probes whose strata leave the error uncertain: more samples, or more of them."""
     survey = found.survey
     unsure = survey.unsure((ease * DOUBT * estimate.budget) ** 2)
-    crowded = unsure & (estimate.chances >= MOSTLY)
+    crowded = unsure & (estimate.probe_probability >= MOSTLY)
     estimate.shown |= crowded[estimate.strata]
     noisy = unsure & (survey.noise**2 > survey.uncertain**2 / 2) & (closeness(estimate, found) < CLOSEST)
     have, want, shown = estimate.have.ravel(), estimate.want.ravel(), estimate.shown.ravel()
     again = found.probes[noisy[estimate.strata.ravel()[found.probes]] & ~shown[found.probes]]
     want[again] = np.minimum(have[again] + 1, CLOSEST)
     rarer = unsure & ~noisy
-    estimate.chances[rarer] = np.minimum(2 * estimate.chances, 1.0)[rarer]
+    estimate.probe_probability[rarer] = np.minimum(2 * estimate.probe_probability, 1.0)[rarer]
     levels = probe_levels(estimate)
     fresh = probes(estimate) & ~estimate.shown & (estimate.have < SAMPLED)
     estimate.want[fresh] = levels[fresh]

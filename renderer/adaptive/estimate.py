@@ -13,39 +13,34 @@ from numpy.typing import NDArray
 from renderer.adaptive import strata
 from renderer.adaptive.between import NODE, Ways
 from renderer.adaptive.findings import Findings, findings_of
-from renderer.adaptive.halves import HALVES
-from renderer.adaptive.labels import Labels
 from renderer.adaptive.lattice import Picture
 from renderer.adaptive.levels import COUNTS, COVERAGES, COVERED, LOOKED, SAMPLED, Levels
-from renderer.adaptive.samples import Demanded, Samples
+from renderer.adaptive.rays import Labels
+from renderer.adaptive.requests import LevelRequest
+from renderer.adaptive.samples import Samples
+from renderer.adaptive.states import State
 from renderer.adaptive.uncertainty import ErrorEstimate, error_of
 from renderer.film import Image
+from renderer.halves import HALVES
 from renderer.interaction import MISS
 from renderer.layers import Layers
 from renderer.math.arrays import Floats, Integers, Masks, add, put, taken
-from renderer.plan.plan import RenderPlan
+from renderer.plan.plan import AdaptivePlan, RenderPlan, adaptive_part
 from schemas.quality import TargetQuality
 from schemas.tiles import Tile
-
-STRIDE, ROUND, AIMS, OUTLOOK = range(4)
-"""Places in `Estimate.counters`: pixels between the first looks so far, rounds after them, aims reached,
-camera rays that are expected in all passes to come."""
 
 FIRST_AIM, NEXT_AIM = 2.0**-8, 0.5
 """The first error that is worked for where there is a time limit, and each next one's share of the last."""
 
-COVERS, PROBES = 1, 2
-"""The rounds that look at borders and that send probes."""
-
 
 def first_levels(plan: RenderPlan, tile: Tile) -> Levels:
     """What the first pass wants of the pixels of a tile, (h, w)."""
-    assert plan.policy is not None
     assert isinstance(plan.quality, TargetQuality)
-    stride = plan.policy.first_stride(plan.width, plan.height)
+    policy = adaptive_part(plan).policy
+    stride = policy.first_stride(plan.width, plan.height)
     want = np.zeros((tile.height, tile.width), dtype=np.uint8)
     nodes = np.s_[-tile.y0 % stride :: stride, -tile.x0 % stride :: stride]
-    want[nodes] = plan.policy.first_level(first_aim(plan.quality))
+    want[nodes] = policy.first_level(first_aim(plan.quality))
     return want
 
 
@@ -66,22 +61,22 @@ class Estimate:
     plan : RenderPlan
     values : (3, H, W) float32
         What pixels show without samples: pilot samples, what is interpolated between them, and at borders the
-        mean of what rays met.
-    looks : (3, H, W) float32
-        The pilot samples alone, once those at borders are told apart.
+        mean of what rays hit.
+    pilots : (3, H, W) float32
+        The pilot samples alone, once pixels at borders show something else.
     labels : (H, W) int32
-        What the first looks met.
+        What the pilot samples hit.
     colors : (3, H, W) float32
         What textures gave there, 1 where there was none.
     known : (3, H, W) float32
         Means of control variates.
     contrasts : (H, W) float32
-        Squared error to expect of one ray at borders, if it told the share of what it meets.
+        Squared error to expect of one ray at borders, if it estimated the share of what it hits.
     spread : (H, W) float32
         Squared errors there, mean over channels, as measured, because shares are not exact.
     doubts : (H, W) float32
         Squared errors to expect, mean over channels: at borders because brightness is not exact, between
-        nodes because the picture bends, and of pilot samples that met what varies within the pixel at a few
+        nodes because the picture bends, and of pilot samples that hit what varies within the pixel at a few
         places.
     have, want : (H, W) uint8
     coverage, cover : (H, W) uint8
@@ -91,20 +86,29 @@ class Estimate:
     squares : (H, W) float64
         Sum over the samples of squares about their mean, mean over channels.
     shown : (H, W) bool
-        Pixels whose samples are shown, and not the first look or what is interpolated.
+        Pixels whose samples are shown, and not the pilot sample or what is interpolated.
     ways : (H, W) uint8
         How pixels that are not shown are interpolated between those that are (`between`).
     strata : (H, W) int64
-    chances : (strata.COUNT,) float64
+    probe_probability : (strata.COUNT,) float64
         Share of the pixels of each stratum that are probes.
-    counters : (4,) int64
+    state : State
+        What the next pass does.
+    stride : int
+        Pixels between the nodes of the lattice, with those that the next pass adds.
+    rounds : int
+        Times that samples were decided about, after the probes.
+    aims : int
+        How often the error worked for was halved, where there is a time limit.
+    outlook : int
+        Camera rays that are expected in all passes to come.
     error : ErrorEstimate or None
         None before anything is known.
     """
 
     plan: RenderPlan
     values: Picture
-    looks: Picture
+    pilots: Picture
     labels: Labels
     colors: Picture
     known: Picture
@@ -120,20 +124,24 @@ class Estimate:
     shown: Masks
     ways: Ways
     strata: Integers
-    chances: Floats
-    counters: Integers
+    probe_probability: Floats
+    state: State
+    stride: int
+    rounds: int = 0
+    aims: int = 0
+    outlook: int = 0
     error: ErrorEstimate | None = None
 
     @classmethod
     def begin(cls, plan: RenderPlan) -> "Estimate":
-        """Nothing but what the first pass wants: first looks or samples on a coarse lattice."""
-        assert plan.policy is not None
+        """Nothing but what the first pass wants: pilot samples or samples on a coarse lattice."""
         size = plan.height, plan.width
         want = first_levels(plan, Tile(0, 0, 0, plan.width, plan.height))
+        sampled = want >= SAMPLED
         return cls(
             plan=plan,
             values=np.zeros((3, *size), dtype=np.float32),
-            looks=np.zeros((3, *size), dtype=np.float32),
+            pilots=np.zeros((3, *size), dtype=np.float32),
             labels=np.full(size, MISS, dtype=np.int32),
             colors=np.ones((3, *size), dtype=np.float32),
             known=np.zeros((3, *size), dtype=np.float32),
@@ -146,11 +154,12 @@ class Estimate:
             want=want,
             halves=np.zeros((HALVES, 3, *size)),
             squares=np.zeros(size),
-            shown=want >= SAMPLED,
+            shown=sampled,
             ways=np.full(size, NODE, dtype=np.uint8),
             strata=np.full(size, strata.STEPS - 1),
-            chances=np.zeros(strata.COUNT),
-            counters=np.array([plan.policy.first_stride(plan.width, plan.height), 0, 0, 0]),
+            probe_probability=np.zeros(strata.COUNT),
+            state=State.LATTICE if sampled.any() else State.PREVIEW,
+            stride=adaptive_part(plan).policy.first_stride(plan.width, plan.height),
         )
 
     @classmethod
@@ -162,16 +171,24 @@ class Estimate:
         ValueError
             If they are not those of an estimate, as another version may have written.
         """
-        odd = set(_ARRAYS) ^ (arrays.keys() - {ERROR})
+        odd = {*_ARRAYS, *_COUNTERS, STATE} ^ (arrays.keys() - {ERROR})
         if odd:
             raise ValueError(f"Not the arrays of an estimate: {', '.join(sorted(odd))} missing or unknown.")
+        known: dict[str, Any] = {name: arrays[name] for name in _ARRAYS}
+        known |= {name: int(arrays[name]) for name in _COUNTERS}
         error = ErrorEstimate.restored(arrays[ERROR]) if ERROR in arrays else None
-        return cls(plan=plan, **{name: arrays[name] for name in _ARRAYS}, error=error)
+        return cls(plan=plan, state=State(arrays[STATE].item()), error=error, **known)
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """All that it knows beside the plan."""
-        known = {name: getattr(self, name) for name in _ARRAYS}
+        known = {name: np.asarray(getattr(self, name)) for name in (*_ARRAYS, *_COUNTERS)}
+        known[STATE] = np.array(self.state.value)
         return known if self.error is None else known | {ERROR: self.error.array()}
+
+    @property
+    def adaptive(self) -> AdaptivePlan:
+        """What the plan has for target quality."""
+        return adaptive_part(self.plan)
 
     @property
     def target(self) -> float:
@@ -194,7 +211,7 @@ class Estimate:
         assert isinstance(self.plan.quality, TargetQuality)
         if self.plan.quality.time_limit is None:
             return self.target
-        return float(max(self.target, FIRST_AIM * NEXT_AIM ** int(self.counters[AIMS])))
+        return float(max(self.target, FIRST_AIM * NEXT_AIM**self.aims))
 
     @property
     def budget(self) -> float:
@@ -203,26 +220,25 @@ class Estimate:
 
     def advance(self) -> bool:
         """Decide what the next pass wants, after all tiles of this one; False if the picture is done."""
-        assert self.plan.policy is not None
-        return self.plan.policy.advance(self)
+        return self.adaptive.policy.advance(self)
 
     def take(self, tile: Tile, samples: Samples) -> None:
         """Add what this pass has found in a tile. The order of tiles does not matter."""
         part = np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]
         have, want = self.have[part], self.want[part]
-        demanded = self.demanded.part(tile)
-        looked = self._numbers(tile, demanded.looked)
-        put(self.values.reshape(3, -1), looked, samples.looks)
-        self.labels.ravel()[looked] = samples.labels
-        put(self.colors.reshape(3, -1), looked, samples.colors)
-        self.doubts.ravel()[looked] = samples.residues
-        covered = self._numbers(tile, demanded.covered)
+        requested = self.requested.part(tile)
+        previewed = self._numbers(tile, requested.previewed)
+        put(self.values.reshape(3, -1), previewed, samples.pilots)
+        self.labels.ravel()[previewed] = samples.labels
+        put(self.colors.reshape(3, -1), previewed, samples.colors)
+        self.doubts.ravel()[previewed] = samples.residues
+        covered = self._numbers(tile, requested.covered)
         put(self.values.reshape(3, -1), covered, samples.covers)
         self._know(covered, samples.known)
         self.spread.ravel()[covered], self.doubts.ravel()[covered] = samples.spread, samples.doubts
-        self._add(self._numbers(tile, demanded.sampled), samples)
+        self._add(self._numbers(tile, requested.sampled), samples)
         np.maximum(have, want, out=have)
-        have[demanded.covered & (have < COVERED)] = COVERED
+        have[requested.covered & (have < COVERED)] = COVERED
         np.maximum(self.coverage[part], self.cover[part], out=self.coverage[part])
 
     def _numbers(self, tile: Tile, chosen: Masks) -> Integers:
@@ -257,9 +273,9 @@ class Estimate:
     def part(self, tile: Tile) -> Image:
         """The picture so far in a tile, (h, w, 3) float32, linear.
 
-        Before the first looks have reached every pixel, each node of their lattice fills its square.
+        Before the pilot samples have reached every pixel, each node of their lattice fills its square.
         """
-        stride = int(self.counters[STRIDE])
+        stride = self.stride
         rows, columns = np.arange(tile.y0, tile.y1)[:, None], np.arange(tile.x0, tile.x1)
         y: Any = rows // stride * stride
         x: Any = columns // stride * stride
@@ -277,22 +293,22 @@ class Estimate:
             picture[:, sampled] = np.maximum(self.halves[:, :, y, x][:, :, sampled].mean(axis=0), 0)
         return np.ascontiguousarray(picture.transpose(1, 2, 0))
 
-    def needs_looks(self) -> bool:
+    def needs_pilots(self) -> bool:
         """Whether the pass needs what pilot samples around pixels found."""
-        return self.demanded.needs_looks(self.plan)
+        return self.requested.needs_pilots(self.plan)
 
     @property
-    def demanded(self) -> Demanded:
+    def requested(self) -> LevelRequest:
         """What pixels have, and what the pass wants of them."""
-        return Demanded(self.have, self.want, self.coverage, self.cover)
+        return LevelRequest(self.have, self.want, self.coverage, self.cover)
 
     def counts(self) -> Integers:
-        """Camera rays through each pixel, (H, W): of its first look, or of its coverage and its samples.
+        """Camera rays through each pixel, (H, W): of its pilot sample, or of its coverage and its samples.
 
-        Those of a probe count, though it may show its first look.
+        Those of a probe count, though it may show its pilot sample.
         """
-        looks: Integers = COUNTS[self.have] + COVERAGES[self.coverage] + (self.have == LOOKED)
-        return looks
+        rays: Integers = COUNTS[self.have] + COVERAGES[self.coverage] + (self.have == LOOKED)
+        return rays
 
     def rays_wanted(self) -> int:
         """Camera rays of the next pass."""
@@ -311,22 +327,22 @@ class Estimate:
         have, want, coverage, cover = (
             map_.ravel() for map_ in (self.have, self.want, self.coverage, self.cover)
         )
-        pixels = np.flatnonzero(self.demanded.rising)
+        pixels = np.flatnonzero(self.requested.rising)
         have, want, cover = have[pixels], want[pixels], cover[pixels] * (cover > coverage)[pixels]
         samples = np.maximum(COUNTS[want] - COUNTS[have], 0)
         return pixels, samples + COVERAGES[cover] + ((want == LOOKED) & (have < LOOKED))
 
     def layers(self, names: Iterable[str]) -> Layers:
-        """Those layers of a request that tell about samples."""
+        """Those layers of a request that describe samples."""
         known = {"samples": lambda: self.counts().astype(np.int32), "error": self.errors}
         return {name: known[name]() for name in names if name in known}
 
     def errors(self) -> Image:
-        """Estimated standard errors of the pixels, (H, W, 3) float32: of first looks that of their like."""
+        """Estimated standard errors of the pixels, (H, W, 3) float32; for pilot samples their stratum's."""
         found = self.findings()
-        looks = np.sqrt(np.maximum(found.survey.errors, 0))[self.strata]
+        pilots = np.sqrt(np.maximum(found.survey.errors, 0))[self.strata]
         halves = np.abs(self.halves[0] - self.halves[1]) / 2
-        squares = np.where(self.shown, halves, looks) ** 2 + self.spread
+        squares = np.where(self.shown, halves, pilots) ** 2 + self.spread
         return np.sqrt(squares).transpose(1, 2, 0).astype(np.float32)
 
     def settle(self) -> ErrorEstimate:
@@ -347,13 +363,13 @@ class Estimate:
         return error_of(found.total, found.variance, self.have.size, self.confidence)
 
     def findings(self) -> Findings:
-        """What the samples tell when a pass is complete."""
+        """What the samples say when a pass is complete."""
         return self._findings(self.shown, ~self.shown)
 
     def so_far(self) -> Findings:
-        """What the samples tell in the middle of a pass: pixels that wait for theirs show their look.
+        """What the samples say in the middle of a pass: pixels that wait for theirs show their pilot sample.
 
-        All samples of their like tell how far off that is, even if they are shown.
+        All samples of their stratum say how far off that is, even if they are shown.
         """
         waiting = self.shown & (self.have < SAMPLED)
         alike = np.zeros(strata.COUNT, dtype=bool)
@@ -361,13 +377,15 @@ class Estimate:
         shown = self.shown & ~waiting
         return self._findings(shown, ~shown | alike[self.strata])
 
-    def _findings(self, shown: Masks, telling: Masks) -> Findings:
+    def _findings(self, shown: Masks, probing: Masks) -> Findings:
         return findings_of(
-            self.halves, self.squares, self.have, shown, telling, self.values, self.strata, self.spread
+            self.halves, self.squares, self.have, shown, probing, self.values, self.strata, self.spread
         )
 
 
-ERROR = "error"
-"""Name of the array of an estimate's error, where it is known."""
+STATE, ERROR = "state", "error"
+"""Names of the arrays of an estimate's state, and of its error where that is known."""
 
-_ARRAYS = tuple(item.name for item in fields(Estimate) if item.name not in {"plan", ERROR})
+_COUNTERS = ("stride", "rounds", "aims", "outlook")
+
+_ARRAYS = tuple(item.name for item in fields(Estimate) if item.name not in {"plan", STATE, ERROR, *_COUNTERS})

@@ -9,7 +9,7 @@ from math import ceil
 
 import numpy as np
 
-from renderer.adaptive.estimate import STRIDE, Estimate
+from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.forecast import LAYERS, UNSURE, Prices, forecast
 from renderer.math.arrays import Floats
 from renderer.tiling import tiles
@@ -51,7 +51,7 @@ def pass_tiles(
     """
     if tile_size:
         found = tiles(estimate.plan, Pass(index=0, stride=1, first=0, last=0), tile_size)
-        more = estimate.demanded.rising
+        more = estimate.requested.rising
         return [tile for tile in found if records or more[tile.y0 : tile.y1, tile.x0 : tile.x1].any()]
     seconds = forecast(estimate, prices).next * (1.0 if estimate.have.any() else UNSURE)
     layers = estimate.have.size * prices[LAYERS] if records else 0.0
@@ -72,7 +72,7 @@ def tiles_of(estimate: Estimate, seconds: float, workers: int, layer_share: floa
         Part of them that layers take, which all pixels have alike.
     """
     height, width = estimate.have.shape
-    side = int(estimate.counters[STRIDE])
+    side = estimate.stride
     while side * CELLS < max(width, height):
         side *= 2
     work = estimate.rays_in_cells(side)

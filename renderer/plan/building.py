@@ -1,116 +1,39 @@
-"""From a scene to a plan. Nothing else decides what runs.
+"""From a scene to the plan of its samples. Nothing else decides what runs.
 
 What a scene does not call for is not built: no light without colour, no texture that no shape shows, no
 highlight of strength 0. What is built carries the lines of the scene that asked for it.
 """
 
-from collections.abc import Iterable
-from dataclasses import replace
-from functools import partial
-
 import schemas.cameras as language
 from renderer import tiling
-from renderer.adaptive.edges import edge_places
-from renderer.adaptive.halves import lens_in_sequence
-from renderer.adaptive.policies import PilotSamples, SampledLattice
-from renderer.adaptive.thin import thin_places
 from renderer.cameras import Pinhole, pinhole, thin_lens
+from renderer.halves import lens_in_sequence
 from renderer.lights import surfaces as light_surfaces
-from renderer.materials import phong
 from renderer.math.arrays import column
-from renderer.plan import cost, details, first_looks, lights, overlaps, shapes, surfaces, told_looks
+from renderer.plan import cost, lights, overlaps, shapes, surfaces
 from renderer.plan import layers as layer_stages
 from renderer.plan import scattering as spawners
 from renderer.plan.cost import COSTS
-from renderer.plan.plan import Policy, RenderPlan
+from renderer.plan.plan import RenderPlan
 from renderer.plan.request import Request
 from renderer.plan.stages import Lighting
-from renderer.scenes import LoadedScene, QualitySource, Source, load_request
-from schemas.layers import checked_layers
-from schemas.quality import TargetQuality
 
 
-def compile_scene(
-    scene: Source | LoadedScene,
-    quality: QualitySource | None = None,
-    *,
-    layers: Iterable[str] = (),
-    culling: bool = True,
-) -> RenderPlan:
-    """Decide what a scene calls for, and build just that.
-
-    Parameters
-    ----------
-    scene
-        What `load_scene` takes or gives.
-    quality
-        Takes the place of the scene's own sampling: `schemas.FixedQuality`, `schemas.TargetQuality`, or a
-        dict as a request over HTTP has it.
-    layers
-        What to tell about each pixel beside its colour, by names of `schemas.layers.LAYER_NAMES`.
-    culling
-        Whether conservative tests may leave out work. Images are the same without, and slower.
-
-    Returns
-    -------
-    RenderPlan
-
-    Raises
-    ------
-    SceneError
-        If the scene, a file that it names, or the quality cannot be used; pointers into the quality begin
-        with ``/quality``.
-    ValueError
-        If there is no layer of some name.
-    """
-    names = checked_layers(layers)
-    request = Request(*load_request(scene, quality), culling, names)
-    plan = _plan(request)
-    if request.target is None or request.document.camera.lens_radius > 0:
-        return plan
-    look = _look(request, first_looks.in_time(request.target), details.materials(request, plan.lightings))
-    # The same shapes and the same camera: what is formed of them for its rays serves both.
-    look = replace(look, meetings=plan.meetings, entries=(*look.entries, *told_looks.shadow_edges(plan)))
-    seen = ("averaged", "detailed", "textured", "rough")
-    return replace(plan, look=look, **{name: getattr(look, name) for name in seen})
-
-
-def _look(request: Request, target: TargetQuality, detailed: frozenset[str]) -> RenderPlan:
-    """The plan of the first look that target quality takes at each pixel."""
-    scene, quality = first_looks.filtered(request.scene), first_looks.quality_of(target)
-    seen = Request(scene, quality, request.culling, details=detailed)
-    plan = _plan(seen)
-    families, table = shapes.families(seen), _table(seen)
-    lightings = first_looks.lightings(seen, target, plan.lightings, families, table)
-    return replace(
-        plan,
-        surfaces=tuple(first_looks.averaged(stage, plan.camera, target) for stage in plan.surfaces),
-        lightings=details.lightings(seen, target, lightings),
-        entries=tuple(told_looks.entries(seen, lightings)),
-    )
-
-
-def compile_visibility(plan: RenderPlan) -> tuple[Lighting, ...]:
-    """One stage a light of the scene, black ones too, that marks what blocks it and adds nothing."""
-    request = Request(plan.scene, plan.quality, plan.culling)
-    return lights.visibility(request, shapes.families(request))
-
-
-def _plan(request: Request) -> RenderPlan:
+def build_plan(request: Request) -> RenderPlan:
     """Build the stages in the order in which they run."""
     camera = _camera(request)
-    families = shapes.families(request)
-    emitters = lights.emitters(request, families)
-    meetings = [shapes.meeting(request, family, camera) for family in families]
-    meetings += overlaps.stages(request, families)
+    shapes.list_geometry(request)
+    emitters = lights.emitters(request)
+    meetings = [shapes.meeting(request, family, camera) for family in request.families]
+    meetings += overlaps.stages(request)
     visible = lights.visible_lights(request)
-    seen = [light.rectangles for light in visible]
-    table = _table(request)
-    points, bent = surfaces.surfaces(request, families, table)
+    table = surfaces.phong_table(request)
+    points, bent = surfaces.surfaces(request, table)
     bounces = spawners.spawners(request)
     antialiasing = request.sampling.antialiasing
     return RenderPlan(
         scene=request.scene,
+        geometry=request.geometry,
         quality=request.quality,
         camera=camera,
         antialiasing=antialiasing,
@@ -119,16 +42,7 @@ def _plan(request: Request) -> RenderPlan:
         meetings=tuple(meetings),
         visible_lights=tuple(visible),
         surfaces=tuple(points),
-        lightings=tuple(lights.lighting(request, emitter, families, table) for emitter in emitters),
-        look=None,
-        policy=_policy(request),
-        averaged=first_looks.checkered(request),
-        detailed=first_looks.detailed(request),
-        textured=first_looks.shapes_with(request, "color_texture") | first_looks.detailed(request),
-        rough=first_looks.shapes_with(request, "normal_map", "bump_map", "mirror", "transmission"),
-        thin=first_looks.places(request, families, partial(thin_places, camera)),
-        edges=first_looks.places(request, [*families, *seen], partial(edge_places, camera)),
-        shadow_edges=first_looks.shadow_places(request, families, emitters, camera),
+        lightings=tuple(lights.lighting(request, emitter, table) for emitter in emitters),
         spawners=bounces,
         unshaded=light_surfaces.Unshaded(
             column(request.document.background),
@@ -137,25 +51,20 @@ def _plan(request: Request) -> RenderPlan:
         materials=surfaces.material_numbers(request),
         bent=bent,
         dtype=request.dtype,
-        layers=layer_stages.layers(request, families),
+        layers=layer_stages.layers(request),
         culling=request.culling,
         numerics={
-            "degenerate_dropped": request.degenerate + sum(map(shapes.without_area, families)),
-            "retried": request.retried,
+            "degenerate_dropped": request.geometry.degenerate,
+            "retried": request.geometry.retried,
         },
         entries=tuple(request.listing.entries),
         left_out=(*request.listing.left_out, *surfaces.unused(request)),
     )
 
 
-def _policy(request: Request) -> Policy | None:
-    if request.target is None:
-        return None
-    return SampledLattice() if request.document.camera.lens_radius > 0 else PilotSamples()
-
-
-def _table(request: Request) -> phong.Phong:
-    return phong.build([request.document.materials[name] for name in request.names])
+def compile_visibility(plan: RenderPlan) -> tuple[Lighting, ...]:
+    """One stage a light of the scene, black ones too, that marks what blocks it and adds nothing."""
+    return lights.visibility(Request(plan.scene, plan.quality, plan.geometry, plan.culling))
 
 
 def _camera(request: Request) -> Pinhole:
@@ -181,9 +90,4 @@ def _lens(request: Request, camera: language.Camera) -> Pinhole:
     pointers = tuple(f"/camera/{name}" for name in ("lens_radius", "focus_distance") if getattr(camera, name))
     detail = f"a place on the lens for each ray, in focus at a distance of {lens.focus:.6g}"
     request.listing.add("lens", "camera.lens", detail, pointers, cost.seconds(request.rays, COSTS.lens))
-    if not request.target:
-        return lens
-    stride = SampledLattice().first_stride(camera.width, camera.height)
-    detail = f"pixels {stride} apart are sampled, and those between where the picture is not smooth there"
-    request.listing.add("lattice of samples", "camera.lens", detail, pointers)
-    return lens_in_sequence(lens)
+    return lens_in_sequence(lens) if request.target else lens

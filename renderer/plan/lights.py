@@ -1,42 +1,34 @@
 """Which lights shine, what stands in their way, and what they add."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
-from renderer.accelerators.boxes import Boxes
-from renderer.accelerators.trees import inside_of, tree_of
-from renderer.adaptive.halves import in_sequence
+from renderer.accelerators.trees import in_tree
+from renderer.halves import in_sequence
 from renderer.lights import surfaces as light_surfaces
 from renderer.lights.emitters import Emitter
-from renderer.lights.falloff import Falloff
 from renderer.materials.phong import SHARP, Diffuse, Highlight, Phong
 from renderer.math.arrays import column, dot
-from renderer.plan import cost, shapes
+from renderer.plan import cost
 from renderer.plan.cost import COSTS
-from renderer.plan.effects import LIGHTS
+from renderer.plan.effects import LIGHTS, OCCLUDERS
 from renderer.plan.pointers import escaped
 from renderer.plan.request import Request
 from renderer.plan.scattering import transparent
 from renderer.plan.stages import Lighting, LightStage
 from renderer.shapes import Family
-from renderer.shapes.ellipsoids import Ellipsoids
 from renderer.shapes.family import MARGIN
-from renderer.shapes.rectangles import Rectangles
-from renderer.shapes.triangles import Triangles
-from renderer.visibility.ellipsoids import EllipsoidShadows
-from renderer.visibility.polygon_grids import GridPolygonShadows
-from renderer.visibility.polygon_scatter import ScatterPolygonShadows
-from renderer.visibility.solids import SolidShadows
-from renderer.visibility.trees import TreeShadows
 
 
 def emitter_of(request: Request, number: int) -> Emitter:
     """A light of the scene, with its sampling."""
     light = request.document.lights[number]
-    emitter = LIGHTS[type(light)](number, light, request.sampling.light, request.sampling.seed)
+    emitter = LIGHTS[type(light)].build(number, light, request.sampling.light, request.sampling.seed)
     return in_sequence(emitter) if request.target and emitter.count > 1 else emitter
 
 
-def emitters(request: Request, families: list[Family]) -> list[Emitter]:
+def emitters(request: Request) -> list[Emitter]:
     """Lights that can add something."""
     shining = []
     answering = [
@@ -48,7 +40,7 @@ def emitters(request: Request, families: list[Family]) -> list[Emitter]:
             request.listing.leave_out(effect, f"/lights/{number} is black", pointer)
         elif not answering:
             request.listing.leave_out(effect, "no material that is shown answers light", pointer)
-        elif _unseen(emitter := emitter_of(request, number), families):
+        elif _unseen(emitter := emitter_of(request, number), request.families):
             reason = f"/lights/{number} faces away from every shape"
             request.listing.leave_out(effect, reason, pointer)
         else:
@@ -56,7 +48,7 @@ def emitters(request: Request, families: list[Family]) -> list[Emitter]:
     return shining
 
 
-def _unseen(emitter: Emitter, families: list[Family]) -> bool:
+def _unseen(emitter: Emitter, families: Iterable[Family]) -> bool:
     """Whether a light shines to one side only, and all shapes lie behind its plane.
 
     Shapes that reach up to the plane within a hair are left to the rule for points (`facing`), which finds
@@ -89,7 +81,7 @@ def visible_lights(request: Request) -> list[light_surfaces.LightSurfaces]:
     return [light_surfaces.build(seen)]
 
 
-def lighting(request: Request, emitter: Emitter, families: list[Family], table: Phong) -> Lighting:
+def lighting(request: Request, emitter: Emitter, table: Phong) -> Lighting:
     """All stages of one light."""
     pointer = f"/lights/{emitter.number}"
     effect = f"lights.{request.document.lights[emitter.number].type}"
@@ -101,30 +93,29 @@ def lighting(request: Request, emitter: Emitter, families: list[Family], table: 
         (pointer,),
         cost.seconds(request.rays, COSTS.faced),
     )
-    shadows = _shadows(request, emitter, families)
+    shadows = _shadows(request, emitter)
     terms = [*_falloff(request, emitter, pointer), *_terms(request, emitter, table, pointer)]
     return Lighting(emitter, tuple(shadows), tuple(terms), request.dtype)
 
 
-def visibility(request: Request, families: list[Family]) -> tuple[Lighting, ...]:
+def visibility(request: Request) -> tuple[Lighting, ...]:
     """Every light with what casts its shadows."""
     seen = [emitter_of(request, number) for number in range(len(request.document.lights))]
     return tuple(
-        Lighting(emitter, tuple(shadow_stages(request, emitter, families)), (), request.dtype)
-        for emitter in seen
+        Lighting(emitter, tuple(shadow_stages(request, emitter)), (), request.dtype) for emitter in seen
     )
 
 
-def _shadows(request: Request, emitter: Emitter, families: list[Family]) -> list[LightStage]:
+def _shadows(request: Request, emitter: Emitter) -> list[LightStage]:
     """A light asks for shadow rays against every family, unless there is but one shape."""
     pointer = f"/lights/{emitter.number}"
-    if _shades_nothing(request, families):
+    if _shades_nothing(request):
         request.listing.leave_out(
             "shadow rays", "a single convex shape has nothing to cast its shadow on", (pointer,)
         )
         return []
-    stages = shadow_stages(request, emitter, families)
-    for family in families:
+    stages = shadow_stages(request, emitter)
+    for family in request.families:
         price = cost.seconds(request.rays, _shading(family, emitter.count))
         detail = f"shadow rays from points to light {emitter.number}"
         request.listing.add(f"shadows of {family.plural}", f"shapes.{family.kind}", detail, (pointer,), price)
@@ -133,59 +124,44 @@ def _shadows(request: Request, emitter: Emitter, families: list[Family]) -> list
 
 def _shading(family: Family, light_points: int) -> float:
     """Nanoseconds a point."""
-    if shapes.in_tree(family):
+    if in_tree(family):
         return cost.shaded_by_tree(family.numbers.size, light_points)
     return light_points * COSTS.shadow * min(2.0, family.numbers.size / 4)
 
 
-def _shades_nothing(request: Request, families: list[Family]) -> bool:
-    """A single shape shades nothing, but for an ellipsoid seen from inside: it hides what is outside.
+def _shades_nothing(request: Request) -> bool:
+    """A single shape shades nothing, unless it can stand in its own light.
 
     Some place of a lens may be inside where its middle is not, and rays go through glass.
     """
     if transparent(request):
         return False
-    if sum(family.numbers.size for family in families) > 1:
+    if sum(family.numbers.size for family in request.families) > 1:
         return False
-    position, lens = column(request.document.camera.position), request.document.camera.lens_radius > 0
-    return not any(isinstance(family, Ellipsoids) and (lens or family.holds(position)) for family in families)
+    camera = request.document.camera
+    viewer = None if camera.lens_radius > 0 else column(camera.position)
+    return not any(family.shades_itself(viewer) for family in request.families)
 
 
-def shadow_stages(request: Request, emitter: Emitter, families: list[Family]) -> list[LightStage]:
+def shadow_stages(request: Request, emitter: Emitter) -> list[LightStage]:
     """What marks the light points that families of shapes block."""
-    stages: list[LightStage] = []
-    for family in families:
-        match family:
-            case Triangles() if shapes.in_tree(family):
-                stages.extend(_solid_stages(request, emitter, family))
-                stages.append(TreeShadows(family, tree_of(family), emitter, request.dtype))
-            case Rectangles() | Triangles():
-                kind = GridPolygonShadows if emitter.shared else ScatterPolygonShadows
-                stages.append(kind(family.occluders(), emitter, request.dtype, request.culling))
-            case Ellipsoids():
-                stages.append(EllipsoidShadows(family, emitter, request.dtype, request.culling))
-    return stages
-
-
-def _solid_stages(request: Request, emitter: Emitter, family: Triangles) -> list[LightStage]:
-    """What closed meshes hide for sure, of which the tree need not be asked."""
-    solids = [solid for solid in inside_of(family) if emitter.is_apart_from(solid.low, solid.high)]
-    if not request.culling or not solids:
-        return []
-    return [SolidShadows(Boxes.joined([solid.boxes for solid in solids]), emitter, request.dtype)]
+    return [
+        stage
+        for family in request.families
+        for stage in OCCLUDERS[type(family)](family, emitter, request.dtype, request.culling)
+    ]
 
 
 def _falloff(request: Request, emitter: Emitter, pointer: str) -> list[LightStage]:
     """Weights of the light points, first of the terms, as all others take them."""
     light = request.document.lights[emitter.number]
-    if getattr(light, "falloff", "none") == "none":
+    effect = LIGHTS[type(light)]
+    if effect.falloff is None or getattr(light, "falloff", "none") == "none":
         return []
-    area = light.type == "rectangle"
-    detail = "cosine and squared distance at light points" if area else "squared distance"
     price = cost.seconds(request.rays * emitter.count, COSTS.falloff)
-    name = f"falloff of light {emitter.number}"
-    request.listing.add(name, "lights.falloff", detail, (f"{pointer}/falloff",), price)
-    return [Falloff(emitter, area)]
+    name, pointers = f"falloff of light {emitter.number}", (f"{pointer}/falloff",)
+    request.listing.add(name, "lights.falloff", effect.falls_by, pointers, price)
+    return [effect.falloff(emitter)]
 
 
 def _terms(request: Request, emitter: Emitter, table: Phong, pointer: str) -> list[LightStage]:

@@ -8,6 +8,7 @@ and flat heights give the picture without them.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol, assert_never
 
 import numpy as np
 
@@ -19,13 +20,20 @@ from renderer.shapes import ellipsoids, rectangles, triangles
 from renderer.shapes.borders import Lift, join, neighbours, open_edges
 from renderer.shapes.meshes import CORNERS, Surface, joined, placed, smooth_normals, surface_of, triangles_of
 from renderer.shapes.triangles import Triangles
-from renderer.textures.heights import Heights
 
 PIXELS = 2.0
 """Length of an edge of the fine mesh as seen by the camera, pixels, unless the limit says otherwise."""
 
 MAX_TRIANGLES = 400_000
 """Triangles of all displaced shapes of a scene together, at most; each has the same part of them."""
+
+
+class Heights(Protocol):
+    """Heights over a surface."""
+
+    def at(self, coordinates: Floats) -> Floats:
+        """Heights (N,) at texture coordinates (2, N), scene units."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +81,7 @@ class Patch:
 def build(parts: Sequence[Displaced], camera: Pinhole, assets: AssetSource) -> Triangles:
     """The family of all displaced shapes, fine enough for the camera."""
     most = MAX_TRIANGLES // len(parts)
-    surfaces = [_surface(part.shape, assets) for part in parts]
+    surfaces = [_surface(part.number, part.shape, assets) for part in parts]
     together = _of_one_relief(parts)
     cuts = _cuts(surfaces, together, camera, most)
     patches = [
@@ -120,19 +128,21 @@ def _turned(patch: Patch, moved: Floats) -> Floats:
     return np.stack([unit(own[:, row] + corner) for row, corner in zip(patch.triangles, moved, strict=True)])
 
 
-def _surface(shape: language.Shape, assets: AssetSource) -> Surface | None:
+def _surface(number: int, shape: language.Shape, assets: AssetSource) -> Surface | None:
     """The shape as a coarse mesh; None for what is round."""
     match shape:
         case language.Ellipsoid() | language.Sphere():
             return None
         case language.Mesh() | language.MeshFile():
-            return _mesh(shape, assets)
+            return _mesh(number, shape, assets)
         case language.Triangle():
             return Surface(
                 columns(shape.vertices), np.array([[0], [1], [2]]), np.array(shape.uvs or CORNERS).T
             )
-        case _:
+        case language.Rectangle() | language.Parallelogram():
             return _rectangle(shape)
+        case _:
+            assert_never(shape)
 
 
 def _flat(shape: language.Shape, surface: Surface, count: int) -> Patch:
@@ -157,9 +167,9 @@ def _smooth(shape: language.Shape) -> bool:
     return getattr(shape, "smooth", False)
 
 
-def _mesh(shape: language.Mesh | language.MeshFile, assets: AssetSource) -> Surface:
+def _mesh(number: int, shape: language.Mesh | language.MeshFile, assets: AssetSource) -> Surface:
     """A mesh in its place. Without texture coordinates, each triangle gets some of its own."""
-    surface = surface_of(shape, assets)
+    surface = surface_of(number, shape, assets)
     vertices, rows = placed(surface.vertices, shape), surface.triangles
     if surface.texture is not None:
         return Surface(vertices, rows, surface.texture)

@@ -54,6 +54,10 @@ class Ellipsoids(Family):
             [self.centers + i * self.axes[0] + j * self.axes[1] + k * self.axes[2] for i, j, k in signs]
         )
 
+    def edges(self) -> tuple[tuple[int, int], ...]:
+        """None."""
+        return ()
+
     def reach(self, direction: Floats) -> Floats:
         """By the support function c . d + |(a . d, b . d, c . d)|: the box is up to 1.7 times as wide."""
         along = np.stack([dot(axis, direction) for axis in self.axes])
@@ -70,6 +74,22 @@ class Ellipsoids(Family):
             lengths(self.to_sphere(place - self.centers[:, shape, None], shape)).item() < 1 + MARGIN
             for shape in range(self.numbers.size)
         )
+
+    def shades_itself(self, viewer: Floats | None) -> bool:
+        """Seen from inside, an ellipsoid hides what is outside."""
+        return viewer is None or self.holds(viewer)
+
+    def smooth_shapes(self) -> Integers:
+        """None: its normals are those of the surface."""
+        return self.numbers[:0]
+
+    def without_area(self) -> Masks:
+        """None: the scene language refuses them."""
+        return np.zeros(self.numbers.size, dtype=bool)
+
+    def count_retried(self) -> int:
+        """None."""
+        return 0
 
     def meet(self, shape: int, rays: Rays) -> None:
         """Hits from the closest approach to the centre (Haines et al., Ray Tracing Gems, ch. 7).

@@ -62,7 +62,26 @@ class Outline:
         )
 
 
-@dataclass(slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
+class Hulls:
+    """Convex hulls of K shapes.
+
+    Attributes
+    ----------
+    numbers : (K,) int64
+        Of the shapes in the scene.
+    corners : (V, 3, K) float64
+    edges : tuple of pairs of int
+        Corners with an edge of the shape between them; none for round shapes, whose hull is the box along
+        their axes.
+    """
+
+    numbers: Integers
+    corners: Floats
+    edges: tuple[tuple[int, int], ...]
+
+
+@dataclass(slots=True, weakref_slot=True, eq=False)
 class Family(ABC):
     """Shapes of one kind as arrays over K shapes.
 
@@ -96,6 +115,34 @@ class Family(ABC):
     @abstractmethod
     def corners(self) -> Floats:
         """Corners of a convex hull of each shape, (V, 3, K)."""
+
+    @abstractmethod
+    def edges(self) -> tuple[tuple[int, int], ...]:
+        """As of `Hulls`."""
+
+    def hulls(self) -> Hulls:
+        """Convex hulls of the shapes."""
+        return Hulls(self.numbers, self.corners(), self.edges())
+
+    @abstractmethod
+    def shades_itself(self, viewer: Floats | None) -> bool:
+        """Whether a shape alone in a scene can stand in its own light, where it is seen from `viewer`.
+
+        That is a place (3, 1); None stands for places that are not known. A flat shape never does, a convex
+        solid only where it is seen from inside.
+        """
+
+    @abstractmethod
+    def smooth_shapes(self) -> Integers:
+        """Numbers of the shapes whose shading normals are not those of the surface, (M,)."""
+
+    @abstractmethod
+    def without_area(self) -> Masks:
+        """Primitives that nothing can hit, as they have no area, (K,)."""
+
+    @abstractmethod
+    def count_retried(self) -> int:
+        """Number of primitives so thin that exact arithmetic had to tell if they have an area."""
 
     def reach(self, direction: Floats) -> Floats:
         """Greatest value of direction . x over the places x of each shape, (K,), for a vector (3, 1).

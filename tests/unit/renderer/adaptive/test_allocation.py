@@ -13,8 +13,8 @@ from accuracy.hard_cases.documents import camera, scene
 from renderer.adaptive import Estimate
 from renderer.adaptive.allocation import RAY_PRICE, Allocation, allocate, cover_sizes
 from renderer.adaptive.decisions import EASES, LEAP, LEAST, MARGIN, advance
-from renderer.adaptive.estimate import PROBES, ROUND
 from renderer.adaptive.levels import COUNTS, COVERAGES, HIGHEST, SAMPLED, levels_of
+from renderer.adaptive.states import State
 from renderer.adaptive.strata import COUNT, Survey
 from renderer.adaptive.uncertainty import standard_errors
 from schemas.quality import CONFIDENCE, TargetQuality
@@ -47,10 +47,10 @@ def variances(*quarters: int) -> Numbers:
 
 
 def left(found: Allocation, single: Numbers, survey: Survey) -> float:
-    looked = np.where(
+    previewed = np.where(
         found.strata > 0, survey.variances * COUNTS[found.strata].clip(1) ** -1.5, survey.errors
     )
-    return float((single * COUNTS[found.pixels] ** -1.5).sum() + (survey.sizes * looked).sum())
+    return float((single * COUNTS[found.pixels] ** -1.5).sum() + (survey.sizes * previewed).sum())
 
 
 NO_COVERS = np.zeros(0), np.zeros(0, np.uint8)
@@ -105,7 +105,7 @@ def test_no_pixel_gets_fewer_samples_than_it_has_and_the_others_fewer_for_it(hav
 
 @pytest.mark.parametrize("part", [0.5, 0.1, 0.01])
 def test_strata_and_pixels_share_the_error_at_the_least_cost(part: float) -> None:
-    """Every stratum may also keep its first looks for nothing."""
+    """Every stratum may also keep its pilot samples for nothing."""
     single = variances(-18, -30)
     survey = surveyed([100, 20, 3], [2e-3, 1e-5, 0.05], variances(-30, -12, -16))
     goal = part * (
@@ -248,8 +248,8 @@ def bound(single: Numbers, survey: Survey, allowed: float) -> float:
     for price in 2.0 ** np.arange(0, 40, 0.125):
         pixels = (counts + price * single * counts**-1.5).min(axis=0).sum()
         sampled = (counts + price * survey.variances * counts**-1.5).min(axis=0)
-        looks = (survey.sizes * np.minimum(sampled, price * survey.errors)).sum()
-        best = max(best, float(pixels + looks - price * allowed))
+        pilots = (survey.sizes * np.minimum(sampled, price * survey.errors)).sum()
+        best = max(best, float(pixels + pilots - price * allowed))
     return best
 
 
@@ -271,7 +271,7 @@ def noisy_corner(corner: float, elsewhere: float, confidence: float = CONFIDENCE
     document = scene(camera=camera(width=48, height=32))
     target = TargetQuality(mode="target", error=4 / 255, confidence=confidence)
     estimate = Estimate.begin(renderer.compile_scene(document, target))
-    estimate.counters[ROUND] = PROBES
+    estimate.state = State.PROBES
     estimate.have[...], estimate.shown[...] = SAMPLED, True
     errors = np.full(estimate.have.shape, elsewhere / (estimate.have.size - 4))
     errors[:2, :2] = corner / 4

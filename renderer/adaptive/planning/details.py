@@ -7,13 +7,12 @@ import numpy as np
 import schemas.textures as language
 from renderer.adaptive.arrivals import AreaArrival, Arrival, PointArrival, side_for, with_nodes
 from renderer.adaptive.details import Detail, DetailedLights
-from renderer.adaptive.lighting import FirstLook
+from renderer.adaptive.lighting import PilotLighting
 from renderer.lights.falloff import Falloff
 from renderer.materials.reliefs import BumpRelief, MappedRelief, Relief
 from renderer.math.arrays import column
 from renderer.plan.request import Request
 from renderer.plan.stages import Illumination, Lighting
-from renderer.plan.textures import heights_of, texture_of
 from renderer.textures.image import ImageTexture
 from renderer.textures.texels import TexelTable, slopes, table
 from schemas.materials import PhongMaterial
@@ -52,7 +51,7 @@ def _eligible(request: Request, material: PhongMaterial) -> bool:
 def lightings(
     request: Request, target: TargetQuality, plain: tuple[Illumination, ...]
 ) -> tuple[Illumination, ...]:
-    """The lights of first looks, all in one where some material is shaded apart from them."""
+    """The lights of pilot samples, all in one where some material is shaded apart from them."""
     if not request.details:
         return plain
     shining = [m for m in map(request.document.materials.get, request.details) if m and m.specular]
@@ -73,7 +72,7 @@ def lightings(
 
 def _arrival(light: Illumination, side: int) -> Arrival:
     """A light as its beams, `side` along each side of it if it has an area."""
-    if isinstance(light, FirstLook):
+    if isinstance(light, PilotLighting):
         nodes, partial = with_nodes(light.emitter, side), light.partial
         count = min(DENSER * partial.emitter.count, MOST_POINTS)
         many = replace(partial, emitter=replace(partial.emitter, count=count))
@@ -104,7 +103,7 @@ def _detail(request: Request, number: int, name: str, error: float) -> Detail:
 
 
 def _table(request: Request, name: str, *, stored: bool) -> TexelTable:
-    texture = texture_of(request, name, stored=stored)
+    texture = request.texture(name, stored=stored)
     assert isinstance(texture, ImageTexture)
     texels = 2 * texture.texels - 1 if stored else texture.texels
     return table(texels, texture.wrap, nearest=texture.filter == "nearest")
@@ -114,7 +113,7 @@ def _relief(request: Request, material: PhongMaterial) -> Relief | None:
     if material.normal_map is not None:
         return MappedRelief(_table(request, material.normal_map, stored=True))
     if material.bump_map is not None and material.bump_height:
-        heights = heights_of(request, material.bump_map, material.bump_height)
+        heights = request.heights(material.bump_map, material.bump_height)
         texels = heights.texture.texels.astype(np.float64)
         return BumpRelief(*slopes(heights.scale * texels.mean(axis=2), heights.texture.wrap))
     return None
