@@ -63,7 +63,7 @@ class Parcel:
         ]
 
 
-def pack(scene: SceneSource, *, assets: Assets | None = None) -> Parcel:
+def pack(scene: SceneSource, assets: Assets | None = None) -> Parcel:
     """Make a scene ready to travel.
 
     Parameters

@@ -4,7 +4,7 @@ import ast
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-PACKAGES = ("schemas", "renderer", "accuracy", "service", "scenes", "benchmarks")
+PACKAGES = ("schemas", "renderer", "accuracy", "service", "scenes", "benchmarks", "tools")
 FOLDERS = (*PACKAGES, "tests", "docs", "deploy", ".ci")
 
 
