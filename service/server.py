@@ -16,7 +16,6 @@ from typing import IO
 import httpx2
 import structlog
 import uvicorn
-from alembic.util import CommandError
 from fastapi import FastAPI
 from sqlalchemy.exc import SQLAlchemyError
 from uvicorn.config import STARTUP_FAILURE
@@ -30,6 +29,7 @@ from service.api.slow_clients import patient
 from service.app import create_app
 from service.errors import (
     DatabaseUrlError,
+    DatabaseVersionError,
     EngineError,
     OpenDoorsError,
     StoreError,
@@ -93,7 +93,7 @@ def run(settings: Settings) -> None:
             OpenDoorsError,
             DatabaseUrlError,
             EngineError,
-            CommandError,
+            DatabaseVersionError,
             OSError,
         ) as error:
             log.error("not started", reason=str(error))  # noqa: TRY400  (the reason is enough)

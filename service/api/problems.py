@@ -85,6 +85,7 @@ KINDS: dict[type[Exception], Kind] = {
     errors.UploadUnusableError: Kind(422, "upload_unusable"),
     errors.OpenDoorsError: Kind(500, "open_doors", told=False),
     errors.DatabaseUrlError: Kind(500, "database_url", told=False),
+    errors.DatabaseVersionError: Kind(500, "database_version", told=False),
     errors.EngineError: Kind(500, "engine", told=False),
     errors.EngineMissingError: Kind(500, "engine_missing", told=False),
     errors.UnsafeClusterError: Kind(500, "unsafe_cluster", told=False),

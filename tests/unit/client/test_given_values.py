@@ -48,7 +48,7 @@ def job(job_id: str) -> Job:
     return Job.model_validate(
         {"id": job_id, "state": "succeeded", "width": 1, "height": 1, "last_seq": 1, "links": links}
         | {"progress": {"done": 1, "total": 1, "share": 1}, "created_at": "2026-01-01T00:00:00Z"}
-        | {"cost": {"predicted_cpu_seconds": 0, "cpu_seconds": 0, "rays": {}}}
+        | {"cost": {"predicted_cpu_seconds": 0, "cpu_seconds": 0, "rays": {}}, "quality": {}}
     )
 
 
