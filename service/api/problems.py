@@ -23,10 +23,10 @@ from renderer.assets import AssetError, NoSuchAssetError
 from renderer.convergence import NothingToFitError
 from renderer.errors import ImageFileError, MissingExtraError
 from schemas.errors import SHOWN
+from schemas.findings import located
 from schemas.limits import LimitsError
 from schemas.problems import Problem, ProblemDocument
 from service import errors
-from service.client.places import located
 from service.jobs.context import Service
 from service.storage.database.connection import PRIMARY
 from service.storage.folder import NO_ROOM, NOT_WRITABLE

@@ -18,10 +18,9 @@ from schemas.plans import PlanDocument
 from service.client import notebooks
 from service.client.batches import Encoding, TilePixels
 from service.client.errors import ClientError
-from service.client.files import kind_of, write
 from service.client.following import OnProgress, leaving, notify, succeeded
 from service.client.known import KnownJob
-from service.client.pictures import Picture, PictureKind
+from service.client.pictures import Picture, PictureKind, kind_of, write
 
 if TYPE_CHECKING:
     import numpy as np

@@ -35,9 +35,8 @@ from service.client import (
 from service.client.comparing import sent
 from service.client.documents import rows
 from service.client.exchange import refused
-from service.client.files import write
 from service.client.parcels import pack
-from service.client.pictures import Picture
+from service.client.pictures import Picture, write
 from tests.unit.cli.conftest import SCENE
 
 NOBODY = "http://127.0.0.1:9"
