@@ -41,7 +41,6 @@ from service.storage import belonging
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from service.storage.database.urls import is_shared
-from service.storage.lock import held
 from service.storage.places import place_of
 from service.workers.choosing import check_engine
 
@@ -85,7 +84,7 @@ def run(settings: Settings) -> None:
     with ExitStack() as stack:
         try:
             shared = is_shared(settings.database_url)
-            stack.enter_context(held(settings.data, shared=shared))
+            stack.enter_context(belonging.held(settings.data, shared=shared))
             _prepare_database(settings)
             check_engine(settings)
         except (
