@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from schemas.errors import SHOWN, SceneError
-from schemas.pointers import Parts, existing, pointer
+from schemas.pointers import Parts, existing, pointer, read_pointer
 from schemas.positions import Find, Place, line_and_column, locate
 from schemas.problems import Problem
+
+ABOUT_THE_KEY = frozenset({"unknown_field"})
+"""Codes of problems that stand at the name of a field and not at its value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +58,25 @@ def show(
     return tuple(_placed(problems[index], text, offsets[index]) for index in order)
 
 
+def located(text: str | None, problems: Iterable[Problem]) -> list[Problem]:
+    """The same problems with line and column.
+
+    Parameters
+    ----------
+    text
+        The JSON text that the pointers point into; without one, problems stay as they are.
+    """
+    problems = list(problems)
+    if text is None:
+        return problems
+    locations = [read_pointer(problem.pointer) for problem in problems]
+    places = locate(text, locations)
+    return [
+        _placed(problem, text, _start(problem, places[parts]))
+        for problem, parts in zip(problems, locations, strict=True)
+    ]
+
+
 def refusal(
     findings: Sequence[Finding], content: object, text: str | None, more: int = 0, find: Find = locate
 ) -> SceneError:
@@ -73,6 +95,10 @@ def _offset(place: Place, finding: Finding, parts: Parts) -> int:
         return place.value
     # Of a repeated key the second one is told; a key that stands once has no second.
     return place.keys[min(1, len(place.keys) - 1)]
+
+
+def _start(problem: Problem, place: Place) -> int:
+    return place.keys[0] if problem.code in ABOUT_THE_KEY and place.keys else place.value
 
 
 def _placed(problem: Problem, text: str, offset: int) -> Problem:

@@ -224,10 +224,9 @@ class Job(Message):
     )
     width: int = Field(description="Pixels; 0 for a mesh.")
     height: int = Field(description="Pixels; 0 for a mesh.")
-    quality: dict[str, Any] | None = Field(
-        default=None,
+    quality: dict[str, Any] = Field(
         description="What was asked for, as a request takes it: what the request left to the scene stands in "
-        "it, too. Null for jobs of earlier versions.",
+        "it, too.",
     )
     progress: Progress
     rendering: tuple[TileAtWork, ...] = Field(

@@ -19,6 +19,15 @@ def pointer(parts: Iterable[str | int]) -> str:
     return "".join("/" + str(part).replace("~", "~0").replace("/", "~1") for part in parts)
 
 
+def read_pointer(text: str) -> tuple[str, ...]:
+    """Read a pointer; indices stay text.
+
+    >>> read_pointer("/materials/a~1b/color/0")
+    ('materials', 'a/b', 'color', '0')
+    """
+    return tuple(part.replace("~1", "/").replace("~0", "~") for part in text.split("/")[1:])
+
+
 def existing(document: object, parts: Iterable[str | int]) -> Parts:
     """Shorten a location to its longest beginning that the document really has.
 

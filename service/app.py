@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from functools import partial
 from typing import Any, Literal
 
+from anyio import CapacityLimiter
 from fastapi import Depends, FastAPI
 from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel
@@ -20,6 +22,7 @@ from schemas.quotes import QuoteRequest
 from schemas.regions import Region
 from schemas.retention import PruneRequest
 from schemas.traces import TraceRequest
+from service.access.credential_cache import CredentialCache
 from service.api import problems
 from service.api.authentication import authenticate
 from service.api.routes import (
@@ -38,14 +41,37 @@ from service.api.routes import (
 from service.api.routes.parameters import COMPONENTS, problem
 from service.api.routes.routing import allowed, check_query, heads_of
 from service.api.routes.session import REFUSED
-from service.assembly import started, stop
+from service.dispatch.dispatcher import Dispatcher
 from service.dispatch.job_events import JobEvents
+from service.dispatch.notifications import NotificationListener
+from service.jobs import retention
+from service.jobs.concurrency import BodyMemoryLimit, ConcurrencyLimit
+from service.jobs.context import Service
+from service.jobs.pricing import QuotedPrices
+from service.jobs.retention import RetentionThread
 from service.settings import Settings
+from service.storage.assets import AssetStore
+from service.storage.database.connection import Database
+from service.storage.database.migrations import upgrade
+from service.storage.passes import PassStore
+from service.storage.places import ASSETS, JOBS, place_of
+from service.storage.tiles import TileStore
 from service.telemetry import spans
+from service.telemetry.spans import SILENT, Telemetry
+from service.workers.engines import engine_of
+from service.workers.heartbeats import Lease
+from service.workers.worker import WorkerSetup
 
 DESCRIPTION = "Send a scene as JSON, watch its tiles arrive, fetch the picture by the job's id."
+
+BODIES = 16
+"""As many requests with the largest scene are held in memory at once, or more smaller ones."""
+READERS = 4
+"""Documents that are read at once: the largest take some hundred megabytes each, and Python reads one."""
+
 PUBLIC = (operations, page)
 """What anybody may ask."""
+
 ROUTERS = (
     session,
     jobs,
@@ -128,3 +154,78 @@ def _document_bodies(app: FastAPI) -> None:
         return document
 
     app.openapi = openapi  # type: ignore[method-assign]
+
+
+def started(settings: Settings, job_events: JobEvents, telemetry: Telemetry) -> Service:
+    """Put a service together and start it."""
+    service = assemble(settings, job_events, telemetry=telemetry)
+    service.dispatcher.start()
+    service.retention_thread.start()
+    service.notifications.start()
+    return service
+
+
+def stop(service: Service) -> None:
+    """Stop all that was started, and close the database."""
+    service.retention_thread.stop()
+    service.notifications.stop()
+    service.dispatcher.stop()
+    service.database.close()
+
+
+def assemble(
+    settings: Settings,
+    job_events: JobEvents,
+    store: TileStore | None = None,
+    *,
+    telemetry: Telemetry = SILENT,
+) -> Service:
+    """Put a service together, with a database of this version; nothing runs yet.
+
+    Parameters
+    ----------
+    store
+        Keeps the pixels; by default where the settings say.
+    telemetry
+        Takes spans; by default nobody does.
+    """
+    database = Database(settings.database_url)
+    upgrade(database)
+    place = place_of(settings.place)
+    store = store or TileStore(place.within(JOBS))
+    asset_store = AssetStore(place.within(ASSETS), settings.limits)
+    engine = engine_of(settings, _setup(settings))
+    job_spans = telemetry.of_jobs(database)
+    dispatcher = Dispatcher(database, store, engine, job_events, settings, job_spans)
+    return Service(
+        settings=settings,
+        database=database,
+        store=store,
+        passes=PassStore(store.objects),
+        assets=asset_store,
+        dispatcher=dispatcher,
+        retention_thread=RetentionThread(database, store, asset_store, retention.rules_of(settings)),
+        job_events=job_events,
+        quote_limit=ConcurrencyLimit(settings.max_quotes, "quotes"),
+        comparison_limit=ConcurrencyLimit(settings.max_comparisons, "comparisons"),
+        prices=QuotedPrices(),
+        credentials=CredentialCache(database),
+        notifications=NotificationListener(database, dispatcher, job_events),
+        spans=job_spans,
+        body_memory=BodyMemoryLimit(
+            max(BODIES * settings.limits.max_body_bytes, settings.trace_limits.max_body_bytes)
+        ),
+        readers=CapacityLimiter(READERS),
+    )
+
+
+def _setup(settings: Settings) -> WorkerSetup:
+    return WorkerSetup(
+        parent=os.getpid(),
+        store=settings.place,
+        limits=settings.limits,
+        memory_bytes=settings.worker_memory_bytes,
+        lease=Lease(silent_seconds=settings.worker_silence_seconds, task_seconds=settings.max_task_seconds),
+        log_level=settings.log_level,
+        workers=settings.workers,
+    )

@@ -24,6 +24,7 @@ ServiceError
 │   └── UploadUnusableError
 ├── OpenDoorsError              strangers would be let in
 ├── DatabaseUrlError            the address of the database cannot be used
+├── DatabaseVersionError        another version of the service made its tables
 ├── EngineError                 the engine that the settings ask for cannot be had
 │   ├── EngineMissingError      its packages are not installed
 │   ├── UnsafeClusterError      strangers could give orders to it
@@ -233,6 +234,10 @@ class OpenDoorsError(ServiceError):
 
 class DatabaseUrlError(ServiceError):
     """The address of the database cannot be used."""
+
+
+class DatabaseVersionError(ServiceError):
+    """Another version of the service has made the tables of the database."""
 
 
 class EngineError(ServiceError):

@@ -16,7 +16,6 @@ from typing import IO
 import httpx2
 import structlog
 import uvicorn
-from alembic.util import CommandError
 from fastapi import FastAPI
 from sqlalchemy.exc import SQLAlchemyError
 from uvicorn.config import STARTUP_FAILURE
@@ -29,6 +28,7 @@ from service.api.slow_clients import slow_client_protocol
 from service.app import create_app
 from service.errors import (
     DatabaseUrlError,
+    DatabaseVersionError,
     EngineError,
     OpenDoorsError,
     StoreError,
@@ -40,7 +40,6 @@ from service.storage import belonging
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from service.storage.database.urls import is_shared
-from service.storage.lock import held
 from service.storage.places import place_of
 from service.workers.engines import check_engine
 
@@ -84,7 +83,7 @@ def run(settings: Settings) -> None:
     with ExitStack() as stack:
         try:
             shared = is_shared(settings.database_url)
-            stack.enter_context(held(settings.data, shared=shared))
+            stack.enter_context(belonging.held(settings.data, shared=shared))
             _prepare_database(settings)
             check_engine(settings)
         except (
@@ -92,7 +91,7 @@ def run(settings: Settings) -> None:
             OpenDoorsError,
             DatabaseUrlError,
             EngineError,
-            CommandError,
+            DatabaseVersionError,
             OSError,
         ) as error:
             log.error("not started", reason=str(error))  # noqa: TRY400  (the reason is enough)

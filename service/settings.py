@@ -1,20 +1,25 @@
-"""Everything that can be set about a service, from arguments or the environment."""
+"""Everything that can be set about a service: from arguments, the environment, or a file."""
 
 from __future__ import annotations
 
 import os
 import re
+import tomllib
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import Field, field_validator
+from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict
 
 from schemas.limits import Limits
-from service.settings_file import FileSource
 
+CONFIG = "PENUMBRA_CONFIG"
+"""The variable that names a file of settings."""
+
+DEFAULT = "default"
 MIB = 1024 * 1024
 RAY_BYTES = 192
 """JSON of a ray: six doubles of up to 24 characters, with brackets, commas and blanks."""
@@ -25,6 +30,35 @@ _BUCKET = re.compile(r"s3://[a-z0-9][a-z0-9.-]{1,61}[a-z0-9](/[A-Za-z0-9._/-]*)?
 def _processors() -> int:
     # A container may have been given fewer than the machine has; only Linux tells.
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+class SettingsFileError(Exception):
+    """The file that is named cannot be used.
+
+    No ValueError: pydantic would make it an error of some field.
+    """
+
+
+class FileSource(PydanticBaseSettingsSource):
+    """What the file says, where one is named.
+
+    Raises
+    ------
+    SettingsFileError
+        It is not there, or is no TOML.
+    """
+
+    def __init__(self, settings_cls: type[BaseSettings]) -> None:
+        super().__init__(settings_cls)
+        self.content = _content()
+
+    def get_field_value(self, field: FieldInfo, field_name: str) -> tuple[Any, str, bool]:  # noqa: ARG002  (an interface)
+        """Value of one setting; None where the file does not have it."""
+        return self.content.get(field_name), field_name, False
+
+    def __call__(self) -> dict[str, Any]:
+        """All of it: names that are no settings are refused with the others."""
+        return self.content
 
 
 class Settings(BaseSettings):
@@ -223,3 +257,41 @@ class Settings(BaseSettings):
     def place(self) -> str:
         """Address of pictures and textures, for `service.storage.places`."""
         return self.store or str(self.data)
+
+
+def _content() -> dict[str, Any]:
+    """Content of the file that is named; nothing where none is.
+
+    Raises
+    ------
+    SettingsFileError
+        It is not there, or is no TOML.
+    """
+    name = os.environ.get(CONFIG)
+    if not name:
+        return {}
+    try:
+        return tomllib.loads(Path(name).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise SettingsFileError(f"The settings file {name} cannot be read: {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise SettingsFileError(f"The settings file {name} is no TOML: {error}") from error
+
+
+def source_of(path: tuple[str, ...]) -> str:
+    """From where a setting has its value: a variable, the file, or the default.
+
+    Parameters
+    ----------
+    path
+        Its name, or the name of its group and its own.
+    """
+    variable = "PENUMBRA_" + "__".join(path).upper()
+    if variable in {name.upper() for name in os.environ}:
+        return variable
+    content: Any = _content()
+    for name in path:
+        if not isinstance(content, dict) or name not in content:
+            return DEFAULT
+        content = content[name]
+    return str(Path(os.environ[CONFIG]))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from benchmarks.capacity.workloads import request
 from renderer import tiling
 from service.access.principals import LOCAL
-from service.assembly import assemble
+from service.app import assemble
 from service.dispatch.job_events import JobEvents
 from service.jobs.admission import Admitted, admit
 from service.lifecycle import rows

@@ -70,8 +70,6 @@ def _unknown(render: RenderRow | None) -> str | None:
         return "The job ended before its picture was finished, or its picture is gone."
     if render.target_error is not None:
         return None
-    if not render.pass_costs:
-        return "The job was submitted before the service noted what passes cost."
     running = "The passes are compared when the picture is finished."
     return render.error_unknown or (None if render.state is JobState.SUCCEEDED else running)
 

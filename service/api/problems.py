@@ -23,10 +23,10 @@ from renderer.assets import AssetError, NoSuchAssetError
 from renderer.convergence import NothingToFitError
 from renderer.errors import ImageFileError, MissingExtraError
 from schemas.errors import SHOWN
+from schemas.findings import located
 from schemas.limits import LimitsError
 from schemas.problems import Problem, ProblemDocument
 from service import errors
-from service.client.places import located
 from service.jobs.context import Service
 from service.storage.database.connection import PRIMARY
 from service.storage.folder import NO_ROOM, NOT_WRITABLE
@@ -85,6 +85,7 @@ KINDS: dict[type[Exception], Kind] = {
     errors.UploadUnusableError: Kind(422, "upload_unusable"),
     errors.OpenDoorsError: Kind(500, "open_doors", is_public=False),
     errors.DatabaseUrlError: Kind(500, "database_url", is_public=False),
+    errors.DatabaseVersionError: Kind(500, "database_version", is_public=False),
     errors.EngineError: Kind(500, "engine", is_public=False),
     errors.EngineMissingError: Kind(500, "engine_missing", is_public=False),
     errors.UnsafeClusterError: Kind(500, "unsafe_cluster", is_public=False),

@@ -241,7 +241,7 @@ def _traces() -> Check:
 
 def _settings(config: Path | None) -> Iterator[dict[str, Any]]:
     """Every setting with its value and where it comes from; none where they make no sense."""
-    from service.settings_file import source_of
+    from service.settings import source_of
 
     try:
         settings = read_settings({}, config=config)
@@ -273,7 +273,7 @@ def _without_password(url: str | None) -> str | None:
 
 
 def _source(setting: str) -> str:
-    from service.settings_file import DEFAULT, source_of
+    from service.settings import DEFAULT, source_of
 
     source = source_of((setting,))
     return "the default" if source == DEFAULT else source

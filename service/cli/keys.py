@@ -102,6 +102,7 @@ def revoke(key_id: KeyArgument, data: DataOption = None, database: DatabaseOptio
 @contextmanager
 def _writing(data: Path | None, database: str | None) -> Iterator[Session]:
     """Open the database of a service, which may be running."""
+    from service.errors import DatabaseVersionError
     from service.storage.database.connection import Database
     from service.storage.database.migrations import upgrade
 
@@ -113,6 +114,8 @@ def _writing(data: Path | None, database: str | None) -> Iterator[Session]:
         upgrade(opened)
         with opened.writing() as session:
             yield session
+    except DatabaseVersionError as error:
+        raise CommandError(str(error)) from error
     finally:
         opened.close()
 

@@ -76,7 +76,7 @@ class SceneFile:
         """
         from renderer import compile_scene
         from schemas.errors import SceneError
-        from service.client.places import located
+        from schemas.findings import located
 
         try:
             return compile_scene(self.scene, quality, layers=layers)
@@ -106,7 +106,7 @@ def read(name: str) -> SceneFile:
     from renderer import load_scene
     from renderer.assets import FolderAssets
     from schemas.errors import SceneError
-    from service.client.places import located
+    from schemas.findings import located
 
     text = read_bytes(name)
     try:

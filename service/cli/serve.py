@@ -49,8 +49,7 @@ def read_settings(given: Mapping[str, Any], *, config: Path | None = None) -> Se
     from pydantic import ValidationError
     from pydantic_settings import SettingsError
 
-    from service.settings import Settings
-    from service.settings_file import SettingsFileError
+    from service.settings import Settings, SettingsFileError
 
     if config is not None:
         os.environ["PENUMBRA_CONFIG"] = str(config)
@@ -64,7 +63,7 @@ def read_settings(given: Mapping[str, Any], *, config: Path | None = None) -> Se
 
 
 def _setting_error(item: Mapping[str, Any]) -> str:
-    from service.settings_file import DEFAULT, source_of
+    from service.settings import DEFAULT, source_of
 
     path = tuple(str(part) for part in item["loc"])
     source = source_of(path)

@@ -153,7 +153,7 @@ def _lines_of(curve: Curve) -> Callable[[TileBatch], None]:
 
 def _is_target(job: Job) -> bool:
     """Whether a job gets its passes one after another, so that nobody knows how many tiles there will be."""
-    return (job.quality or {}).get("mode") == "target"
+    return job.quality.get("mode") == "target"
 
 
 def _tiles(batch: TileBatch, grows: bool) -> str:

@@ -1,9 +1,8 @@
-"""The asynchronous client: the same calls and flows, awaited."""
+"""The asynchronous client."""
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Mapping
-from functools import partial
+from collections.abc import AsyncIterator, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy.typing as npt
@@ -23,12 +22,10 @@ from service.client.async_connection import AsyncConnection
 from service.client.async_jobs import AsyncRemoteJob
 from service.client.batches import Encoding, PixelBatch
 from service.client.comparing import PictureSource, sent
-from service.client.documents import sendable
-from service.client.events import tile_event
-from service.client.following import Following, leaving, succeeded
-from service.client.parcels import Parcel, SceneSource, pack
+from service.client.documents import rows, sendable
+from service.client.following import AsyncOnProgress, Following, leaving, notify_async, succeeded
+from service.client.parcels import SceneSource, pack
 from service.client.pictures import Picture, PictureKind
-from service.client.rays import rows
 
 if TYPE_CHECKING:
     import numpy as np
@@ -37,16 +34,32 @@ if TYPE_CHECKING:
 
 
 class AsyncClient(AsyncConnection):
-    """What :class:`Client` is, for asynchronous programs; parameters and errors are the same.
+    """Talks to one service. Leaving early, by Ctrl-C or by cancelling a task, never stops a job.
 
-    A task that is cancelled closes the connection that it waited on. The job goes on.
+    Parameters
+    ----------
+    server
+        Its address; by default that in ``PENUMBRA_SERVER``, else ``http://127.0.0.1:8000``.
+    key
+        What lets us in, where the service asks for it; by default that in ``PENUMBRA_KEY``.
+    timeout
+        Seconds that the server may be silent; where the request asks it to hold its answer, that time
+        comes on top.
+    patience
+        Seconds over which a request is repeated when the connection breaks or the server is too busy.
+        Only requests that may safely be sent twice are repeated; 0 repeats none.
+
+    Raises
+    ------
+    UnreachableError
+        The address cannot be that of a server.
 
     Examples
     --------
-    >>> async with AsyncClient() as client:  # doctest: +SKIP
+    >>> async with AsyncClient("http://127.0.0.1:8000") as client:  # doctest: +SKIP
     ...     job = await client.submit("scene.json")
-    ...     async for tile in job.tiles():
-    ...         tile.paint(canvas)
+    ...     await job.wait(on_progress=lambda batch: print(batch.progress.share))
+    ...     pixels = await job.image()
     """
 
     async def submit(  # noqa: PLR0913 - one argument for each member of the request
@@ -63,12 +76,46 @@ class AsyncClient(AsyncConnection):
         idempotency_key: str | None = None,
         anew: bool = False,
     ) -> AsyncRemoteJob:
-        """Ask for a render; local textures are uploaded first, each once."""
-        wishes = flows.wishes(
+        """Ask for a render; local textures are uploaded first, each once.
+
+        Parameters
+        ----------
+        scene
+            The path of a scene file, its bytes, its document as a dict, or a `schemas.Scene`. A dict may have
+            arrays and numbers of NumPy.
+        assets
+            Folder where its textures and meshes are looked up, or an ``AssetSource``; by default that of the
+            scene file, and nowhere for other sources.
+        quality
+            Overrides the scene's ``sampling``: a dict, or `schemas.FixedQuality` or `schemas.TargetQuality`.
+        layers
+            What to record of each pixel beside its colour, such as ``depth``.
+        labels
+            Words of your own by which the job is found again.
+        priority
+            Of your own jobs those of a higher priority go first.
+        time_limit
+            Seconds after its beginning when a job that is not finished ends.
+        wait
+            Seconds to wait for the end before the answer comes, whatever the state is then.
+        idempotency_key
+            The same request sent again with the same key is the same job; by default a key of its own for
+            each call, so that only the client's own repetitions count as the same.
+        anew
+            Render it even if the service has the same picture already.
+
+        Raises
+        ------
+        schemas.errors.SceneError
+            The file is not JSON, or names a texture that is not there.
+        RequestInvalidError
+            The service refused the scene; `errors` has each reason with its pointer.
+        """
+        members = flows.given(
             quality=quality, layers=layers, labels=labels, priority=priority, time_limit=time_limit
         )
-        parcel = await _packed(scene, assets)
-        flow = flows.submission(parcel, wishes, wait=wait, key=idempotency_key, anew=anew)
+        parcel = await to_thread.run_sync(pack, scene, assets)
+        flow = flows.submission(parcel, members, wait=wait, key=idempotency_key, anew=anew)
         return AsyncRemoteJob.of(await self._run(flow), self)
 
     async def get(self, job_id: str) -> AsyncRemoteJob:
@@ -103,11 +150,11 @@ class AsyncClient(AsyncConnection):
         return AsyncRemoteJob.of(await self._send(calls.cancel_job(job_id)), self)
 
     async def pause(self, job_id: str) -> AsyncRemoteJob:
-        """Let a job stand still: no more of its tiles are handed out; one that has ended stays as it is."""
+        """Pause a job: no more of its tiles are handed out; one that has ended stays as it is."""
         return AsyncRemoteJob.of(await self._send(calls.pause_job(job_id)), self)
 
     async def resume(self, job_id: str) -> AsyncRemoteJob:
-        """Let a job go on that stands still; any other stays as it is."""
+        """Let a paused job go on; any other stays as it is."""
         return AsyncRemoteJob.of(await self._send(calls.resume_job(job_id)), self)
 
     async def delete(self, job_id: str) -> None:
@@ -125,7 +172,7 @@ class AsyncClient(AsyncConnection):
         return AsyncRemoteJob.of(await self._send(calls.pin_job(job_id, pinned=True)), self)
 
     async def unpin(self, job_id: str) -> AsyncRemoteJob:
-        """Let the picture of a job go when its time has come."""
+        """Let the picture of a job expire again."""
         return AsyncRemoteJob.of(await self._send(calls.pin_job(job_id, pinned=False)), self)
 
     async def prune(
@@ -136,14 +183,14 @@ class AsyncClient(AsyncConnection):
         keep_asset_seconds: float | None = None,
         dry_run: bool = True,
     ) -> Pruned:
-        """What the service would let go by these rules, or by its own; with ``dry_run=False`` it does.
+        """What the service would delete by these rules, or by its own; with ``dry_run=False`` it does.
 
         Raises
         ------
         NotAllowedError
             The key is not that of an admin.
         """
-        rules = flows.wishes(
+        rules = flows.given(
             keep_seconds=keep_seconds,
             max_stored_bytes=max_stored_bytes,
             keep_asset_seconds=keep_asset_seconds,
@@ -164,7 +211,16 @@ class AsyncClient(AsyncConnection):
     async def follow(
         self, job_id: str, *, after: int = 0, timeout: float | None = None
     ) -> AsyncIterator[TileBatch]:
-        """Batches of tile events as they come, until the job has ended."""
+        """Batches of tile events as they come, until the job has ended.
+
+        A batch may be empty: it tells that the job is still there. A job that failed or was cancelled
+        ends like any other; the last batch has its state.
+
+        Raises
+        ------
+        TimedOutError
+            `timeout` seconds have passed.
+        """
         place = Following(job_id, after, timeout)
         more = True
         while more:
@@ -173,12 +229,7 @@ class AsyncClient(AsyncConnection):
             more = place.goes_on(batch)
 
     async def follow_pixels(
-        self,
-        job_id: str,
-        *,
-        after: int = 0,
-        timeout: float | None = None,
-        encoding: Encoding = "float32",
+        self, job_id: str, *, after: int = 0, timeout: float | None = None, encoding: Encoding = "float32"
     ) -> AsyncIterator[PixelBatch]:
         """The same with the pixels of the tiles."""
         place = Following(job_id, after, timeout)
@@ -189,27 +240,31 @@ class AsyncClient(AsyncConnection):
             more = place.goes_on(batch)
 
     async def wait(
-        self,
-        job_id: str,
-        *,
-        timeout: float | None = None,
-        on_progress: Callable[[TileBatch], Awaitable[None] | None] | None = None,
+        self, job_id: str, *, timeout: float | None = None, on_progress: AsyncOnProgress | None = None
     ) -> AsyncRemoteJob:
-        """Wait until the image is complete; `on_progress` may be a coroutine function."""
+        """Wait until the image is complete. Leaving early ends the waiting, not the job.
+
+        Raises
+        ------
+        NoImageError
+            There will be no image.
+        TimedOutError
+            `timeout` seconds have passed; the job goes on.
+        """
         with leaving(job_id):
             async for batch in self.follow(job_id, timeout=timeout):
-                if on_progress is not None and (told := on_progress(batch)) is not None:
-                    await told
+                await notify_async(on_progress, batch)
             return succeeded(await self.get(job_id))
 
     async def events(self, job_id: str, *, after: int = 0) -> AsyncIterator[TileEvent]:
-        """Tile events as a stream that the server pushes.
+        """Tile events as a stream that the server pushes, until the job has ended or the connection breaks.
 
-        To leave it early, go through it in ``contextlib.aclosing``: that closes the connection.
+        Start again with the last number seen as `after` to go on where it broke. To leave it early, go
+        through it in ``contextlib.aclosing``: that closes the connection.
         """
         async with self._stream(calls.get_events(job_id, after=after)) as events:
             async for event in events:
-                if (found := tile_event(event)) is not None:
+                if (found := calls.tile_event(event)) is not None:
                     yield found
 
     async def picture(self, job_id: str, kind: PictureKind = "png") -> Picture:
@@ -222,7 +277,8 @@ class AsyncClient(AsyncConnection):
 
     async def pixels(self, job_id: str) -> npt.NDArray[np.float32]:
         """The image as linear RGB, shape (height, width, 3), float32, row 0 at the top."""
-        return (await self.picture(job_id, "npy")).array()
+        picture = await self.picture(job_id, "npy")
+        return picture.array()
 
     async def layer_file(self, job_id: str, name: str) -> Picture:
         """A layer that the job was asked for, as a file, or what there is of it while the job is running."""
@@ -230,7 +286,8 @@ class AsyncClient(AsyncConnection):
 
     async def layer(self, job_id: str, name: str) -> npt.NDArray[Any]:
         """A layer as an array, (height, width) or (height, width, channels), float32 or int32."""
-        return (await self.layer_file(job_id, name)).array()
+        file = await self.layer_file(job_id, name)
+        return file.array()
 
     async def plan(self, job_id: str) -> PlanDocument:
         """What runs for a job, and who asked."""
@@ -256,8 +313,8 @@ class AsyncClient(AsyncConnection):
         layers: Iterable[str] = (),
     ) -> PlanDocument:
         """What would run for a scene; renders nothing."""
-        wishes = flows.wishes(quality=quality, layers=layers)
-        return await self._run(flows.plan(await _packed(scene), wishes))
+        parcel = await to_thread.run_sync(pack, scene)
+        return await self._run(flows.plan(parcel, flows.given(quality=quality, layers=layers)))
 
     async def quote(
         self,
@@ -267,15 +324,37 @@ class AsyncClient(AsyncConnection):
         target_error: float | None = None,
         seconds: float | None = None,
     ) -> Quote:
-        """What a scene would cost, and how far off it would be, at several qualities."""
-        wishes = flows.wishes(quality=quality, target_error=target_error, seconds=seconds)
-        return await self._run(flows.quote(await _packed(scene), wishes))
+        """What a scene would cost, and how far off it would be, at several qualities.
+
+        Parameters
+        ----------
+        quality
+            What is priced first, in place of the scene's ``sampling``.
+        target_error
+            A target error; ``for_error`` of the answer reaches it soonest.
+        seconds
+            A given time; ``for_seconds`` of the answer comes closest in it.
+
+        Raises
+        ------
+        BusyError
+            The service makes as many quotes as it may already.
+        """
+        members = flows.given(quality=quality, target_error=target_error, seconds=seconds)
+        return await self._run(flows.quote(await to_thread.run_sync(pack, scene), members))
 
     async def trace(
         self, scene: SceneSource, origins: npt.ArrayLike, directions: npt.ArrayLike
     ) -> TraceAnswer:
-        """What each ray hits first."""
-        return await self._run(flows.traces(await _packed(scene), rows(origins, directions)))
+        """What each ray hits first.
+
+        Parameters
+        ----------
+        origins, directions
+            Shape (rays, 3), finite.
+        """
+        parcel = await to_thread.run_sync(pack, scene)
+        return await self._run(flows.traces(parcel, rows(origins, directions)))
 
     async def compare(
         self,
@@ -286,7 +365,27 @@ class AsyncClient(AsyncConnection):
         reference_encoding: str | None = None,
         **options: Any,
     ) -> ComparisonAnswer:
-        """Compare two pictures on the server."""
+        """Compare two pictures on the server; ``penumbra compare`` and ``accuracy.comparison`` do it here.
+
+        Parameters
+        ----------
+        image, reference
+            A job or ``job:ID``; the path of a PNG, NPY or EXR file, or its bytes; an array (H, W, 3); or an
+            image of Pillow.
+        encoding, reference_encoding
+            ``srgb`` or ``linear``; by default what files of that kind usually mean, which the answer tells.
+        options
+            ``tolerance``, ``max_bias``, ``limit``, ``flip`` and ``pictures``, as the request has them.
+
+        Raises
+        ------
+        OSError
+            A file cannot be read.
+        TypeError
+            It is none of these.
+        RequestInvalidError
+            The pictures cannot be compared; `errors` says why.
+        """
         pictures = {
             "image": await to_thread.run_sync(sent, image, encoding),
             "reference": await to_thread.run_sync(sent, reference, reference_encoding),
@@ -296,8 +395,3 @@ class AsyncClient(AsyncConnection):
     async def version(self) -> Version:
         """Which service this is."""
         return await self._send(calls.get_version())
-
-
-async def _packed(scene: SceneSource, assets: Assets | None = None) -> Parcel:
-    """Read and hash the files of a scene where that keeps nobody waiting."""
-    return await to_thread.run_sync(partial(pack, scene, assets=assets))

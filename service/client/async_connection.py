@@ -1,4 +1,4 @@
-"""Sending calls and awaiting their answers."""
+"""Sending calls and waiting for their answers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from service.client.flows import Flow, Result
 
 
 class AsyncConnection:
-    """What an asynchronous client sends its calls through."""
+    """What a client sends its calls through; parameters and errors are those of :class:`AsyncClient`."""
 
     def __init__(
         self,

@@ -1,8 +1,8 @@
-"""A job in the hands of whoever submitted it, without blocking."""
+"""A job as its submitter holds it."""
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Mapping
+from collections.abc import AsyncIterator, Awaitable, Iterator, Mapping
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -18,10 +18,9 @@ from schemas.plans import PlanDocument
 from service.client import notebooks
 from service.client.batches import Encoding, TilePixels
 from service.client.errors import ClientError
-from service.client.files import kind_of, write
-from service.client.following import leaving, succeeded
-from service.client.known import KnownJob
-from service.client.pictures import Picture, PictureKind
+from service.client.following import AsyncOnProgress, leaving, notify_async, succeeded
+from service.client.known import AsyncKnownJob
+from service.client.pictures import Picture, PictureKind, kind_of, write
 
 if TYPE_CHECKING:
     import numpy as np
@@ -30,8 +29,16 @@ if TYPE_CHECKING:
     from service.client.async_client import AsyncClient
 
 
-class AsyncRemoteJob(KnownJob):
-    """What :class:`RemoteJob` is, for :class:`AsyncClient`."""
+class AsyncRemoteJob(AsyncKnownJob):
+    """A job of the service, and what can be done with it.
+
+    Where the finished image is asked for, it is waited for.
+
+    Examples
+    --------
+    >>> job = await client.submit("scene.json")  # doctest: +SKIP
+    >>> await job.save("picture.png", timeout=60)  # doctest: +SKIP
+    """
 
     _client: AsyncClient = PrivateAttr()
 
@@ -39,21 +46,30 @@ class AsyncRemoteJob(KnownJob):
         """Ask how the job is now."""
         return self._renewed(await self._client.get(self.id))
 
-    async def wait(
-        self,
-        *,
-        timeout: float | None = None,
-        on_progress: Callable[[TileBatch], Awaitable[None] | None] | None = None,
-    ) -> Self:
-        """Wait until the image is complete; `on_progress` may be a coroutine function."""
+    async def wait(self, *, timeout: float | None = None, on_progress: AsyncOnProgress | None = None) -> Self:
+        """Wait until the image is complete; a notebook shows it growing meanwhile.
+
+        Parameters
+        ----------
+        timeout
+            Seconds to wait at most; the job goes on.
+        on_progress
+            Called with each batch of tile events; it may be a coroutine function where calls are awaited.
+
+        Raises
+        ------
+        NoImageError
+            There will be no image.
+        TimedOutError
+            `timeout` seconds have passed.
+        """
         live = notebooks.live()
 
         async def note(batch: TileBatch) -> None:
             self._noted(batch)
             if live is not None and live.due(batch):
                 live.show(self, await self._seen())
-            if on_progress is not None and (told := on_progress(batch)) is not None:
-                await told
+            await notify_async(on_progress, batch)
 
         return self._renewed(await self._client.wait(self.id, timeout=timeout, on_progress=note))
 
@@ -62,11 +78,11 @@ class AsyncRemoteJob(KnownJob):
         return self._renewed(await self._client.cancel(self.id))
 
     async def pause(self) -> Self:
-        """Let it stand still, and keep what there is; one that has ended stays as it is."""
+        """Pause it, and keep what there is; one that has ended stays as it is."""
         return self._renewed(await self._client.pause(self.id))
 
     async def resume(self) -> Self:
-        """Let it go on, if it stands still."""
+        """Resume it, if it is paused."""
         return self._renewed(await self._client.resume(self.id))
 
     async def delete(self) -> None:
@@ -78,26 +94,38 @@ class AsyncRemoteJob(KnownJob):
         return self._renewed(await self._client.pin(self.id))
 
     async def unpin(self) -> Self:
-        """Let its picture go when its time has come."""
+        """Let its picture expire again."""
         return self._renewed(await self._client.unpin(self.id))
 
     async def image(self, *, timeout: float | None = None) -> npt.NDArray[np.float32]:
         """The finished image as linear RGB, shape (height, width, 3), float32, row 0 at the top."""
-        return (await self._finished("npy", timeout)).array()
+        picture = await self._finished("npy", timeout)
+        return picture.array()
 
     async def pillow(self, *, timeout: float | None = None) -> Image:
         """The finished image as Pillow has them, RGB with 8 bits as displayed."""
-        return (await self._finished("png", timeout)).pillow()
+        picture = await self._finished("png", timeout)
+        return picture.pillow()
 
     async def save(self, path: str | PathLike[str], *, timeout: float | None = None) -> Path:
-        """Write the finished image to a file, in one step: ``.png``, ``.npy`` or ``.exr``."""
-        kind = kind_of(path)
-        content = (await self._finished(kind, timeout)).content
-        return await to_thread.run_sync(write, path, content)
+        """Write the finished image to a file, in one step.
+
+        Parameters
+        ----------
+        path
+            Ends in ``.png``, ``.npy`` for linear float32, or ``.exr`` for that with all layers.
+
+        Raises
+        ------
+        ValueError
+            It has another ending.
+        """
+        picture = await self._finished(kind_of(path), timeout)
+        return await to_thread.run_sync(write, path, picture.content)
 
     @property
     def layers(self) -> Mapping[str, Awaitable[npt.NDArray[Any]]]:
-        """The layers that the job was asked for, by name: ``await job.layers["depth"]``."""
+        """The layers that the job was asked for, by name; each is waited for and fetched when it is used."""
         return AsyncLayers(self)
 
     async def picture(self, kind: PictureKind = "png") -> Picture:
@@ -105,12 +133,17 @@ class AsyncRemoteJob(KnownJob):
         return await self._client.picture(self.id, kind)
 
     async def tiles(
-        self,
-        *,
-        timeout: float | None = None,
-        encoding: Encoding = "float32",
+        self, *, timeout: float | None = None, encoding: Encoding = "float32"
     ) -> AsyncIterator[TilePixels]:
-        """Tiles with their pixels as they are finished; later ones are painted over earlier ones."""
+        """Tiles with their pixels as they are finished, a coarse picture first; later ones go over earlier.
+
+        Raises
+        ------
+        NoImageError
+            There will be no image.
+        TimedOutError
+            `timeout` seconds have passed.
+        """
         with leaving(self.id):
             async for batch in self._client.follow_pixels(self.id, timeout=timeout, encoding=encoding):
                 for tile in batch.tiles:
@@ -143,7 +176,7 @@ class AsyncRemoteJob(KnownJob):
 
 
 class AsyncLayers(Mapping[str, Awaitable[npt.NDArray[Any]]]):
-    """The layers of a job, each to be awaited."""
+    """The layers of a job as arrays, (height, width) or (height, width, channels), float32 or int32."""
 
     def __init__(self, job: AsyncRemoteJob) -> None:
         self._job = job

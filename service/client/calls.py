@@ -18,7 +18,7 @@ from pydantic import BaseModel, ValidationError
 from schemas.batches import MEDIA_TYPE
 from schemas.comparisons import ComparisonAnswer
 from schemas.convergence import Convergence
-from schemas.jobs import Asset, Job, JobList, TileBatch, Version
+from schemas.jobs import Asset, Job, JobList, TileBatch, TileEvent, Version
 from schemas.logs import JobLog
 from schemas.plans import PlanDocument
 from schemas.quotes import Quote
@@ -161,6 +161,16 @@ def get_events(job_id: str, *, after: int) -> Call[httpx2.EventSource]:
     """The tile events after a number as a stream; its answer must be sent as one."""
     headers = {"Accept": "text/event-stream", "Last-Event-ID": str(after)}
     return Call("GET", _job_path(job_id) + "/events", httpx2.EventSource, headers=headers, job_id=job_id)
+
+
+def tile_event(event: httpx2.ServerSentEvent) -> TileEvent | None:
+    """The tile event in an event of that stream; None for an event of another kind."""
+    if event.event != "tile":
+        return None
+    try:
+        return TileEvent.model_validate_json(event.data)
+    except ValidationError as error:
+        raise UnexpectedAnswerError("The server sent an event that is not a tile.") from error
 
 
 def get_picture(job_id: str, kind: PictureKind) -> Call[Picture]:

@@ -1,8 +1,9 @@
+# Generated from async_client.py by tools/generate_sync_client.py: edit that file, then run this script.
 """The synchronous client."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy.typing as npt
@@ -20,13 +21,11 @@ from service.client import calls, flows
 from service.client.batches import Encoding, PixelBatch
 from service.client.comparing import PictureSource, sent
 from service.client.connection import Connection
-from service.client.documents import sendable
-from service.client.events import tile_event
-from service.client.following import Following, leaving, succeeded
+from service.client.documents import rows, sendable
+from service.client.following import Following, OnProgress, leaving, notify, succeeded
 from service.client.jobs import RemoteJob
 from service.client.parcels import SceneSource, pack
 from service.client.pictures import Picture, PictureKind
-from service.client.rays import rows
 
 if TYPE_CHECKING:
     import numpy as np
@@ -35,7 +34,7 @@ if TYPE_CHECKING:
 
 
 class Client(Connection):
-    """Talks to one service.
+    """Talks to one service. Leaving early, by Ctrl-C or by cancelling a task, never stops a job.
 
     Parameters
     ----------
@@ -90,9 +89,9 @@ class Client(Connection):
         quality
             Overrides the scene's ``sampling``: a dict, or `schemas.FixedQuality` or `schemas.TargetQuality`.
         layers
-            What to tell about each pixel beside its colour, such as ``depth``.
+            What to record of each pixel beside its colour, such as ``depth``.
         labels
-            Words of one's own by which the job is found again.
+            Words of your own by which the job is found again.
         priority
             Of your own jobs those of a higher priority go first.
         time_limit
@@ -112,10 +111,11 @@ class Client(Connection):
         RequestInvalidError
             The service refused the scene; `errors` has each reason with its pointer.
         """
-        wishes = flows.wishes(
+        members = flows.given(
             quality=quality, layers=layers, labels=labels, priority=priority, time_limit=time_limit
         )
-        flow = flows.submission(pack(scene, assets=assets), wishes, wait=wait, key=idempotency_key, anew=anew)
+        parcel = pack(scene, assets)
+        flow = flows.submission(parcel, members, wait=wait, key=idempotency_key, anew=anew)
         return RemoteJob.of(self._run(flow), self)
 
     def get(self, job_id: str) -> RemoteJob:
@@ -140,7 +140,8 @@ class Client(Connection):
         cursor: str | None = None
         while True:
             page = self.list(limit=calls.LONGEST_PAGE, cursor=cursor, state=state, labels=labels)
-            yield from (RemoteJob.of(job, self) for job in page.jobs)
+            for job in page.jobs:
+                yield RemoteJob.of(job, self)
             if (cursor := page.next) is None:
                 return
 
@@ -149,11 +150,11 @@ class Client(Connection):
         return RemoteJob.of(self._send(calls.cancel_job(job_id)), self)
 
     def pause(self, job_id: str) -> RemoteJob:
-        """Let a job stand still: no more of its tiles are handed out; one that has ended stays as it is."""
+        """Pause a job: no more of its tiles are handed out; one that has ended stays as it is."""
         return RemoteJob.of(self._send(calls.pause_job(job_id)), self)
 
     def resume(self, job_id: str) -> RemoteJob:
-        """Let a job go on that stands still; any other stays as it is."""
+        """Let a paused job go on; any other stays as it is."""
         return RemoteJob.of(self._send(calls.resume_job(job_id)), self)
 
     def delete(self, job_id: str) -> None:
@@ -171,7 +172,7 @@ class Client(Connection):
         return RemoteJob.of(self._send(calls.pin_job(job_id, pinned=True)), self)
 
     def unpin(self, job_id: str) -> RemoteJob:
-        """Let the picture of a job go when its time has come."""
+        """Let the picture of a job expire again."""
         return RemoteJob.of(self._send(calls.pin_job(job_id, pinned=False)), self)
 
     def prune(
@@ -182,14 +183,14 @@ class Client(Connection):
         keep_asset_seconds: float | None = None,
         dry_run: bool = True,
     ) -> Pruned:
-        """What the service would let go by these rules, or by its own; with ``dry_run=False`` it does.
+        """What the service would delete by these rules, or by its own; with ``dry_run=False`` it does.
 
         Raises
         ------
         NotAllowedError
             The key is not that of an admin.
         """
-        rules = flows.wishes(
+        rules = flows.given(
             keep_seconds=keep_seconds,
             max_stored_bytes=max_stored_bytes,
             keep_asset_seconds=keep_asset_seconds,
@@ -226,12 +227,7 @@ class Client(Connection):
             more = place.goes_on(batch)
 
     def follow_pixels(
-        self,
-        job_id: str,
-        *,
-        after: int = 0,
-        timeout: float | None = None,
-        encoding: Encoding = "float32",
+        self, job_id: str, *, after: int = 0, timeout: float | None = None, encoding: Encoding = "float32"
     ) -> Iterator[PixelBatch]:
         """The same with the pixels of the tiles."""
         place = Following(job_id, after, timeout)
@@ -242,13 +238,9 @@ class Client(Connection):
             more = place.goes_on(batch)
 
     def wait(
-        self,
-        job_id: str,
-        *,
-        timeout: float | None = None,
-        on_progress: Callable[[TileBatch], None] | None = None,
+        self, job_id: str, *, timeout: float | None = None, on_progress: OnProgress | None = None
     ) -> RemoteJob:
-        """Wait until the image is complete. Ctrl-C ends the waiting, not the job.
+        """Wait until the image is complete. Leaving early ends the waiting, not the job.
 
         Raises
         ------
@@ -259,18 +251,18 @@ class Client(Connection):
         """
         with leaving(job_id):
             for batch in self.follow(job_id, timeout=timeout):
-                if on_progress is not None:
-                    on_progress(batch)
+                notify(on_progress, batch)
             return succeeded(self.get(job_id))
 
     def events(self, job_id: str, *, after: int = 0) -> Iterator[TileEvent]:
         """Tile events as a stream that the server pushes, until the job has ended or the connection breaks.
 
-        Start again with the last number seen as `after` to go on where it broke.
+        Start again with the last number seen as `after` to go on where it broke. To leave it early, go
+        through it in ``contextlib.closing``: that closes the connection.
         """
         with self._stream(calls.get_events(job_id, after=after)) as events:
             for event in events:
-                if (found := tile_event(event)) is not None:
+                if (found := calls.tile_event(event)) is not None:
                     yield found
 
     def picture(self, job_id: str, kind: PictureKind = "png") -> Picture:
@@ -283,7 +275,8 @@ class Client(Connection):
 
     def pixels(self, job_id: str) -> npt.NDArray[np.float32]:
         """The image as linear RGB, shape (height, width, 3), float32, row 0 at the top."""
-        return self.picture(job_id, "npy").array()
+        picture = self.picture(job_id, "npy")
+        return picture.array()
 
     def layer_file(self, job_id: str, name: str) -> Picture:
         """A layer that the job was asked for, as a file, or what there is of it while the job is running."""
@@ -291,7 +284,8 @@ class Client(Connection):
 
     def layer(self, job_id: str, name: str) -> npt.NDArray[Any]:
         """A layer as an array, (height, width) or (height, width, channels), float32 or int32."""
-        return self.layer_file(job_id, name).array()
+        file = self.layer_file(job_id, name)
+        return file.array()
 
     def plan(self, job_id: str) -> PlanDocument:
         """What runs for a job, and who asked."""
@@ -302,13 +296,7 @@ class Client(Connection):
         return self._send(calls.get_convergence(job_id))
 
     def convergence_file(self, job_id: str, form: str = "csv") -> bytes:
-        """The same as a file.
-
-        Parameters
-        ----------
-        form
-            `json`, `csv`, or `svg` or `png` for a plot.
-        """
+        """The same as a file: `json`, `csv`, or `svg` or `png` for a plot."""
         return self._send(calls.get_convergence_file(job_id, form))
 
     def log(self, job_id: str) -> JobLog:
@@ -323,7 +311,8 @@ class Client(Connection):
         layers: Iterable[str] = (),
     ) -> PlanDocument:
         """What would run for a scene; renders nothing."""
-        return self._run(flows.plan(pack(scene), flows.wishes(quality=quality, layers=layers)))
+        parcel = pack(scene)
+        return self._run(flows.plan(parcel, flows.given(quality=quality, layers=layers)))
 
     def quote(
         self,
@@ -340,7 +329,7 @@ class Client(Connection):
         quality
             What is priced first, in place of the scene's ``sampling``.
         target_error
-            A wished error; ``for_error`` of the answer reaches it soonest.
+            A target error; ``for_error`` of the answer reaches it soonest.
         seconds
             A given time; ``for_seconds`` of the answer comes closest in it.
 
@@ -349,8 +338,8 @@ class Client(Connection):
         BusyError
             The service makes as many quotes as it may already.
         """
-        wishes = flows.wishes(quality=quality, target_error=target_error, seconds=seconds)
-        return self._run(flows.quote(pack(scene), wishes))
+        members = flows.given(quality=quality, target_error=target_error, seconds=seconds)
+        return self._run(flows.quote(pack(scene), members))
 
     def trace(self, scene: SceneSource, origins: npt.ArrayLike, directions: npt.ArrayLike) -> TraceAnswer:
         """What each ray hits first.
@@ -360,7 +349,8 @@ class Client(Connection):
         origins, directions
             Shape (rays, 3), finite.
         """
-        return self._run(flows.traces(pack(scene), rows(origins, directions)))
+        parcel = pack(scene)
+        return self._run(flows.traces(parcel, rows(origins, directions)))
 
     def compare(
         self,
@@ -392,7 +382,10 @@ class Client(Connection):
         RequestInvalidError
             The pictures cannot be compared; `errors` says why.
         """
-        pictures = {"image": sent(image, encoding), "reference": sent(reference, reference_encoding)}
+        pictures = {
+            "image": sent(image, encoding),
+            "reference": sent(reference, reference_encoding),
+        }
         return self._send(calls.make_comparison(pictures | sendable(options)))
 
     def version(self) -> Version:

@@ -1,3 +1,4 @@
+# Generated from async_connection.py by tools/generate_sync_client.py: edit that file, then run this script.
 """Sending calls and waiting for their answers."""
 
 from __future__ import annotations
@@ -56,13 +57,11 @@ class Connection:
     def _stream(self, call: Call[Answer]) -> Iterator[Answer]:
         """Send a call whose answer goes on; the connection is closed at the end of the block."""
         refuse_closed(self._http.is_closed)
-        with (
-            transport_errors(self.server, job_id=call.job_id),
-            self._http.stream(call.method, call.path, headers=dict(call.headers)) as answer,
-        ):
-            if not answer.is_success:
-                answer.read()
-            yield call.read(check(answer, call))
+        with transport_errors(self.server, job_id=call.job_id):
+            with self._http.stream(call.method, call.path, headers=dict(call.headers)) as answer:
+                if not answer.is_success:
+                    answer.read()
+                yield call.read(check(answer, call))
 
     def _run(self, flow: Flow[Result]) -> Result:
         """Send what a flow asks for until it has its result."""

@@ -1,10 +1,12 @@
-"""What is sent: whatever Python has becomes JSON, or is refused in its place."""
+"""What is sent: values, arrays and models of Python become JSON, or are refused in their place."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any
+
+import numpy.typing as npt
 
 from schemas.findings import Finding, refusal
 from schemas.limits import limits_in_force
@@ -24,6 +26,21 @@ def sendable(members: Mapping[str, Any]) -> dict[str, Any]:
     made = {name: plain(value, max_depth=limits_in_force().max_depth) for name, value in members.items()}
     refuse_not_finite(made, None)
     return made
+
+
+def rows(origins: npt.ArrayLike, directions: npt.ArrayLike) -> dict[str, Any]:
+    """Origins and directions of rays (rays, 3) as lists of numbers, as a request has them.
+
+    Raises
+    ------
+    ValueError
+        One has another shape, or does not hold real numbers.
+    """
+    # Not before somebody casts rays: a client needs nothing of the renderer otherwise.
+    from renderer.math.arrays import vectors  # noqa: PLC0415
+
+    given = {"origins": origins, "directions": directions}
+    return {name: vectors(name, values).tolist() for name, values in given.items()}
 
 
 def refuse_not_finite(content: object, text: str | None) -> None:

@@ -25,28 +25,28 @@ Result = TypeVar("Result")
 Flow = Generator[Call[Any], Any, Result]
 
 
-def wishes(**members: Any) -> dict[str, Any]:
-    """What a request says beside its scene: only what was asked for, so that older services take it too."""
+def given(**members: Any) -> dict[str, Any]:
+    """What a request has beside its scene: only what was given, so that older services accept it too."""
     return {name: value for name, value in sendable(members).items() if value not in (None, [], {})}
 
 
 def submission(
-    parcel: Parcel, wished: Mapping[str, Any], *, wait: float, key: str | None, anew: bool
+    parcel: Parcel, members: Mapping[str, Any], *, wait: float, key: str | None, anew: bool
 ) -> Flow[Job]:
     """Ask for a render; what the service warns of is told in the user's own document."""
-    call = calls.submit_job(_body(parcel, wished), wait=wait, key=key, anew=anew)
+    call = calls.submit_job(_body(parcel, members), wait=wait, key=key, anew=anew)
     job = yield from _asking(parcel, call)
     return job.model_copy(update={"warnings": tuple(parcel.placed(job.warnings))})
 
 
-def plan(parcel: Parcel, wished: Mapping[str, Any]) -> Flow[PlanDocument]:
+def plan(parcel: Parcel, members: Mapping[str, Any]) -> Flow[PlanDocument]:
     """What would run for a scene."""
-    return in_scene((yield from _asking(parcel, calls.make_plan(_body(parcel, wished)))))
+    return in_scene((yield from _asking(parcel, calls.make_plan(_body(parcel, members)))))
 
 
-def quote(parcel: Parcel, wished: Mapping[str, Any]) -> Flow[Quote]:
+def quote(parcel: Parcel, members: Mapping[str, Any]) -> Flow[Quote]:
     """What a scene would cost."""
-    return in_scene((yield from _asking(parcel, calls.make_quote(_body(parcel, wished)))))
+    return in_scene((yield from _asking(parcel, calls.make_quote(_body(parcel, members)))))
 
 
 def traces(parcel: Parcel, rays: Mapping[str, Any]) -> Flow[TraceAnswer]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TypeVar
@@ -19,6 +19,10 @@ from service.client.errors import (
 )
 
 Held = TypeVar("Held", bound=Job)
+
+OnProgress = Callable[[TileBatch], None]
+AsyncOnProgress = Callable[[TileBatch], Awaitable[None] | None]
+"""A function or a coroutine function."""
 
 LONGEST_HOLD = 20.0
 """Seconds for which the server is asked to hold back an answer; proxies tend to cut connections after 30."""
@@ -66,6 +70,18 @@ class Following:
     def _left(self) -> float:
         assert self.timeout is not None
         return self._begun + self.timeout - time.monotonic()
+
+
+def notify(on_progress: OnProgress | None, batch: TileBatch) -> None:
+    """Report a batch to whoever asked for that."""
+    if on_progress is not None:
+        on_progress(batch)
+
+
+async def notify_async(on_progress: AsyncOnProgress | None, batch: TileBatch) -> None:
+    """Report a batch to whoever asked for that, and wait for a coroutine."""
+    if on_progress is not None and (pending := on_progress(batch)) is not None:
+        await pending
 
 
 @contextmanager

@@ -1,8 +1,9 @@
-"""A job in the hands of whoever submitted it."""
+# Generated from async_jobs.py by tools/generate_sync_client.py: edit that file, then run this script.
+"""A job as its submitter holds it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -17,10 +18,9 @@ from schemas.plans import PlanDocument
 from service.client import notebooks
 from service.client.batches import Encoding, TilePixels
 from service.client.errors import ClientError
-from service.client.files import kind_of, write
-from service.client.following import leaving, succeeded
+from service.client.following import OnProgress, leaving, notify, succeeded
 from service.client.known import KnownJob
-from service.client.pictures import Picture, PictureKind
+from service.client.pictures import Picture, PictureKind, kind_of, write
 
 if TYPE_CHECKING:
     import numpy as np
@@ -37,7 +37,7 @@ class RemoteJob(KnownJob):
     Examples
     --------
     >>> job = client.submit("scene.json")  # doctest: +SKIP
-    >>> job.wait(timeout=60).save("picture.png")  # doctest: +SKIP
+    >>> job.save("picture.png", timeout=60)  # doctest: +SKIP
     """
 
     _client: Client = PrivateAttr()
@@ -46,17 +46,15 @@ class RemoteJob(KnownJob):
         """Ask how the job is now."""
         return self._renewed(self._client.get(self.id))
 
-    def wait(
-        self, *, timeout: float | None = None, on_progress: Callable[[TileBatch], None] | None = None
-    ) -> Self:
+    def wait(self, *, timeout: float | None = None, on_progress: OnProgress | None = None) -> Self:
         """Wait until the image is complete; a notebook shows it growing meanwhile.
 
         Parameters
         ----------
         timeout
-            Seconds after which it is enough; the job goes on.
+            Seconds to wait at most; the job goes on.
         on_progress
-            Called with each batch of tile events.
+            Called with each batch of tile events; it may be a coroutine function where calls are awaited.
 
         Raises
         ------
@@ -71,8 +69,7 @@ class RemoteJob(KnownJob):
             self._noted(batch)
             if live is not None and live.due(batch):
                 live.show(self, self._seen())
-            if on_progress is not None:
-                on_progress(batch)
+            notify(on_progress, batch)
 
         return self._renewed(self._client.wait(self.id, timeout=timeout, on_progress=note))
 
@@ -81,11 +78,11 @@ class RemoteJob(KnownJob):
         return self._renewed(self._client.cancel(self.id))
 
     def pause(self) -> Self:
-        """Let it stand still, and keep what there is; one that has ended stays as it is."""
+        """Pause it, and keep what there is; one that has ended stays as it is."""
         return self._renewed(self._client.pause(self.id))
 
     def resume(self) -> Self:
-        """Let it go on, if it stands still."""
+        """Resume it, if it is paused."""
         return self._renewed(self._client.resume(self.id))
 
     def delete(self) -> None:
@@ -97,16 +94,18 @@ class RemoteJob(KnownJob):
         return self._renewed(self._client.pin(self.id))
 
     def unpin(self) -> Self:
-        """Let its picture go when its time has come."""
+        """Let its picture expire again."""
         return self._renewed(self._client.unpin(self.id))
 
     def image(self, *, timeout: float | None = None) -> npt.NDArray[np.float32]:
         """The finished image as linear RGB, shape (height, width, 3), float32, row 0 at the top."""
-        return self._finished("npy", timeout).array()
+        picture = self._finished("npy", timeout)
+        return picture.array()
 
     def pillow(self, *, timeout: float | None = None) -> Image:
         """The finished image as Pillow has them, RGB with 8 bits as displayed."""
-        return self._finished("png", timeout).pillow()
+        picture = self._finished("png", timeout)
+        return picture.pillow()
 
     def save(self, path: str | PathLike[str], *, timeout: float | None = None) -> Path:
         """Write the finished image to a file, in one step.
@@ -121,8 +120,8 @@ class RemoteJob(KnownJob):
         ValueError
             It has another ending.
         """
-        kind = kind_of(path)
-        return write(path, self._finished(kind, timeout).content)
+        picture = self._finished(kind_of(path), timeout)
+        return write(path, picture.content)
 
     @property
     def layers(self) -> Mapping[str, npt.NDArray[Any]]:
@@ -172,12 +171,6 @@ class RemoteJob(KnownJob):
         except ClientError:
             return None
 
-    def _repr_html_(self) -> str:
-        return notebooks.card(self, self._seen())
-
-    def _repr_png_(self) -> bytes | None:
-        return self._seen()
-
 
 class Layers(Mapping[str, npt.NDArray[Any]]):
     """The layers of a job as arrays, (height, width) or (height, width, channels), float32 or int32."""
@@ -188,12 +181,15 @@ class Layers(Mapping[str, npt.NDArray[Any]]):
     def __getitem__(self, name: str) -> npt.NDArray[Any]:
         if name not in self._job.links.layers:
             raise KeyError(f"The job was not asked for the layer {name!r}, only for {list(self)}.")
-        if not self._job.done:
-            self._job.wait()
-        return self._job._client.layer(self._job.id, name)  # noqa: SLF001
+        return self._fetched(name)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._job.links.layers)
 
     def __len__(self) -> int:
         return len(self._job.links.layers)
+
+    def _fetched(self, name: str) -> npt.NDArray[Any]:
+        if not self._job.done:
+            self._job.wait()
+        return self._job._client.layer(self._job.id, name)  # noqa: SLF001

@@ -1,4 +1,4 @@
-"""A job as somebody holds it: what is known of it, kept up to date by whoever asks about it."""
+"""A job as its submitter holds it: what is known of it, kept up to date by each answer about it."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from schemas.jobs import Job, JobState, TileBatch
 from service.client import notebooks
 
 
-class KnownJob(Job):
-    """A job with its client; a notebook shows it as a card.
+class AsyncKnownJob(Job):
+    """A job with its client; a notebook shows it as a card without a picture, which would have to be awaited.
 
     All that ``schemas.jobs.Job`` tells is there as it was last heard: methods that talk to the service
     bring it up to date.
@@ -53,3 +53,16 @@ class KnownJob(Job):
     @property
     def _has_image(self) -> bool:
         return self.state is JobState.SUCCEEDED
+
+
+class KnownJob(AsyncKnownJob):
+    """The same for a client that blocks: a notebook shows the picture so far too."""
+
+    def _seen(self) -> bytes | None:
+        raise NotImplementedError
+
+    def _repr_html_(self) -> str:
+        return notebooks.card(self, self._seen())
+
+    def _repr_png_(self) -> bytes | None:
+        return self._seen()

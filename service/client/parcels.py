@@ -10,7 +10,7 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from schemas.documents import read_text
-from schemas.findings import Finding, refusal
+from schemas.findings import Finding, located, refusal
 from schemas.limits import limits_in_force
 from schemas.pointers import Parts
 from schemas.problems import Problem
@@ -18,7 +18,6 @@ from schemas.reading import scene_path
 from schemas.references import also_named
 from schemas.scene import Scene
 from service.client.documents import refuse_not_finite
-from service.client.places import located
 
 if TYPE_CHECKING:
     from renderer.assets import AssetSource
@@ -63,7 +62,7 @@ class Parcel:
         ]
 
 
-def pack(scene: SceneSource, *, assets: Assets | None = None) -> Parcel:
+def pack(scene: SceneSource, assets: Assets | None = None) -> Parcel:
     """Make a scene ready to travel.
 
     Parameters

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal
 
+from schemas.findings import located
 from schemas.problems import Problem
-from service.client.places import located
 
 Kind = Literal["assumed", "left_out"]
 

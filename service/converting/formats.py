@@ -9,9 +9,9 @@ from typing import Any
 
 from schemas.documents import read_text
 from schemas.errors import SceneError
+from schemas.findings import located
 from schemas.limits import limits_in_force
 from schemas.reading import read_scene
-from service.client.places import located
 from service.converting.assumptions import Notes
 from service.converting.course import convert_course
 from service.converting.errors import ConversionError, wrong_at

@@ -100,7 +100,7 @@ def tile_time_left(render: RenderRow) -> float | None:
     if left is None or not render.merges:
         return left
     assert render.time_limit is not None
-    merging: float = max(past.get("merging_seconds", 0.0) for past in render.merges)
+    merging: float = max(past["merging_seconds"] for past in render.merges)
     return left - min(merging, MOST_RESERVED * render.time_limit)
 
 
@@ -141,7 +141,7 @@ def advance_task(session: Session, render: RenderRow) -> AdvanceTask:
         attempt=render.compose_attempt,
         layers=tuple(render.layers),
         recorded=tuple(recorded(session, render)) if render.layers else (),
-        prices=render.merges[-1].get("prices") if render.merges else None,
+        prices=render.merges[-1]["prices"] if render.merges else None,
     )
 
 

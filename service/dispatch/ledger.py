@@ -160,7 +160,7 @@ def _hand_out(session: Session, render: RenderRow, step: TileRow) -> TileTask:
         return TileTask(*place)
     left = targets.tile_time_left(render) if render.merges else None
     until = None if left is None else time.time() + left
-    ray_seconds = render.merges[-1].get("ray_seconds", 0.0) if render.merges else 0.0
+    ray_seconds = render.merges[-1]["ray_seconds"] if render.merges else 0.0
     return SampleTask(*place, merged=targets.merged_by(render), until=until, ray_seconds=ray_seconds)
 
 

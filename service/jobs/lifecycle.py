@@ -287,13 +287,6 @@ def request_of(service: Service, job_id: str) -> bytes:
     ------
     UnknownJobError
         If there is no such job.
-    PictureGoneError
-        If the job has ended without a picture, and what it was asked for is gone with it.
     """
     with service.database.reading() as session:
-        sent = session.get(RequestRow, find(session, job_id).number)
-        if sent is not None:
-            return zlib.decompress(sent.body)
-        # Before requests were kept apart, what was rendered lay in the store as it was sent.
-        render = find_render(session, job_id)
-    return service.store.get_spec(render.id)
+        return zlib.decompress(session.get_one(RequestRow, find(session, job_id).number).body)

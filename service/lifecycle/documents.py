@@ -126,8 +126,8 @@ def _work(render: RenderRow) -> dict[str, Any]:
 
 
 def _numerics(render: RenderRow) -> dict[str, int] | None:
-    """What went wrong with numbers; none are known before the end, nor of jobs older than the counts."""
-    return render.numerics or None if render.state is JobState.SUCCEEDED else None
+    """What went wrong with numbers; none are known before the end."""
+    return render.numerics if render.state is JobState.SUCCEEDED else None
 
 
 def _error(render: RenderRow) -> dict[str, float] | None:

@@ -26,8 +26,6 @@ def begin(passes: Sequence[int]) -> list[dict[str, Any]]:
 
 def note(render: RenderRow, pass_index: int, done: TileDone) -> None:
     """Take note of a finished step of fixed quality."""
-    if not render.pass_costs:
-        return  # submitted before costs were noted
     assert render.started_at is not None
     before = render.pass_costs[pass_index]
     now = {

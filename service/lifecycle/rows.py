@@ -56,7 +56,7 @@ def expected_cpu_seconds(render: RenderRow, step: TileRow) -> float:
     """Say what a step may cost: by its part of the price, or as its pass is predicted."""
     if render.target_error is not None:
         if render.merges:
-            return float(render.merges[-1].get("tile_seconds", 0.0))
+            return float(render.merges[-1]["tile_seconds"])
         tile = tile_of(step)
         part = FIRST_PASS * tile.width * tile.height / (render.width * render.height)
     else:

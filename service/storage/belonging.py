@@ -1,8 +1,12 @@
-"""A database and the place of its pictures know each other."""
+"""Whose a place of pictures is: of one database, and of one service or of several that share it."""
 
 from __future__ import annotations
 
+import fcntl
 import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -18,6 +22,38 @@ MARK = "database-id"
 """What names the database to which a place belongs."""
 
 _TAKEN = "{} is for the pictures of another database. Name an empty place for a new one."
+
+
+@contextmanager
+def held(folder: Path, *, shared: bool) -> Iterator[None]:
+    """Make a folder, and keep other services off it until the block ends or the process dies.
+
+    Parameters
+    ----------
+    folder : Path
+        The data folder.
+    shared : bool
+        Whether others may use it that share it as well.
+
+    Raises
+    ------
+    StoreTakenError
+        If another service uses it.
+    OSError
+        If it cannot be made or written.
+    """
+    # It has the scenes and pictures of all: other users of the machine stay out.
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    with (folder / "lock").open("w") as lock:
+        try:
+            fcntl.flock(lock, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
+        except BlockingIOError:
+            message = (
+                f"Another service uses {folder}. Stop it, or name another folder; "
+                "several services can share one on PostgreSQL alone."
+            )
+            raise StoreTakenError(message) from None
+        yield
 
 
 def check(database: Database, place: Objects) -> None:

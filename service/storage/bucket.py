@@ -13,7 +13,8 @@ import queue
 import tempfile
 import threading
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections import OrderedDict
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from datetime import timedelta
 from pathlib import Path
@@ -26,7 +27,6 @@ from numpy.typing import NDArray
 from service.errors import StoreAwayError, StoreMissingError
 from service.storage.folder import told
 from service.storage.objects import Found, Stored
-from service.storage.recent import Recent
 
 # Each thread takes address space, of which a worker has a limit; few can wait for the network.
 os.environ.setdefault("TOKIO_WORKER_THREADS", "2")
@@ -209,3 +209,32 @@ class Bucket:
             structlog.get_logger().warning("object store not usable", store=self.place, error=reason)
             message = "The object store cannot be used now. Try again in a moment."
             raise StoreAwayError(message) from error
+
+
+class Recent:
+    """Keeps the arrays that were asked for last, so that each is fetched once and not for every tile.
+
+    Parameters
+    ----------
+    most_bytes : int
+        As many are kept at most; a larger array is not kept at all.
+    """
+
+    def __init__(self, most_bytes: int) -> None:
+        self._most = most_bytes
+        self._arrays: OrderedDict[str, NDArray[Any]] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def get(self, name: str, fetch: Callable[[], NDArray[Any]]) -> NDArray[Any]:
+        """Return the array of a name, fetched unless it is here. Nobody may write to it."""
+        with self._lock:
+            if name in self._arrays:
+                self._arrays.move_to_end(name)
+                return self._arrays[name]
+        array = fetch()
+        array.flags.writeable = False
+        with self._lock:
+            self._arrays[name] = array
+            while sum(kept.nbytes for kept in self._arrays.values()) > self._most:
+                self._arrays.popitem(last=False)
+        return array

@@ -106,6 +106,7 @@ def job_with(job_id: str, render: RenderRow, *, owner: str = "local", **fields: 
         id=job_id,
         owner=owner,
         render=render,
+        quality={"mode": "fixed"},
         plan={},
         warnings=[],
         predicted_cpu_seconds=render.predicted_cpu_seconds,

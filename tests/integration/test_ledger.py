@@ -50,7 +50,7 @@ class Table:
         self.database = database
         self.flying: list[JobTask] = []
 
-    def add(self, job_id: str, *, noted: bool = True) -> None:
+    def add(self, job_id: str) -> None:
         passes = tiling.passes(64, 64, 4)
         steps = [(pass_, tile) for pass_ in passes for tile in tiling.tiles(Picture(), pass_, 32)]
         render = RenderRow(
@@ -64,7 +64,7 @@ class Table:
             total_work=1,
             predicted_cpu_seconds=1.0,
             numerics={"retried": 1},
-            pass_costs=pass_costs.begin([pass_.index for pass_, _ in steps]) if noted else [],
+            pass_costs=pass_costs.begin([pass_.index for pass_, _ in steps]),
         )
         with self.database.writing() as session:
             enter(session, job_id, render)
@@ -330,14 +330,6 @@ def test_errors_of_passes_come_with_the_picture(table: Table) -> None:
     error = {"estimate": 0.02, "low": 0.01, "high": 0.03}
     table.round((compose, ComposeDone("ab", {}, {2: error})))
     assert [entry[3] for entry in costs(table)] == [None, None, error]
-
-
-def test_a_job_of_an_earlier_version_ends_without_costs_of_passes(table: Table) -> None:
-    table.add("a", noted=False)
-    (compose,) = table.round(*((task, DONE) for task in [table.next() for _ in range(9)])).tasks
-    table.round((compose, ComposeDone("ab", {})))
-    assert table.job("a").state is JobState.SUCCEEDED
-    assert costs(table) == []
 
 
 def test_putting_together_is_tried_again_after_a_death(table: Table) -> None:

@@ -98,6 +98,8 @@ def test_a_part_of_a_picture(client: httpx2.Client, done: str, kind: str, asked:
         {"Range": "lines=x"},
         {"Range": "0-9"},
         {"Range": ""},
+        {"Range": "bytes=0-9,20-29"},
+        {"Range": "bytes=0-3,5-2"},
         {"Range": "bytes=" + "0-1," * 50 + "5-6"},
         {"Range": "bytes=0-9", "If-Range": '"other"'},
         {"Range": "bytes=99999999-", "If-Range": '"other"'},
@@ -113,16 +115,13 @@ def test_a_range_that_does_not_count_gets_the_whole(
     assert (answer.status_code, answer.content) == (200, client.get(path).content)
 
 
-@pytest.mark.parametrize(
-    ("asked", "part"),
-    [("Bytes=0-9", slice(10)), ("bytes=0-9,99999999-", slice(10)), ("bytes= 0-4 , ,5-9,", slice(10))],
-)
-def test_of_several_ranges_those_that_are_there_are_sent(
-    client: httpx2.Client, done: str, asked: str, part: slice
+@pytest.mark.parametrize("asked", ["Bytes=0-9", "bytes= 0-9 , ,"])
+def test_a_range_may_be_written_with_blanks_and_empty_members(
+    client: httpx2.Client, done: str, asked: str
 ) -> None:
     path = f"/v1/jobs/{done}/image.npy"
     answer = client.get(path, headers={"Range": asked})
-    assert (answer.status_code, answer.content) == (206, client.get(path).content[part])
+    assert (answer.status_code, answer.content) == (206, client.get(path).content[:10])
 
 
 def test_a_range_of_a_head_does_not_count(client: httpx2.Client, done: str) -> None:
@@ -132,9 +131,7 @@ def test_a_range_of_a_head_does_not_count(client: httpx2.Client, done: str) -> N
     assert answer.headers["Content-Length"] == str(len(client.get(path).content))
 
 
-@pytest.mark.parametrize(
-    "asked", ["bytes=99999999-", "bytes=5-2", "bytes=0-3,5-2", "bytes=-0", "bytes=x", "bytes=", "bytes"]
-)
+@pytest.mark.parametrize("asked", ["bytes=99999999-", "bytes=5-2", "bytes=-0", "bytes=x", "bytes=", "bytes"])
 def test_bytes_that_are_not_there_are_a_problem(client: httpx2.Client, done: str, asked: str) -> None:
     answer = client.get(f"/v1/jobs/{done}/image.npy", headers={"Range": asked})
     assert answer.status_code == 416

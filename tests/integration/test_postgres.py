@@ -14,9 +14,9 @@ import pytest
 import renderer
 from service.errors import DatabaseUrlError, StoreTakenError
 from service.storage import belonging
+from service.storage.belonging import held
 from service.storage.database.connection import Database
 from service.storage.folder import Folder
-from service.storage.lock import held
 from tests.integration.conftest import Start
 from tests.integration.support import (
     PATIENCE,

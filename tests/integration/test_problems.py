@@ -25,7 +25,7 @@ ELSEWHERE = (
     "service.cli",
     "service.grading",
     "service.converting",
-    "service.settings_file",
+    "service.settings",
 )
 
 

@@ -162,7 +162,7 @@ def get_log(here: Here, job_id: JobId) -> JobLog:
     return job_logs.log_of(here, job_id)
 
 
-@router.get("/{job_id}/request", response_model=JobRequest, responses=UNKNOWN | GONE)
+@router.get("/{job_id}/request", response_model=JobRequest, responses=UNKNOWN)
 def get_request(here: Here, job_id: JobId) -> Response:
     """Return the body that the job was submitted with, byte for byte: its lines are those of the sender."""
     return Response(jobs.request_of(here, job_id), media_type="application/json")

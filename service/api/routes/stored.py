@@ -6,7 +6,6 @@ import re
 from collections.abc import Iterator, Mapping
 from email.utils import formatdate
 from itertools import pairwise
-from secrets import token_hex
 
 from fastapi import Request
 from fastapi.responses import FileResponse, Response, StreamingResponse
@@ -16,8 +15,6 @@ from service.errors import RangeError
 from service.storage.objects import Stored
 
 RANGE = re.compile(r"(\d{1,18})-(\d{0,18})|-(\d{1,18})", re.ASCII)
-MOST_RANGES = 10
-"""Whoever asks for more parts at once gets the whole: it is less work."""
 PIECE = 4 << 20
 """Bytes that are fetched from a bucket at once."""
 
@@ -33,17 +30,23 @@ def stored_response(
     Raises
     ------
     RangeError
-        If ranges that are asked for make no sense, or all begin after the end.
+        If the range that is asked for makes no sense, or begins after the end.
     """
     told = {
         **headers,
         "Accept-Ranges": "bytes",
         "Last-Modified": formatdate(stored.modified, usegmt=True),
     }
-    spans = _asked_spans(request, told, stored.size)
-    if stored.path is not None and not spans:
+    span = _asked_span(request, told, stored.size)
+    if span is not None:
+        begin, end = span
+        told["Content-Range"] = f"bytes {begin}-{end - 1}/{stored.size}"
+        return _streamed(206, stored, span, media_type, told)
+    if stored.path is not None:
         return _WholeFile(stored.path, media_type=media_type, headers=told)
-    return _Parts(stored, media_type, told, request.method).answer(spans)
+    if request.method == "HEAD":
+        return Response(media_type=media_type, headers=told | {"Content-Length": str(stored.size)})
+    return _streamed(200, stored, (0, stored.size), media_type, told)
 
 
 class _WholeFile(FileResponse):
@@ -55,47 +58,31 @@ class _WholeFile(FileResponse):
         await super().__call__({**scope, "headers": headers}, receive, send)
 
 
-def _asked_spans(request: Request, told: Mapping[str, str], size: int) -> list[Span]:
-    """Give the spans that a request asks for; none where it gets the whole.
+def _asked_span(request: Request, told: Mapping[str, str], size: int) -> Span | None:
+    """Give the span that a request asks for; None where it gets the whole.
 
     That is so without a range, with one of another unit, for methods other than GET, where `If-Range` names
-    another version, and where there are many.
+    another version, and where several are asked for: a server may ignore them (section 14.2).
     """
     unit, _, ranges = request.headers.get("range", "").partition("=")
     if unit.strip().lower() != "bytes" or request.method != "GET":
-        return []
+        return None
     if not _holds(request.headers.get("if-range"), told):
-        return []
+        return None
     parts = [part.strip() for part in ranges.split(",") if part.strip()]
-    return _joined(parts, size) if len(parts) <= MOST_RANGES else []
-
-
-def _joined(parts: list[str], size: int) -> list[Span]:
-    """Read ranges: in order, those that touch each other joined, those after the end left out."""
-    joined: list[Span] = []
-    for begin, end in sorted(_span(part, size) for part in parts):
-        if begin >= end:
-            continue
-        if joined and begin <= joined[-1][1]:
-            joined[-1] = joined[-1][0], max(joined[-1][1], end)
-        else:
-            joined.append((begin, end))
-    if not joined:
-        raise RangeError(size)
-    return joined
+    return None if len(parts) > 1 else _span("".join(parts), size)
 
 
 def _span(part: str, size: int) -> Span:
-    """Read one range; it is empty where it begins after the end."""
     read = RANGE.fullmatch(part)
     if read is None:
         raise RangeError(size)
     first, last, count = read.groups()
-    if count is not None:
-        return max(0, size - int(count)), size
-    if last and int(last) < int(first):
+    begin = int(first) if first else max(0, size - int(count))
+    end = min(int(last) + 1, size) if last else size
+    if begin >= end:
         raise RangeError(size)
-    return int(first), min(int(last) + 1, size) if last else size
+    return begin, end
 
 
 def _holds(if_range: str | None, told: Mapping[str, str]) -> bool:
@@ -103,66 +90,13 @@ def _holds(if_range: str | None, told: Mapping[str, str]) -> bool:
     return if_range is None or if_range in (told["ETag"], told["Last-Modified"])
 
 
-class _Parts:
-    """The parts of an object, fetched while they are sent."""
-
-    def __init__(self, stored: Stored, media_type: str, headers: dict[str, str], method: str) -> None:
-        self._stored, self._media_type, self._headers = stored, media_type, headers
-        self._bodiless = method == "HEAD"
-
-    def answer(self, spans: list[Span]) -> Response:
-        size = self._stored.size
-        if not spans:
-            return self._stream(200, [(0, size)], self._media_type, {})
-        if len(spans) == 1:
-            [(begin, end)] = spans
-            return self._stream(206, spans, self._media_type, {"Content-Range": _place(begin, end, size)})
-        return self._several(spans)
-
-    def _several(self, spans: list[Span]) -> Response:
-        boundary = token_hex(13)
-        heads = [
-            f"--{boundary}\r\nContent-Type: {self._media_type}\r\n"
-            f"Content-Range: {_place(*span, self._stored.size)}\r\n\r\n"
-            for span in spans
-        ]
-        tail = f"--{boundary}--"
-        return self._stream(206, spans, f"multipart/byteranges; boundary={boundary}", {}, (*heads, tail))
-
-    def _stream(
-        self,
-        status: int,
-        spans: list[Span],
-        media_type: str,
-        headers: dict[str, str],
-        between: tuple[str, ...] = (),
-    ) -> Response:
-        length = sum(end - begin for begin, end in spans) + sum(map(len, between))
-        length += 2 * len(spans) if between else 0
-        told = self._headers | headers | {"Content-Length": str(length)}
-        if self._bodiless:
-            return Response(status_code=status, media_type=media_type, headers=told)
-        # The first piece is fetched before the answer begins: a bucket that is away is a problem then.
-        pieces = self._pieces(spans, between)
-        first = next(pieces, b"")
-        return StreamingResponse(
-            _chained(first, pieces), status_code=status, media_type=media_type, headers=told
-        )
-
-    def _pieces(self, spans: list[Span], between: tuple[str, ...]) -> Iterator[bytes]:
-        for number, (begin, end) in enumerate(spans):
-            head = between[number].encode() if between else b""
-            for start, stop in pairwise([*range(begin, end, PIECE), end]):
-                yield head + self._stored.read(start, stop)
-                head = b""
-            if between:
-                yield b"\r\n"
-        if between:
-            yield between[-1].encode()
-
-
-def _place(begin: int, end: int, size: int) -> str:
-    return f"bytes {begin}-{end - 1}/{size}"
+def _streamed(status: int, stored: Stored, span: Span, media_type: str, headers: dict[str, str]) -> Response:
+    begin, end = span
+    pieces = (stored.read(*ends) for ends in pairwise([*range(begin, end, PIECE), end]))
+    # The first piece is fetched before the answer begins: a bucket that is away is a problem then.
+    content = _chained(next(pieces, b""), pieces)
+    told = headers | {"Content-Length": str(end - begin)}
+    return StreamingResponse(content, status_code=status, media_type=media_type, headers=told)
 
 
 def _chained(first: bytes, rest: Iterator[bytes]) -> Iterator[bytes]:

@@ -176,7 +176,7 @@ class JobRow(Base):
     labels: Mapped[dict[str, str]] = mapped_column(JSON, default=dict)
     priority: Mapped[int] = mapped_column(Integer, default=0)
     time_limit: Mapped[float | None] = mapped_column(Float)
-    quality: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
+    quality: Mapped[dict[str, Any]] = mapped_column(JSON)
     state: Mapped[JobState] = mapped_column(STATE, default=JobState.QUEUED)
     render_number: Mapped[int | None] = mapped_column(ForeignKey("renders.number"))
     parting: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))

@@ -54,6 +54,7 @@ JOB: Answer = (
             "last_seq": 0,
             "created_at": "2026-01-01T00:00:00Z",
             "cost": {"predicted_cpu_seconds": 1, "cpu_seconds": 0, "rays": {}},
+            "quality": {},
             "links": LINKS | {"newest": "/"},
             "unheard_of": [1],
         }

@@ -33,11 +33,10 @@ from service.client import (
     flows,
 )
 from service.client.comparing import sent
+from service.client.documents import rows
 from service.client.exchange import refused
-from service.client.files import write
 from service.client.parcels import pack
-from service.client.pictures import Picture
-from service.client.rays import rows
+from service.client.pictures import Picture, write
 from tests.unit.cli.conftest import SCENE
 
 NOBODY = "http://127.0.0.1:9"
@@ -48,7 +47,7 @@ def job(job_id: str) -> Job:
     return Job.model_validate(
         {"id": job_id, "state": "succeeded", "width": 1, "height": 1, "last_seq": 1, "links": links}
         | {"progress": {"done": 1, "total": 1, "share": 1}, "created_at": "2026-01-01T00:00:00Z"}
-        | {"cost": {"predicted_cpu_seconds": 0, "cpu_seconds": 0, "rays": {}}}
+        | {"cost": {"predicted_cpu_seconds": 0, "cpu_seconds": 0, "rays": {}}, "quality": {}}
     )
 
 
@@ -108,7 +107,7 @@ def test_scenes_of_numpy_and_of_models_are_sent_as_they_are_meant() -> None:
 
 
 def test_numbers_of_a_request_may_be_of_numpy() -> None:
-    asked = flows.wishes(
+    asked = flows.given(
         quality=schemas.TargetQuality(error=0.5),
         priority=np.int64(3),
         time_limit=np.float32(2),
@@ -123,7 +122,7 @@ def test_a_number_that_json_cannot_carry_is_named_in_its_place(number: Any) -> N
     for make, pointer in (
         (lambda: pack(SCENE | {"ambient": [1, number, 1]}), "/ambient/1"),
         (lambda: pack(json.dumps(SCENE | {"ambient": [1, float(number), 1]}).encode()), "/ambient/1"),
-        (lambda: flows.wishes(quality={"error": number}), "/quality/error"),
+        (lambda: flows.given(quality={"error": number}), "/quality/error"),
     ):
         with pytest.raises(SceneError) as caught:
             make()

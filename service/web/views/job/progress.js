@@ -49,7 +49,7 @@ function remark(job) {
 // With target quality passes follow from each other: nobody knows how many steps there will be.
 function stepsOf(job) {
   const { done, total } = job.progress;
-  return job.quality?.mode === "target" ? `${count(done)} steps done` : `${count(done)} of ${count(total)} steps`;
+  return job.quality.mode === "target" ? `${count(done)} steps done` : `${count(done)} of ${count(total)} steps`;
 }
 
 function left(job) {
@@ -78,7 +78,7 @@ function figures(job) {
           `${steps(job.error.low)} to ${steps(job.error.high)} steps of 8 bits, in 95 of 100 pictures`,
         )
       : null,
-    figure("Picture", `${job.width} × ${job.height}`, job.quality ? qualityName(job.quality) : ""),
+    figure("Picture", `${job.width} × ${job.height}`, qualityName(job.quality)),
   ].filter(Boolean);
 }
 

@@ -95,8 +95,7 @@ export function labelsOf({ labels = {} }) {
 }
 
 function factsOf(job) {
-  const facts = [`${job.width} × ${job.height}`];
-  if (job.quality) facts.push(qualityName(job.quality));
+  const facts = [`${job.width} × ${job.height}`, qualityName(job.quality)];
   if (job.state === "running") facts.push(percent(job.progress.share));
   if (job.state === "queued" && job.queue_position !== null)
     facts.push(job.queue_position ? `${job.queue_position} before it` : "next");
