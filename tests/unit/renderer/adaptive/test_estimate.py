@@ -77,22 +77,9 @@ class Drawn:
         place = levels.cover[y, x], y + tile.y0, x + tile.x0
         covers, known = (each.transpose(0, 2, 3, 1)[place].T for each in (self.covers, self.known))
         spread, doubts = self.spread[place], self.doubts[place]
-        return Samples(
-            pilots,
-            labels,
-            pilots / 2,
-            pilots[0] / 2,
-            covers,
-            known,
-            spread,
-            doubts,
-            halves,
-            squares,
-            squares > np.inf,
-            {},
-            {},
-            0.0,
-        )
+        seen = pilots, labels, pilots / 2, pilots[0] / 2
+        found = halves, squares, squares > np.inf
+        return Samples(*seen, covers, known, spread, doubts, *found, {}, {}, 0.0)
 
 
 Passes = list[tuple[np.ndarray, np.ndarray]]
