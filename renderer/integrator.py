@@ -44,7 +44,7 @@ class TileResult:
     cpu_seconds : float
         Of this thread's process.
     layers : dict of str to array
-        What the pass has recorded for the plan's layers, for `layers.Sheets`.
+        What the pass has recorded for the plan's layers, for `layers.LayerBuffers`.
     """
 
     pixels: NDArray[np.float32]

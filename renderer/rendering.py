@@ -15,7 +15,7 @@ from renderer.convergence import trend
 from renderer.errors import told
 from renderer.film import Image, clamped, compose, enlarge, non_finite
 from renderer.integrator import TileResult, render_tile
-from renderer.layers import Sheets
+from renderer.layers import LayerBuffers
 from renderer.plan.building import compile_scene
 from renderer.plan.plan import RenderPlan
 from renderer.progressive import errors_of, squares_of, unknown_error
@@ -32,7 +32,7 @@ class _Picture:
     """Tiles as they come in."""
 
     plan: RenderPlan
-    sheets: Sheets
+    buffers: LayerBuffers
     parts: dict[int, list[tuple[Pass, Image]]] = field(default_factory=dict)
     counts: Counter[str] = field(default_factory=Counter)
     work: Counter[str] = field(default_factory=Counter)
@@ -44,7 +44,7 @@ class _Picture:
         self.counts.update(result.counts)
         self.work.update(result.work)
         self.cpu_seconds += result.cpu_seconds
-        self.sheets.take(tile, result.layers)
+        self.buffers.take(tile, result.layers)
         if pass_.stride > 1:
             return enlarge(result.pixels, pass_.stride, tile.height, tile.width)
         self.parts.setdefault(tile.index, []).append((pass_, result.pixels))
@@ -120,8 +120,8 @@ def render(
     begun = time.perf_counter()
     rounds = plan.passes if on_tile else plan.passes[1:]
     work = [[(tile, pass_) for tile in tiles(plan, pass_, tile_size)] for pass_ in rounds]
-    sheets = Sheets(plan.layers, plan.height, plan.width)
-    picture, done, total = _Picture(plan, sheets), 0, sum(map(len, work))
+    buffers = LayerBuffers(plan.layers, plan.height, plan.width)
+    picture, done, total = _Picture(plan, buffers), 0, sum(map(len, work))
     with shared_out(workers, partial(_attempt, plan)) as results_of:
         for tasks in work:
             for (tile, pass_), result in results_of(tasks):
@@ -135,7 +135,7 @@ def render(
     if unknown is None:
         picture.note_errors()
     report = _report(plan, picture, image, time.perf_counter() - begun)
-    return _converging(RenderResult(image, sheets.finished(), report), unknown)
+    return _converging(RenderResult(image, buffers.finished(), report), unknown)
 
 
 def _converging(result: RenderResult, unknown: str | None) -> RenderResult:

@@ -17,7 +17,7 @@ from accuracy.quotes.parts import Squares, part, squares
 from accuracy.quotes.ranges import Range, factor
 from accuracy.quotes.settings import compiled, target
 from accuracy.quotes.timings import UNSTEADY
-from renderer.adaptive.adaptive_render import Course, Demand, answer
+from renderer.adaptive.adaptive_render import AdaptiveRender, TileRequest, render_request
 from renderer.adaptive.decisions import outlook
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.levels import SAMPLED
@@ -166,14 +166,14 @@ class Trial:
         self.prices = {kind: times * ray_seconds for kind, times in USUAL.items()}
         self.rays: Counter[str] = Counter()
         self._seen = seen
-        self._course = Course(plan, None, None, np.inf, time.monotonic(), Estimate.begin(plan))
+        self._render = AdaptiveRender(plan, None, None, np.inf, time.monotonic(), Estimate.begin(plan))
         if seen is not None and plan.policy is not None:
             camera = seen.camera
             self._begin_as_whole(plan.policy.first_stride(camera.width, camera.height))
 
     def _begin_as_whole(self, stride: int) -> None:
         """Begin with the lattice of the whole picture, which has more pixels."""
-        estimate = self._course.estimate
+        estimate = self._render.estimate
         level = estimate.want.max()
         estimate.want[...] = 0
         estimate.want[::stride, ::stride] = level
@@ -183,46 +183,46 @@ class Trial:
     @property
     def pixels(self) -> int:
         """How many the picture has."""
-        return self._course.estimate.have.size
+        return self._render.estimate.have.size
 
     @property
     def kind(self) -> str:
         """What the next pass does."""
-        return KINDS.get(self._course.estimate.state, SAMPLES)
+        return KINDS.get(self._render.estimate.state, SAMPLES)
 
     @property
     def probed(self) -> bool:
         """Whether samples tell how many others are to follow."""
-        return self._course.estimate.state.is_measured
+        return self._render.estimate.state.is_measured
 
     @property
     def wanted(self) -> int:
         """Camera rays of the next pass."""
-        return self._course.estimate.rays_wanted()
+        return self._render.estimate.rays_wanted()
 
     @property
     def cpu_seconds(self) -> float:
         """Spent so far."""
-        return self._course.cpu_seconds
+        return self._render.cpu_seconds
 
     def step(self) -> None:
         """Render a pass."""
         kind, wanted, before = self.kind, self.wanted, self.cpu_seconds
-        self.more = self._course.step(self._each)
+        self.more = self._render.step(self._each)
         self.rays[kind] += wanted
         self.prices[kind] = (self.cpu_seconds - before) / max(wanted, 1)
         if self._seen is not None:
             self._forget_borders(self._seen)
 
-    def _each(self, demands: list[Demand]) -> Iterator[tuple[Demand, Samples | None]]:
-        for demand in demands:
+    def _each(self, requests: list[TileRequest]) -> Iterator[tuple[TileRequest, Samples | None]]:
+        for request in requests:
             if self.deadline.left < 0:
                 raise _TooLate
-            yield demand, answer(self._course.plan, demand)
+            yield request, render_request(self._render.plan, request)
 
     def _forget_borders(self, seen: Squares) -> None:
         """Expect nothing of borders between squares: there are none in the picture."""
-        estimate, joints = self._course.estimate, seen.borders()
+        estimate, joints = self._render.estimate, seen.borders()
         np.copyto(estimate.cover, estimate.coverage, where=joints)
         if estimate.state is State.PROBES:
             estimate.strata[joints], estimate.shown[joints] = 0, False
@@ -230,7 +230,7 @@ class Trial:
 
     def looks(self) -> float:
         """CPU seconds of the passes up to the borders, if finer lattices ask for as much as this one."""
-        stride = self._course.estimate.stride
+        stride = self._render.estimate.stride
         return self.lasts() * DENSER * sum(FURTHER**pass_ for pass_ in range(stride.bit_length()))
 
     def lasts(self) -> float:
@@ -239,7 +239,7 @@ class Trial:
 
     def outlook(self) -> int:
         """Camera rays of the passes to come, after the probes."""
-        return max(outlook(self._course.estimate), self.wanted) if self.more else 0
+        return max(outlook(self._render.estimate), self.wanted) if self.more else 0
 
 
 def _all_looks(plan: RenderPlan) -> float:

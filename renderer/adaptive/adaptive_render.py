@@ -15,24 +15,24 @@ from renderer.adaptive.forecast import (
     Progress,
     forecast,
     kind_of,
-    noted,
+    measured_prices,
     seconds_left,
     usual_prices,
 )
 from renderer.adaptive.guides import Surroundings, surroundings
 from renderer.adaptive.partition import pass_tiles
-from renderer.adaptive.samples import Demanded, Samples, render_samples
+from renderer.adaptive.samples import LevelRequest, Samples, render_samples
 from renderer.adaptive.time_limits import OutOfTimeError, TimeLimit, reserve
 from renderer.errors import told
 from renderer.integrator import WORK, render_layers
-from renderer.layers import Sheets
+from renderer.layers import LayerBuffers
 from renderer.plan.plan import RenderPlan
 from renderer.results import TileEvent
 from schemas.tiles import Pass, Tile
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Demand:
+class TileRequest:
     """What a pass asks of a tile.
 
     `around` is there where pixels at borders are wanted. Layers are recorded in the first pass, which has
@@ -40,18 +40,18 @@ class Demand:
     """
 
     tile: Tile
-    levels: Demanded
+    levels: LevelRequest
     around: Surroundings | None
     records: bool = False
     limit: TimeLimit | None = None
 
 
-Each = Callable[[list[Demand]], Iterator[tuple[Demand, Samples | None]]]
+Each = Callable[[list[TileRequest]], Iterator[tuple[TileRequest, Samples | None]]]
 """Renders what a pass asks for, in any order; None for what there was no time for."""
 
 
 @dataclass(slots=True)
-class Course:
+class AdaptiveRender:
     """A picture in the making: its passes, one after another, and what they took.
 
     Attributes
@@ -74,7 +74,7 @@ class Course:
         Tiles.
     passes : list of dict
         What had been spent when each pass ended, and the error by then.
-    sheets : Sheets
+    buffers : LayerBuffers
         Layers of what the centres of pixels show.
     prices : dict
         CPU seconds of a ray by kind, as far as they were measured.
@@ -94,14 +94,14 @@ class Course:
     cpu_seconds: float = 0.0
     done: int = 0
     passes: list[dict[str, Any]] = field(default_factory=list)
-    sheets: Sheets = field(init=False)
+    buffers: LayerBuffers = field(init=False)
     prices: dict[str, float] = field(init=False)
     progress: Progress = field(init=False)
     between: float = 0.0
     between_cpu: float = 0.0
 
     def __post_init__(self) -> None:
-        self.sheets = Sheets(self.plan.layers, self.plan.height, self.plan.width)
+        self.buffers = LayerBuffers(self.plan.layers, self.plan.height, self.plan.width)
         self.prices = usual_prices(self.plan)
         self.progress = Progress(self.deadline - self.begun)
 
@@ -125,33 +125,33 @@ class Course:
         with self._counted():
             kind, rays = kind_of(self.estimate), self.estimate.rays_wanted()
             expected = forecast(self.estimate, self.prices)
-            demands = self.demands()
+            requests = self.requests()
         seconds, traced = 0.0, 0
-        for demand, samples in each(demands):
+        for request, samples in each(requests):
             if samples is None:
                 late = True
                 continue
             traced += samples.counts["camera"]
             seconds += samples.cpu_seconds
-            self._take(demand.tile, samples, expected, traced / max(rays, 1))
+            self._take(request.tile, samples, expected, traced / max(rays, 1))
         if not late:
-            self.prices = noted(self.prices, kind, rays, seconds, len(demands))
+            self.prices = measured_prices(self.prices, kind, rays, seconds, len(requests))
         return late
 
-    def demands(self) -> list[Demand]:
+    def requests(self) -> list[TileRequest]:
         """The tiles of a pass in which something is wanted."""
         records = not self.passes and records_centres(self.plan)
         limit = self._limit()
         found = pass_tiles(self.estimate, self.prices, self.workers, self.tile_size, records=records)
-        parts = [(tile, self.estimate.demanded.part(tile)) for tile in found]
-        return [Demand(tile, part, self._around(tile, part), records, limit) for tile, part in parts]
+        parts = [(tile, self.estimate.requested.part(tile)) for tile in found]
+        return [TileRequest(tile, part, self._around(tile, part), records, limit) for tile, part in parts]
 
-    def _around(self, tile: Tile, levels: Demanded) -> Surroundings | None:
-        """First looks around a tile, if it needs them."""
+    def _around(self, tile: Tile, levels: LevelRequest) -> Surroundings | None:
+        """Pilot samples around a tile, if it needs them."""
         estimate = self.estimate
-        if not levels.needs_looks(self.plan):
+        if not levels.needs_pilots(self.plan):
             return None
-        return surroundings(tile, estimate.looks, estimate.labels, estimate.colors)
+        return surroundings(tile, estimate.pilots, estimate.labels, estimate.colors)
 
     def _limit(self) -> TimeLimit | None:
         if not self.passes or self.deadline == np.inf:
@@ -172,7 +172,7 @@ class Course:
         """Keep what was found in a tile, and show it."""
         with self._counted():
             self.estimate.take(tile, samples)
-            self.sheets.take(tile, samples.layers)
+            self.buffers.take(tile, samples.layers)
         self.counts.update(samples.counts)
         self.counts.update(samples.work)
         self.cpu_seconds += samples.cpu_seconds + samples.layer_seconds
@@ -217,15 +217,15 @@ def records_centres(plan: RenderPlan) -> bool:
     return any(layer.values for layer in plan.layers)
 
 
-def answer(plan: RenderPlan, demand: Demand) -> Samples | None:
+def render_request(plan: RenderPlan, request: TileRequest) -> Samples | None:
     """Render what is asked of a tile, None if its time is over; errors name the tile."""
-    tile = demand.tile
-    with told(plan.seed, tile, f"levels up to {demand.levels.want.max()}"):
+    tile = request.tile
+    with told(plan.seed, tile, f"levels up to {request.levels.want.max()}"):
         try:
-            samples = render_samples(plan, tile, demand.levels, demand.around, demand.limit)
+            samples = render_samples(plan, tile, request.levels, request.around, request.limit)
         except OutOfTimeError:
             return None
-        return with_layers(plan, tile, samples) if demand.records else samples
+        return with_layers(plan, tile, samples) if request.records else samples
 
 
 def with_layers(plan: RenderPlan, tile: Tile, samples: Samples) -> Samples:

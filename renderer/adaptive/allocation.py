@@ -1,8 +1,8 @@
-"""Which pixel gets how many samples, so that the error wished for costs the least.
+"""Which pixel gets how many samples, so that the target error costs the least.
 
 The squared error of a pixel whose single samples have variance c goes like c n**-1.5 with n samples of a
-Sobol sequence: most of it comes from edges. The same holds for n rays of lattices that tell what a pixel at a
-border shows, which are cheaper. The sum over pixels is wanted at the least sum of prices, which Lagrange's
+Sobol sequence: most of it comes from edges. The same holds for n rays of lattices that find what a pixel at a
+border shows, which cost less. The sum over pixels is sought at the least sum of prices, which Lagrange's
 multiplier m gives: n = (1.5 c m / p)**0.4 for a price p of a sample.
 """
 
@@ -20,7 +20,7 @@ BINS = 256
 """Of the logarithm of variances, four an octave, for the search of the multiplier."""
 
 RAY_PRICE = 1 / 12
-"""CPU seconds of a ray that tells what a pixel shows, over those of a camera sample: `soft`, `chess`."""
+"""CPU seconds of a ray that finds what a pixel shows, over those of a camera sample: `soft`, `chess`."""
 
 _COVERED = np.maximum(COVERAGES, 1)
 """Samples that a coverage is worth: where there is none, the pilot sample is one."""
@@ -28,14 +28,14 @@ _COVERED = np.maximum(COVERAGES, 1)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Allocation:
-    """Levels that are wanted.
+    """Levels to bring pixels to.
 
     Attributes
     ----------
     pixels : (n,) int64
         Of the sampled pixels.
     strata : (K,) int64
-        Of all pixels of a stratum, 0 where their first look is good enough.
+        Of all pixels of a stratum, 0 where their pilot sample is good enough.
     covers : (k,) int64
         Numbers of `levels.COVERAGES` of the pixels at borders.
     """
@@ -53,7 +53,7 @@ def allocate(
     contrasts: Floats,
     coverage: NDArray[np.uint8],
 ) -> Allocation:
-    """Distribute samples so that the sum of squared errors becomes `goal`, as far as can be told now.
+    """Distribute samples so that the sum of squared errors becomes `goal`, as far as samples predict it.
 
     Parameters
     ----------
@@ -62,10 +62,10 @@ def allocate(
     levels : (n,) uint8
         That they have; none gets fewer samples than it has.
     survey : Survey
-        Of the pixels whose first look is shown.
+        Of the pixels whose pilot sample is shown.
     goal : float
     contrasts : (k,) float64
-        The same as `variances` for the rays that tell what pixels at borders show.
+        The same as `variances` for the rays that find what pixels at borders show.
     coverage : (k,) uint8
         Numbers of `levels.COVERAGES` that these have.
     """
@@ -74,12 +74,12 @@ def allocate(
     def left(multiplier: float) -> float:
         own = sampled.left(_levels(sampled.typical, multiplier), COUNTS)
         borders = covered.left(_covers(covered.typical, multiplier), _COVERED)
-        return own + borders + float((survey.sizes * _looked(survey, multiplier)[1]).sum())
+        return own + borders + float((survey.sizes * _strata_levels(survey, multiplier)[1]).sum())
 
     multiplier = _least(left, goal)
     return Allocation(
         pixels=np.maximum(_levels(variances, multiplier), levels),
-        strata=_looked(survey, multiplier)[0],
+        strata=_strata_levels(survey, multiplier)[0],
         covers=np.maximum(_covers(contrasts, multiplier), coverage),
     )
 
@@ -120,18 +120,18 @@ def _levels(variances: Floats, multiplier: float) -> Integers:
 
 
 def _covers(contrasts: Floats, multiplier: float) -> Integers:
-    wished = (1.5 * contrasts * multiplier / RAY_PRICE) ** 0.4
-    return np.searchsorted(_BETWEEN, wished)
+    counts = (1.5 * contrasts * multiplier / RAY_PRICE) ** 0.4
+    return np.searchsorted(_BETWEEN, counts)
 
 
 _BETWEEN = np.sqrt(_COVERED[1:] * _COVERED[:-1])
 """Between two neighbouring coverages."""
 
 
-def _looked(survey: Survey, multiplier: float) -> tuple[Integers, Floats]:
+def _strata_levels(survey: Survey, multiplier: float) -> tuple[Integers, Floats]:
     """Levels of the strata, and the squared error that a pixel of them is left with.
 
-    A first look stays where samples would not pay. Its probes must be sure of its error by two standard
+    A pilot sample stays where samples would not pay. Its probes must be sure of its error by two standard
     errors: to sample a whole stratum is never taken back.
     """
     levels = _levels(survey.variances, multiplier)

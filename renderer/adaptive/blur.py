@@ -2,8 +2,8 @@
 
 What is out of focus is smooth from pixel to pixel, however sharp it is in itself. So pixels of a coarse
 lattice are sampled, in two halves like all pixels that are; where second differences show more than noise,
-those of a finer one are sampled too, and everywhere else values are interpolated. Probes, chosen by lot among
-the interpolated pixels, tell how far these are from the truth.
+those of a finer one are sampled too, and everywhere else values are interpolated. Probes, chosen at
+random among the interpolated pixels, measure how far these are from the truth.
 """
 
 import numpy as np
@@ -18,10 +18,10 @@ from renderer.adaptive.between import (
     interpolate_once,
     ways_between,
 )
+from renderer.adaptive.early_passes import PROBED, probes, raise_probe_probability
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.lattice import stride_for
 from renderer.adaptive.levels import COUNTS, SAMPLED, Levels, levels_of
-from renderer.adaptive.looking import PROBED, probes, raise_chances
 from renderer.math.arrays import Floats, Masks
 
 COARSER = 2
@@ -34,10 +34,10 @@ MOST = 128
 """Samples of a new node at most: how many more it needs is known when it has them."""
 
 NOISY = 1.0
-"""Standard deviations of a node's noise that a second difference may show and be taken for straight."""
+"""Standard deviations of a node's noise that a second difference may show and still count as straight."""
 
 MEAN_SQUARE = 0.5
-"""Of the error between nodes, over the square of what bends tell of the worst place."""
+"""Of the error between nodes, over the square of the largest that bends predict."""
 
 CLOSER_PROBES = 2
 """Times the probes of pilot samples: more is known of these before than of what lies between noisy nodes."""
@@ -67,7 +67,7 @@ def sampled_nodes(estimate: Estimate) -> Masks:
 
 
 def update(estimate: Estimate) -> None:
-    """Take over what samples tell of nodes, and interpolate between them again."""
+    """Take over what samples found at nodes, and interpolate between them again."""
     nodes = sampled_nodes(estimate)
     for value, halves in zip(estimate.values, estimate.halves.transpose(1, 0, 2, 3), strict=True):
         np.copyto(value, (halves[0] + halves[1]) / 2, where=nodes, casting="same_kind")
@@ -175,8 +175,8 @@ def choose_probes(estimate: Estimate) -> None:
     update(estimate)
     expected = _sort(estimate)
     much = float(expected.sum()) / (MUCH * estimate.budget)
-    raise_chances(estimate, expected / np.float32(max(much, 1.0)))
-    np.minimum(CLOSER_PROBES * estimate.chances, 1.0, out=estimate.chances)
+    raise_probe_probability(estimate, expected / np.float32(max(much, 1.0)))
+    np.minimum(CLOSER_PROBES * estimate.probe_probability, 1.0, out=estimate.probe_probability)
     estimate.want[...] = probe_levels(estimate) * (probes(estimate) & ~estimate.shown)
 
 

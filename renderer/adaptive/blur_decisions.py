@@ -30,10 +30,10 @@ from renderer.adaptive.decisions import (
     closeness,
     suspect,
 )
+from renderer.adaptive.early_passes import probes
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.findings import Findings
 from renderer.adaptive.levels import COUNTS, SAMPLED
-from renderer.adaptive.looking import probes
 from renderer.adaptive.states import State
 from renderer.adaptive.uncertainty import standard_errors
 from renderer.math.arrays import Floats
@@ -172,14 +172,14 @@ def _question(estimate: Estimate, found: Findings, ease: float) -> None:
     """More of probes whose strata leave the error uncertain: more samples, or more of them."""
     survey = found.survey
     unsure = survey.unsure((ease * DOUBT * estimate.budget) ** 2)
-    crowded = unsure & (estimate.chances >= MOSTLY)
+    crowded = unsure & (estimate.probe_probability >= MOSTLY)
     estimate.shown |= crowded[estimate.strata]
     noisy = unsure & (survey.noise**2 > survey.uncertain**2 / 2) & (closeness(estimate, found) < CLOSEST)
     have, want, shown = estimate.have.ravel(), estimate.want.ravel(), estimate.shown.ravel()
     again = found.probes[noisy[estimate.strata.ravel()[found.probes]] & ~shown[found.probes]]
     want[again] = np.minimum(have[again] + 1, CLOSEST)
     rarer = unsure & ~noisy
-    estimate.chances[rarer] = np.minimum(2 * estimate.chances, 1.0)[rarer]
+    estimate.probe_probability[rarer] = np.minimum(2 * estimate.probe_probability, 1.0)[rarer]
     levels = probe_levels(estimate)
     fresh = probes(estimate) & ~estimate.shown & (estimate.have < SAMPLED)
     estimate.want[fresh] = levels[fresh]

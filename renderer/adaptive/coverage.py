@@ -1,9 +1,9 @@
-"""Pixels at borders: many rays tell what they show, and pilot samples nearby how bright that is.
+"""Pixels at borders: many rays find what they show, and pilot samples nearby say how bright that is.
 
 What differs inside such a pixel is mostly which shape is seen, and little how bright each of them is. So the
-rays do no more than find shapes. What no neighbour's pilot sample has met is shaded once.
+rays do no more than find shapes. What no neighbour's pilot sample has hit is shaded once.
 
-The rays are two lattices that know nothing of each other: their difference tells how exact the shares are.
+The rays form two independent lattices: their difference estimates the error of the shares.
 """
 
 from collections import Counter
@@ -46,7 +46,7 @@ class Cover:
     values : (3, n) float32
         Mean radiance.
     known : (3, n) float32
-        The part of it that pilot samples around tell: the mean of the guide.
+        The part of it that pilot samples around predict: the mean of the guide.
     spread : (n,) float32
         Squared standard error of it, clipped to 0..1, mean over channels, because shares are not exact.
     doubts : (n,) float32
@@ -66,7 +66,7 @@ def border_rays(error: float) -> float:
 
 
 def places(seed: int, pixels: Integers, count: int) -> tuple[Floats, Floats]:
-    """Places in pixels (n,), (n, 2, count) each in [0, 1): two lattices, each shifted by chance.
+    """Places in pixels (n,), (n, 2, count) each in [0, 1): two lattices, each shifted at random.
 
     Their streams are the ones after those of the halves of samples.
     """
@@ -97,27 +97,27 @@ class _Parts:
 
 
 def cover(
-    look: RenderPlan, size: int, x: Integers, y: Integers, nearby: Nearby, counts: Counter[str]
+    plan: RenderPlan, size: int, x: Integers, y: Integers, nearby: Nearby, counts: Counter[str]
 ) -> Cover:
     """Find what pixels (n,) show, with `COVERAGES[size]` rays each."""
     count = int(COVERAGES[size]) // HALVES
-    across, along = (place.reshape(-1, count) for place in places(look.seed, y * look.width + x, count))
+    across, along = (place.reshape(-1, count) for place in places(plan.seed, y * plan.width + x, count))
     every = np.full(across.size, HALVES)
     of_rays = np.arange(x.size).repeat(HALVES * count)
-    rays = camera_rays(look, x[of_rays], y[of_rays], every, (across.ravel(), along.ravel()))
-    for stage in (*look.meetings, *look.visible_lights):
+    rays = camera_rays(plan, x[of_rays], y[of_rays], every, (across.ravel(), along.ravel()))
+    for stage in (*plan.meetings, *plan.visible_lights):
         stage.run(rays)
     counts["camera"] += rays.t.size
     parts = _parts(rays.shapes.reshape(-1, count), across, along)
     labels = labels_of(rays.shapes[parts.rays])
-    around = guide(nearby, look.rough | look.textured)
-    known, met = around.at(labels, parts.lattices // HALVES)
-    shown, missing = known.copy(), np.flatnonzero(~met)
+    around = guide(nearby, plan.rough | plan.textured)
+    known, is_known = around.at(labels, parts.lattices // HALVES)
+    shown, missing = known.copy(), np.flatnonzero(~is_known)
     if missing.size:
         chosen = parts.rays[missing]
         there = (across.ravel()[chosen], along.ravel()[chosen])
-        seen = camera_rays(look, x[of_rays[chosen]], y[of_rays[chosen]], every[chosen], there)
-        put(shown, missing, np.minimum(radiance(look, seen, counts), BRIGHTEST))
+        seen = camera_rays(plan, x[of_rays[chosen]], y[of_rays[chosen]], every[chosen], there)
+        put(shown, missing, np.minimum(radiance(plan, seen, counts), BRIGHTEST))
     return _cover(parts, known, shown, _variances(parts, labels, nearby))
 
 
@@ -149,7 +149,7 @@ def _variances(parts: _Parts, labels: NDArray[np.int32], nearby: Nearby) -> Floa
 
 
 def _parts(shapes: Integers, across: Floats, along: Floats) -> _Parts:
-    """Parts of lattices by what their rays meet, all (lattices, count)."""
+    """Parts of lattices by what their rays hit, all (lattices, count)."""
     count = shapes.shape[1]
     order = np.argsort(shapes, axis=1, kind="stable")
     sorted_shapes = np.take_along_axis(shapes, order, axis=1)

@@ -10,36 +10,37 @@ import numpy as np
 
 from renderer.adaptive import strata
 from renderer.adaptive.allocation import RAY_PRICE, allocate
-from renderer.adaptive.estimate import Estimate
-from renderer.adaptive.findings import Findings, errors_of
-from renderer.adaptive.halves import HALVES
-from renderer.adaptive.levels import COUNTS, COVERAGES, HIGHEST, SAMPLED, Levels
-from renderer.adaptive.looking import (
+from renderer.adaptive.early_passes import (
     PROBED,
     choose_probes,
     cover_borders,
     fine,
-    look_closer,
     probes,
-    raise_chances,
+    raise_probe_probability,
+    refine_preview,
 )
+from renderer.adaptive.estimate import Estimate
+from renderer.adaptive.findings import Findings, errors_of
+from renderer.adaptive.halves import HALVES
+from renderer.adaptive.levels import COUNTS, COVERAGES, HIGHEST, SAMPLED, Levels
 from renderer.adaptive.neighbours import spread
 from renderer.adaptive.states import State
 from renderer.adaptive.uncertainty import standard_errors
 from renderer.math.arrays import Floats, Integers, Masks
 
 MARGIN = 0.95
-"""Share of the budget for samples and doubts together: what samples will meet is not known exactly."""
+"""Share of the budget for samples and doubts together: what samples will find is not known exactly."""
 
 EASES = (1.0, 0.7, 0.5, 0.3, 0.1)
 """Shares of the goals, tried in turn until they ask for something: the error was not reached, so they were
 set too high."""
 
 LEAP = 3
-"""Levels that a pixel may rise at once: few samples do not tell well how many more are needed."""
+"""Levels that a pixel may rise at once: few samples predict poorly how many more are needed."""
 
 STEP = 1
-"""The same for pixels that showed their look: their own samples tell better than those of their like."""
+"""The same for pixels that showed their pilot sample: their own samples predict better than those of their
+stratum."""
 
 DOUBT = 0.2
 """Share of the budget that all strata together may be uncertain by."""
@@ -48,13 +49,14 @@ MOSTLY = 0.5
 """Share of a stratum's pixels that are probes from which on it is sampled as a whole."""
 
 SHOWN = SAMPLED + 3
-"""Level that the pixels of such a stratum get, 32 samples: they are few, and fewer are worse than looks."""
+"""Level that the pixels of such a stratum get, 32 samples: they are few, and fewer samples are worse than a
+pilot sample."""
 
 CLOSEST = 9
 """Highest level of a probe: 256 samples. What is still uncertain then needs more probes."""
 
 FIND = 16.0
-"""A probe found something if its squared error is so many times the wished one, and that of its like."""
+"""A probe found something if its squared error is so many times the target, and that of its stratum."""
 
 CLEAR = 4.0
 """Standard errors by which it must have found it."""
@@ -124,7 +126,7 @@ def advance(estimate: Estimate) -> bool:
 
 def _after_pilot_samples(estimate: Estimate) -> State:
     if estimate.stride > 1:
-        look_closer(estimate)
+        refine_preview(estimate)
         return State.PREVIEW
     cover_borders(estimate)
     return State.BORDERS
@@ -180,14 +182,14 @@ def aim_lower(estimate: Estimate, bound: float) -> None:
     while bound <= estimate.aim:
         estimate.aims += 1
     if estimate.aim < before:
-        raise_chances(estimate, strata.typical_error(estimate.strata).astype(np.float32))
+        raise_probe_probability(estimate, strata.typical_error(estimate.strata).astype(np.float32))
 
 
 def outlook(estimate: Estimate) -> int:
-    """Camera rays that all passes to come will ask for, as far as the samples so far tell.
+    """Camera rays that all passes to come will ask for, as far as the samples so far predict it.
 
     It is what the allocation would ask for if no pixel had to rise by steps, and if nothing was in doubt. Few
-    samples do not tell much, so that it is a guess.
+    samples predict it poorly, so that it is a guess.
     """
     return _rays_to_come(estimate, estimate.so_far())
 
@@ -202,7 +204,7 @@ def _rays_to_come(estimate: Estimate, found: Findings) -> int:
 
 
 def _allot(estimate: Estimate, found: Findings, ease: float) -> None:
-    """Samples where they lower the error most; strata whose first look is not good enough show them."""
+    """Samples where they lower the error most; strata whose pilot sample is not good enough show them."""
     doubt = standard_errors(estimate.confidence) * np.sqrt(found.variance)
     room = MARGIN * estimate.budget - doubt
     goal = ease * max(room, estimate.budget / 4)
@@ -213,25 +215,25 @@ def _allot(estimate: Estimate, found: Findings, ease: float) -> None:
     )
     borders.cover_again(estimate, allotted.covers)
     want[found.sampled] = np.minimum(allotted.pixels, have[found.sampled] + LEAP)
-    looks = np.flatnonzero(~estimate.shown.ravel())
-    levels = allotted.strata[estimate.strata.ravel()[looks]]
-    want[looks] = np.minimum(levels, np.maximum(have[looks], SAMPLED) + STEP)
-    estimate.shown.ravel()[looks[levels > 0]] = True
+    pilots = np.flatnonzero(~estimate.shown.ravel())
+    levels = allotted.strata[estimate.strata.ravel()[pilots]]
+    want[pilots] = np.minimum(levels, np.maximum(have[pilots], SAMPLED) + STEP)
+    estimate.shown.ravel()[pilots[levels > 0]] = True
 
 
 def _question(estimate: Estimate, found: Findings, ease: float) -> None:
     """More of probes whose strata leave the error uncertain: more samples, or more of them."""
     survey = found.survey
     unsure = survey.unsure((ease * DOUBT * estimate.budget) ** 2)
-    crowded = unsure & (estimate.chances >= 1)
+    crowded = unsure & (estimate.probe_probability >= 1)
     estimate.shown |= crowded[estimate.strata]
     most = np.where(survey.sizes > MANY, MOST_PROBED, 1.0)
     noisy = unsure & (survey.noise**2 > survey.uncertain**2 / 2) & (closeness(estimate, found) < CLOSEST)
     have, want, shown = estimate.have.ravel(), estimate.want.ravel(), estimate.shown.ravel()
     again = found.probes[noisy[estimate.strata.ravel()[found.probes]] & ~shown[found.probes]]
     want[again] = np.minimum(have[again] + 2, CLOSEST)
-    rarer = unsure & ~noisy & (estimate.chances < most)
-    estimate.chances[rarer] = np.minimum(2 * estimate.chances, most)[rarer]
+    rarer = unsure & ~noisy & (estimate.probe_probability < most)
+    estimate.probe_probability[rarer] = np.minimum(2 * estimate.probe_probability, most)[rarer]
     fresh = (probes(estimate) | estimate.shown) & (estimate.have < SAMPLED) & (estimate.want < SAMPLED)
     estimate.want[fresh] = PROBED
 
@@ -244,7 +246,7 @@ def closeness(estimate: Estimate, found: Findings) -> Integers:
 
 
 def suspect(estimate: Estimate, found: Findings) -> None:
-    """Sample all pixels near a probe that found what first looks had missed.
+    """Sample all pixels near a probe that found what pilot samples had missed.
 
     They become a stratum of their own, so that what one probe found is not taken to be everywhere.
     """
@@ -252,7 +254,7 @@ def suspect(estimate: Estimate, found: Findings) -> None:
     typical = found.survey.errors[estimate.strata.ravel()[found.probes]]
     odd = found.errors > FIND * np.maximum(estimate.aim**2, typical)
     odd &= _matters(
-        estimate, found.errors, found.noise, estimate.chances[estimate.strata.ravel()[found.probes]]
+        estimate, found.errors, found.noise, estimate.probe_probability[estimate.strata.ravel()[found.probes]]
     )
     odd &= (kinds[found.probes] <= strata.EVEN) & ~fine(estimate).ravel()[found.probes]
     near = np.zeros(estimate.have.shape, dtype=bool)
@@ -267,23 +269,23 @@ def suspect(estimate: Estimate, found: Findings) -> None:
 def _followed(estimate: Estimate, found: Findings) -> Integers:
     """Suspects that found something themselves: what is long and thin goes on beyond them."""
     suspects = found.sampled[estimate.strata.ravel()[found.sampled] // strata.STEPS == strata.SUSPECT]
-    looks = estimate.values.reshape(3, -1)[:, suspects]
-    errors, noise = errors_of(estimate.halves.reshape(HALVES, 3, -1)[:, :, suspects], looks)
+    pilots = estimate.values.reshape(3, -1)[:, suspects]
+    errors, noise = errors_of(estimate.halves.reshape(HALVES, 3, -1)[:, :, suspects], pilots)
     matters = _matters(estimate, errors, noise, 1 / (2 * NEAR + 1) ** 2)
     return suspects[(errors > FIND * estimate.aim**2) & matters]
 
 
-def _matters(estimate: Estimate, errors: Floats, noise: Floats, chances: Floats | float) -> Masks:
-    """Whether squared errors (n,) are more than noise, and worth a search around pixels of such chances."""
-    worth = WORTH * estimate.budget * np.maximum(chances, 2.0**-20)
+def _matters(estimate: Estimate, errors: Floats, noise: Floats, probability: Floats | float) -> Masks:
+    """Whether squared errors (n,) exceed noise, and are worth a search around probes of this probability."""
+    worth = WORTH * estimate.budget * np.maximum(probability, 2.0**-20)
     return (errors > CLEAR * np.sqrt(noise)) & (errors > worth)
 
 
 def _show_probed(estimate: Estimate) -> Masks:
     """Show the samples of strata most of whose pixels are probes; gives those (H, W) that it concerns now.
 
-    What few samples say of a look is mostly nothing and seldom much; of themselves they know more.
+    Few samples rarely see that a pilot sample is wrong; they know their own error better.
     """
-    few: Masks = (estimate.chances >= MOSTLY)[estimate.strata] & ~estimate.shown
+    few: Masks = (estimate.probe_probability >= MOSTLY)[estimate.strata] & ~estimate.shown
     estimate.shown |= few
     return few

@@ -17,7 +17,7 @@ from renderer.adaptive.halves import HALVES
 from renderer.adaptive.labels import Labels
 from renderer.adaptive.lattice import Picture
 from renderer.adaptive.levels import COUNTS, COVERAGES, COVERED, LOOKED, SAMPLED, Levels
-from renderer.adaptive.samples import Demanded, Samples
+from renderer.adaptive.samples import LevelRequest, Samples
 from renderer.adaptive.states import State
 from renderer.adaptive.uncertainty import ErrorEstimate, error_of
 from renderer.film import Image
@@ -60,22 +60,22 @@ class Estimate:
     plan : RenderPlan
     values : (3, H, W) float32
         What pixels show without samples: pilot samples, what is interpolated between them, and at borders the
-        mean of what rays met.
-    looks : (3, H, W) float32
-        The pilot samples alone, once those at borders are told apart.
+        mean of what rays hit.
+    pilots : (3, H, W) float32
+        The pilot samples alone, once pixels at borders show something else.
     labels : (H, W) int32
-        What the first looks met.
+        What the pilot samples hit.
     colors : (3, H, W) float32
         What textures gave there, 1 where there was none.
     known : (3, H, W) float32
         Means of control variates.
     contrasts : (H, W) float32
-        Squared error to expect of one ray at borders, if it told the share of what it meets.
+        Squared error to expect of one ray at borders, if it estimated the share of what it hits.
     spread : (H, W) float32
         Squared errors there, mean over channels, as measured, because shares are not exact.
     doubts : (H, W) float32
         Squared errors to expect, mean over channels: at borders because brightness is not exact, between
-        nodes because the picture bends, and of pilot samples that met what varies within the pixel at a few
+        nodes because the picture bends, and of pilot samples that hit what varies within the pixel at a few
         places.
     have, want : (H, W) uint8
     coverage, cover : (H, W) uint8
@@ -85,11 +85,11 @@ class Estimate:
     squares : (H, W) float64
         Sum over the samples of squares about their mean, mean over channels.
     shown : (H, W) bool
-        Pixels whose samples are shown, and not the first look or what is interpolated.
+        Pixels whose samples are shown, and not the pilot sample or what is interpolated.
     ways : (H, W) uint8
         How pixels that are not shown are interpolated between those that are (`between`).
     strata : (H, W) int64
-    chances : (strata.COUNT,) float64
+    probe_probability : (strata.COUNT,) float64
         Share of the pixels of each stratum that are probes.
     state : State
         What the next pass does.
@@ -107,7 +107,7 @@ class Estimate:
 
     plan: RenderPlan
     values: Picture
-    looks: Picture
+    pilots: Picture
     labels: Labels
     colors: Picture
     known: Picture
@@ -123,7 +123,7 @@ class Estimate:
     shown: Masks
     ways: Ways
     strata: Integers
-    chances: Floats
+    probe_probability: Floats
     state: State
     stride: int
     rounds: int = 0
@@ -133,7 +133,7 @@ class Estimate:
 
     @classmethod
     def begin(cls, plan: RenderPlan) -> "Estimate":
-        """Nothing but what the first pass wants: first looks or samples on a coarse lattice."""
+        """Nothing but what the first pass wants: pilot samples or samples on a coarse lattice."""
         assert plan.policy is not None
         size = plan.height, plan.width
         want = first_levels(plan, Tile(0, 0, 0, plan.width, plan.height))
@@ -141,7 +141,7 @@ class Estimate:
         return cls(
             plan=plan,
             values=np.zeros((3, *size), dtype=np.float32),
-            looks=np.zeros((3, *size), dtype=np.float32),
+            pilots=np.zeros((3, *size), dtype=np.float32),
             labels=np.full(size, MISS, dtype=np.int32),
             colors=np.ones((3, *size), dtype=np.float32),
             known=np.zeros((3, *size), dtype=np.float32),
@@ -157,7 +157,7 @@ class Estimate:
             shown=sampled,
             ways=np.full(size, NODE, dtype=np.uint8),
             strata=np.full(size, strata.STEPS - 1),
-            chances=np.zeros(strata.COUNT),
+            probe_probability=np.zeros(strata.COUNT),
             state=State.LATTICE if sampled.any() else State.PREVIEW,
             stride=plan.policy.first_stride(plan.width, plan.height),
         )
@@ -222,19 +222,19 @@ class Estimate:
         """Add what this pass has found in a tile. The order of tiles does not matter."""
         part = np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]
         have, want = self.have[part], self.want[part]
-        demanded = self.demanded.part(tile)
-        looked = self._numbers(tile, demanded.looked)
-        put(self.values.reshape(3, -1), looked, samples.looks)
-        self.labels.ravel()[looked] = samples.labels
-        put(self.colors.reshape(3, -1), looked, samples.colors)
-        self.doubts.ravel()[looked] = samples.residues
-        covered = self._numbers(tile, demanded.covered)
+        requested = self.requested.part(tile)
+        previewed = self._numbers(tile, requested.previewed)
+        put(self.values.reshape(3, -1), previewed, samples.pilots)
+        self.labels.ravel()[previewed] = samples.labels
+        put(self.colors.reshape(3, -1), previewed, samples.colors)
+        self.doubts.ravel()[previewed] = samples.residues
+        covered = self._numbers(tile, requested.covered)
         put(self.values.reshape(3, -1), covered, samples.covers)
         self._know(covered, samples.known)
         self.spread.ravel()[covered], self.doubts.ravel()[covered] = samples.spread, samples.doubts
-        self._add(self._numbers(tile, demanded.sampled), samples)
+        self._add(self._numbers(tile, requested.sampled), samples)
         np.maximum(have, want, out=have)
-        have[demanded.covered & (have < COVERED)] = COVERED
+        have[requested.covered & (have < COVERED)] = COVERED
         np.maximum(self.coverage[part], self.cover[part], out=self.coverage[part])
 
     def _numbers(self, tile: Tile, chosen: Masks) -> Integers:
@@ -269,7 +269,7 @@ class Estimate:
     def part(self, tile: Tile) -> Image:
         """The picture so far in a tile, (h, w, 3) float32, linear.
 
-        Before the first looks have reached every pixel, each node of their lattice fills its square.
+        Before the pilot samples have reached every pixel, each node of their lattice fills its square.
         """
         stride = self.stride
         rows, columns = np.arange(tile.y0, tile.y1)[:, None], np.arange(tile.x0, tile.x1)
@@ -289,22 +289,22 @@ class Estimate:
             picture[:, sampled] = np.maximum(self.halves[:, :, y, x][:, :, sampled].mean(axis=0), 0)
         return np.ascontiguousarray(picture.transpose(1, 2, 0))
 
-    def needs_looks(self) -> bool:
+    def needs_pilots(self) -> bool:
         """Whether the pass needs what pilot samples around pixels found."""
-        return self.demanded.needs_looks(self.plan)
+        return self.requested.needs_pilots(self.plan)
 
     @property
-    def demanded(self) -> Demanded:
+    def requested(self) -> LevelRequest:
         """What pixels have, and what the pass wants of them."""
-        return Demanded(self.have, self.want, self.coverage, self.cover)
+        return LevelRequest(self.have, self.want, self.coverage, self.cover)
 
     def counts(self) -> Integers:
-        """Camera rays through each pixel, (H, W): of its first look, or of its coverage and its samples.
+        """Camera rays through each pixel, (H, W): of its pilot sample, or of its coverage and its samples.
 
-        Those of a probe count, though it may show its first look.
+        Those of a probe count, though it may show its pilot sample.
         """
-        looks: Integers = COUNTS[self.have] + COVERAGES[self.coverage] + (self.have == LOOKED)
-        return looks
+        rays: Integers = COUNTS[self.have] + COVERAGES[self.coverage] + (self.have == LOOKED)
+        return rays
 
     def rays_wanted(self) -> int:
         """Camera rays of the next pass."""
@@ -323,22 +323,22 @@ class Estimate:
         have, want, coverage, cover = (
             map_.ravel() for map_ in (self.have, self.want, self.coverage, self.cover)
         )
-        pixels = np.flatnonzero(self.demanded.rising)
+        pixels = np.flatnonzero(self.requested.rising)
         have, want, cover = have[pixels], want[pixels], cover[pixels] * (cover > coverage)[pixels]
         samples = np.maximum(COUNTS[want] - COUNTS[have], 0)
         return pixels, samples + COVERAGES[cover] + ((want == LOOKED) & (have < LOOKED))
 
     def layers(self, names: Iterable[str]) -> Layers:
-        """Those layers of a request that tell about samples."""
+        """Those layers of a request that describe samples."""
         known = {"samples": lambda: self.counts().astype(np.int32), "error": self.errors}
         return {name: known[name]() for name in names if name in known}
 
     def errors(self) -> Image:
-        """Estimated standard errors of the pixels, (H, W, 3) float32: of first looks that of their like."""
+        """Estimated standard errors of the pixels, (H, W, 3) float32; for pilot samples their stratum's."""
         found = self.findings()
-        looks = np.sqrt(np.maximum(found.survey.errors, 0))[self.strata]
+        pilots = np.sqrt(np.maximum(found.survey.errors, 0))[self.strata]
         halves = np.abs(self.halves[0] - self.halves[1]) / 2
-        squares = np.where(self.shown, halves, looks) ** 2 + self.spread
+        squares = np.where(self.shown, halves, pilots) ** 2 + self.spread
         return np.sqrt(squares).transpose(1, 2, 0).astype(np.float32)
 
     def settle(self) -> ErrorEstimate:
@@ -359,13 +359,13 @@ class Estimate:
         return error_of(found.total, found.variance, self.have.size, self.confidence)
 
     def findings(self) -> Findings:
-        """What the samples tell when a pass is complete."""
+        """What the samples say when a pass is complete."""
         return self._findings(self.shown, ~self.shown)
 
     def so_far(self) -> Findings:
-        """What the samples tell in the middle of a pass: pixels that wait for theirs show their look.
+        """What the samples say in the middle of a pass: pixels that wait for theirs show their pilot sample.
 
-        All samples of their like tell how far off that is, even if they are shown.
+        All samples of their stratum say how far off that is, even if they are shown.
         """
         waiting = self.shown & (self.have < SAMPLED)
         alike = np.zeros(strata.COUNT, dtype=bool)
@@ -373,9 +373,9 @@ class Estimate:
         shown = self.shown & ~waiting
         return self._findings(shown, ~shown | alike[self.strata])
 
-    def _findings(self, shown: Masks, telling: Masks) -> Findings:
+    def _findings(self, shown: Masks, probing: Masks) -> Findings:
         return findings_of(
-            self.halves, self.squares, self.have, shown, telling, self.values, self.strata, self.spread
+            self.halves, self.squares, self.have, shown, probing, self.values, self.strata, self.spread
         )
 
 

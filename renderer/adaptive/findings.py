@@ -1,4 +1,4 @@
-"""What samples tell: errors of the pixels that show them, and of first looks where they are probes."""
+"""What samples say: errors of the pixels that show them, and of pilot samples where they are probes."""
 
 from dataclasses import dataclass
 
@@ -10,13 +10,13 @@ from renderer.adaptive.strata import COUNT, Survey, survey, typical_error
 from renderer.math.arrays import Floats, Integers, Masks
 
 UNMODELLED = 1 / 8
-"""Standard error of the sum of squared errors, as a share of it, for what samples have not met: errors are
+"""Standard error of the sum of squared errors, as a share of it, for what samples have not hit: errors are
 large in few pixels."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Findings:
-    """Numbers about the n sampled pixels that show their samples, and the m probes that show a first look.
+    """Numbers about the n sampled pixels that show their samples, and the m probes that show a pilot sample.
 
     Attributes
     ----------
@@ -28,11 +28,11 @@ class Findings:
     variances : (n,) float64
         Of single samples, such that they times the number of samples to the power -1.5 add up to `squares`.
     errors : (m,) float64
-        Squared errors of first looks, without bias.
+        Squared errors of pilot samples, without bias.
     noise : (m,) float64
         Variances of `errors`, from the difference of the halves.
     survey : Survey
-        What the probes tell of each stratum.
+        What the probes say of each stratum.
     spread : (k,) float64
         Squared standard errors of what pixels at borders show, because of shares; beside all others.
     """
@@ -63,18 +63,18 @@ def findings_of(
     squares: Floats,
     have: Levels,
     shown: Masks,
-    telling: Masks,
-    looks: Picture,
+    probing: Masks,
+    pilots: Picture,
     strata: Integers,
     spread: Picture,
 ) -> Findings:
-    """What is known of a picture; arrays as in `estimate.Estimate`, `looks` its values.
+    """What is known of a picture; arrays as in `estimate.Estimate`, `pilots` its values.
 
-    Samples of the pixels `telling` (H, W) are probes: they tell of looks that are shown.
+    Samples of the pixels `probing` (H, W) are probes: they measure pilot samples that are shown.
     """
     levels = have.ravel()
     sampled = np.flatnonzero(shown.ravel() & (levels >= SAMPLED))
-    probes = np.flatnonzero(telling.ravel() & (levels >= SAMPLED))
+    probes = np.flatnonzero(probing.ravel() & (levels >= SAMPLED))
     means = halves.reshape(2, 3, -1)
     single = np.zeros(levels.size)
     for chosen in (sampled, probes):
@@ -85,7 +85,7 @@ def findings_of(
     single[sampled[bright]] = 0.0
     squared, variances = _guarded(single.reshape(have.shape), sampled, differences, COUNTS[levels[sampled]])
     squared[bright] = 0.0
-    errors, noise = errors_of(means[:, :, probes], looks.reshape(3, -1)[:, probes])
+    errors, noise = errors_of(means[:, :, probes], pilots.reshape(3, -1)[:, probes])
     numbers = strata.ravel()
     return Findings(
         sampled=sampled,
@@ -106,10 +106,10 @@ def findings_of(
     )
 
 
-def errors_of(halves: Floats, looks: Picture) -> tuple[Floats, Floats]:
-    """Squared errors (n,) of looks (3, n), without bias, and their variances, from halves (2, 3, n)."""
+def errors_of(halves: Floats, pilots: Picture) -> tuple[Floats, Floats]:
+    """Squared errors (n,) of pilot samples (3, n), unbiased, and their variances, from halves (2, 3, n)."""
     both = np.clip(halves, 0, 1)
-    a, b = both - np.clip(looks, 0, 1)
+    a, b = both - np.clip(pilots, 0, 1)
     errors, spread = (a * b).mean(axis=0), 2 * _differences(both)
     return errors, spread * (2 * np.maximum(errors, 0) + spread)
 
@@ -122,8 +122,8 @@ def _differences(halves: Floats) -> Floats:
 def _guarded(single: Floats, sampled: Integers, squares: Floats, taken: Integers) -> tuple[Floats, Floats]:
     """Squared errors and variances of the sampled pixels (n,), none far below its neighbours'.
 
-    Few samples may all fall on one side of an edge: the neighbours tell that there is one. Pixels whose
-    samples tell of an edge get more of them, and those that missed it do not, so that their own differences
+    Few samples may all fall on one side of an edge: the neighbours show that there is one. Pixels whose
+    samples find an edge get more of them, and those that missed it do not, so that their own differences
     alone would say too little. The variances are scaled so that they explain the differences of the halves.
     """
     known, inside = np.zeros((2, *single.shape))

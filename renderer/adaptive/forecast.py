@@ -11,21 +11,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.adaptive.coverage import border_rays
+from renderer.adaptive.early_passes import PROBED, probe_share
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.labels import of_labels
 from renderer.adaptive.levels import COUNTS
-from renderer.adaptive.looking import PROBED, probe_share
 from renderer.adaptive.states import State
 from renderer.adaptive.strata import borders
 from renderer.plan.plan import RenderPlan
 
-LOOKS, BORDERS, SAMPLES, LAYERS = "looks", "borders", "samples", "layers"
+PILOTS, BORDERS, SAMPLES, LAYERS = "pilots", "borders", "samples", "layers"
 """Kinds of rays."""
 
 Prices = Mapping[str, float]
 """CPU seconds of a camera ray by kind."""
 
-USUAL = {LOOKS: 3.0, BORDERS: 0.6, SAMPLES: 2.0, LAYERS: 0.5}
+USUAL = {PILOTS: 3.0, BORDERS: 0.6, SAMPLES: 2.0, LAYERS: 0.5}
 """Price of a ray over what the plan says of one, until it is measured: medians over the gallery at 128 x 128.
 Pilot samples have many light points, layers none."""
 
@@ -56,8 +56,8 @@ TILE_SECONDS, MOST_CALLS = 0.0035, 0.75
 """CPU seconds that a tile of `soft` costs apart from its rays, and the most that these are of a pass."""
 
 SCATTERED = 16.0
-"""Samples of each pixel that shows a mirror, glass, a bent normal or a texture no mean was taken of: its look
-says little. 14 to 23 in the gallery at 1/255, and 200 where a texture is finer than pixels."""
+"""Samples of each pixel that shows a mirror, glass, a bent normal or a texture no mean was taken of: its
+pilot sample says little. 14 to 23 in the gallery at 1/255, and 200 where a texture is finer than pixels."""
 
 AFTER_FIRST = 4.0
 """The same where a picture begins with samples, as it does with a lens."""
@@ -85,7 +85,7 @@ def share_by(work: float, elapsed: float, limit: float) -> float:
 
 
 def seconds_left(share: float, elapsed: float, limit: float) -> float | None:
-    """Seconds until the picture is finished, None where nothing is done by which to tell."""
+    """Seconds until the picture is finished, None where nothing is done to predict them from."""
     return min(elapsed / share - elapsed, max(limit - elapsed, 0.0)) if share > 0 else None
 
 
@@ -126,11 +126,11 @@ def kind_of(estimate: Estimate) -> str:
     return _KINDS.get(estimate.state, SAMPLES)
 
 
-_KINDS = {State.PREVIEW: LOOKS, State.BORDERS: BORDERS}
+_KINDS = {State.PREVIEW: PILOTS, State.BORDERS: BORDERS}
 
 
-def noted(prices: Prices, kind: str, rays: int, seconds: float, tiles: int) -> dict[str, float]:
-    """Prices after a pass whose rays took so many CPU seconds in so many tiles; no rays tell nothing.
+def measured_prices(prices: Prices, kind: str, rays: int, seconds: float, tiles: int) -> dict[str, float]:
+    """Prices after a pass whose rays took so many CPU seconds in so many tiles; no rays change nothing.
 
     What tiles cost apart from their rays is left out: the more tiles a pass had, the more the next would get.
     """
@@ -155,7 +155,7 @@ def _later(estimate: Estimate, kind: str, rays: int, prices: Prices) -> tuple[fl
     if kind == BORDERS:
         return passes, sampled
     covered = _borders_to_come(estimate) * border_rays(estimate.target) * prices[BORDERS]
-    return passes, sampled, covered, _looks_after(estimate, rays) * prices[LOOKS]
+    return passes, sampled, covered, _pilots_after(estimate, rays) * prices[PILOTS]
 
 
 def _samples_after(estimate: Estimate, rays: int) -> float:
@@ -170,17 +170,17 @@ def _scattered(estimate: Estimate) -> float:
     """Samples of the pixels whose pilot samples say little, as far as the lattice so far shows them."""
     if not estimate.have.any():
         return 0.0
-    plan, looked = estimate.plan, _looked(estimate)
+    plan, stride = estimate.plan, _known_stride(estimate)
     fine = plan.rough | plan.textured & ~plan.averaged
-    return SCATTERED * looked**2 * float(of_labels(fine, estimate.labels[::looked, ::looked]).sum())
+    return SCATTERED * stride**2 * float(of_labels(fine, estimate.labels[::stride, ::stride]).sum())
 
 
-def _looked(estimate: Estimate) -> int:
+def _known_stride(estimate: Estimate) -> int:
     """Pixels between the nodes of the finest lattice that is known, before the next pass."""
     return 2 * estimate.stride if estimate.state is State.PREVIEW else estimate.stride
 
 
-def _looks_after(estimate: Estimate, rays: int) -> float:
+def _pilots_after(estimate: Estimate, rays: int) -> float:
     """Pilot samples on lattices finer than the next one."""
     stride = estimate.stride
     nodes = estimate.have[::stride, ::stride].size
@@ -192,8 +192,8 @@ def _looks_after(estimate: Estimate, rays: int) -> float:
 def _borders_to_come(estimate: Estimate) -> float:
     """Pixels at borders, as the lattice so far shows them: on a finer one a line has as many more."""
     height, width = estimate.have.shape
-    looked = _looked(estimate)
-    labels = estimate.labels[::looked, ::looked]
+    stride = _known_stride(estimate)
+    labels = estimate.labels[::stride, ::stride]
     if not estimate.have.any():
         return float(min(OUTLINE * (width + height), width * height))
-    return float(min(np.count_nonzero(borders(labels)) * looked, width * height))
+    return float(min(np.count_nonzero(borders(labels)) * stride, width * height))

@@ -1,4 +1,4 @@
-"""What pilot samples around a pixel tell of the brightness of the things that it may show."""
+"""How bright the things are that a pixel may show, from the pilot samples around it."""
 
 from dataclasses import dataclass
 
@@ -27,7 +27,7 @@ class Nearby:
     labels: NDArray[np.int32]
 
     def contrasts(self) -> Floats:
-        """Squared error (n,) to expect of one ray that tells what a pixel shows, mean over channels."""
+        """Squared error (n,) to expect of one ray that finds what a pixel shows, mean over channels."""
         shown = np.clip(self.values, 0, GLARING)
         return np.asarray(UNLIKE * shown.var(axis=1, dtype=np.float64).mean(axis=0))
 
@@ -94,13 +94,13 @@ def packed(
     return np.concatenate((values, colors, labels.view(np.float32)[None]))
 
 
-def unpacked(tile: Tile, looks: NDArray[np.float32]) -> Surroundings:
+def unpacked(tile: Tile, pilots: NDArray[np.float32]) -> Surroundings:
     """`surroundings` of what `packed` gave."""
-    return surroundings(tile, looks[:3], looks[6].view(np.int32), looks[3:6])
+    return surroundings(tile, pilots[:3], pilots[6].view(np.int32), pilots[3:6])
 
 
 DARKEST = 2.0**-10
-"""Darker textures than this are taken to be as bright, so that the light on them can be told."""
+"""Darker textures than this are taken to be as bright, so that the light on them can be estimated."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,12 +125,12 @@ class Tints:
     light: Floats
 
     def at(self, which: Integers, labels: NDArray[np.int32], colors: Floats) -> Floats:
-        """Control (3, m) of rays through pixels `which` (m,) of these, that met `colors` (3, m).
+        """Control (3, m) of rays through pixels `which` (m,) of these, that hit `colors` (3, m).
 
-        Where something that no pilot sample has met hides the shape, its colour is not known: the mean
+        Where something that no pilot sample has hit hides the shape, its colour is not known: the mean
         stands for it.
         """
-        # As a difference from the mean: what is dark but glossy has light that no colour tells.
+        # As a difference from the mean: what is dark but glossy has light that no colour predicts.
         away = (colors - self.colors[:, which]) * (self.labels[which] == labels)
         return self.values[:, which] + away * self.light[:, which]
 
@@ -139,7 +139,7 @@ class Tints:
 class Guide:
     """Brightness of each thing that n pixels may show.
 
-    The control variate of pixels at borders: a function of what a ray meets alone, whose mean over a pixel is
+    The control variate of pixels at borders: a function of what a ray hits alone, whose mean over a pixel is
     a matter of visibility.
 
     Attributes
@@ -148,7 +148,7 @@ class Guide:
     radiance : (3, 9, n) float64
         Of what is at each of nine places; alike where labels are.
     known : (9, n) bool
-        Whether a place tells of its label.
+        Whether a place says how bright its label is.
     """
 
     labels: NDArray[np.int32]
@@ -156,14 +156,14 @@ class Guide:
     known: Masks
 
     def at(self, labels: NDArray[np.int32], pixels: Integers) -> tuple[Floats, Masks]:
-        """Radiance (3, m) of what rays through pixels (m,) of those n have met, 0 where it is not known.
+        """Radiance (3, m) of what rays through pixels (m,) of those n have hit, 0 where it is not known.
 
         The second array (m,) says where it is.
         """
         same = (self.labels[:, pixels] == labels) & self.known[:, pixels]
         place = same.argmax(axis=0)
-        met = same.any(axis=0)
-        return self.radiance[:, place, pixels] * met, met
+        is_known = same.any(axis=0)
+        return self.radiance[:, place, pixels] * is_known, is_known
 
 
 def guide(nearby: Nearby, fine: Masks) -> Guide:
@@ -178,9 +178,9 @@ def guide(nearby: Nearby, fine: Masks) -> Guide:
     same = labels[:, None] == labels
     for ring in (CENTRE, BESIDE, CORNERS):
         times = same[:, ring].sum(axis=1, dtype=np.uint8)
-        met = missing & (times > 0)
+        fresh = missing & (times > 0)
         sums = np.einsum("jkn,ckn->cjn", same[:, ring], values[:, ring])
-        np.divide(sums, times, out=found, where=met)
-        missing &= ~met
+        np.divide(sums, times, out=found, where=fresh)
+        missing &= ~fresh
     known = ~of_labels(fine, labels) | (labels == labels[CENTRE])
     return Guide(labels, found, known)

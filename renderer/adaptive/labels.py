@@ -1,4 +1,4 @@
-"""What a ray met, small enough for a map of the picture.
+"""What a ray hit, small enough for a map of the picture.
 
 A label is a shape's number, -1 for the background, -2 and below for lights.
 """

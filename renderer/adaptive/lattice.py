@@ -1,7 +1,7 @@
-"""First looks on lattices that grow finer, and values in between where the picture is smooth.
+"""Pilot samples on lattices that grow finer, and values in between where the picture is smooth.
 
 Where four neighbouring nodes of the lattice show the same shape, and the second differences around them
-are small, the nodes of the finer lattice between them are interpolated and not looked at.
+are small, the nodes of the finer lattice between them are interpolated and take no ray.
 """
 
 from dataclasses import dataclass
@@ -13,10 +13,10 @@ from renderer.adaptive.labels import Labels
 from renderer.math.arrays import Masks
 
 COARSEST = 8
-"""Most pixels between the first looks to begin with."""
+"""Most pixels between the first pilot samples."""
 
 ENOUGH = 16384
-"""So many first looks are as dear as half of them, and find more: calls are most of the price of few."""
+"""So many pilot samples cost as much as half of them, and find more: calls are most of the price of few."""
 
 Picture = NDArray[np.float32]
 """(3, H, W) float32, linear."""
@@ -42,27 +42,27 @@ class Cells:
 
 
 def stride_for(width: int, height: int) -> int:
-    """Pixels between the first looks at a picture to begin with, a power of two."""
+    """Pixels between the first pilot samples of a picture, a power of two."""
     return int(2 ** np.clip(np.round(np.log2(width * height / ENOUGH) / 2), 0, np.log2(COARSEST)))
 
 
-def cells_of(values: Picture, labels: Labels, rough: Masks, allowed: float) -> Cells:
+def cells_of(values: Picture, labels: Labels, needs_sampling: Masks, allowed: float) -> Cells:
     """Where a lattice may be interpolated.
 
     Parameters
     ----------
     values : (3, a, b) float32
     labels : (a, b) int32
-    rough : (a, b) bool
-        Nodes that show something finer than a lattice can tell.
+    needs_sampling : (a, b) bool
+        Nodes that show something finer than the lattice.
     allowed : float
-        What interpolation may err by, as second differences tell it; linear radiance.
+        What interpolation may err by, as second differences estimate it; linear radiance.
     """
     in_row, in_column = labels[:, 1:] == labels[:, :-1], labels[1:] == labels[:-1]
     across, along = _bends(values, in_row), _bends(values.transpose(0, 2, 1), in_column.T).T
     same = in_row[1:] & in_row[:-1] & in_column[:, 1:]
     error = (_greatest(across) + _greatest(along)) / 8
-    middles = same & ~_any(rough) & (error <= allowed)
+    middles = same & ~_any(needs_sampling) & (error <= allowed)
     ringed = np.pad(middles, 1, constant_values=bool(middles.size))
     return Cells(
         middles=middles,
@@ -97,7 +97,7 @@ def _any(nodes: Masks) -> Masks:
 
 
 def fill(values: Picture, labels: Labels, cells: Cells) -> Masks:
-    """Interpolate the nodes of the finer lattice in place; gives those that must be looked at, (a', b').
+    """Interpolate the nodes of the finer lattice in place; gives those that need a pilot sample, (a', b').
 
     Parameters
     ----------

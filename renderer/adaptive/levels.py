@@ -1,8 +1,8 @@
 """How many camera samples a pixel has been given: a level, a number small enough for a map of the picture.
 
-Level 0 is none: the pixel's value is interpolated. Level 1 is one ray through its middle, the first look.
-Level 2 is a pixel at a border: rays all over it told what it shows (`coverage`). Level n from 3 on is
-2**(n - 1) samples in two halves that know nothing of each other.
+Level 0 is none: the pixel's value is interpolated. Level 1 is one ray through its middle, the pilot sample.
+Level 2 is a pixel at a border: rays all over it found what it shows (`coverage`). Level n from 3 on is
+2**(n - 1) samples in two independent halves.
 """
 
 import numpy as np
@@ -14,13 +14,13 @@ Levels = NDArray[np.uint8]
 """(H, W) uint8."""
 
 LOOKED, COVERED, SAMPLED = 1, 2, 3
-"""Level of a pixel with a first look, of one at a border, and the first level with samples."""
+"""Level of a pixel with a pilot sample, of one at a border, and the first level with samples."""
 
 HIGHEST = 17
 """65,536 samples, the most that fixed quality takes as well."""
 
 COUNTS = np.array([0, 0, 0, *(1 << level - 1 for level in range(SAMPLED, HIGHEST + 1))], dtype=np.int64)
-"""Camera samples at each level, without those of first looks."""
+"""Camera samples at each level, without those of pilot samples."""
 
 FIBONACCI = (
     2,
@@ -45,7 +45,7 @@ FIBONACCI = (
     17711,
     28657,
 )
-"""Rays of one of the two lattices that tell what a pixel at a border shows."""
+"""Rays of one of the two lattices that find what a pixel at a border shows."""
 
 COVERAGES = np.array([0, *(2 * count for count in FIBONACCI)], dtype=np.int64)
 """Rays of both lattices, by the number that maps keep."""

@@ -7,7 +7,7 @@ from renderer.math.arrays import Masks
 
 
 def outline(shape: tuple[int, ...]) -> Masks:
-    """The outermost pixels of a picture: no neighbour tells of an edge in the outer half of them."""
+    """The outermost pixels of a picture: no neighbour shows an edge in the outer half of them."""
     found = np.ones(shape, dtype=bool)
     found[1:-1, 1:-1] = False
     return found

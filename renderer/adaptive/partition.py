@@ -51,7 +51,7 @@ def pass_tiles(
     """
     if tile_size:
         found = tiles(estimate.plan, Pass(index=0, stride=1, first=0, last=0), tile_size)
-        more = estimate.demanded.rising
+        more = estimate.requested.rising
         return [tile for tile in found if records or more[tile.y0 : tile.y1, tile.x0 : tile.x1].any()]
     seconds = forecast(estimate, prices).next * (1.0 if estimate.have.any() else UNSURE)
     layers = estimate.have.size * prices[LAYERS] if records else 0.0

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from renderer.adaptive.adaptive_render import Course, answer
+from renderer.adaptive.adaptive_render import AdaptiveRender, render_request
 from renderer.adaptive.estimate import Estimate
 from renderer.film import BRIGHTEST, non_finite
 from renderer.integrator import WORK
@@ -29,33 +29,33 @@ def render_adaptively(
     deadline = np.inf if quality.time_limit is None else begun + quality.time_limit
     alone = not on_tile and deadline == np.inf and (workers or 1) == 1
     estimate = Estimate.begin(plan)
-    course = Course(plan, tile_size, on_tile, deadline, begun, estimate, 0 if alone else workers or 1)
-    with shared_out(workers, partial(answer, plan)) as each:
-        while course.step(each):
+    render = AdaptiveRender(plan, tile_size, on_tile, deadline, begun, estimate, 0 if alone else workers or 1)
+    with shared_out(workers, partial(render_request, plan)) as each:
+        while render.step(each):
             pass
-    layers = course.sheets.finished() | estimate.layers(layer.name for layer in plan.layers)
+    layers = render.buffers.finished() | estimate.layers(layer.name for layer in plan.layers)
     image = estimate.image()
-    return RenderResult(image, layers, _report(course, image))
+    return RenderResult(image, layers, _report(render, image))
 
 
-def _report(course: Course, image: Any) -> dict[str, Any]:
-    plan, estimate = course.plan, course.estimate
+def _report(render: AdaptiveRender, image: Any) -> dict[str, Any]:
+    plan, estimate = render.plan, render.estimate
     assert estimate.error is not None
     shaded = [lighting.emitter.count for lighting in plan.lightings]
     return {
-        "seconds": time.monotonic() - course.begun,
-        "cpu_seconds": course.cpu_seconds,
-        "between_cpu_seconds": course.between_cpu,
+        "seconds": time.monotonic() - render.begun,
+        "cpu_seconds": render.cpu_seconds,
+        "between_cpu_seconds": render.between_cpu,
         "width": plan.width,
         "height": plan.height,
-        "rays": {name: count for name, count in course.counts.items() if name not in WORK},
-        "work": {name: course.counts[name] for name in WORK},
+        "rays": {name: count for name, count in render.counts.items() if name not in WORK},
+        "work": {name: render.counts[name] for name in WORK},
         "samples": {
             "antialiasing_mean": float(estimate.counts().mean()),
             "light_mean": float(np.mean(shaded)) if shaded else 0.0,
         },
         "error": estimate.error.document(),
-        "passes": course.passes,
+        "passes": render.passes,
         "numerics": {
             "non_finite": non_finite(image),
             "clamped": int(np.count_nonzero((image >= BRIGHTEST).any(axis=2))),

@@ -25,7 +25,7 @@ from schemas.tiles import Tile
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Demanded:
+class LevelRequest:
     """What the pixels of a tile have and what a pass wants of them, all (h, w) uint8.
 
     Attributes
@@ -42,7 +42,7 @@ class Demanded:
     cover: Levels
 
     @property
-    def looked(self) -> Masks:
+    def previewed(self) -> Masks:
         """Pixels that get a pilot sample."""
         return (self.want == LOOKED) & (self.have < LOOKED)
 
@@ -67,11 +67,11 @@ class Demanded:
         return (self.coverage > 0) | (self.cover > 0)
 
     @classmethod
-    def first(cls, want: Levels) -> "Demanded":
+    def first(cls, want: Levels) -> "LevelRequest":
         """What is wanted of pixels that have nothing."""
         return cls(*(np.zeros_like(want), want, np.zeros_like(want), np.zeros_like(want)))
 
-    def needs_looks(self, plan: RenderPlan) -> bool:
+    def needs_pilots(self, plan: RenderPlan) -> bool:
         """Whether anything is asked of pixels that may have a control variate, made from pilot samples."""
         if self.covered.any():
             return True
@@ -83,28 +83,30 @@ class Demanded:
         """All of it, (4, h, w), in the order of the fields."""
         return np.stack((self.have, self.want, self.coverage, self.cover))
 
-    def part(self, tile: Tile) -> "Demanded":
+    def part(self, tile: Tile) -> "LevelRequest":
         """Those of a tile, where these are of the picture."""
         inside = np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]
-        return Demanded(*(map_[inside].copy() for map_ in (self.have, self.want, self.coverage, self.cover)))
+        return LevelRequest(
+            *(map_[inside].copy() for map_ in (self.have, self.want, self.coverage, self.cover))
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Samples:
     """What a pass has found in a tile.
 
-    Pixels are in the order of rows: first looks of those that were at level 0, looks at borders, samples of
-    those that go on.
+    Pixels are in the order of rows: pilot samples of those that were at level 0, coverage of those at
+    borders, samples of those that go on.
 
     Attributes
     ----------
-    looks : (3, n) float32
+    pilots : (3, n) float32
     labels : (n,) int32
-        What the first looks met: a shape's number, -1 for the background, -2 and below for lights.
+        What the pilot samples hit: a shape's number, -1 for the background, -2 and below for lights.
     colors : (3, n) float32
-        What textures gave at the first looks, 1 where there was none.
+        What textures gave at the pilot samples, 1 where there was none.
     residues : (n,) float32
-        Squared errors to expect of first looks that met what varies within the pixel at a few places.
+        Squared errors to expect of pilot samples that hit what varies within the pixel at a few places.
     covers, known : (3, k) float32
     spread, doubts : (k,) float32
         Of pixels at borders (`coverage.Cover`).
@@ -123,7 +125,7 @@ class Samples:
         CPU seconds that this took besides.
     """
 
-    looks: NDArray[np.float32]
+    pilots: NDArray[np.float32]
     labels: NDArray[np.int32]
     colors: NDArray[np.float32]
     residues: NDArray[np.float32]
@@ -144,7 +146,7 @@ class Samples:
 def render_samples(
     plan: RenderPlan,
     tile: Tile,
-    levels: Demanded,
+    levels: LevelRequest,
     around: Surroundings | None = None,
     limit: TimeLimit | None = None,
 ) -> Samples:
@@ -157,7 +159,7 @@ def render_samples(
     plan : RenderPlan
         Of target quality.
     tile : Tile
-    levels : Demanded
+    levels : LevelRequest
     around : Surroundings, optional
         Pilot samples; needed where `levels.guided`.
     limit : TimeLimit, optional
@@ -169,19 +171,19 @@ def render_samples(
     """
     begun = time.process_time()
     counts: Counter[str] = Counter(camera=0, shadow=0, mirror=0, transmission=0, **dict.fromkeys(WORK, 0))
-    looks, labels, seen = _first_looks(plan, tile, levels.looked, counts, limit)
+    pilots, labels, seen = _pilot_samples(plan, tile, levels.previewed, counts, limit)
     covers = _covers(plan, tile, levels, around, counts, limit)
     samples = _samples(plan, tile, levels, around, counts, limit)
     work = {name: counts.pop(name) for name in WORK}
     seconds = time.process_time() - begun
     colors, residues = seen.colors.astype(np.float32), seen.doubts.astype(np.float32)
-    return Samples(looks, labels, colors, residues, *covers, *samples, dict(counts), work, seconds)
+    return Samples(pilots, labels, colors, residues, *covers, *samples, dict(counts), work, seconds)
 
 
-def _first_looks(
+def _pilot_samples(
     plan: RenderPlan, tile: Tile, wanted: Masks, counts: Counter[str], limit: TimeLimit | None
 ) -> tuple[NDArray[np.float32], NDArray[np.int32], Surfaces]:
-    look = plan.look or plan
+    pilot_plan = plan.look or plan
     rows, columns = np.nonzero(wanted)
     values = np.empty((3, rows.size), dtype=np.float32)
     labels = np.empty(rows.size, dtype=np.int32)
@@ -189,9 +191,9 @@ def _first_looks(
     middle = np.full(rows.size, 0.5)
     for chosen in _batches(columns, rows, 1, limit):
         x, y = columns[chosen] + tile.x0, rows[chosen] + tile.y0
-        rays = camera_rays(look, x, y, np.full(x.size, HALVES), (middle[chosen], middle[chosen]))
+        rays = camera_rays(pilot_plan, x, y, np.full(x.size, HALVES), (middle[chosen], middle[chosen]))
         seen = Surfaces.none(x.size)
-        values[:, chosen] = np.minimum(radiance(look, rays, counts, seen), BRIGHTEST)
+        values[:, chosen] = np.minimum(radiance(pilot_plan, rays, counts, seen), BRIGHTEST)
         labels[chosen] = labels_of(rays.shapes)
         np.copyto(seen.colors, 1.0, where=~of_labels(plan.textured, labels[chosen]))
         found.colors[:, chosen], found.doubts[chosen] = seen.colors, seen.doubts
@@ -201,7 +203,7 @@ def _first_looks(
 def _covers(
     plan: RenderPlan,
     tile: Tile,
-    levels: Demanded,
+    levels: LevelRequest,
     around: Surroundings | None,
     counts: Counter[str],
     limit: TimeLimit | None,
@@ -225,7 +227,7 @@ def _covers(
 def _samples(
     plan: RenderPlan,
     tile: Tile,
-    levels: Demanded,
+    levels: LevelRequest,
     around: Surroundings | None,
     counts: Counter[str],
     limit: TimeLimit | None,
@@ -255,7 +257,7 @@ def _samples(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Found:
-    """What camera rays found: radiance (3, N), labels (N,) and colours (3, N) of what they met."""
+    """What camera rays found: radiance (3, N), labels (N,) and colours (3, N) of what they hit."""
 
     radiance: Floats
     labels: NDArray[np.int32]

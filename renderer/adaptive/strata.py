@@ -1,8 +1,8 @@
-"""Pixels sorted by what is expected of their first look, and what probes tell about each sort.
+"""Strata of pixels by the expected error of their pilot sample, and what probes measure in each stratum.
 
 A stratum is a kind of pixel and an octave or so of its expected error. Of each some pixels, chosen by a hash
-of their number, are sampled as probes. From the halves a and b of a probe and the first look v the mean of
-(a - v)(b - v) is the squared error of v, without bias, because the halves know nothing of each other.
+of their number, are sampled as probes. From the halves a and b of a probe and the pilot sample v the mean of
+(a - v)(b - v) is the squared error of v, without bias, because the halves are independent.
 """
 
 from dataclasses import dataclass
@@ -19,17 +19,18 @@ from renderer.math.streams import bits, keys, uniforms
 STEPS = 24
 """Strata of a kind: 1.5 octaves each of the squared error, from below 1e-10 up to 1."""
 
-INTERPOLATED, EVEN, BORDER, ROUGH, SUSPECT = range(5)
-"""Kinds: not looked at; among its like; beside another shape; with something fine on it; near a find."""
+INTERPOLATED, EVEN, BORDER, NEEDS_SAMPLING, SUSPECT = range(5)
+"""Kinds: no pilot sample; away from other shapes; beside one; with something fine on it; near what a probe
+found."""
 
 KINDS = np.array([INTERPOLATED, EVEN, BORDER])
 """By the level of a pixel without samples."""
 
 TRUSTED = 16.0
-"""Where probes tell of no error beyond their own noise, none is larger than so many times the expected."""
+"""Where probes find no error beyond their own noise, none is larger than so many times the expected."""
 
 UNSEEN = 16.0
-"""What the next probe may find, beside what is expected: few of them have not met what is rare."""
+"""What the next probe may find, beside what is expected: few of them have not hit what is rare."""
 
 CERTAIN = 1 / 2
 """Least share of the expected error that the next probe may find `UNSEEN` times."""
@@ -45,10 +46,10 @@ PROBES = 1 << 41
 
 
 def expected_errors(values: Picture) -> NDArray[np.float32]:
-    """Squared error, mean over channels, to expect of one look at each pixel, (H, W).
+    """Squared error, mean over channels, to expect of a pilot sample of each pixel, (H, W).
 
-    A step of height h somewhere between two looks shows as a second difference h; one look errs by h * h / 12
-    in the mean.
+    A step of height h somewhere between two pilot samples shows as a second difference h; one errs by
+    h * h / 12 in the mean.
     """
     clipped = np.clip(values, 0, 1)
     across = _squares(np.diff(clipped, n=2, axis=2))
@@ -69,13 +70,13 @@ def _squares(differences: Picture) -> NDArray[np.float32]:
     return np.multiply(differences, differences, out=differences).sum(axis=0)
 
 
-def strata_of(expected: NDArray[np.float32], have: Levels, rough: Masks) -> Integers:
+def strata_of(expected: NDArray[np.float32], have: Levels, needs_sampling: Masks) -> Integers:
     """Stratum of each pixel, (H, W), from its expected error and its level.
 
-    `rough` (H, W) tells the pixels that show something finer than pixels.
+    Pixels that `needs_sampling` (H, W) marks show something finer than pixels.
     """
     steps = (np.log2(np.maximum(expected, 1e-12)) + 36) * np.float32(2 / 3)
-    kinds = np.maximum(KINDS[have], ROUGH * (rough & (have > 0)))
+    kinds = np.maximum(KINDS[have], NEEDS_SAMPLING * (needs_sampling & (have > 0)))
     return np.clip(steps, 0, STEPS - 1).astype(np.int64) + STEPS * kinds
 
 
@@ -100,7 +101,7 @@ def borders(labels: Labels) -> Masks:
     return found
 
 
-def chances(strata: Integers, expected: NDArray[np.float32], share: float, budget: float) -> Floats:
+def probe_probability(strata: Integers, expected: NDArray[np.float32], share: float, budget: float) -> Floats:
     """Share (COUNT,) of the pixels of each stratum that are probed.
 
     At least some everywhere, and more where more of the `budget` of squared errors is expected: of a stratum,
@@ -112,22 +113,22 @@ def chances(strata: Integers, expected: NDArray[np.float32], share: float, budge
     return np.minimum((share * sizes + 16 + 50 * errors / budget) / np.maximum(sizes, 1) + alone, 1.0)
 
 
-def lots(seed: int, shape: tuple[int, int]) -> Floats:
-    """A number in [0, 1) for each pixel (H, W): it is a probe where that is below its stratum's chance."""
+def probe_ranks(seed: int, shape: tuple[int, int]) -> Floats:
+    """A number in [0, 1) for each pixel (H, W): a probe where it is below the stratum's probability."""
     numbers = np.arange(shape[0] * shape[1], dtype=np.int64)
     return uniforms(bits(keys(seed, PROBES, numbers), 0)).reshape(shape)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Survey:
-    """What probes tell of each stratum; all (COUNT,).
+    """What probes measure in each stratum; all (COUNT,).
 
     Attributes
     ----------
     sizes : int64
-        Pixels whose first look is shown, probes among them.
+        Pixels whose pilot sample is shown, probes among them.
     errors, uncertain : float64
-        Mean squared error of a first look, and the standard error of that.
+        Mean squared error of a pilot sample, and the standard error of that.
     noise : float64
         Part of `uncertain` that more samples of the same probes would take away.
     variances : float64
@@ -142,7 +143,7 @@ class Survey:
 
     @property
     def total(self) -> float:
-        """Sum of the squared errors of all first looks that are shown."""
+        """Sum of the squared errors of all pilot samples that are shown."""
         return float((self.sizes * self.errors).sum())
 
     @property
@@ -175,7 +176,7 @@ def survey(
     variances: Floats,
     expected: Floats,
 ) -> Survey:
-    """What probes (n,) tell.
+    """What probes (n,) measure.
 
     Parameters
     ----------
@@ -202,11 +203,11 @@ def survey(
     noise = np.sqrt(mean(spread) / counts)
     most = TRUSTED * mean(expected)
     silent = found < 2 * noise
-    told = np.where(silent, np.clip(found, 0, most), found)
+    estimated = np.where(silent, np.clip(found, 0, most), found)
     unsure = np.where(silent, np.minimum(uncertain, most), uncertain)
     return Survey(
         sizes=sizes,
-        errors=np.where(unknown, typical, told),
+        errors=np.where(unknown, typical, estimated),
         uncertain=np.where(unknown, typical, unsure),
         noise=noise,
         variances=mean(variances),

@@ -12,10 +12,10 @@ BATCH = 32768
 """Rays worked on at once: twice those of a block, as they are scattered and calls are most of their price."""
 
 FEWEST = 256
-"""Rays between two looks at the clock at least; calls are then nearly all of the price."""
+"""Rays between two readings of the clock at least; calls are then nearly all of the price."""
 
-LOOK_SECONDS = 0.1
-"""Between two looks at the clock where there is a limit: a fifth of what a picture may come too late."""
+CLOCK_SECONDS = 0.1
+"""Between two readings of the clock where there is a limit: a fifth of what a picture may come too late."""
 
 
 LAST_SECONDS = 0.4e-6
@@ -69,7 +69,7 @@ def portions(rays: Integers, limit: TimeLimit | None) -> Iterator[slice]:
     """Cut a sequence of pixels with so many rays each (n,) into portions of about `BATCH` rays.
 
     With a limit there are fewer in a portion where rays are expensive, as the ones so far were, and the
-    clock is looked at before each.
+    clock is read before each.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def portions(rays: Integers, limit: TimeLimit | None) -> Iterator[slice]:
         if limit:
             limit.check()
         begun = time.perf_counter()
-        most = np.clip(LOOK_SECONDS / seconds, FEWEST, BATCH) if limit and seconds > 0 else BATCH
+        most = np.clip(CLOCK_SECONDS / seconds, FEWEST, BATCH) if limit and seconds > 0 else BATCH
         end = max(start + 1, int(np.searchsorted(total, before + most, side="right")))
         yield slice(start, end)
         seconds = (time.perf_counter() - begun) / max(int(total[end - 1]) - before, 1)

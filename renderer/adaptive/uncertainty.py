@@ -49,7 +49,7 @@ class ErrorEstimate:
         return np.array(astuple(self), dtype=_NUMBERS)
 
     def document(self) -> dict[str, float]:
-        """As results tell it."""
+        """As results report it."""
         return {"estimate": self.estimate, "low": self.low, "high": self.high}
 
 

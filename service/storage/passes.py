@@ -18,10 +18,10 @@ from service.errors import StoreAwayError
 from service.storage.objects import Objects
 from service.storage.tiles import LAYERS_SUFFIX, TILES, Layers, Pixels, StoredTile, get_arrays, put_arrays
 
-Demand = NDArray[np.uint8]
-"""(4, H, W): the arrays of `renderer.adaptive.samples.Demanded`."""
+Levels = NDArray[np.uint8]
+"""(4, H, W): the arrays of `renderer.adaptive.samples.LevelRequest`."""
 
-Looks = NDArray[np.float32]
+Pilots = NDArray[np.float32]
 """(7, H, W): what pilot samples found, as `renderer.adaptive.guides.packed` writes it."""
 
 
@@ -54,21 +54,21 @@ class PassStore:
         """Return it; raise StoreDamagedError if it is not what was written."""
         return next(get_arrays(self._objects, [_name(job, pass_index, f"state.{attempt}")]))
 
-    def put_demand(self, job: str, pass_index: int, attempt: int, demand: Demand) -> None:
+    def put_levels(self, job: str, pass_index: int, attempt: int, levels: Levels) -> None:
         """Keep what the pass after this one shall do."""
-        self._put_array(_name(job, pass_index, f"demand.{attempt}"), demand)
+        self._put_array(_name(job, pass_index, f"levels.{attempt}"), levels)
 
-    def get_demand(self, job: str, pass_index: int, attempt: int) -> Demand:
+    def get_levels(self, job: str, pass_index: int, attempt: int) -> Levels:
         """Return it, for reading."""
-        return self._objects.array(_name(job, pass_index, f"demand.{attempt}"))
+        return self._objects.array(_name(job, pass_index, f"levels.{attempt}"))
 
-    def put_looks(self, job: str, pass_index: int, attempt: int, looks: Looks) -> None:
+    def put_pilots(self, job: str, pass_index: int, attempt: int, pilots: Pilots) -> None:
         """Keep what pilot samples found; the pass after this one needs it."""
-        self._put_array(_name(job, pass_index, f"looks.{attempt}"), looks)
+        self._put_array(_name(job, pass_index, f"pilots.{attempt}"), pilots)
 
-    def get_looks(self, job: str, pass_index: int, attempt: int) -> Looks:
+    def get_pilots(self, job: str, pass_index: int, attempt: int) -> Pilots:
         """Return it, for reading."""
-        return self._objects.array(_name(job, pass_index, f"looks.{attempt}"))
+        return self._objects.array(_name(job, pass_index, f"pilots.{attempt}"))
 
     def put_picture(self, job: str, pass_index: int, attempt: int, picture: Pixels) -> None:
         """Keep the picture after a pass."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from itertools import groupby
 
-from renderer.layers import LAYERS, Sheets
+from renderer.layers import LAYERS, LayerBuffers
 from schemas.tiles import Pass
 from service.storage.tiles import Layers, StoredTile, TileStore
 
@@ -39,14 +39,14 @@ def composed(
     parts
         Finished steps of the job, tile by tile, each in the order of its passes.
     """
-    sheets = Sheets([LAYERS[name] for name in names], *size)
+    buffers = LayerBuffers([LAYERS[name] for name in names], *size)
     known = recorded(parts, names)
     found = zip(known, store.get_layers(job, known), strict=True)
     for _, passes in groupby(found, key=lambda one: one[0].tile.index):
         for part, arrays in passes:
-            sheets.take(part.tile, arrays)
-        sheets.settle()
-    return sheets.finished()
+            buffers.take(part.tile, arrays)
+        buffers.settle()
+    return buffers.finished()
 
 
 def file_name(name: str) -> str:

@@ -14,11 +14,11 @@ from renderer import RenderPlan, film
 from renderer.adaptive import Estimate, Samples, render_samples
 from renderer.adaptive.adaptive_render import records_centres, with_layers
 from renderer.adaptive.estimate import first_levels
-from renderer.adaptive.forecast import Forecast, Prices, forecast, kind_of, noted, usual_prices
+from renderer.adaptive.forecast import Forecast, Prices, forecast, kind_of, measured_prices, usual_prices
 from renderer.adaptive.guides import Surroundings, packed, unpacked
 from renderer.adaptive.partition import pass_tiles
 from renderer.adaptive.previews import preview
-from renderer.adaptive.samples import Demanded
+from renderer.adaptive.samples import LevelRequest
 from renderer.adaptive.time_limits import OutOfTimeError, TimeLimit
 from renderer.images import files as image_files
 from schemas.tiles import Tile
@@ -40,8 +40,8 @@ class PassWorker:
     def sample(self, plan: RenderPlan, task: SampleTask) -> TileDone | Interrupted:
         """Render what the pass wants in a tile, unless the job's time is spent before it is finished."""
         begun = time.process_time()
-        levels, before = self._demand(plan, task)
-        around = self._around(task) if task.merged and levels.needs_looks(plan) else None
+        levels, before = self._levels(plan, task)
+        around = self._around(task) if task.merged and levels.needs_pilots(plan) else None
         limit = None if task.until is None else TimeLimit(task.until, task.ray_seconds)
         try:
             samples = render_samples(plan, task.tile, levels, around, limit)
@@ -63,19 +63,19 @@ class PassWorker:
         self.store.put_layers(task.job, task.tile, task.pass_, task.attempt, kept)
         return found
 
-    def _demand(self, plan: RenderPlan, task: SampleTask) -> tuple[Demanded, Pixels]:
+    def _levels(self, plan: RenderPlan, task: SampleTask) -> tuple[LevelRequest, Pixels]:
         """Levels that the pixels of a tile have and that are wanted, and the tile as it looks."""
         part = np.s_[task.tile.y0 : task.tile.y1, task.tile.x0 : task.tile.x1]
         if not task.merged:
             want = first_levels(plan, task.tile)
-            return Demanded.first(want), np.zeros((*want.shape, 3), np.float32)
+            return LevelRequest.first(want), np.zeros((*want.shape, 3), np.float32)
         before = task.job, task.pass_.index - 1, task.merged
-        levels = Demanded(*np.array(self.passes.get_demand(*before)[:, *part]))
+        levels = LevelRequest(*np.array(self.passes.get_levels(*before)[:, *part]))
         return levels, np.array(self.passes.get_picture(*before)[part])
 
     def _around(self, task: SampleTask) -> Surroundings:
-        """First looks around a tile."""
-        return unpacked(task.tile, self.passes.get_looks(task.job, task.pass_.index - 1, task.merged))
+        """Pilot samples around a tile."""
+        return unpacked(task.tile, self.passes.get_pilots(task.job, task.pass_.index - 1, task.merged))
 
     def advance(self, plan: RenderPlan, task: AdvanceTask) -> AdvanceDone:
         """Merge a pass, and leave for the next one what it needs, or the final picture."""
@@ -120,20 +120,22 @@ class PassWorker:
         for part, arrays in zip(task.parts, found, strict=True):
             seconds += float(arrays.pop("seconds"))
             estimate.take(part.tile, _samples_of(arrays))
-        return estimate, noted(task.prices or usual_prices(plan), kind, rays, seconds, len(task.parts))
+        return estimate, measured_prices(
+            task.prices or usual_prices(plan), kind, rays, seconds, len(task.parts)
+        )
 
     def _keep(self, estimate: Estimate, task: AdvanceTask, picture: Pixels) -> None:
         place = task.job, task.pass_.index, task.attempt
         self.passes.put_state(*place, estimate.arrays())
-        self.passes.put_demand(*place, estimate.demanded.stacked())
+        self.passes.put_levels(*place, estimate.requested.stacked())
         self.passes.put_picture(*place, picture)
-        if estimate.needs_looks():
-            self.passes.put_looks(*place, packed(estimate.looks, estimate.labels, estimate.colors))
+        if estimate.needs_pilots():
+            self.passes.put_pilots(*place, packed(estimate.pilots, estimate.labels, estimate.colors))
 
     def _keep_final(self, estimate: Estimate, task: AdvanceTask, picture: Pixels) -> str:
         size = picture.shape[0], picture.shape[1]
-        sheets = layers.composed(self.store, task.job, size, task.layers, task.recorded)
-        for name, sheet in (sheets | estimate.layers(task.layers)).items():
+        buffers = layers.composed(self.store, task.job, size, task.layers, task.recorded)
+        for name, sheet in (buffers | estimate.layers(task.layers)).items():
             self.store.put_file(task.job, layers.file_name(name), image_files.encode_layer(sheet))
         data = image_files.encode_npy(picture)
         self.store.put_file(task.job, "image.npy", data)

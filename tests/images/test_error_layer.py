@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 import renderer
 from accuracy.hard_cases.documents import Json, camera, phong, rectangle, sampled, scene, sphere
-from renderer.layers import LAYERS, Sheets
+from renderer.layers import LAYERS, LayerBuffers
 from renderer.layers.spread import Spread, merged, standard_errors
 from renderer.tiling import tiles
 from schemas.tiles import Pass, Tile
@@ -70,11 +70,11 @@ def test_it_has_the_same_bytes_for_all_numbers_of_workers() -> None:
 
 def test_tiles_may_come_in_any_order() -> None:
     plan = plan_with_errors(pictures.of_room(sampling=sampled(9, 1, "random")))
-    sheets = Sheets(plan.layers, plan.height, plan.width)
+    buffers = LayerBuffers(plan.layers, plan.height, plan.width)
     for tile in reversed(tiles(plan, plan.passes[1], 7)):
         for pass_ in plan.passes[1:]:
-            sheets.take(tile, renderer.render_tile(plan, tile, pass_).layers)
-    assert sheets.finished()["error"].tobytes() == renderer.render(plan).layers["error"].tobytes()
+            buffers.take(tile, renderer.render_tile(plan, tile, pass_).layers)
+    assert buffers.finished()["error"].tobytes() == renderer.render(plan).layers["error"].tobytes()
 
 
 @pytest.mark.parametrize("cuts", [[1], [3], [1, 4], [2, 3, 5]])
@@ -114,9 +114,9 @@ def test_one_sample_says_nothing_about_its_error(pattern: str) -> None:
 
 
 def test_before_the_second_sample_the_error_is_unknown() -> None:
-    sheets = Sheets([LAYERS["error"]], 1, 2)
-    sheets.take(ONE, {"error": record(0.5)})
-    assert np.all(sheets.finished()["error"] == np.inf)
+    buffers = LayerBuffers([LAYERS["error"]], 1, 2)
+    buffers.take(ONE, {"error": record(0.5)})
+    assert np.all(buffers.finished()["error"] == np.inf)
 
 
 def test_samples_brighter_than_a_picture_can_say_leave_no_nan() -> None:

@@ -56,7 +56,7 @@ def advanced(
         samples=samples,
         next_seconds=1.0,
         later_seconds=later,
-        prices={"looks": 1e-5},
+        prices={"pilots": 1e-5},
         ray_seconds=1e-5,
         error=ERROR,
         numerics={"non_finite": 0},

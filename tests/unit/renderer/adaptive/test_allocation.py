@@ -47,10 +47,10 @@ def variances(*quarters: int) -> Numbers:
 
 
 def left(found: Allocation, single: Numbers, survey: Survey) -> float:
-    looked = np.where(
+    previewed = np.where(
         found.strata > 0, survey.variances * COUNTS[found.strata].clip(1) ** -1.5, survey.errors
     )
-    return float((single * COUNTS[found.pixels] ** -1.5).sum() + (survey.sizes * looked).sum())
+    return float((single * COUNTS[found.pixels] ** -1.5).sum() + (survey.sizes * previewed).sum())
 
 
 NO_COVERS = np.zeros(0), np.zeros(0, np.uint8)
@@ -105,7 +105,7 @@ def test_no_pixel_gets_fewer_samples_than_it_has_and_the_others_fewer_for_it(hav
 
 @pytest.mark.parametrize("part", [0.5, 0.1, 0.01])
 def test_strata_and_pixels_share_the_error_at_the_least_cost(part: float) -> None:
-    """Every stratum may also keep its first looks for nothing."""
+    """Every stratum may also keep its pilot samples for nothing."""
     single = variances(-18, -30)
     survey = surveyed([100, 20, 3], [2e-3, 1e-5, 0.05], variances(-30, -12, -16))
     goal = part * (
@@ -248,8 +248,8 @@ def bound(single: Numbers, survey: Survey, allowed: float) -> float:
     for price in 2.0 ** np.arange(0, 40, 0.125):
         pixels = (counts + price * single * counts**-1.5).min(axis=0).sum()
         sampled = (counts + price * survey.variances * counts**-1.5).min(axis=0)
-        looks = (survey.sizes * np.minimum(sampled, price * survey.errors)).sum()
-        best = max(best, float(pixels + looks - price * allowed))
+        pilots = (survey.sizes * np.minimum(sampled, price * survey.errors)).sum()
+        best = max(best, float(pixels + pilots - price * allowed))
     return best
 
 

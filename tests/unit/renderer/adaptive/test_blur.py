@@ -7,7 +7,7 @@ import pytest
 
 import renderer
 from accuracy.hard_cases.documents import lamp, phong, rectangle, scene, sphere
-from renderer.adaptive.adaptive_render import Course, answer
+from renderer.adaptive.adaptive_render import AdaptiveRender, render_request
 from renderer.adaptive.between import NODE
 from renderer.adaptive.blur import missing_nodes, noise, update
 from renderer.adaptive.estimate import Estimate
@@ -40,17 +40,19 @@ def plan_of(document: dict[str, Any], error: float) -> renderer.RenderPlan:
     return renderer.compile_scene(document, TargetQuality(mode="target", error=error))
 
 
-def stepped(plan: renderer.RenderPlan, tile_size: int | None = None) -> Course:
+def stepped(plan: renderer.RenderPlan, tile_size: int | None = None) -> AdaptiveRender:
     """A picture in the making before its first pass."""
-    return Course(plan, tile_size, None, np.inf, 0.0, Estimate.begin(plan))
+    return AdaptiveRender(plan, tile_size, None, np.inf, 0.0, Estimate.begin(plan))
 
 
 def lattice(plan: renderer.RenderPlan) -> Estimate:
     """The picture when its lattice is as fine as it gets."""
-    course = stepped(plan)
-    while course.estimate.stride > 1:
-        assert course.step(lambda demands: ((demand, answer(plan, demand)) for demand in demands))
-    return course.estimate
+    render = stepped(plan)
+    while render.estimate.stride > 1:
+        assert render.step(
+            lambda requests: ((request, render_request(plan, request)) for request in requests)
+        )
+    return render.estimate
 
 
 def test_what_is_out_of_focus_asks_for_fewer_nodes_beyond_those_of_the_first_lattice() -> None:

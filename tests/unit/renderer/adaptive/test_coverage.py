@@ -17,7 +17,7 @@ from renderer.adaptive.camera_rays import camera_rays
 from renderer.adaptive.coverage import UNEVEN, USUAL, Cover, border_rays, cover
 from renderer.adaptive.guides import surroundings
 from renderer.adaptive.levels import COVERAGES, FIBONACCI, LOOKED
-from renderer.adaptive.samples import Demanded, render_samples
+from renderer.adaptive.samples import LevelRequest, render_samples
 from renderer.integrator import radiance
 from renderer.plan.plan import RenderPlan
 from schemas.quality import TargetQuality
@@ -27,7 +27,7 @@ EPS = 2.0**-52
 SINGLE = 2.0**-24
 """Relative error of one rounding to float32."""
 Numbers = NDArray[np.float64]
-Looks = tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.float32]]
+Pilots = tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.float32]]
 
 SIDE = 16
 """Of the small pictures, pixels; a scene unit on their sheets is a pixel."""
@@ -63,14 +63,14 @@ def whole(plan: RenderPlan) -> Tile:
     return Tile(0, 0, 0, plan.width, plan.height)
 
 
-def first_looks(plan: RenderPlan) -> Looks:
+def pilot_samples(plan: RenderPlan) -> Pilots:
     """Values (3, H, W), labels (H, W) and colours (3, H, W)."""
     size = plan.height, plan.width
-    found = render_samples(plan, whole(plan), Demanded.first(np.full(size, LOOKED, dtype=np.uint8)))
-    return found.looks.reshape(3, *size), found.labels.reshape(size), found.colors.reshape(3, *size)
+    found = render_samples(plan, whole(plan), LevelRequest.first(np.full(size, LOOKED, dtype=np.uint8)))
+    return found.pilots.reshape(3, *size), found.labels.reshape(size), found.colors.reshape(3, *size)
 
 
-def flat(values: NDArray[np.float32], labels: NDArray[np.int32]) -> Looks:
+def flat(values: NDArray[np.float32], labels: NDArray[np.int32]) -> Pilots:
     """Looks without textures."""
     return values, labels, np.ones_like(values)
 
@@ -87,11 +87,11 @@ def pixels_of(plan: RenderPlan) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def covered(
-    plan: RenderPlan, count: int = 13, looks: Looks | None = None, counts: Counter[str] | None = None
+    plan: RenderPlan, count: int = 13, pilots: Pilots | None = None, counts: Counter[str] | None = None
 ) -> Cover:
     """All pixels of a picture, row by row."""
     columns, rows = pixels_of(plan)
-    nearby = surroundings(whole(plan), *(looks or first_looks(plan))).nearby(rows, columns)
+    nearby = surroundings(whole(plan), *(pilots or pilot_samples(plan))).nearby(rows, columns)
     size, rays = number_of(count), Counter() if counts is None else counts
     return cover(plan.look or plan, size, columns, rows, nearby, rays)
 
@@ -247,13 +247,13 @@ def test_known_is_what_looks_around_tell_and_the_rest_is_what_was_looked_at_anew
 
 def test_lights_that_the_camera_sees_are_things_like_others() -> None:
     plan = plan_of(picture(lights=[lamp(*at(SLANTED), color=RED.tolist())]))
-    assert set(np.unique(first_looks(plan)[1])) == {-2, -1}
+    assert set(np.unique(pilot_samples(plan)[1])) == {-2, -1}
     assert rounded(covered(plan).values, mixed(shares_of(plan, 13, SLANTED)))
 
 
 def test_what_no_first_look_has_met_is_looked_at_once_in_each_lattice() -> None:
     plan = plan_of(picture(rectangle(*at(THIN))))
-    assert (first_looks(plan)[1] == -1).all()
+    assert (pilot_samples(plan)[1] == -1).all()
     counts: Counter[str] = Counter()
     covered(plan, counts=counts)
     met = hits(plan, 13, THIN).any(axis=2)
@@ -296,10 +296,10 @@ def lit(**material: Any) -> RenderPlan:
 @pytest.mark.parametrize("material", [{}, {"mirror": 0.3}], ids=["plain", "fine"])
 def test_a_pixel_that_shows_what_its_own_look_met_keeps_that_to_the_bit(material: Json) -> None:
     plan = lit(**material)
-    values, labels, colors = first_looks(plan)
+    values, labels, colors = pilot_samples(plan)
     assert np.unique(values[0]).size > SIDE
     counts: Counter[str] = Counter()
-    found = covered(plan, looks=(values, labels, colors), counts=counts)
+    found = covered(plan, pilots=(values, labels, colors), counts=counts)
     assert found.values.tobytes() == found.known.tobytes() == values.tobytes()
     assert not found.spread.any()
     assert counts == {"camera": 2 * 13 * labels.size}
@@ -366,11 +366,11 @@ def test_spread_is_the_squared_error_in_the_mean_and_less_the_more_rays_there_ar
 def test_uneven_looks_around_leave_a_doubt() -> None:
     """A share of their variance, which float32 tells to a few roundings of their squares."""
     plan = lit()
-    values, labels, _ = first_looks(plan)
+    values, labels, _ = pilot_samples(plan)
     padded = np.clip(np.pad(values.astype(np.float64), ((0, 0), (1, 1), (1, 1)), mode="edge"), 0, 1)
     around = np.stack([padded[:, i : i + SIDE, j : j + SIDE] for i in range(3) for j in range(3)])
     expected = UNEVEN * around.var(axis=0).mean(axis=0).ravel()
-    found = covered(plan, looks=flat(values, labels)).doubts
+    found = covered(plan, pilots=flat(values, labels)).doubts
     assert np.abs(found - expected).max() <= UNEVEN * 32 * SINGLE
     assert expected.max() > 100 * UNEVEN * 32 * SINGLE
     assert values.min() < 1 < values.max()

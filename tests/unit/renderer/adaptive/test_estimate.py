@@ -9,11 +9,11 @@ import renderer
 from accuracy.hard_cases.documents import camera, ellipsoid, scene, sphere, triangle
 from renderer.adaptive import Estimate, Samples, render_samples
 from renderer.adaptive.decisions import advance
+from renderer.adaptive.early_passes import PROBED
 from renderer.adaptive.estimate import FIRST_AIM, NEXT_AIM
 from renderer.adaptive.guides import surroundings
 from renderer.adaptive.levels import COUNTS, COVERAGES, COVERED, LOOKED, SAMPLED
-from renderer.adaptive.looking import PROBED
-from renderer.adaptive.samples import Demanded
+from renderer.adaptive.samples import LevelRequest
 from renderer.adaptive.strata import expected_errors
 from renderer.tiling import tiles
 from schemas.quality import TargetQuality
@@ -35,7 +35,7 @@ def begun(plan: renderer.RenderPlan) -> Estimate:
 
 
 def large() -> renderer.RenderPlan:
-    """The room in a picture that begins with first looks four pixels apart."""
+    """The room in a picture that begins with pilot samples four pixels apart."""
     return plan_of(camera=camera(width=512, height=256))
 
 
@@ -47,7 +47,7 @@ def whole(estimate: Estimate) -> Tile:
 def found(estimate: Estimate, tile: Tile) -> Samples:
     """What the pass that is wanted finds in a tile."""
     around = surroundings(tile, estimate.values, estimate.labels, estimate.colors)
-    return render_samples(estimate.plan, tile, estimate.demanded.part(tile), around)
+    return render_samples(estimate.plan, tile, estimate.requested.part(tile), around)
 
 
 class Drawn:
@@ -56,31 +56,31 @@ class Drawn:
     def __init__(self, height: int, width: int) -> None:
         random = np.random.default_rng(5)
         self.samples = random.integers(0, 256, (int(COUNTS[8]), 3, height, width)) / 256
-        self.looks = random.random((3, height, width)).astype(np.float32)
+        self.pilots = random.random((3, height, width)).astype(np.float32)
         self.covers, self.known = random.random((2, COVERAGES.size, 3, height, width)).astype(np.float32)
         self.spread, self.doubts = random.random((2, COVERAGES.size, height, width)).astype(np.float32)
         self.labels = random.integers(-3, 5, (height, width)).astype(np.int32)
 
-    def told(self, tile: Tile, levels: Demanded) -> Samples:
+    def told(self, tile: Tile, levels: LevelRequest) -> Samples:
         inside = np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]
         have, want = levels.have, levels.want
-        looked = (want == LOOKED) & (have < LOOKED)
+        previewed = (want == LOOKED) & (have < LOOKED)
         more = np.argwhere((want > COVERED) & (have < want))
         halves, squares = np.empty((2, 3, len(more)), np.float32), np.empty(len(more), np.float32)
         for number, (y, x) in enumerate(more):
             part = self.samples[COUNTS[have[y, x]] : COUNTS[want[y, x]], :, tile.y0 + y, tile.x0 + x]
             halves[:, :, number] = part[::2].mean(axis=0), part[1::2].mean(axis=0)
             squares[number] = ((part - part.mean(axis=0)) ** 2).sum() / 3
-        looks, labels = self.looks[:, *inside][:, looked], self.labels[inside][looked]
+        pilots, labels = self.pilots[:, *inside][:, previewed], self.labels[inside][previewed]
         y, x = np.nonzero(levels.cover > levels.coverage)
         place = levels.cover[y, x], y + tile.y0, x + tile.x0
         covers, known = (each.transpose(0, 2, 3, 1)[place].T for each in (self.covers, self.known))
         spread, doubts = self.spread[place], self.doubts[place]
         return Samples(
-            looks,
+            pilots,
             labels,
-            looks / 2,
-            looks[0] / 2,
+            pilots / 2,
+            pilots[0] / 2,
             covers,
             known,
             spread,
@@ -106,7 +106,7 @@ def taken(passes: Passes, size: int | None = None, order: int = 0) -> tuple[Esti
         parts = tiles(plan, Pass(number, 1, 0, 0), size or 256)
         for place in np.random.default_rng(order).permutation(len(parts)):
             tile = parts[place]
-            estimate.take(tile, drawn.told(tile, estimate.demanded.part(tile)))
+            estimate.take(tile, drawn.told(tile, estimate.requested.part(tile)))
     return estimate, drawn
 
 
@@ -140,13 +140,13 @@ def test_several_passes_tell_what_one_pass_with_all_their_samples_does() -> None
         squares = ((samples - samples.mean(axis=0)) ** 2).sum() / 3
         # Means below 1, off by their rounding, are apart from each other by less than 1 in three merges.
         assert abs(estimate.squares[y, x] - squares) <= 3 * SPACING * count
-    looked = np.zeros_like(covered)
+    previewed = np.zeros_like(covered)
     have = np.zeros_like(levels[0])
     for level, cover in zip(levels, covers, strict=True):
-        looked |= (level == LOOKED) & (have < LOOKED)
+        previewed |= (level == LOOKED) & (have < LOOKED)
         have = np.maximum(np.maximum(have, level), COVERED * (cover > 0))
-    assert (looked & covered).any()
-    assert (estimate.values[:, looked & ~covered] == drawn.looks[:, looked & ~covered]).all()
+    assert (previewed & covered).any()
+    assert (estimate.values[:, previewed & ~covered] == drawn.pilots[:, previewed & ~covered]).all()
     assert len(np.unique(covers[-1])) > 6
     assert (estimate.coverage == covers[-1]).all()
     y, x = np.nonzero(covered)
@@ -158,13 +158,13 @@ def test_several_passes_tell_what_one_pass_with_all_their_samples_does() -> None
     for name in ("spread", "doubts"):
         assert (getattr(estimate, name)[covered] == getattr(drawn, name)[last]).all()
     assert not estimate.spread[~covered].any()
-    residues = np.where(looked, drawn.looks[0] / 2, 0)
+    residues = np.where(previewed, drawn.pilots[0] / 2, 0)
     assert (estimate.doubts == residues)[~covered].all()
     shown = estimate.shown & (estimate.have >= SAMPLED)
     assert (estimate.image()[covered & ~shown] == estimate.values[:, covered & ~shown].T).all()
-    assert (estimate.labels[looked] == drawn.labels[looked]).all()
-    assert (estimate.colors[:, looked] == drawn.looks[:, looked] / 2).all()
-    assert (estimate.colors[:, ~looked] == 1).all()
+    assert (estimate.labels[previewed] == drawn.labels[previewed]).all()
+    assert (estimate.colors[:, previewed] == drawn.pilots[:, previewed] / 2).all()
+    assert (estimate.colors[:, ~previewed] == 1).all()
 
 
 @pytest.mark.parametrize(("size", "order"), [(16, 1), (5, 2), (7, 3)])
@@ -179,7 +179,7 @@ def test_a_tile_that_comes_twice_counts_once() -> None:
     estimate, drawn = taken(rising())
     before = estimate.arrays()["halves"].tobytes()
     tile = whole(estimate)
-    estimate.take(tile, drawn.told(tile, estimate.demanded))
+    estimate.take(tile, drawn.told(tile, estimate.requested))
     assert estimate.halves.tobytes() == before
 
 
@@ -189,7 +189,7 @@ def test_rendered_samples_of_two_passes_are_those_of_one() -> None:
     tile = Tile(0, 4, 3, 17, 12)
     none, few, many = (np.full((9, 13), level, np.uint8) for level in (0, SAMPLED, SAMPLED + 3))
     first, more, both = (
-        render_samples(plan, tile, Demanded(have, want, none, none))
+        render_samples(plan, tile, LevelRequest(have, want, none, none))
         for have, want in ((none, few), (few, many), (none, many))
     )
     merged = (first.halves * 4.0 + more.halves * 28.0) / 32
@@ -202,14 +202,14 @@ def test_a_pixel_gets_the_same_samples_whatever_levels_the_others_rise_to() -> N
     tile = Tile(0, 4, 3, 17, 12)
     have, want = np.random.default_rng(7).integers(SAMPLED, SAMPLED + 5, (2, 9, 13)).astype(np.uint8)
     none = np.zeros_like(have)
-    mixed = render_samples(plan, tile, Demanded(have, want, none, none))
+    mixed = render_samples(plan, tile, LevelRequest(have, want, none, none))
     rising = want > have
     steps = set(zip(have[rising].tolist(), want[rising].tolist(), strict=True))
     assert len(steps) > 5
     for step in steps:
         alone = rising & (have == step[0]) & (want == step[1])
         some = np.where(alone, want, 0).astype(np.uint8)
-        single = render_samples(plan, tile, Demanded(have, some, none, none))
+        single = render_samples(plan, tile, LevelRequest(have, some, none, none))
         assert mixed.halves[:, :, alone[rising]].tobytes() == single.halves.tobytes()
         assert mixed.squares[alone[rising]].tobytes() == single.squares.tobytes()
 

@@ -33,7 +33,7 @@ def test_the_rays_of_the_next_pass_are_those_that_pixels_lack() -> None:
     estimate.want[estimate.want == COVERED] = 0
     estimate.coverage[...], estimate.cover[...] = random.integers(0, 12, (2, 16, 24))
     expected = 0
-    for have, want, coverage, cover in pairs(*estimate.demanded.stacked()):
+    for have, want, coverage, cover in pairs(*estimate.requested.stacked()):
         if want > have:
             expected += rays_at(want, 0) - (rays_at(have, 0) if have >= SAMPLED else 0)
         if cover > coverage:
@@ -49,7 +49,7 @@ def test_a_pass_sends_the_rays_that_were_foretold(number: int) -> None:
     """Of looks, probes and samples; at borders each ray may have met what no look has, which is looked at."""
     estimate = begun(plan_of())
     passes(estimate, (0, 2, 3)[number])
-    wanted, rays = estimate.rays_wanted(), COVERAGES[estimate.cover[estimate.demanded.covered]].sum()
+    wanted, rays = estimate.rays_wanted(), COVERAGES[estimate.cover[estimate.requested.covered]].sum()
     assert wanted > 0
     assert number == 2 or rays == 0
     assert wanted <= found(estimate, whole(estimate)).counts["camera"] <= wanted + rays

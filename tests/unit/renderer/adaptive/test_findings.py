@@ -34,14 +34,14 @@ def known(seed: int = 1) -> tuple[dict[str, Any], Numbers, Numbers]:
     shown[:, :20] = True
     have = np.where(random.random(SIZE) < 0.4, SAMPLED + 1, LOOKED).astype(np.uint8)
     have[shown] = random.choice([SAMPLED, SAMPLED + 2, SAMPLED + 5], SIZE)[shown]
-    looks = np.repeat((truth + random.uniform(-0.05, 0.05, SIZE))[None], 3, axis=0).astype(np.float32)
+    pilots = np.repeat((truth + random.uniform(-0.05, 0.05, SIZE))[None], 3, axis=0).astype(np.float32)
     arrays = {
         "halves": np.repeat(halves[:, None], 3, axis=1),
         "squares": random.random(SIZE) * COUNTS[have],
         "have": have,
         "shown": shown,
-        "telling": ~shown,
-        "looks": looks,
+        "probing": ~shown,
+        "pilots": pilots,
         "strata": random.choice([3, 40, 60], SIZE),
         "spread": np.zeros(SIZE, np.float32),
     }
@@ -62,16 +62,16 @@ def test_shown_pixels_may_tell_of_looks_as_well() -> None:
     """They are probes then as well, but none of the pixels whose look is shown."""
     arrays, _, _ = known()
     apart = findings_of(**arrays)
-    arrays["telling"] |= arrays["strata"] == 40
+    arrays["probing"] |= arrays["strata"] == 40
     told = findings_of(**arrays)
     taken = arrays["have"] >= SAMPLED
-    assert told.probes.tolist() == np.flatnonzero(taken & arrays["telling"]).tolist()
+    assert told.probes.tolist() == np.flatnonzero(taken & arrays["probing"]).tolist()
     assert told.sampled.tolist() == apart.sampled.tolist()
     assert told.survey.sizes.tolist() == apart.survey.sizes.tolist()
     assert told.squares.tolist() == apart.squares.tolist()
-    looks, means = arrays["looks"][0].astype(float), arrays["halves"][:, 0]
+    pilots, means = arrays["pilots"][0].astype(float), arrays["halves"][:, 0]
     of_it = taken & (arrays["strata"] == 40)
-    errors = ((means[0] - looks) * (means[1] - looks))[of_it]
+    errors = ((means[0] - pilots) * (means[1] - pilots))[of_it]
     assert told.survey.errors[40] == pytest.approx(math.fsum(errors) / errors.size, rel=1e-12)
     assert told.survey.errors[3] == apart.survey.errors[3]
 
@@ -123,14 +123,14 @@ def test_the_total_is_the_sum_of_all_squared_errors_without_bias(seed: int) -> N
     sampled = (noise[shown] ** 2 / 2).sum()
     deviation = math.sqrt(2) * np.linalg.norm(noise[shown] ** 2 / 2)
     assert abs(told.squares.sum() - sampled) <= 5 * deviation
-    errors = (arrays["looks"][0].astype(float) - truth) ** 2
-    looks, variance = errors[~shown].sum(), 0.0
+    errors = (arrays["pilots"][0].astype(float) - truth) ** 2
+    pilots, variance = errors[~shown].sum(), 0.0
     for stratum in np.unique(arrays["strata"]):
         inside = ~shown & (arrays["strata"] == stratum)
         probes = inside & (arrays["have"] >= SAMPLED)
         spread = errors[inside].var() + (2 * errors[inside] * noise[inside] ** 2 + noise[inside] ** 4).mean()
         variance += inside.sum() ** 2 * spread / probes.sum()
-    assert abs(told.survey.total - looks) <= 5 * math.sqrt(variance)
+    assert abs(told.survey.total - pilots) <= 5 * math.sqrt(variance)
     assert told.total == told.squares.sum() + told.survey.total
 
 
@@ -139,7 +139,7 @@ def test_the_variance_of_the_total_is_no_less_than_it_is() -> None:
     told, true = 0.0, 0.0
     for seed in range(40):
         arrays, _, noise = known(seed)
-        arrays["shown"][...], arrays["telling"][...] = True, False
+        arrays["shown"][...], arrays["probing"][...] = True, False
         arrays["have"][...] = SAMPLED + 1
         told += findings_of(**arrays).variance
         true += 2 * float(((noise**2 / 2) ** 2).sum())
@@ -211,10 +211,10 @@ def test_what_is_not_shown_guards_nobody() -> None:
 
 def test_errors_of_looks_are_those_of_pictures_clipped_to_white() -> None:
     arrays, _, _ = known()
-    arrays["halves"][...], arrays["looks"][...] = 3.0, 17.0
+    arrays["halves"][...], arrays["pilots"][...] = 3.0, 17.0
     told = findings_of(**arrays)
     assert not told.errors.any()
-    arrays["looks"][...] = 0.5
+    arrays["pilots"][...] = 0.5
     assert (findings_of(**arrays).errors == 0.25).all()
 
 
@@ -238,17 +238,17 @@ def test_the_noise_of_an_error_is_its_variance(error: float) -> None:
 def test_halves_that_agree_leave_an_error_no_noise_however_large_it_is() -> None:
     halves = np.array([0.75, 0.75])[:, None, None] * np.ones((2, 3, 1))
     apart = np.array([1.0, 0.5])[:, None, None] * np.ones((2, 3, 1))
-    looks = np.full((3, 1), 0.25, np.float32)
-    assert errors_of(halves, looks) == (1 / 4, 0)
+    pilots = np.full((3, 1), 0.25, np.float32)
+    assert errors_of(halves, pilots) == (1 / 4, 0)
     # Halves 1/2 apart have s s = 1/8; the error is 3/4 times 1/4.
-    assert errors_of(apart, looks) == (3 / 16, 1 / 8 * (3 / 8 + 1 / 8))
+    assert errors_of(apart, pilots) == (3 / 16, 1 / 8 * (3 / 8 + 1 / 8))
 
 
 def test_each_probe_is_told_with_the_noise_of_its_error() -> None:
     arrays, _, _ = known()
     told = findings_of(**arrays)
     where = np.unravel_index(told.probes, SIZE)
-    errors, noise = errors_of(arrays["halves"][:, :, *where], arrays["looks"][:, *where])
+    errors, noise = errors_of(arrays["halves"][:, :, *where], arrays["pilots"][:, *where])
     assert (told.errors == errors).all()
     assert (told.noise == noise).all()
     assert (noise > 0).all()
@@ -258,9 +258,9 @@ def test_a_picture_without_samples_tells_what_is_expected_of_it() -> None:
     arrays, _, _ = known()
     arrays["have"][...] = LOOKED
     told = findings_of(**arrays)
-    looks = arrays["strata"][~arrays["shown"]]
-    assert told.total == pytest.approx(float(typical_error(looks).sum()), rel=1e-12)
-    alike = np.bincount(looks) * typical_error(np.arange(looks.max() + 1))
+    pilots = arrays["strata"][~arrays["shown"]]
+    assert told.total == pytest.approx(float(typical_error(pilots).sum()), rel=1e-12)
+    alike = np.bincount(pilots) * typical_error(np.arange(pilots.max() + 1))
     unmodelled = (UNMODELLED * told.total) ** 2
     assert told.variance == pytest.approx(float((alike**2).sum()) + unmodelled, rel=1e-12)
     assert told.sampled.size == told.probes.size == told.variances.size == 0
@@ -277,7 +277,7 @@ def probed(chance: float = CHANCE) -> Estimate:
     document = scene(sphere([0, 0, 0], 1), camera=camera(width=96, height=64))
     estimate = Estimate.begin(renderer.compile_scene(document, TargetQuality(mode="target", error=4 / 255)))
     estimate.state = State.BORDERS
-    estimate.values[...], estimate.have[...], estimate.chances[...] = GREY, LOOKED, chance
+    estimate.values[...], estimate.have[...], estimate.probe_probability[...] = GREY, LOOKED, chance
     assert advance(estimate)
     return estimate
 

@@ -9,7 +9,7 @@ import pytest
 import renderer
 from accuracy.hard_cases.documents import Json, camera
 from renderer.adaptive import Estimate, Samples
-from renderer.adaptive.adaptive_render import Course, Demand, answer
+from renderer.adaptive.adaptive_render import AdaptiveRender, TileRequest, render_request
 from renderer.adaptive.forecast import (
     MOST,
     PASSES,
@@ -17,7 +17,7 @@ from renderer.adaptive.forecast import (
     Forecast,
     Progress,
     forecast,
-    noted,
+    measured_prices,
     seconds_left,
     share_by,
     usual_prices,
@@ -75,19 +75,19 @@ def test_a_pass_is_predicted_from_its_rays_and_their_measured_price() -> None:
     prices = usual_prices(plan)
     once = forecast(estimate, prices)
     twice = forecast(estimate, {kind: 2 * price for kind, price in prices.items()})
-    assert once.next == pytest.approx(estimate.rays_wanted() * prices["looks"])
+    assert once.next == pytest.approx(estimate.rays_wanted() * prices["pilots"])
     assert twice.next == pytest.approx(2 * once.next)
     assert twice.later - PASSES == pytest.approx(2 * (once.later - PASSES))
 
 
 def test_cutting_a_pass_does_not_make_its_rays_more_expensive() -> None:
     """Else the next pass would be cut finer, and so on."""
-    whole = noted({}, "looks", 10_000, 0.1, tiles=1)
-    cut = noted({}, "looks", 10_000, 0.1 + 11 * TILE_SECONDS, tiles=12)
-    assert whole == {"looks": 1e-5}
+    whole = measured_prices({}, "pilots", 10_000, 0.1, tiles=1)
+    cut = measured_prices({}, "pilots", 10_000, 0.1 + 11 * TILE_SECONDS, tiles=12)
+    assert whole == {"pilots": 1e-5}
     assert cut == pytest.approx(whole)
-    assert noted({}, "looks", 10, 1e-3, tiles=100)["looks"] > 0
-    assert noted({"looks": 2.0}, "looks", 0, 0.5, tiles=0) == {"looks": 2.0}
+    assert measured_prices({}, "pilots", 10, 1e-3, tiles=100)["pilots"] > 0
+    assert measured_prices({"pilots": 2.0}, "pilots", 0, 0.5, tiles=0) == {"pilots": 2.0}
 
 
 Told = list[tuple[float, float]]
@@ -97,22 +97,22 @@ Told = list[tuple[float, float]]
 def followed(document: Json, error: float) -> Told:
     plan = renderer.compile_scene(document, TargetQuality(mode="target", error=error))
     told: Told = []
-    course = Course(
+    render = AdaptiveRender(
         plan,
         None,
-        lambda event: told.append((event.share, course.cpu_seconds)),
+        lambda event: told.append((event.share, render.cpu_seconds)),
         np.inf,
         time.monotonic(),
         Estimate.begin(plan),
         workers=2,
     )
 
-    def each(demands: list[Demand]) -> Iterator[tuple[Demand, Samples | None]]:
-        return ((demand, answer(plan, demand)) for demand in demands)
+    def each(requests: list[TileRequest]) -> Iterator[tuple[TileRequest, Samples | None]]:
+        return ((request, render_request(plan, request)) for request in requests)
 
-    while course.step(each):
+    while render.step(each):
         pass
-    return [(share, spent / course.cpu_seconds) for share, spent in told]
+    return [(share, spent / render.cpu_seconds) for share, spent in told]
 
 
 @pytest.mark.slow

@@ -7,15 +7,15 @@ from numpy.typing import NDArray
 from accuracy.hard_cases.documents import Json, bulb, phong, rectangle
 from renderer.adaptive.guides import Nearby, guide, surroundings
 from renderer.adaptive.levels import LOOKED, SAMPLED
-from renderer.adaptive.samples import Demanded, render_samples
+from renderer.adaptive.samples import LevelRequest, render_samples
 from renderer.plan.plan import RenderPlan
 from tests.unit.renderer.adaptive.test_coverage import (
     SIDE,
     at,
     covered,
-    first_looks,
     flat,
     picture,
+    pilot_samples,
     pixels_of,
     plan_of,
     shares_of,
@@ -65,11 +65,11 @@ def test_only_what_is_smooth_is_taken_from_the_looks_of_neighbours(material: Jso
     materials = {"plain": phong(ambient=1, diffuse=0, **material)}
     sheet = rectangle(*at(((-1.0, -1.0), (SIDE / 2 + 1.3, 0.0), (0.0, SIDE + 2.0))))
     plan = plan_of(picture(sheet, materials=materials, textures={"board": board}))
-    values, labels, _ = first_looks(plan)
+    values, labels, _ = pilot_samples(plan)
     assert (labels == np.where(np.arange(SIDE) < SIDE / 2, 0, -1)).all()
     changed = np.where(labels == 0, np.float32(2), values)
-    looks = (flat(each, labels) for each in (values, changed))
-    truth, told = (covered(plan, looks=each).values.reshape(values.shape) for each in looks)
+    pilots = (flat(each, labels) for each in (values, changed))
+    truth, told = (covered(plan, pilots=each).values.reshape(values.shape) for each in pilots)
     column = SIDE // 2
     assert set((told != truth)[:, :, column].ravel().tolist()) == {borrows}
     assert (told[:, :, :column] == 2).all()
@@ -87,7 +87,7 @@ def test_of_neighbours_those_beside_a_pixel_are_asked_before_those_at_its_corner
     shown = []
     for row, column, look in ((7, 7, 64), (7, 8, 1), (8, 7, 2)):
         labels[row, column], values[:, row, column] = 0, look
-        shown.append(covered(plan, looks=flat(values, labels)).values.reshape(values.shape)[0, 8, 8])
+        shown.append(covered(plan, pilots=flat(values, labels)).values.reshape(values.shape)[0, 8, 8])
     assert shown == [np.float32(share * told) for told in (64, 1, 1.5)]
 
 
@@ -99,13 +99,13 @@ def whole_samples(plan: RenderPlan, level: int, size: int) -> tuple[Numbers, Num
 
     With coverage of some `size` the control is the guide; without, it is the colour of the texture.
     """
-    looks = first_looks(plan)
-    around, want = surroundings(whole(plan), *looks), np.full((plan.height, plan.width), level, np.uint8)
+    pilots = pilot_samples(plan)
+    around, want = surroundings(whole(plan), *pilots), np.full((plan.height, plan.width), level, np.uint8)
     none = np.zeros_like(want)
-    plain = render_samples(plan, whole(plan), Demanded.first(want))
-    levels = Demanded(none + np.uint8(LOOKED), want, none, none + np.uint8(size))
+    plain = render_samples(plan, whole(plan), LevelRequest.first(want))
+    levels = LevelRequest(none + np.uint8(LOOKED), want, none, none + np.uint8(size))
     found = render_samples(plan, whole(plan), levels, around)
-    known = found.known if size else looks[0].reshape(3, -1) * found.controlled
+    known = found.known if size else pilots[0].reshape(3, -1) * found.controlled
     both = plain.halves.mean(axis=0, dtype=np.float64), known + found.halves.mean(axis=0, dtype=np.float64)
     return *both, np.array([plain.squares, found.squares])
 
@@ -189,13 +189,13 @@ def test_what_hides_a_board_unseen_by_any_look_biases_its_pixels_by_no_more_than
     hiding = rectangle([corner[0], corner[1], 1 / 8], along, down, material="other")
     document = on_a_board(hiding)
     plan = plan_of(document)
-    assert (first_looks(plan)[1] == 0).all()
+    assert (pilot_samples(plan)[1] == 0).all()
     differences, _ = of_seeds(document, SAMPLED + 3, 0)
     bare = flat_share(plan) == 0
     assert 0 < bare.sum() < bare.size
     bias, error = squared_bias(differences[:, :, bare])
     assert abs(bias) <= 4 * error
-    light = (first_looks(plan)[0].reshape(3, -1)).max()
+    light = (pilot_samples(plan)[0].reshape(3, -1)).max()
     means = np.abs(differences.mean(axis=0)).max(axis=0)
     errors = differences.std(axis=0, ddof=1).max(axis=0) / np.sqrt(SEEDS)
     assert (means <= flat_share(plan) * light + 5 * errors)[~bare].all()

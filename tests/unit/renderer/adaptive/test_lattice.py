@@ -1,4 +1,4 @@
-"""First looks on a lattice, and where the picture between them is interpolated."""
+"""Pilot samples on a lattice, and where the picture between them is interpolated."""
 
 import numpy as np
 import pytest
@@ -25,16 +25,16 @@ def filled(
     truth: Field,
     allowed: float,
     labels: NDArray[np.int32] | None = None,
-    rough: NDArray[np.bool_] | None = None,
+    needs_sampling: NDArray[np.bool_] | None = None,
 ) -> tuple[Field, NDArray[np.int32], NDArray[np.bool_]]:
     """Values, labels, and what must be looked at, where only the even nodes are known."""
     size = truth.shape[1:]
     labels = np.zeros(size, np.int32) if labels is None else labels
-    rough = np.zeros(size, bool) if rough is None else rough
+    needs_sampling = np.zeros(size, bool) if needs_sampling is None else needs_sampling
     even = np.s_[::2, ::2]
     values, marks = np.full(truth.shape, np.nan, np.float32), np.full(size, -99, np.int32)
     values[:, *even], marks[even] = truth[:, *even], labels[even]
-    cells = cells_of(values[:, *even], marks[even], rough[even], allowed)
+    cells = cells_of(values[:, *even], marks[even], needs_sampling[even], allowed)
     unknown = fill(values, marks, cells)
     assert not unknown[even].any()
     assert np.isnan(values[:, unknown]).all()
@@ -105,8 +105,8 @@ def test_a_strip_of_two_nodes_of_a_shape_is_looked_at(across: bool) -> None:
 
 def test_one_node_with_something_fine_keeps_its_four_cells_from_being_interpolated() -> None:
     y, x = nodes(17, 17)
-    rough = (x == 8) & (y == 6)
-    _, _, unknown = filled(colored(x, y, x), 1.0, rough=rough)
+    needs_sampling = (x == 8) & (y == 6)
+    _, _, unknown = filled(colored(x, y, x), 1.0, needs_sampling=needs_sampling)
     odd = (x % 2 == 1) | (y % 2 == 1)
     assert (unknown == (odd & (np.abs(x - 8) <= 2) & (np.abs(y - 6) <= 2))).all()
 
@@ -162,7 +162,7 @@ def test_a_lattice_begins_with_enough_looks_and_is_no_coarser_than_the_coarsest(
     """Each halving takes four times the looks, so some power of two is within a factor of two of enough."""
     stride = stride_for(width, height)
     assert stride in (1, 2, 4, 8)
-    looks = width * height / stride**2
-    assert stride == 1 or looks >= ENOUGH / 2
-    assert stride == COARSEST or looks <= ENOUGH * 2
+    pilots = width * height / stride**2
+    assert stride == 1 or pilots >= ENOUGH / 2
+    assert stride == COARSEST or pilots <= ENOUGH * 2
     assert stride_for(height, width) == stride

@@ -3,21 +3,21 @@ import pytest
 
 from renderer.adaptive.levels import COVERED, LOOKED, SAMPLED
 from renderer.adaptive.previews import preview
-from renderer.adaptive.samples import Demanded, Samples
+from renderer.adaptive.samples import LevelRequest, Samples
 from schemas.tiles import Tile
 
 
 def samples(
-    looks: list[list[float]] | np.ndarray = (),
+    pilots: list[list[float]] | np.ndarray = (),
     halves: np.ndarray | None = None,
     covers: list[list[float]] | np.ndarray = (),
     controlled: list[bool] | None = None,
 ) -> Samples:
     """Looks (n, 3), covers (k, 3), means of the halves (2, m, 3), and which (m,) are differences."""
-    seen, covered = (np.array(each, dtype=np.float32).reshape(-1, 3) for each in (looks, covers))
+    seen, covered = (np.array(each, dtype=np.float32).reshape(-1, 3) for each in (pilots, covers))
     means = np.zeros((2, 0, 3)) if halves is None else halves
     return Samples(
-        looks=seen.T,
+        pilots=seen.T,
         labels=np.zeros(len(seen), np.int32),
         colors=np.ones((3, len(seen)), np.float32),
         residues=np.zeros(len(seen), np.float32),
@@ -46,16 +46,16 @@ def shown(
     picture = np.full((tile.height, tile.width, 3), before, np.float32)
     nothing = np.zeros_like(have)
     levels = (have, want, nothing, nothing if cover is None else cover)
-    return preview(tile, found, Demanded(*(map_.astype(np.uint8) for map_ in levels)), picture)[:, :, 0]
+    return preview(tile, found, LevelRequest(*(map_.astype(np.uint8) for map_ in levels)), picture)[:, :, 0]
 
 
 def test_first_looks_fill_the_squares_of_their_lattice() -> None:
     tile, have = Tile(0, 8, 8, 20, 16), np.zeros((8, 12))
     want = np.zeros((8, 12))
     want[::4, ::4] = LOOKED
-    looks = np.arange(6.0).repeat(3).reshape(6, 3)
+    pilots = np.arange(6.0).repeat(3).reshape(6, 3)
     wanted = np.arange(6.0).reshape(2, 3).repeat(4, 0).repeat(4, 1)
-    assert np.array_equal(shown(tile, samples(looks), have, want), wanted)
+    assert np.array_equal(shown(tile, samples(pilots), have, want), wanted)
 
 
 def test_a_lattice_begins_at_the_corner_of_the_picture_wherever_a_tile_does() -> None:

@@ -86,7 +86,7 @@ def test_layers_say_how_many_samples_a_pixel_got_and_how_far_off_it_may_be() -> 
     covers, counts = ({0, *numbers.tolist()} for numbers in (COVERAGES, COUNTS))
     assert set(np.unique(samples).tolist()) <= {1, *(a + b for a in covers for b in counts)}
     assert samples.mean() == pytest.approx(result.report["samples"]["antialiasing_mean"], rel=1e-12)
-    # A pixel that went on has lost its first look, one ray that is no longer counted, and perhaps smaller
+    # A pixel that went on has lost its pilot sample, one ray that is no longer counted, and perhaps smaller
     # coverages. Every coverage may have looked at as many things as it has rays.
     coverages = np.cumsum(COVERAGES)[np.searchsorted(COVERAGES, samples, side="right") - 1]
     lost = np.where(samples > 1, 1 + 2 * coverages, 0).sum()
@@ -98,7 +98,7 @@ def test_layers_say_how_many_samples_a_pixel_got_and_how_far_off_it_may_be() -> 
 
 
 def test_when_the_time_is_spent_at_once_the_coarse_picture_is_there_in_whole() -> None:
-    """Every pixel lies between the first looks around it, 4 pixels apart: no tile of finer ones begins."""
+    """Every pixel lies between the pilot samples around it, 4 pixels apart: no tile of finer ones begins."""
     hasty = TargetQuality(mode="target", error=4 / 255, time_limit=1e-9)
     document = furnished(camera=camera(width=512, height=256))
     seen: list[renderer.TileEvent] = []
@@ -106,7 +106,7 @@ def test_when_the_time_is_spent_at_once_the_coarse_picture_is_there_in_whole() -
     plan = renderer.compile_scene(document, TARGET)
     estimate = Estimate.begin(plan)
     whole = Tile(0, 0, 0, 512, 256)
-    estimate.take(whole, render_samples(plan, whole, estimate.demanded))
+    estimate.take(whole, render_samples(plan, whole, estimate.requested))
     nodes = estimate.values[:, ::4, ::4].transpose(1, 2, 0)
     assert (result.image[::4, ::4] == nodes).all()
     corners = np.pad(nodes, ((0, 1), (0, 1), (0, 0)), mode="edge")

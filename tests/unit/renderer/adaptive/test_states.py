@@ -21,8 +21,8 @@ def states(lens_radius: float) -> list[State]:
     found = [estimate.state]
     goes_on = True
     while goes_on:
-        around = surroundings(WHOLE, estimate.looks, estimate.labels, estimate.colors)
-        estimate.take(WHOLE, render_samples(plan, WHOLE, estimate.demanded, around))
+        around = surroundings(WHOLE, estimate.pilots, estimate.labels, estimate.colors)
+        estimate.take(WHOLE, render_samples(plan, WHOLE, estimate.requested, around))
         goes_on = estimate.advance()
         if estimate.state is not found[-1]:
             found.append(estimate.state)

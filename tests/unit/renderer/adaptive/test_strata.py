@@ -1,4 +1,4 @@
-"""Pixels by what is expected of their first look."""
+"""Pixels by what is expected of their pilot sample."""
 
 import math
 from fractions import Fraction
@@ -10,15 +10,15 @@ import renderer
 from accuracy.hard_cases.documents import Json, camera, phong, scene, sphere
 from renderer.adaptive import Estimate, strata
 from renderer.adaptive.decisions import advance
+from renderer.adaptive.early_passes import BENT, PROBED, cover_borders
 from renderer.adaptive.levels import COVERED, LOOKED
-from renderer.adaptive.looking import BENT, PROBED, cover_borders
 from renderer.adaptive.states import State
 from renderer.adaptive.strata import (
     BORDER,
     COUNT,
     EVEN,
     INTERPOLATED,
-    ROUGH,
+    NEEDS_SAMPLING,
     STEPS,
     SUSPECT,
 )
@@ -97,9 +97,9 @@ def test_nothing_and_too_much_are_in_the_first_and_last_strata_of_their_kind() -
 def test_each_pixel_is_of_the_kind_that_it_shows() -> None:
     """What is interpolated is not known to show something fine."""
     have = np.array([[0, LOOKED, COVERED]] * 2, np.uint8)
-    rough = np.array([[False] * 3, [True] * 3])
-    found = strata.strata_of(np.zeros((2, 3), np.float32), have, rough) // STEPS
-    assert found.tolist() == [[INTERPOLATED, EVEN, BORDER], [INTERPOLATED, ROUGH, ROUGH]]
+    needs_sampling = np.array([[False] * 3, [True] * 3])
+    found = strata.strata_of(np.zeros((2, 3), np.float32), have, needs_sampling) // STEPS
+    assert found.tolist() == [[INTERPOLATED, EVEN, BORDER], [INTERPOLATED, NEEDS_SAMPLING, NEEDS_SAMPLING]]
 
 
 TARGET = TargetQuality(mode="target", error=4 / 255)
@@ -112,8 +112,8 @@ SURFACES: dict[str, Json] = {
 }
 
 
-def looked() -> Estimate:
-    """A grey picture of four balls, of which nothing but the first looks and what they met is to be told."""
+def previewed() -> Estimate:
+    """A grey picture of four balls, of which only pilot samples and what they hit are known."""
     document = scene(
         *(sphere([0, 0, 0], 1, material=name) for name in SURFACES),
         camera=camera(width=40, height=24),
@@ -129,26 +129,26 @@ def looked() -> Estimate:
 
 def test_what_is_finer_than_pixels_takes_the_highest_expectation_up_to_two_pixels_away() -> None:
     """Pictures and mirrors are; a checker board is not, as its mean is known, nor what is plain."""
-    estimate = looked()
+    estimate = previewed()
     estimate.labels[...] = np.arange(40) // 10
     estimate.values[:, 12, 5::10] = 0.75
     estimate.values[:, 3, 9] = 0.5
     expected = strata.expected_errors(estimate.values)
-    rough = (estimate.labels == 1) | (estimate.labels == 3)
+    needs_sampling = (estimate.labels == 1) | (estimate.labels == 3)
     most = expected.copy()
-    for y, x in np.argwhere(rough):
+    for y, x in np.argwhere(needs_sampling):
         most[y, x] = expected[max(y - 2, 0) : y + 3, max(x - 2, 0) : x + 3].max()
     assert (most > expected).any()
     cover_borders(estimate)
     assert advance(estimate)
-    assert (estimate.strata == strata.strata_of(most, estimate.have, rough)).all()
-    assert (estimate.strata[rough] // STEPS == ROUGH).all()
-    assert (estimate.strata[~rough] // STEPS == EVEN).all()
+    assert (estimate.strata == strata.strata_of(most, estimate.have, needs_sampling)).all()
+    assert (estimate.strata[needs_sampling] // STEPS == NEEDS_SAMPLING).all()
+    assert (estimate.strata[~needs_sampling] // STEPS == EVEN).all()
 
 
 def test_of_a_board_whose_light_is_even_little_error_is_expected_but_beside_another_shape() -> None:
     """A light of 1/2 leaves half of each colour, without rounding."""
-    estimate = looked()
+    estimate = previewed()
     estimate.labels[...] = 2
     estimate.labels[:, :8] = 0
     estimate.colors[...] = np.random.default_rng(2).random((3, 24, 40))
@@ -163,7 +163,7 @@ def test_of_a_board_whose_light_is_even_little_error_is_expected_but_beside_anot
 
 def test_a_shadow_that_ends_beside_a_border_is_expected_though_the_border_shows_means() -> None:
     """Rows 0 to 7 show the background, the others a shape; a shadow lies on the first row of that."""
-    estimate = looked()
+    estimate = previewed()
     estimate.labels[:8] = -1
     estimate.values[:, 9:] = 0.75
     cover_borders(estimate)
@@ -181,15 +181,15 @@ def test_a_shadow_that_ends_beside_a_border_is_expected_though_the_border_shows_
 
 def beside_something_bright(brightness: float) -> Estimate:
     """A block of two shapes in the dark; it covers three quarters of the pixels at its border."""
-    estimate = looked()
+    estimate = previewed()
     estimate.labels[8:16, 12:20], estimate.labels[8:16, 20:28] = 1, 2
     estimate.values[:, 8:16, 12:28] = brightness
     borders = strata.borders(estimate.labels)
     borders[0] = True
     estimate.have[borders], estimate.coverage[borders] = COVERED, 5
-    looks = estimate.values[0].copy()
+    pilots = estimate.values[0].copy()
     estimate.values[:, borders & (estimate.labels > 0)] = (3 * brightness + 0.25) / 4
-    estimate.looks[...] = looks
+    estimate.pilots[...] = pilots
     assert advance(estimate)
     return estimate
 
@@ -198,7 +198,7 @@ def test_where_something_brighter_than_white_ends_samples_are_taken_at_once() ->
     """With the probes, in all pixels at the border that are, or are beside, both brighter and darker ones."""
     estimate = beside_something_bright(8.0)
     assert (estimate.have[8:16, 19:21] == COVERED).all()
-    bright = np.pad(estimate.looks[0], 1, mode="edge") > 1
+    bright = np.pad(estimate.pilots[0], 1, mode="edge") > 1
     sampled = np.zeros(estimate.have.shape, bool)
     for y, x in np.argwhere(estimate.have == COVERED):
         around = bright[y : y + 3, x : x + 3]
@@ -221,7 +221,7 @@ def test_of_every_stratum_enough_pixels_are_probed_and_of_the_worse_more() -> No
     sorts = random.choice([0, 5, 30, 47, 90], size=(64, 96), p=[0.6, 0.2, 0.15, 0.049, 0.001])
     expected = (random.random(sorts.shape) ** 4).astype(np.float32) * (sorts == 30) / 4
     share, budget = 1 / 128, 2.0
-    found = strata.chances(sorts, expected, share, budget)
+    found = strata.probe_probability(sorts, expected, share, budget)
     assert found.shape == (COUNT,)
     assert ((found > 0) & (found <= 1)).all()
     for stratum in np.unique(sorts):
@@ -234,18 +234,22 @@ def test_of_every_stratum_enough_pixels_are_probed_and_of_the_worse_more() -> No
     assert found[5] < 1
 
 
-def test_lots_are_uniform_and_those_of_neighbours_and_seeds_know_nothing_of_each_other() -> None:
+def test_ranks_are_uniform_and_those_of_neighbours_and_seeds_are_independent() -> None:
     """All within 5 standard deviations of independent numbers."""
-    lots, other = strata.lots(7, (300, 200)), strata.lots(8, (300, 200))
-    assert ((lots >= 0) & (lots < 1)).all()
-    cells = np.bincount((lots * 32).astype(int).ravel(), minlength=32)
-    expected = lots.size / 32
+    ranks, other = strata.probe_ranks(7, (300, 200)), strata.probe_ranks(8, (300, 200))
+    assert ((ranks >= 0) & (ranks < 1)).all()
+    cells = np.bincount((ranks * 32).astype(int).ravel(), minlength=32)
+    expected = ranks.size / 32
     assert np.abs(cells - expected).max() <= 5 * math.sqrt(expected)
-    for a, b in ((lots[1:], lots[:-1]), (lots[:, 1:], lots[:, :-1]), (lots, other)):
+    for a, b in (
+        (ranks[1:], ranks[:-1]),
+        (ranks[:, 1:], ranks[:, :-1]),
+        (ranks, other),
+    ):
         correlation = 12 * ((a - 0.5) * (b - 0.5)).mean()
         assert abs(correlation) <= 5 / math.sqrt(a.size)
 
 
-def test_a_pixel_draws_its_lot_by_its_number_alone() -> None:
-    assert (strata.lots(7, (30, 20)).ravel() == strata.lots(7, (1, 600)).ravel()).all()
-    assert (strata.lots(7, (10, 20)) == strata.lots(7, (30, 20))[:10]).all()
+def test_the_rank_of_a_pixel_depends_on_its_number_alone() -> None:
+    assert (strata.probe_ranks(7, (30, 20)).ravel() == strata.probe_ranks(7, (1, 600)).ravel()).all()
+    assert (strata.probe_ranks(7, (10, 20)) == strata.probe_ranks(7, (30, 20))[:10]).all()

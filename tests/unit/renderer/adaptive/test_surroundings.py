@@ -11,20 +11,20 @@ from accuracy.hard_cases.documents import bulb, camera, rectangle
 from renderer.adaptive.coverage import cover
 from renderer.adaptive.guides import packed, surroundings, unpacked
 from renderer.adaptive.levels import LOOKED
-from renderer.adaptive.samples import Demanded, render_samples
+from renderer.adaptive.samples import LevelRequest, render_samples
 from renderer.plan.plan import RenderPlan
 from schemas.tiles import Tile
 from tests.images import pictures
 from tests.unit.renderer.adaptive.test_coverage import (
     MATT,
     THIN,
-    Looks,
+    Pilots,
     at,
     covered,
-    first_looks,
     flat,
     number_of,
     picture,
+    pilot_samples,
     pixels_of,
     plan_of,
     whole,
@@ -74,14 +74,14 @@ def test_around_a_tile_are_the_pixels_of_the_tiles_beside_it() -> None:
 Maps = dict[str, NDArray[np.float32]]
 
 
-def in_tiles(plan: RenderPlan, looks: Looks, side: int, had: int) -> Maps:
+def in_tiles(plan: RenderPlan, pilots: Pilots, side: int, had: int) -> Maps:
     """What is found of all pixels, whose coverages rise by different numbers from `had` on; of every third
     pixel it does not.
     """
     rows, columns = np.indices((plan.height, plan.width))
     cover_map = np.where((rows + columns) % 3, had + 1 + (rows + 2 * columns) % 4, had).astype(np.uint8)
     had_map, none = np.full_like(cover_map, had), np.zeros_like(cover_map)
-    every = Demanded(none + np.uint8(LOOKED), none, had_map, cover_map)
+    every = LevelRequest(none + np.uint8(LOOKED), none, had_map, cover_map)
     found = {
         name: np.full((count, *none.shape), np.nan, dtype=np.float32)
         for name, count in (("covers", 3), ("known", 3), ("spread", 1), ("doubts", 1))
@@ -89,7 +89,7 @@ def in_tiles(plan: RenderPlan, looks: Looks, side: int, had: int) -> Maps:
     for y, x in product(range(0, plan.height, side), range(0, plan.width, side)):
         tile = Tile(0, x, y, min(x + side, plan.width), min(y + side, plan.height))
         levels = every.part(tile)
-        samples = render_samples(plan, tile, levels, surroundings(tile, *looks))
+        samples = render_samples(plan, tile, levels, surroundings(tile, *pilots))
         for name, map_ in found.items():
             part = map_[:, y : tile.y1, x : tile.x1]
             part[:, levels.covered] = getattr(samples, name)
@@ -102,36 +102,36 @@ def test_no_byte_of_a_pixel_depends_on_its_tile(had: int) -> None:
     several batches.
     """
     plan = plan_of(pictures.of_room(camera=camera(width=40, height=30)), 2.0**-11)
-    looks = first_looks(plan)
-    once = in_tiles(plan, looks, 40, had)
+    pilots = pilot_samples(plan)
+    once = in_tiles(plan, pilots, 40, had)
     assert np.isfinite(once["covers"]).sum() == 3 * 40 * 30 * 2 // 3
     for side in (7, 16):
-        again = in_tiles(plan, looks, side, had)
+        again = in_tiles(plan, pilots, side, had)
         assert all(again[name].tobytes() == map_.tobytes() for name, map_ in once.items())
 
 
 def test_a_pixel_that_is_covered_again_shows_what_it_would_have_shown_at_once() -> None:
     """A larger lattice takes the place of a smaller one."""
     plan = plan_of(pictures.of_room(camera=camera(width=40, height=30)))
-    looks, tile = first_looks(plan), whole(plan)
+    pilots, tile = pilot_samples(plan), whole(plan)
     none = np.zeros((plan.height, plan.width), dtype=np.uint8)
     at_once, again = (
-        render_samples(plan, tile, Demanded(none, none, none + np.uint8(had), none + np.uint8(6)), around)
-        for had, around in ((0, surroundings(tile, *looks)), (3, surroundings(tile, *looks)))
+        render_samples(plan, tile, LevelRequest(none, none, none + np.uint8(had), none + np.uint8(6)), around)
+        for had, around in ((0, surroundings(tile, *pilots)), (3, surroundings(tile, *pilots)))
     )
     for name in ("covers", "known", "spread", "doubts"):
         assert getattr(at_once, name).tobytes() == getattr(again, name).tobytes()
 
 
 def test_no_byte_of_a_pixel_depends_on_those_looked_at_with_it() -> None:
-    """Along a strip that no first look has met, so that each pixel asks for a look of its own."""
+    """Along a strip that no pilot sample has met, so that each pixel asks for a look of its own."""
     plan = plan_of(picture(rectangle(*at(THIN)), materials=MATT, lights=[bulb([2, 1, 1])]))
-    looks = first_looks(plan)
-    together = covered(plan, looks=looks)
+    pilots = pilot_samples(plan)
+    together = covered(plan, pilots=pilots)
     columns, rows = pixels_of(plan)
     for i in np.flatnonzero(rows == 7):
         one = np.s_[i : i + 1]
-        nearby = surroundings(whole(plan), *looks).nearby(rows[one], columns[one])
+        nearby = surroundings(whole(plan), *pilots).nearby(rows[one], columns[one])
         alone = cover(plan.look or plan, number_of(13), columns[one], rows[one], nearby, Counter())
         for name in ("values", "known", "spread", "doubts"):
             assert getattr(alone, name).tobytes() == getattr(together, name)[..., one].tobytes()

@@ -1,4 +1,4 @@
-"""What probes tell about the first looks of their like."""
+"""What probes tell about the pilot samples of their like."""
 
 import math
 

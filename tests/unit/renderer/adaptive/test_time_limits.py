@@ -9,13 +9,13 @@ import pytest
 import renderer
 from accuracy.hard_cases.documents import camera
 from renderer.adaptive import Estimate, Samples, render_samples
-from renderer.adaptive.adaptive_render import Course, Demand, answer
+from renderer.adaptive.adaptive_render import AdaptiveRender, TileRequest, render_request
 from renderer.adaptive.levels import SAMPLED
-from renderer.adaptive.samples import Demanded
+from renderer.adaptive.samples import LevelRequest
 from renderer.adaptive.time_limits import (
     BATCH,
+    CLOCK_SECONDS,
     FEWEST,
-    LOOK_SECONDS,
     MOST_RESERVED,
     OutOfTimeError,
     TimeLimit,
@@ -47,7 +47,7 @@ def test_portions_hold_every_pixel_once(limit: TimeLimit | None) -> None:
 def test_expensive_rays_come_in_small_portions_so_that_the_clock_is_read() -> None:
     ones = np.ones(100_000, np.int64)
     assert sizes(ones, None)[0] == BATCH
-    assert sizes(ones, TimeLimit(FAR, 1e-4))[0] == round(LOOK_SECONDS / 1e-4)
+    assert sizes(ones, TimeLimit(FAR, 1e-4))[0] == round(CLOCK_SECONDS / 1e-4)
     assert sizes(ones, TimeLimit(FAR, 10.0))[0] == FEWEST
 
 
@@ -71,7 +71,7 @@ def test_no_pixels_make_no_portions() -> None:
 def test_a_tile_ends_at_its_limit_in_the_middle_of_its_work() -> None:
     document = pictures.of_room(camera=camera(width=96, height=96))
     plan = renderer.compile_scene(document, TargetQuality(mode="target", error=1 / 255))
-    many = Demanded.first(np.full((96, 96), SAMPLED + 9, np.uint8))
+    many = LevelRequest.first(np.full((96, 96), SAMPLED + 9, np.uint8))
     begun = time.process_time()
     with pytest.raises(OutOfTimeError):
         # Minutes of work.
@@ -82,7 +82,7 @@ def test_a_tile_ends_at_its_limit_in_the_middle_of_its_work() -> None:
 def test_a_limit_that_is_not_reached_changes_no_byte() -> None:
     plan = renderer.compile_scene(pictures.of_room(), TargetQuality(mode="target", error=1 / 255))
     tile = Tile(0, 3, 5, 30, 21)
-    levels = Demanded.first(np.full((16, 27), SAMPLED + 2, np.uint8))
+    levels = LevelRequest.first(np.full((16, 27), SAMPLED + 2, np.uint8))
     free = render_samples(plan, tile, levels)
     # So small portions, and so many.
     limited = render_samples(plan, tile, levels, None, TimeLimit(FAR, 1.0))
@@ -104,18 +104,18 @@ def test_what_a_tile_did_not_finish_is_not_merged_and_the_picture_stays_whole(st
     hasty = TargetQuality(mode="target", error=0.5 / 255, time_limit=86400)
     plan = renderer.compile_scene(document, hasty)
     now = time.monotonic()
-    course = Course(plan, 16, None, now + 86400, now, Estimate.begin(plan))
+    render = AdaptiveRender(plan, 16, None, now + 86400, now, Estimate.begin(plan))
 
-    def each(demands: list[Demand]) -> Iterator[tuple[Demand, Samples | None]]:
-        for number, demand in enumerate(demands):
-            late = len(course.passes) == stopped - 1 and number % 2
-            yield demand, None if late else answer(plan, demand)
+    def each(requests: list[TileRequest]) -> Iterator[tuple[TileRequest, Samples | None]]:
+        for number, request in enumerate(requests):
+            late = len(render.passes) == stopped - 1 and number % 2
+            yield request, None if late else render_request(plan, request)
 
-    while course.step(each):
+    while render.step(each):
         pass
-    assert len(course.passes) == stopped
-    error, image = course.estimate.error, course.estimate.image()
+    assert len(render.passes) == stopped
+    error, image = render.estimate.error, render.estimate.image()
     assert error is not None
     assert 0 <= error.low <= error.estimate <= error.high <= 1
-    assert course.passes[-1]["error"] == error.document()
+    assert render.passes[-1]["error"] == error.document()
     assert image.min() > 0

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from renderer.math.arrays import Floats
 
 
-class Sheets:
+class LayerBuffers:
     """Takes what tiles have recorded: tiles in any order, the passes of each in theirs.
 
     Parameters
@@ -22,7 +22,7 @@ class Sheets:
 
     def __init__(self, layers: Iterable[Layer], height: int, width: int) -> None:
         self._layers = {layer.name: layer for layer in layers}
-        self._sheets = {name: layer.blank(height, width) for name, layer in self._layers.items()}
+        self._buffers = {name: layer.blank(height, width) for name, layer in self._layers.items()}
         self._open: dict[tuple[Tile, str], Floats] = {}
 
     def take(self, tile: Tile, records: Layers) -> None:
@@ -33,17 +33,17 @@ class Sheets:
                 before = self._open.get((tile, name))
                 self._open[tile, name] = record if before is None else statistic.merged(before, record)
             elif name in self._layers:
-                self._sheets[name][tile.y0 : tile.y1, tile.x0 : tile.x1] = record
+                self._buffers[name][tile.y0 : tile.y1, tile.x0 : tile.x1] = record
 
     def settle(self) -> None:
         """Form the layers of the tiles so far, of which no more passes follow, and forget their records."""
         for (tile, name), record in self._open.items():
             statistic = self._layers[name].statistic
             assert statistic is not None
-            self._sheets[name][tile.y0 : tile.y1, tile.x0 : tile.x1] = statistic.finished(record)
+            self._buffers[name][tile.y0 : tile.y1, tile.x0 : tile.x1] = statistic.finished(record)
         self._open.clear()
 
     def finished(self) -> Layers:
         """The layers; pixels that are not recorded look like those that show no shape."""
         self.settle()
-        return self._sheets
+        return self._buffers

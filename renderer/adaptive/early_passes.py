@@ -1,4 +1,4 @@
-"""What the first passes of an adaptive picture ask for: looks, closer looks, borders and probes."""
+"""What the passes before the first samples ask for: pilot samples, rays at borders, and probes."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,17 +30,17 @@ pixels."""
 
 HIDDEN = 2.0**-6
 """Share of the contrast of a pixel at a border that its brightness is expected to err by as well: shadows end
-where things touch, and pilot samples beside do not meet that."""
+where things touch, and pilot samples beside do not hit that."""
 
 CALM = 2
-"""Times the wished error that interpolation may err by. It mostly errs by far less: the least smooth place
+"""Times the target error that interpolation may err by. It mostly errs by far less: the least smooth place
 decides."""
 
 PROBED = SAMPLED + 1
 """Level of a new probe: 8 samples."""
 
 WIDE = 2
-"""How far around, in pixels, looks tell of what is finer than pixels: the one at it may have missed it."""
+"""How far around, in pixels, pilot samples show what is finer than pixels: its own may have missed it."""
 
 BENT = np.float32(2.0**-10)
 """Share of what a look-up at a point would err by that is left: means are taken over parallelograms, and a
@@ -50,8 +50,8 @@ SHADED = np.float32(2.0**-4)
 """Share of a shape's own brightness, squared, that a shadow between pilot samples is expected to hide."""
 
 
-def look_closer(estimate: Estimate) -> None:
-    """Interpolate where the lattice is smooth, and ask for looks at half its stride elsewhere."""
+def refine_preview(estimate: Estimate) -> None:
+    """Interpolate where the lattice is smooth, and ask for pilot samples at half its stride elsewhere."""
     stride = estimate.stride
     nodes = np.s_[::stride, ::stride]
     cells = cells_of(
@@ -100,11 +100,11 @@ def _near(estimate: Estimate, reach: int) -> Masks:
 def cover_borders(estimate: Estimate) -> None:
     """Ask for many rays where pixels may show more than one thing, for more where these differ more.
 
-    The outermost pixels are among them: no neighbour tells of an edge in their outer half. Pilot samples are
+    The outermost pixels are among them: no neighbour shows an edge in their outer half. Pilot samples are
     kept: the means that borders are going to show say nothing about the pixels beside them, but the samples
     that they replace do, as of a shadow's edge between the two.
     """
-    np.copyto(estimate.looks, estimate.values)
+    np.copyto(estimate.pilots, estimate.values)
     seen, unseen = strata.borders(estimate.labels), _edges(estimate) | _near(estimate, 1)
     rim = outline(estimate.have.shape)
     rows, columns = np.nonzero(seen | unseen | rim)
@@ -120,31 +120,31 @@ def cover_borders(estimate: Estimate) -> None:
 
 
 def choose_probes(estimate: Estimate) -> None:
-    """Sort the pixels by what they show and what is expected of their looks; ask for probes of each sort."""
+    """Sort pixels into strata by what they show and by their expected error; ask for probes of each."""
     tinted = of_labels(estimate.plan.tinted, estimate.labels) & ~strata.borders(estimate.labels)
     np.copyto(estimate.known, estimate.values, where=tinted & (estimate.coverage == 0))
     covered = estimate.coverage > 0
-    expected = strata.expected_errors(estimate.looks)
+    expected = strata.expected_errors(estimate.pilots)
     if estimate.plan.averaged.any():
         _leave_textures_out(estimate, expected)
     np.copyto(expected, np.maximum(estimate.doubts, HIDDEN * estimate.contrasts), where=covered)
     detailed = of_labels(estimate.plan.detailed, estimate.labels)
     np.maximum(expected, estimate.doubts, out=expected, where=detailed)
     finer = estimate.plan.rough | estimate.plan.textured & ~estimate.plan.averaged
-    rough = of_labels(finer, estimate.labels)
-    np.copyto(expected, highest(expected, WIDE), where=rough)
+    needs_sampling = of_labels(finer, estimate.labels)
+    np.copyto(expected, highest(expected, WIDE), where=needs_sampling)
     shadowed = _shadow_edges(estimate)
-    np.maximum(expected, strata.step_error(estimate.looks) * SHADED, out=expected, where=shadowed)
-    estimate.strata[...] = strata.strata_of(expected, estimate.have, rough | detailed | shadowed)
+    np.maximum(expected, strata.step_error(estimate.pilots) * SHADED, out=expected, where=shadowed)
+    estimate.strata[...] = strata.strata_of(expected, estimate.have, needs_sampling | detailed | shadowed)
     _sample_bright_borders(estimate)
-    raise_chances(estimate, expected)
+    raise_probe_probability(estimate, expected)
     estimate.want[...] = PROBED * (probes(estimate) | estimate.shown)
 
 
-def raise_chances(estimate: Estimate, expected: Picture) -> None:
+def raise_probe_probability(estimate: Estimate, expected: Picture) -> None:
     """Make as many pixels probes as the aim needs, where squared errors (H, W) are expected."""
-    wanted = strata.chances(estimate.strata, expected, probe_share(estimate), estimate.budget)
-    np.maximum(estimate.chances, wanted, out=estimate.chances)
+    wanted = strata.probe_probability(estimate.strata, expected, probe_share(estimate), estimate.budget)
+    np.maximum(estimate.probe_probability, wanted, out=estimate.probe_probability)
 
 
 def probe_share(estimate: Estimate) -> float:
@@ -154,7 +154,7 @@ def probe_share(estimate: Estimate) -> float:
 
 def _sample_bright_borders(estimate: Estimate) -> None:
     """Show samples where something brighter than white ends: a small share of it is seen like a large one."""
-    bright = estimate.looks.max(axis=0) > 1
+    bright = estimate.pilots.max(axis=0) > 1
     if bright.any():
         found = (estimate.coverage > 0) & spread(bright, 1) & spread(~bright, 1)
         estimate.shown |= found
@@ -162,13 +162,13 @@ def _sample_bright_borders(estimate: Estimate) -> None:
 
 
 def _leave_textures_out(estimate: Estimate, expected: NDArray[np.float32]) -> None:
-    """Expect of textures, whose mean the first look took, little error: mostly of the light on them.
+    """Expect of textures, whose mean the pilot sample took, little error: mostly of the light on them.
 
     Beside another shape the light is no guide.
     """
     colors = np.maximum(estimate.colors, np.float32(DARKEST))
     unlike = of_labels(estimate.plan.averaged, estimate.labels) & ~strata.borders(estimate.labels)
-    lit = np.divide(estimate.looks, colors, dtype=np.float32)
+    lit = np.divide(estimate.pilots, colors, dtype=np.float32)
     light = strata.expected_errors(lit)
     light *= (colors**2).mean(axis=0)
     np.maximum(light, _correlated(lit, estimate.colors), out=light)
@@ -179,7 +179,7 @@ def _leave_textures_out(estimate: Estimate, expected: NDArray[np.float32]) -> No
 def _correlated(light: Picture, colors: Picture) -> NDArray[np.float32]:
     """Squared error (H, W) to expect of means of colours in the mean light, where both differ inside a pixel.
 
-    The largest steps of light (3, H, W) to a neighbour tell how much it does, and those of colours around.
+    The largest steps of light (3, H, W) and of colours to a neighbour estimate how much they do.
     """
     steps, detail = np.zeros(light.shape, np.float32), np.zeros(light.shape, np.float32)
     for found, values in ((steps, light), (detail, colors)):
@@ -193,5 +193,6 @@ def _correlated(light: Picture, colors: Picture) -> NDArray[np.float32]:
 
 
 def probes(estimate: Estimate) -> Masks:
-    """Pixels (H, W) that the lot makes probes."""
-    return strata.lots(estimate.plan.seed, estimate.have.shape) < estimate.chances[estimate.strata]
+    """Pixels (H, W) that are probes: whose rank is below the probability of their stratum."""
+    ranks = strata.probe_ranks(estimate.plan.seed, estimate.have.shape)
+    return ranks < estimate.probe_probability[estimate.strata]
