@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from renderer.adaptive.rendering import render_adaptively
+from renderer.adaptive.adaptive_render import render_adaptively
 from renderer.arguments import LARGEST_TILE, MOST_WORKERS, check_callable, check_plan, checked_count
 from renderer.convergence import trend
 from renderer.errors import told

@@ -17,10 +17,11 @@ from accuracy.quotes.parts import Squares, part, squares
 from accuracy.quotes.ranges import Range, factor
 from accuracy.quotes.settings import compiled, target
 from accuracy.quotes.timings import UNSTEADY
-from renderer.adaptive.adaptive_render import AdaptiveRender, TileRequest, render_request
+from renderer.adaptive.adaptive_render import AdaptiveRender, attempt
 from renderer.adaptive.decisions import outlook
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.levels import SAMPLED
+from renderer.adaptive.requests import TileRequest
 from renderer.adaptive.samples import Samples
 from renderer.adaptive.states import State
 from renderer.plan.plan import RenderPlan
@@ -218,7 +219,7 @@ class Trial:
         for request in requests:
             if self.deadline.left < 0:
                 raise _TooLate
-            yield request, render_request(self._render.plan, request)
+            yield request, attempt(self._render.plan, request)
 
     def _forget_borders(self, seen: Squares) -> None:
         """Expect nothing of borders between squares: there are none in the picture."""

@@ -29,7 +29,8 @@ The tables are `decisions.TRANSITIONS` and, through a lens, `blur_decisions.TRAN
 """
 
 from renderer.adaptive.estimate import Estimate
-from renderer.adaptive.samples import Samples, render_samples
+from renderer.adaptive.samples import Samples
+from renderer.adaptive.tile_rendering import render_samples
 from renderer.adaptive.uncertainty import ErrorEstimate
 
 __all__ = ["ErrorEstimate", "Estimate", "Samples", "render_samples"]

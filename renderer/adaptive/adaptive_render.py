@@ -4,7 +4,8 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,30 +22,19 @@ from renderer.adaptive.forecast import (
 )
 from renderer.adaptive.guides import Surroundings, surroundings
 from renderer.adaptive.partition import pass_tiles
-from renderer.adaptive.samples import LevelRequest, Samples, render_samples
+from renderer.adaptive.requests import LevelRequest, TileRequest
+from renderer.adaptive.samples import Samples
+from renderer.adaptive.tile_rendering import render_request
 from renderer.adaptive.time_limits import OutOfTimeError, TimeLimit, reserve
 from renderer.errors import told
-from renderer.integrator import WORK, render_layers
+from renderer.film import BRIGHTEST, non_finite
+from renderer.integrator import WORK
 from renderer.layers import LayerBuffers
 from renderer.plan.plan import RenderPlan
-from renderer.results import TileEvent
+from renderer.results import RenderResult, TileEvent
+from renderer.workers import shared_out
+from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class TileRequest:
-    """What a pass asks of a tile.
-
-    `around` is there where pixels at borders are wanted. Layers are recorded in the first pass, which has
-    no limit.
-    """
-
-    tile: Tile
-    levels: LevelRequest
-    around: Surroundings | None
-    records: bool = False
-    limit: TimeLimit | None = None
-
 
 Each = Callable[[list[TileRequest]], Iterator[tuple[TileRequest, Samples | None]]]
 """Renders what a pass asks for, in any order; None for what there was no time for."""
@@ -212,26 +202,63 @@ class AdaptiveRender:
         self.cpu_seconds += spent
 
 
+def attempt(plan: RenderPlan, request: TileRequest) -> Samples | None:
+    """Render what is asked of a tile, None if its time is over; errors name the tile."""
+    with told(plan.seed, request.tile, f"levels up to {request.levels.want.max()}"):
+        try:
+            return render_request(plan, request)
+        except OutOfTimeError:
+            return None
+
+
 def records_centres(plan: RenderPlan) -> bool:
     """Whether the first pass records what the centres of pixels show."""
     return any(layer.values for layer in plan.layers)
 
 
-def render_request(plan: RenderPlan, request: TileRequest) -> Samples | None:
-    """Render what is asked of a tile, None if its time is over; errors name the tile."""
-    tile = request.tile
-    with told(plan.seed, tile, f"levels up to {request.levels.want.max()}"):
-        try:
-            samples = render_samples(plan, tile, request.levels, request.around, request.limit)
-        except OutOfTimeError:
-            return None
-        return with_layers(plan, tile, samples) if request.records else samples
+def render_adaptively(
+    plan: RenderPlan,
+    quality: TargetQuality,
+    on_tile: Callable[[TileEvent], None] | None,
+    workers: int | None,
+    tile_size: int | None,
+) -> RenderResult:
+    """Render a whole picture of target quality; parameters as of `renderer.render`."""
+    begun = time.monotonic()
+    deadline = np.inf if quality.time_limit is None else begun + quality.time_limit
+    alone = not on_tile and deadline == np.inf and (workers or 1) == 1
+    estimate = Estimate.begin(plan)
+    render = AdaptiveRender(plan, tile_size, on_tile, deadline, begun, estimate, 0 if alone else workers or 1)
+    with shared_out(workers, partial(attempt, plan)) as each:
+        while render.step(each):
+            pass
+    layers = render.buffers.finished() | estimate.layers(layer.name for layer in plan.layers)
+    image = estimate.image()
+    return RenderResult(image, layers, _report(render, image))
 
 
-def with_layers(plan: RenderPlan, tile: Tile, samples: Samples) -> Samples:
-    """The same with the layers of the tile."""
-    begun = time.process_time()
-    records, counts = render_layers(plan, tile)
-    work = {name: samples.work[name] + counts.pop(name, 0) for name in WORK}
-    seconds = time.process_time() - begun
-    return replace(samples, counts=samples.counts | counts, work=work, layers=records, layer_seconds=seconds)
+def _report(render: AdaptiveRender, image: Any) -> dict[str, Any]:
+    plan, estimate = render.plan, render.estimate
+    assert estimate.error is not None
+    shaded = [lighting.emitter.count for lighting in plan.lightings]
+    return {
+        "seconds": time.monotonic() - render.begun,
+        "cpu_seconds": render.cpu_seconds,
+        "between_cpu_seconds": render.between_cpu,
+        "width": plan.width,
+        "height": plan.height,
+        "rays": {name: count for name, count in render.counts.items() if name not in WORK},
+        "work": {name: render.counts[name] for name in WORK},
+        "samples": {
+            "antialiasing_mean": float(estimate.counts().mean()),
+            "light_mean": float(np.mean(shaded)) if shaded else 0.0,
+        },
+        "error": estimate.error.document(),
+        "passes": render.passes,
+        "numerics": {
+            "non_finite": non_finite(image),
+            "clamped": int(np.count_nonzero((image >= BRIGHTEST).any(axis=2))),
+        }
+        | plan.numerics,
+        "plan": plan.describe().model_dump(mode="json"),
+    }

@@ -12,11 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.adaptive.camera_rays import camera_rays
 from renderer.adaptive.guides import Nearby, guide
 from renderer.adaptive.halves import HALVES
-from renderer.adaptive.labels import labels_of
 from renderer.adaptive.levels import COVERAGES, FIBONACCI
+from renderer.adaptive.rays import camera_rays, labels_of
 from renderer.film import BRIGHTEST
 from renderer.integrator import radiance
 from renderer.lights.emitters import PIXEL_DIMENSIONS

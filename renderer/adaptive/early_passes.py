@@ -7,10 +7,10 @@ from renderer.adaptive import strata
 from renderer.adaptive.allocation import cover_sizes
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.guides import DARKEST, surroundings
-from renderer.adaptive.labels import of_labels
 from renderer.adaptive.lattice import Picture, cells_of, fill
 from renderer.adaptive.levels import LOOKED, SAMPLED
-from renderer.adaptive.neighbours import highest, outline, spread
+from renderer.adaptive.neighbours import borders, highest, outline, spread
+from renderer.adaptive.rays import of_labels
 from renderer.math.arrays import Masks
 from schemas.tiles import Tile
 
@@ -105,7 +105,7 @@ def cover_borders(estimate: Estimate) -> None:
     that they replace do, as of a shadow's edge between the two.
     """
     np.copyto(estimate.pilots, estimate.values)
-    seen, unseen = strata.borders(estimate.labels), _edges(estimate) | _near(estimate, 1)
+    seen, unseen = borders(estimate.labels), _edges(estimate) | _near(estimate, 1)
     rim = outline(estimate.have.shape)
     rows, columns = np.nonzero(seen | unseen | rim)
     height, width = estimate.have.shape
@@ -121,7 +121,7 @@ def cover_borders(estimate: Estimate) -> None:
 
 def choose_probes(estimate: Estimate) -> None:
     """Sort pixels into strata by what they show and by their expected error; ask for probes of each."""
-    tinted = of_labels(estimate.plan.tinted, estimate.labels) & ~strata.borders(estimate.labels)
+    tinted = of_labels(estimate.plan.tinted, estimate.labels) & ~borders(estimate.labels)
     np.copyto(estimate.known, estimate.values, where=tinted & (estimate.coverage == 0))
     covered = estimate.coverage > 0
     expected = strata.expected_errors(estimate.pilots)
@@ -167,7 +167,7 @@ def _leave_textures_out(estimate: Estimate, expected: NDArray[np.float32]) -> No
     Beside another shape the light is no guide.
     """
     colors = np.maximum(estimate.colors, np.float32(DARKEST))
-    unlike = of_labels(estimate.plan.averaged, estimate.labels) & ~strata.borders(estimate.labels)
+    unlike = of_labels(estimate.plan.averaged, estimate.labels) & ~borders(estimate.labels)
     lit = np.divide(estimate.pilots, colors, dtype=np.float32)
     light = strata.expected_errors(lit)
     light *= (colors**2).mean(axis=0)

@@ -14,10 +14,11 @@ from renderer.adaptive import strata
 from renderer.adaptive.between import NODE, Ways
 from renderer.adaptive.findings import Findings, findings_of
 from renderer.adaptive.halves import HALVES
-from renderer.adaptive.labels import Labels
 from renderer.adaptive.lattice import Picture
 from renderer.adaptive.levels import COUNTS, COVERAGES, COVERED, LOOKED, SAMPLED, Levels
-from renderer.adaptive.samples import LevelRequest, Samples
+from renderer.adaptive.rays import Labels
+from renderer.adaptive.requests import LevelRequest
+from renderer.adaptive.samples import Samples
 from renderer.adaptive.states import State
 from renderer.adaptive.uncertainty import ErrorEstimate, error_of
 from renderer.film import Image

@@ -13,10 +13,10 @@ import numpy as np
 from renderer.adaptive.coverage import border_rays
 from renderer.adaptive.early_passes import PROBED, probe_share
 from renderer.adaptive.estimate import Estimate
-from renderer.adaptive.labels import of_labels
 from renderer.adaptive.levels import COUNTS
+from renderer.adaptive.neighbours import borders
+from renderer.adaptive.rays import of_labels
 from renderer.adaptive.states import State
-from renderer.adaptive.strata import borders
 from renderer.plan.plan import RenderPlan
 
 PILOTS, BORDERS, SAMPLES, LAYERS = "pilots", "borders", "samples", "layers"

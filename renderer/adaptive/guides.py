@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.adaptive.labels import of_labels
+from renderer.adaptive.rays import of_labels
 from renderer.math.arrays import Floats, Integers, Masks
 from schemas.tiles import Tile
 

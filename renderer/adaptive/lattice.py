@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.adaptive.labels import Labels
+from renderer.adaptive.rays import Labels
 from renderer.math.arrays import Masks
 
 COARSEST = 8

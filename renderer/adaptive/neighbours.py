@@ -1,9 +1,26 @@
-"""Pixels and what is beside them."""
+"""Pixels and what is beside them: borders between shapes, outlines, and what is within reach."""
 
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.adaptive.rays import Labels
 from renderer.math.arrays import Masks
+
+
+def borders(labels: Labels) -> Masks:
+    """Pixels one of whose eight neighbours shows another shape."""
+    found = np.zeros(labels.shape, dtype=bool)
+    across, along = labels[:, 1:] != labels[:, :-1], labels[1:] != labels[:-1]
+    falling, rising = labels[1:, 1:] != labels[:-1, :-1], labels[1:, :-1] != labels[:-1, 1:]
+    found[:, 1:] |= across
+    found[:, :-1] |= across
+    found[1:] |= along
+    found[:-1] |= along
+    found[1:, 1:] |= falling
+    found[:-1, :-1] |= falling
+    found[1:, :-1] |= rising
+    found[:-1, 1:] |= rising
+    return found
 
 
 def outline(shape: tuple[int, ...]) -> Masks:

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.adaptive.labels import Labels
 from renderer.adaptive.lattice import Picture
 from renderer.adaptive.levels import Levels
 from renderer.math.arrays import Floats, Integers, Masks
@@ -83,22 +82,6 @@ def strata_of(expected: NDArray[np.float32], have: Levels, needs_sampling: Masks
 def typical_error(strata: Integers) -> Floats:
     """Largest expected error of strata (n,)."""
     return np.exp2((strata % STEPS + 1) * 1.5 - 36)
-
-
-def borders(labels: Labels) -> Masks:
-    """Pixels one of whose eight neighbours shows another shape."""
-    found = np.zeros(labels.shape, dtype=bool)
-    across, along = labels[:, 1:] != labels[:, :-1], labels[1:] != labels[:-1]
-    falling, rising = labels[1:, 1:] != labels[:-1, :-1], labels[1:, :-1] != labels[:-1, 1:]
-    found[:, 1:] |= across
-    found[:, :-1] |= across
-    found[1:] |= along
-    found[:-1] |= along
-    found[1:, 1:] |= falling
-    found[:-1, :-1] |= falling
-    found[1:, :-1] |= rising
-    found[:-1, 1:] |= rising
-    return found
 
 
 def probe_probability(strata: Integers, expected: NDArray[np.float32], share: float, budget: float) -> Floats:

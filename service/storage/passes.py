@@ -19,7 +19,7 @@ from service.storage.objects import Objects
 from service.storage.tiles import LAYERS_SUFFIX, TILES, Layers, Pixels, StoredTile, get_arrays, put_arrays
 
 Levels = NDArray[np.uint8]
-"""(4, H, W): the arrays of `renderer.adaptive.samples.LevelRequest`."""
+"""(4, H, W): the arrays of `renderer.adaptive.requests.LevelRequest`."""
 
 Pilots = NDArray[np.float32]
 """(7, H, W): what pilot samples found, as `renderer.adaptive.guides.packed` writes it."""

@@ -11,14 +11,15 @@ from typing import Any
 import numpy as np
 
 from renderer import RenderPlan, film
-from renderer.adaptive import Estimate, Samples, render_samples
-from renderer.adaptive.adaptive_render import records_centres, with_layers
+from renderer.adaptive import Estimate, Samples
+from renderer.adaptive.adaptive_render import records_centres
 from renderer.adaptive.estimate import first_levels
 from renderer.adaptive.forecast import Forecast, Prices, forecast, kind_of, measured_prices, usual_prices
 from renderer.adaptive.guides import Surroundings, packed, unpacked
 from renderer.adaptive.partition import pass_tiles
-from renderer.adaptive.previews import preview
-from renderer.adaptive.samples import LevelRequest
+from renderer.adaptive.requests import LevelRequest, TileRequest
+from renderer.adaptive.samples import preview
+from renderer.adaptive.tile_rendering import render_request
 from renderer.adaptive.time_limits import OutOfTimeError, TimeLimit
 from renderer.images import files as image_files
 from schemas.tiles import Tile
@@ -42,26 +43,25 @@ class PassWorker:
         begun = time.process_time()
         levels, before = self._levels(plan, task)
         around = self._around(task) if task.merged and levels.needs_pilots(plan) else None
+        records = not task.merged and records_centres(plan)
         limit = None if task.until is None else TimeLimit(task.until, task.ray_seconds)
         try:
-            samples = render_samples(plan, task.tile, levels, around, limit)
+            samples = render_request(plan, TileRequest(task.tile, levels, around, records, limit))
         except OutOfTimeError:
             return Interrupted(late=True)
         kept = {name: value for name, value in _members(samples) if isinstance(value, np.ndarray)}
         kept["seconds"] = np.array(samples.cpu_seconds)
         self.passes.put_samples(task.job, task.pass_.index, task.tile, task.attempt, kept)
+        if records:
+            self._put_layers(task, samples)
         pixels = preview(task.tile, samples, levels, before)
-        if not task.merged and records_centres(plan):
-            samples = self._with_layers(plan, task, samples)
         crc32 = self.store.put_tile(task.job, task.tile, task.pass_, task.attempt, pixels)
         return TileDone(crc32, samples.counts, time.process_time() - begun, samples.work)
 
-    def _with_layers(self, plan: RenderPlan, task: SampleTask, samples: Samples) -> Samples:
+    def _put_layers(self, task: SampleTask, samples: Samples) -> None:
         """Keep what the centres of pixels show."""
-        found = with_layers(plan, task.tile, samples)
-        kept = {name: record for name, record in found.layers.items() if layers.of_centres(name)}
+        kept = {name: record for name, record in samples.layers.items() if layers.of_centres(name)}
         self.store.put_layers(task.job, task.tile, task.pass_, task.attempt, kept)
-        return found
 
     def _levels(self, plan: RenderPlan, task: SampleTask) -> tuple[LevelRequest, Pixels]:
         """Levels that the pixels of a tile have and that are wanted, and the tile as it looks."""

@@ -7,7 +7,7 @@ import pytest
 
 import renderer
 from accuracy.hard_cases.documents import lamp, phong, rectangle, scene, sphere
-from renderer.adaptive.adaptive_render import AdaptiveRender, render_request
+from renderer.adaptive.adaptive_render import AdaptiveRender, attempt
 from renderer.adaptive.between import NODE
 from renderer.adaptive.blur import missing_nodes, noise, update
 from renderer.adaptive.estimate import Estimate
@@ -49,9 +49,7 @@ def lattice(plan: renderer.RenderPlan) -> Estimate:
     """The picture when its lattice is as fine as it gets."""
     render = stepped(plan)
     while render.estimate.stride > 1:
-        assert render.step(
-            lambda requests: ((request, render_request(plan, request)) for request in requests)
-        )
+        assert render.step(lambda requests: ((request, attempt(plan, request)) for request in requests))
     return render.estimate
 
 

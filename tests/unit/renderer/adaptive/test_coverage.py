@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 import renderer
 from accuracy.hard_cases.documents import Json, bulb, camera, lamp, phong, rectangle, sampled, scene
 from renderer.adaptive import coverage
-from renderer.adaptive.camera_rays import camera_rays
 from renderer.adaptive.coverage import UNEVEN, USUAL, Cover, border_rays, cover
 from renderer.adaptive.guides import surroundings
 from renderer.adaptive.levels import COVERAGES, FIBONACCI, LOOKED
-from renderer.adaptive.samples import LevelRequest, render_samples
+from renderer.adaptive.rays import camera_rays
+from renderer.adaptive.requests import LevelRequest, TileRequest
+from renderer.adaptive.tile_rendering import render_samples
 from renderer.integrator import radiance
 from renderer.plan.plan import RenderPlan
 from schemas.quality import TargetQuality
@@ -66,7 +67,9 @@ def whole(plan: RenderPlan) -> Tile:
 def pilot_samples(plan: RenderPlan) -> Pilots:
     """Values (3, H, W), labels (H, W) and colours (3, H, W)."""
     size = plan.height, plan.width
-    found = render_samples(plan, whole(plan), LevelRequest.first(np.full(size, LOOKED, dtype=np.uint8)))
+    found = render_samples(
+        plan, TileRequest(whole(plan), LevelRequest.first(np.full(size, LOOKED, dtype=np.uint8)))
+    )
     return found.pilots.reshape(3, *size), found.labels.reshape(size), found.colors.reshape(3, *size)
 
 

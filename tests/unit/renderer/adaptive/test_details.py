@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 import renderer
 from accuracy.hard_cases.documents import Json, bulb, camera, lamp, phong, rectangle, scene, sphere
-from renderer.adaptive.camera_rays import camera_rays
 from renderer.adaptive.details import LATTICES, lattice
+from renderer.adaptive.rays import camera_rays
 from renderer.integrator import radiance
 from schemas.quality import FixedQuality, TargetQuality
 from tests.images.parts import Files, png

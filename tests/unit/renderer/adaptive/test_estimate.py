@@ -13,7 +13,7 @@ from renderer.adaptive.early_passes import PROBED
 from renderer.adaptive.estimate import FIRST_AIM, NEXT_AIM
 from renderer.adaptive.guides import surroundings
 from renderer.adaptive.levels import COUNTS, COVERAGES, COVERED, LOOKED, SAMPLED
-from renderer.adaptive.samples import LevelRequest
+from renderer.adaptive.requests import LevelRequest, TileRequest
 from renderer.adaptive.strata import expected_errors
 from renderer.tiling import tiles
 from schemas.quality import TargetQuality
@@ -47,7 +47,7 @@ def whole(estimate: Estimate) -> Tile:
 def found(estimate: Estimate, tile: Tile) -> Samples:
     """What the pass that is wanted finds in a tile."""
     around = surroundings(tile, estimate.values, estimate.labels, estimate.colors)
-    return render_samples(estimate.plan, tile, estimate.requested.part(tile), around)
+    return render_samples(estimate.plan, TileRequest(tile, estimate.requested.part(tile), around))
 
 
 class Drawn:
@@ -189,7 +189,7 @@ def test_rendered_samples_of_two_passes_are_those_of_one() -> None:
     tile = Tile(0, 4, 3, 17, 12)
     none, few, many = (np.full((9, 13), level, np.uint8) for level in (0, SAMPLED, SAMPLED + 3))
     first, more, both = (
-        render_samples(plan, tile, LevelRequest(have, want, none, none))
+        render_samples(plan, TileRequest(tile, LevelRequest(have, want, none, none)))
         for have, want in ((none, few), (few, many), (none, many))
     )
     merged = (first.halves * 4.0 + more.halves * 28.0) / 32
@@ -202,14 +202,14 @@ def test_a_pixel_gets_the_same_samples_whatever_levels_the_others_rise_to() -> N
     tile = Tile(0, 4, 3, 17, 12)
     have, want = np.random.default_rng(7).integers(SAMPLED, SAMPLED + 5, (2, 9, 13)).astype(np.uint8)
     none = np.zeros_like(have)
-    mixed = render_samples(plan, tile, LevelRequest(have, want, none, none))
+    mixed = render_samples(plan, TileRequest(tile, LevelRequest(have, want, none, none)))
     rising = want > have
     steps = set(zip(have[rising].tolist(), want[rising].tolist(), strict=True))
     assert len(steps) > 5
     for step in steps:
         alone = rising & (have == step[0]) & (want == step[1])
         some = np.where(alone, want, 0).astype(np.uint8)
-        single = render_samples(plan, tile, LevelRequest(have, some, none, none))
+        single = render_samples(plan, TileRequest(tile, LevelRequest(have, some, none, none)))
         assert mixed.halves[:, :, alone[rising]].tobytes() == single.halves.tobytes()
         assert mixed.squares[alone[rising]].tobytes() == single.squares.tobytes()
 

@@ -9,7 +9,7 @@ import pytest
 import renderer
 from accuracy.hard_cases.documents import Json, camera
 from renderer.adaptive import Estimate, Samples
-from renderer.adaptive.adaptive_render import AdaptiveRender, TileRequest, render_request
+from renderer.adaptive.adaptive_render import AdaptiveRender, attempt
 from renderer.adaptive.forecast import (
     MOST,
     PASSES,
@@ -22,6 +22,7 @@ from renderer.adaptive.forecast import (
     share_by,
     usual_prices,
 )
+from renderer.adaptive.requests import TileRequest
 from schemas.quality import TargetQuality
 from tests.images import pictures
 from tests.unit.renderer.adaptive.test_rendering import SCENES
@@ -108,7 +109,7 @@ def followed(document: Json, error: float) -> Told:
     )
 
     def each(requests: list[TileRequest]) -> Iterator[tuple[TileRequest, Samples | None]]:
-        return ((request, render_request(plan, request)) for request in requests)
+        return ((request, attempt(plan, request)) for request in requests)
 
     while render.step(each):
         pass

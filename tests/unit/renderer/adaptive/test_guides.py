@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 from accuracy.hard_cases.documents import Json, bulb, phong, rectangle
 from renderer.adaptive.guides import Nearby, guide, surroundings
 from renderer.adaptive.levels import LOOKED, SAMPLED
-from renderer.adaptive.samples import LevelRequest, render_samples
+from renderer.adaptive.requests import LevelRequest, TileRequest
+from renderer.adaptive.tile_rendering import render_samples
 from renderer.plan.plan import RenderPlan
 from tests.unit.renderer.adaptive.test_coverage import (
     SIDE,
@@ -102,9 +103,9 @@ def whole_samples(plan: RenderPlan, level: int, size: int) -> tuple[Numbers, Num
     pilots = pilot_samples(plan)
     around, want = surroundings(whole(plan), *pilots), np.full((plan.height, plan.width), level, np.uint8)
     none = np.zeros_like(want)
-    plain = render_samples(plan, whole(plan), LevelRequest.first(want))
+    plain = render_samples(plan, TileRequest(whole(plan), LevelRequest.first(want)))
     levels = LevelRequest(none + np.uint8(LOOKED), want, none, none + np.uint8(size))
-    found = render_samples(plan, whole(plan), levels, around)
+    found = render_samples(plan, TileRequest(whole(plan), levels, around))
     known = found.known if size else pilots[0].reshape(3, -1) * found.controlled
     both = plain.halves.mean(axis=0, dtype=np.float64), known + found.halves.mean(axis=0, dtype=np.float64)
     return *both, np.array([plain.squares, found.squares])

@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 
 import renderer
 from accuracy.hard_cases.documents import bulb, camera, phong, rectangle, scene
-from renderer.adaptive.camera_rays import camera_rays
 from renderer.adaptive.levels import LOOKED
-from renderer.adaptive.samples import LevelRequest, render_samples
-from renderer.adaptive.strata import borders
+from renderer.adaptive.neighbours import borders
+from renderer.adaptive.rays import camera_rays
+from renderer.adaptive.requests import LevelRequest, TileRequest
+from renderer.adaptive.tile_rendering import render_samples
 from renderer.integrator import shaded_points
 from renderer.plan.plan import RenderPlan
 from schemas.quality import TargetQuality
@@ -54,7 +55,9 @@ def test_means_of_pixels_are_as_exact_as_the_target_asks(error: float) -> None:
     """Pixels that the board fills. The lattice's own error is a few over `PLACES` for each edge."""
     plan = board(error)
     none = np.zeros((SIDE, SIDE), np.uint8)
-    found = render_samples(plan, Tile(0, 0, 0, SIDE, SIDE), LevelRequest.first(none + np.uint8(LOOKED)))
+    found = render_samples(
+        plan, TileRequest(Tile(0, 0, 0, SIDE, SIDE), LevelRequest.first(none + np.uint8(LOOKED)))
+    )
     labels = found.labels.reshape(none.shape)
     rows, columns = np.nonzero((labels == 0) & ~borders(labels))
     means = found.colors[0].reshape(none.shape)[rows, columns]

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from renderer.adaptive.levels import COVERED, LOOKED, SAMPLED
-from renderer.adaptive.previews import preview
-from renderer.adaptive.samples import LevelRequest, Samples
+from renderer.adaptive.requests import LevelRequest
+from renderer.adaptive.samples import Samples, preview
 from schemas.tiles import Tile
 
 

@@ -10,7 +10,8 @@ import renderer
 from accuracy.hard_cases.documents import Json, bulb, camera, lamp, phong, rectangle, scene, sphere
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.levels import COUNTS, COVERAGES
-from renderer.adaptive.samples import render_samples
+from renderer.adaptive.requests import TileRequest
+from renderer.adaptive.tile_rendering import render_samples
 from schemas.quality import FixedQuality, TargetQuality
 from schemas.sampling import Antialiasing, LightSampling
 from schemas.tiles import Tile
@@ -106,7 +107,7 @@ def test_when_the_time_is_spent_at_once_the_coarse_picture_is_there_in_whole() -
     plan = renderer.compile_scene(document, TARGET)
     estimate = Estimate.begin(plan)
     whole = Tile(0, 0, 0, 512, 256)
-    estimate.take(whole, render_samples(plan, whole, estimate.requested))
+    estimate.take(whole, render_samples(plan, TileRequest(whole, estimate.requested)))
     nodes = estimate.values[:, ::4, ::4].transpose(1, 2, 0)
     assert (result.image[::4, ::4] == nodes).all()
     corners = np.pad(nodes, ((0, 1), (0, 1), (0, 0)), mode="edge")

@@ -4,6 +4,7 @@ import renderer
 from accuracy.hard_cases.documents import camera
 from renderer.adaptive import Estimate, render_samples
 from renderer.adaptive.guides import surroundings
+from renderer.adaptive.requests import TileRequest
 from renderer.adaptive.states import State
 from schemas.quality import TargetQuality
 from schemas.tiles import Tile
@@ -22,7 +23,7 @@ def states(lens_radius: float) -> list[State]:
     goes_on = True
     while goes_on:
         around = surroundings(WHOLE, estimate.pilots, estimate.labels, estimate.colors)
-        estimate.take(WHOLE, render_samples(plan, WHOLE, estimate.requested, around))
+        estimate.take(WHOLE, render_samples(plan, TileRequest(WHOLE, estimate.requested, around)))
         goes_on = estimate.advance()
         if estimate.state is not found[-1]:
             found.append(estimate.state)

@@ -11,7 +11,8 @@ from accuracy.hard_cases.documents import bulb, camera, rectangle
 from renderer.adaptive.coverage import cover
 from renderer.adaptive.guides import packed, surroundings, unpacked
 from renderer.adaptive.levels import LOOKED
-from renderer.adaptive.samples import LevelRequest, render_samples
+from renderer.adaptive.requests import LevelRequest, TileRequest
+from renderer.adaptive.tile_rendering import render_samples
 from renderer.plan.plan import RenderPlan
 from schemas.tiles import Tile
 from tests.images import pictures
@@ -89,7 +90,7 @@ def in_tiles(plan: RenderPlan, pilots: Pilots, side: int, had: int) -> Maps:
     for y, x in product(range(0, plan.height, side), range(0, plan.width, side)):
         tile = Tile(0, x, y, min(x + side, plan.width), min(y + side, plan.height))
         levels = every.part(tile)
-        samples = render_samples(plan, tile, levels, surroundings(tile, *pilots))
+        samples = render_samples(plan, TileRequest(tile, levels, surroundings(tile, *pilots)))
         for name, map_ in found.items():
             part = map_[:, y : tile.y1, x : tile.x1]
             part[:, levels.covered] = getattr(samples, name)
@@ -116,7 +117,10 @@ def test_a_pixel_that_is_covered_again_shows_what_it_would_have_shown_at_once() 
     pilots, tile = pilot_samples(plan), whole(plan)
     none = np.zeros((plan.height, plan.width), dtype=np.uint8)
     at_once, again = (
-        render_samples(plan, tile, LevelRequest(none, none, none + np.uint8(had), none + np.uint8(6)), around)
+        render_samples(
+            plan,
+            TileRequest(tile, LevelRequest(none, none, none + np.uint8(had), none + np.uint8(6)), around),
+        )
         for had, around in ((0, surroundings(tile, *pilots)), (3, surroundings(tile, *pilots)))
     )
     for name in ("covers", "known", "spread", "doubts"):

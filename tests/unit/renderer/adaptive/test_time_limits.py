@@ -9,9 +9,9 @@ import pytest
 import renderer
 from accuracy.hard_cases.documents import camera
 from renderer.adaptive import Estimate, Samples, render_samples
-from renderer.adaptive.adaptive_render import AdaptiveRender, TileRequest, render_request
+from renderer.adaptive.adaptive_render import AdaptiveRender, attempt
 from renderer.adaptive.levels import SAMPLED
-from renderer.adaptive.samples import LevelRequest
+from renderer.adaptive.requests import LevelRequest, TileRequest
 from renderer.adaptive.time_limits import (
     BATCH,
     CLOCK_SECONDS,
@@ -75,7 +75,9 @@ def test_a_tile_ends_at_its_limit_in_the_middle_of_its_work() -> None:
     begun = time.process_time()
     with pytest.raises(OutOfTimeError):
         # Minutes of work.
-        render_samples(plan, Tile(0, 0, 0, 96, 96), many, None, TimeLimit(time.time() + 0.3, 1e-4))
+        render_samples(
+            plan, TileRequest(Tile(0, 0, 0, 96, 96), many, limit=TimeLimit(time.time() + 0.3, 1e-4))
+        )
     assert time.process_time() - begun < 30
 
 
@@ -83,9 +85,9 @@ def test_a_limit_that_is_not_reached_changes_no_byte() -> None:
     plan = renderer.compile_scene(pictures.of_room(), TargetQuality(mode="target", error=1 / 255))
     tile = Tile(0, 3, 5, 30, 21)
     levels = LevelRequest.first(np.full((16, 27), SAMPLED + 2, np.uint8))
-    free = render_samples(plan, tile, levels)
+    free = render_samples(plan, TileRequest(tile, levels))
     # So small portions, and so many.
-    limited = render_samples(plan, tile, levels, None, TimeLimit(FAR, 1.0))
+    limited = render_samples(plan, TileRequest(tile, levels, limit=TimeLimit(FAR, 1.0)))
     assert free.halves.tobytes() == limited.halves.tobytes()
     assert free.squares.tobytes() == limited.squares.tobytes()
     assert free.counts == limited.counts
@@ -109,7 +111,7 @@ def test_what_a_tile_did_not_finish_is_not_merged_and_the_picture_stays_whole(st
     def each(requests: list[TileRequest]) -> Iterator[tuple[TileRequest, Samples | None]]:
         for number, request in enumerate(requests):
             late = len(render.passes) == stopped - 1 and number % 2
-            yield request, None if late else render_request(plan, request)
+            yield request, None if late else attempt(plan, request)
 
     while render.step(each):
         pass

@@ -1,0 +1,39 @@
+"""Camera rays through scattered pixels, and labels of what they hit.
+
+A label is small enough for a map of the picture: a shape's number, -1 for the background, -2 and below for
+lights.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.interaction import EMITTER, Rays
+from renderer.math.arrays import Floats, Integers, Masks
+from renderer.plan.plan import RenderPlan
+
+Labels = NDArray[np.int32]
+"""(H, W) int32."""
+
+
+def camera_rays(
+    plan: RenderPlan, columns: Integers, rows: Integers, samples: Integers, place: tuple[Floats, Floats]
+) -> Rays:
+    """Rays of samples (n,) through pixels (n,), at places in them (n,) and (n,)."""
+    pixels = rows * plan.width + columns
+    origins, directions = plan.camera.rays(columns + place[0], rows + place[1], pixels, samples)
+    left, right = plan.camera.screen(
+        np.array([columns.min(), columns.max() + 1]), np.array([rows.max() + 1, rows.min()])
+    )
+    return Rays(origins, directions, pixels, samples, screen=np.concatenate((left, right)))
+
+
+def labels_of(shapes: Integers) -> NDArray[np.int32]:
+    """Labels (n,) of the shape numbers of rays."""
+    return np.where(shapes >= EMITTER, EMITTER - 2 - shapes, shapes).astype(np.int32)
+
+
+def of_labels(shapes: Masks, labels: NDArray[np.int32]) -> Masks:
+    """What a mask of the scene's shapes says of labels, False where they show no shape."""
+    if not shapes.any():
+        return np.zeros(labels.shape, dtype=bool)
+    return np.take(np.append(False, shapes), labels + 1, mode="clip")

@@ -1,0 +1,103 @@
+"""What a pass asks for: levels of pixels, and all that a worker needs to bring those of a tile to them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.adaptive.guides import Surroundings
+from renderer.adaptive.levels import LOOKED, SAMPLED, Levels
+from renderer.adaptive.time_limits import TimeLimit
+from renderer.math.arrays import Masks
+from renderer.plan.plan import RenderPlan
+from schemas.tiles import Tile
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LevelRequest:
+    """What the pixels of a tile have and what a pass wants of them, all (h, w) uint8.
+
+    Attributes
+    ----------
+    have, want
+        Levels. A pixel whose wanted level is not higher gets no samples.
+    coverage, cover
+        Numbers of `levels.COVERAGES` at borders: had, and wanted.
+    """
+
+    have: Levels
+    want: Levels
+    coverage: Levels
+    cover: Levels
+
+    @property
+    def previewed(self) -> Masks:
+        """Pixels that get a pilot sample."""
+        return (self.want == LOOKED) & (self.have < LOOKED)
+
+    @property
+    def covered(self) -> Masks:
+        """Pixels whose coverage rises."""
+        return self.cover > self.coverage
+
+    @property
+    def sampled(self) -> Masks:
+        """Pixels that get samples."""
+        return (self.want >= SAMPLED) & (self.want > self.have)
+
+    @property
+    def rising(self) -> Masks:
+        """Pixels of which anything is wanted."""
+        return (self.want > self.have) | self.covered
+
+    @property
+    def guided(self) -> Masks:
+        """Pixels whose samples are differences from the guide."""
+        return (self.coverage > 0) | (self.cover > 0)
+
+    @classmethod
+    def first(cls, want: Levels) -> "LevelRequest":
+        """What is wanted of pixels that have nothing."""
+        return cls(*(np.zeros_like(want), want, np.zeros_like(want), np.zeros_like(want)))
+
+    def needs_pilots(self, plan: RenderPlan) -> bool:
+        """Whether anything is asked of pixels that may have a control variate, made from pilot samples."""
+        if self.covered.any():
+            return True
+        tinted = plan.look is not None and plan.tinted.any()
+        sampled = self.sampled
+        return bool(sampled.any() and (tinted or (sampled & self.guided).any()))
+
+    def stacked(self) -> NDArray[np.uint8]:
+        """All of it, (4, h, w), in the order of the fields."""
+        return np.stack((self.have, self.want, self.coverage, self.cover))
+
+    def part(self, tile: Tile) -> "LevelRequest":
+        """Those of a tile, where these are of the picture."""
+        inside = np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]
+        return LevelRequest(
+            *(map_[inside].copy() for map_ in (self.have, self.want, self.coverage, self.cover))
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TileRequest:
+    """What a pass asks of a tile.
+
+    Attributes
+    ----------
+    tile : Tile
+    levels : LevelRequest
+    around : Surroundings or None
+        Pilot samples, where `levels.needs_pilots`.
+    records : bool
+        Whether the layers that the centres of pixels show are recorded, too: once, in the first pass.
+    limit : TimeLimit or None
+        The first pass has none.
+    """
+
+    tile: Tile
+    levels: LevelRequest
+    around: Surroundings | None = None
+    records: bool = False
+    limit: TimeLimit | None = None

@@ -1,0 +1,247 @@
+"""Rendering what an adaptive pass asks of a tile: a pure function of the plan and the request."""
+
+import time
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.adaptive.coverage import cover
+from renderer.adaptive.guides import Surroundings, guide
+from renderer.adaptive.halves import HALVES, places
+from renderer.adaptive.levels import COUNTS, COVERAGES
+from renderer.adaptive.rays import camera_rays, labels_of, of_labels
+from renderer.adaptive.requests import TileRequest
+from renderer.adaptive.samples import Samples
+from renderer.adaptive.time_limits import TimeLimit, portions
+from renderer.film import BRIGHTEST
+from renderer.integrator import WORK, Surfaces, radiance, render_layers
+from renderer.math.arrays import Floats, Integers, Masks, add, taken
+from renderer.math.numerics import halving_sum
+from renderer.plan.plan import RenderPlan
+
+
+def render_request(plan: RenderPlan, request: TileRequest) -> Samples:
+    """Render what is asked of a tile, its layers included.
+
+    Raises
+    ------
+    OutOfTimeError
+        If the request's limit is reached: what was found by then is lost.
+    """
+    samples = render_samples(plan, request)
+    if not request.records:
+        return samples
+    begun = time.process_time()
+    records, counts = render_layers(plan, request.tile)
+    work = {name: samples.work[name] + counts.pop(name, 0) for name in WORK}
+    seconds = time.process_time() - begun
+    return replace(samples, counts=samples.counts | counts, work=work, layers=records, layer_seconds=seconds)
+
+
+def render_samples(plan: RenderPlan, request: TileRequest) -> Samples:
+    """Bring the pixels of a tile from the levels that they have to those that are wanted.
+
+    What is found about a pixel does not depend on the tile.
+
+    Parameters
+    ----------
+    plan : RenderPlan
+        Of target quality.
+    request : TileRequest
+
+    Raises
+    ------
+    OutOfTimeError
+        If the request's limit is reached: what was found by then is lost.
+    """
+    begun = time.process_time()
+    counts: Counter[str] = Counter(camera=0, shadow=0, mirror=0, transmission=0, **dict.fromkeys(WORK, 0))
+    pilots, labels, seen = _pilot_samples(plan, request, counts)
+    covers = _covers(plan, request, counts)
+    samples = _samples(plan, request, counts)
+    work = {name: counts.pop(name) for name in WORK}
+    seconds = time.process_time() - begun
+    colors, residues = seen.colors.astype(np.float32), seen.doubts.astype(np.float32)
+    return Samples(pilots, labels, colors, residues, *covers, *samples, dict(counts), work, seconds)
+
+
+def _pilot_samples(
+    plan: RenderPlan, request: TileRequest, counts: Counter[str]
+) -> tuple[NDArray[np.float32], NDArray[np.int32], Surfaces]:
+    pilot_plan = plan.look or plan
+    rows, columns = np.nonzero(request.levels.previewed)
+    values = np.empty((3, rows.size), dtype=np.float32)
+    labels = np.empty(rows.size, dtype=np.int32)
+    found = Surfaces.none(rows.size)
+    middle = np.full(rows.size, 0.5)
+    for chosen in _batches(columns, rows, 1, request.limit):
+        x, y = columns[chosen] + request.tile.x0, rows[chosen] + request.tile.y0
+        rays = camera_rays(pilot_plan, x, y, np.full(x.size, HALVES), (middle[chosen], middle[chosen]))
+        seen = Surfaces.none(x.size)
+        values[:, chosen] = np.minimum(radiance(pilot_plan, rays, counts, seen), BRIGHTEST)
+        labels[chosen] = labels_of(rays.shapes)
+        np.copyto(seen.colors, 1.0, where=~of_labels(plan.textured, labels[chosen]))
+        found.colors[:, chosen], found.doubts[chosen] = seen.colors, seen.doubts
+    return values, labels, found
+
+
+def _covers(
+    plan: RenderPlan, request: TileRequest, counts: Counter[str]
+) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+    """The arrays of `coverage.Cover` for the pixels whose coverage rises."""
+    rows, columns = np.nonzero(request.levels.covered)
+    sizes = request.levels.cover[rows, columns]
+    values = np.empty((8, rows.size), dtype=np.float32)
+    for size in np.unique(sizes).tolist():
+        assert request.around is not None
+        alike = np.flatnonzero(sizes == size)
+        for part in _batches(columns[alike], rows[alike], int(COVERAGES[size]), request.limit):
+            chosen = alike[part]
+            nearby = request.around.nearby(rows[chosen], columns[chosen])
+            x, y = columns[chosen] + request.tile.x0, rows[chosen] + request.tile.y0
+            found = cover(plan.look or plan, size, x, y, nearby, counts)
+            values[:, chosen] = np.vstack((found.values, found.known, found.spread, found.doubts))
+    return values[:3], values[3:6], values[6], values[7]
+
+
+def _samples(
+    plan: RenderPlan, request: TileRequest, counts: Counter[str]
+) -> tuple[NDArray[np.float32], NDArray[np.float32], Masks]:
+    """Means of halves, sums of squares, and which are differences: the last arrays of `Samples`."""
+    levels = request.levels
+    rows, columns = np.nonzero(levels.sampled)
+    first, last = COUNTS[levels.have[rows, columns]], COUNTS[levels.want[rows, columns]]
+    guided = levels.guided[rows, columns]
+    halves = np.empty((HALVES, 3, rows.size), dtype=np.float32)
+    squares = np.empty(rows.size, dtype=np.float32)
+    controlled = guided.copy()
+    for chosen in _batches(columns, rows, last - first, request.limit):
+        x, y = columns[chosen] + request.tile.x0, rows[chosen] + request.tile.y0
+        batch = _radiance(plan, x, y, first[chosen], last[chosen], counts)
+        if request.around is not None:
+            around = _Around(request.around, rows[chosen], columns[chosen])
+            _subtract_guides(plan, batch, around, np.flatnonzero(guided[chosen]))
+            tinted = _subtract_tints(plan, batch, around, np.flatnonzero(~guided[chosen]))
+            controlled[chosen[tinted]] = True
+        for count in np.unique(batch.counts).tolist():
+            alike = np.flatnonzero(batch.counts == count)
+            halves[:, :, chosen[alike]], squares[chosen[alike]] = _reduced(batch.of(alike, count))
+    return halves, squares, controlled
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Batch:
+    """Samples of n pixels, N in all, those of a pixel together.
+
+    Attributes
+    ----------
+    counts : (n,) int64
+        Samples of each pixel.
+    radiance : (3, N) float64
+        Control variates are subtracted from it in place.
+    labels : (N,) int32
+    colors : (3, N) float64
+        What the rays hit, and the colour that textures gave there.
+    """
+
+    counts: Integers
+    radiance: Floats
+    labels: NDArray[np.int32]
+    colors: Floats
+
+    def of(self, pixels: Integers, count: int) -> Floats:
+        """Radiance (3, m, count) of those pixels (m,), all of which have `count` samples."""
+        starts = (np.cumsum(self.counts) - self.counts)[pixels]
+        return self.radiance[:, starts[:, None] + np.arange(count)]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Around:
+    """Pilot samples around the n pixels of a batch, which lie in rows and columns (n,) of the tile."""
+
+    pilots: Surroundings
+    rows: Integers
+    columns: Integers
+
+
+def _subtract_guides(plan: RenderPlan, batch: _Batch, around: _Around, guided: Integers) -> None:
+    """Subtract the guide from the samples of the pixels `guided` (m,)."""
+    if not guided.size:
+        return
+    nearby = around.pilots.nearby(around.rows[guided], around.columns[guided])
+    which, rays = _rays_of(batch, guided)
+    known, _ = guide(nearby, plan.rough | plan.textured).at(batch.labels[rays], which)
+    add(batch.radiance, rays, -known)
+
+
+def _subtract_tints(plan: RenderPlan, batch: _Batch, around: _Around, plain: Integers) -> Integers:
+    """Subtract the colour of textures from the samples of pixels that are filled by one; gives which.
+
+    Of the pixels `plain` (m,), which have no guide.
+    """
+    if not plan.tinted.any():
+        return plain[:0]
+    tints = around.pilots.tints(around.rows[plain], around.columns[plain], plan.tinted)
+    tinted = plain[tints.pixels]
+    which, rays = _rays_of(batch, tinted)
+    control = tints.at(which, batch.labels[rays], taken(batch.colors, rays))
+    add(batch.radiance, rays, -control)
+    return tinted
+
+
+def _rays_of(batch: _Batch, pixels: Integers) -> tuple[Integers, Integers]:
+    """The rays (M,) of some pixels (m,) of a batch, after which of the m each belongs to."""
+    which = np.full(batch.counts.size, -1)
+    which[pixels] = np.arange(pixels.size)
+    which = which.repeat(batch.counts)
+    rays = np.flatnonzero(which >= 0)
+    return which[rays], rays
+
+
+def _radiance(
+    plan: RenderPlan, x: Integers, y: Integers, first: Integers, last: Integers, counts: Counter[str]
+) -> _Batch:
+    """The samples `first` to `last` (n,) of pixels (n,)."""
+    count = last - first
+    columns, rows = x.repeat(count), y.repeat(count)
+    numbers = np.arange(count.sum()) - (np.cumsum(count) - count - first).repeat(count)
+    place = places(plan.seed, rows * plan.width + columns, numbers)
+    rays = camera_rays(plan, columns, rows, numbers, place)
+    seen = Surfaces.none(numbers.size)
+    found = np.minimum(radiance(plan, rays, counts, seen), BRIGHTEST)
+    return _Batch(count, found, labels_of(rays.shapes), seen.colors)
+
+
+def _reduced(found: Floats) -> tuple[Floats, Floats]:
+    """Means of the halves (2, 3, n), and sums of squares (n,), of samples (3, n, count)."""
+    samples = np.ascontiguousarray(found.transpose(2, 0, 1))
+    count = len(samples)
+    halves = np.stack(
+        [halving_sum(samples[half::HALVES].copy()) / (count // HALVES) for half in range(HALVES)]
+    )
+    samples -= halves.mean(axis=0)
+    np.multiply(samples, samples, out=samples)
+    return halves, halving_sum(samples).sum(axis=0) / 3
+
+
+def _batches(
+    columns: Integers, rows: Integers, count: Integers | int, limit: TimeLimit | None
+) -> Iterator[Integers]:
+    """Portions of pixels with `count` rays each, neighbours together.
+
+    Pixels of all counts share a portion: calls are most of the price of few rays.
+    """
+    order = np.argsort(_spread(columns) | _spread(rows) << 1, kind="stable")
+    rays = np.broadcast_to(count, order.shape)[order]
+    return (order[part] for part in portions(rays, limit))
+
+
+def _spread(numbers: Integers) -> Integers:
+    """The lower 16 bits of numbers at every other place: two of them make Morton's order."""
+    numbers = numbers & 0xFFFF
+    for shift, mask in ((8, 0x00FF00FF), (4, 0x0F0F0F0F), (2, 0x33333333), (1, 0x55555555)):
+        numbers = (numbers | numbers << shift) & mask
+    return numbers
