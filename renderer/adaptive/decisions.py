@@ -167,7 +167,7 @@ def _sample_more(estimate: Estimate) -> bool:
     spent = int(COUNTS[estimate.have].sum())
     for ease in EASES:
         _allot(estimate, found, ease)
-        _question(estimate, found, ease)
+        _add_probes(estimate, found, ease)
         estimate.want[few] = np.maximum(
             estimate.want[few], np.where(estimate.coverage[few] > 0, PROBED, SHOWN)
         )
@@ -221,7 +221,7 @@ def _allot(estimate: Estimate, found: Findings, ease: float) -> None:
     estimate.shown.ravel()[pilots[levels > 0]] = True
 
 
-def _question(estimate: Estimate, found: Findings, ease: float) -> None:
+def _add_probes(estimate: Estimate, found: Findings, ease: float) -> None:
     """More of probes whose strata leave the error uncertain: more samples, or more of them."""
     survey = found.survey
     unsure = survey.unsure((ease * DOUBT * estimate.budget) ** 2)
