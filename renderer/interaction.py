@@ -1,7 +1,7 @@
 """Rays of one block, what they meet, and the points to be shaded."""
 
 from dataclasses import dataclass, field, fields
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -93,6 +93,14 @@ class Rays:
         self.shapes[rays], self.primitives[rays] = shapes[nearer], primitives[nearer]
         for row, places in zip(self.coordinates, coordinates, strict=True):
             row[rays] = places[nearer]
+
+
+class RayStage(Protocol):
+    """Works on a block of rays."""
+
+    def run(self, rays: Rays) -> None:
+        """Change the rays' hits."""
+        ...
 
 
 @dataclass(slots=True, eq=False)

@@ -7,7 +7,8 @@ level, so tags begin with a character that cannot be meant and are taken out aga
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, get_args
+from types import UnionType
+from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, Discriminator, Tag
 
@@ -62,6 +63,15 @@ def chosen_by(forms: Mapping[str, tuple[type[Closed], ...]], *, field: str = "ty
         custom_error_type="unknown_type",
         custom_error_message=_offer(field, tuple(forms)),
     )
+
+
+def members(union: Any) -> tuple[type[BaseModel], ...]:
+    """Classes of a union, through the annotations around it."""
+    if get_origin(union) is Annotated:
+        return members(get_args(union)[0])
+    if get_origin(union) in (Union, UnionType):
+        return tuple(model for part in get_args(union) for model in members(part))
+    return (union,)
 
 
 def fullness(value: Mapping[str, Any], names: Sequence[str]) -> float:

@@ -30,8 +30,9 @@ from renderer.visibility.polygons import PolygonShadows
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from renderer.interaction import RayStage
     from renderer.plan.plan import RenderPlan
-    from renderer.plan.stages import LightStage, PointStage, RayStage
+    from renderer.plan.stages import LightStage, PointStage
     from renderer.shapes import Family
 
     ForLights = Callable[[LightStage], LightStage]

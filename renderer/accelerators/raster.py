@@ -11,11 +11,10 @@ import numpy as np
 
 from renderer.accelerators.meeting import TreeMeeting, offer_hits
 from renderer.accelerators.screen_grids import ROOM, ScreenTriangles, screen_triangles
-from renderer.accelerators.trees import FEW, tree_of
+from renderer.accelerators.trees import in_tree, tree_of
 from renderer.cameras import Pinhole
-from renderer.interaction import Rays
+from renderer.interaction import Rays, RayStage
 from renderer.math.arrays import Floats, Integers, dot, taken
-from renderer.plan.stages import RayStage
 from renderer.shapes.family import Meeting, Outline
 from renderer.shapes.triangles import Triangles
 
@@ -47,7 +46,7 @@ class Raster:
         ahead = screen_triangles(family, camera)
         part = family.part(ahead.others)
         others: RayStage | None = None
-        if part.numbers.size > FEW:
+        if in_tree(part):
             others = TreeMeeting(part, tree_of(part))
         elif part.numbers.size:
             others = Meeting(part, Outline.of(part.corners(), camera))

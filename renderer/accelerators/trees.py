@@ -5,7 +5,7 @@ import threading
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Generic, TypeGuard, TypeVar
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from renderer.accelerators import bvh
 from renderer.accelerators.bvh import Bvh
 from renderer.accelerators.discs import Discs, discs_of
 from renderer.accelerators.solids import Solid, solids_of
+from renderer.shapes import Family
 from renderer.shapes.triangles import Triangles
 
 FEW = 32
@@ -61,6 +62,11 @@ class Kept(Generic[Value]):
             while len(self._values) > KEPT:
                 self._values.popitem(last=False)
         return value
+
+
+def in_tree(family: Family) -> TypeGuard[Triangles]:
+    """Whether a family is met through a tree."""
+    return isinstance(family, Triangles) and family.numbers.size > FEW
 
 
 def build(family: Triangles) -> Tree:

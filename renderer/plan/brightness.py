@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 
+from renderer.plan.effects import TEXTURES
 from renderer.plan.request import Request
-from schemas.lights import DirectionalLight, Light
+from schemas.lights import Light
 from schemas.materials import PhongMaterial
-from schemas.textures import CheckerTexture
 
 UNSEEN = 2.0**-24
 """Half the spacing of float32 at 1: a linear picture cannot show less beside white, nor one of 8 bits less
@@ -30,7 +30,7 @@ def faintest_weight(request: Request) -> float:
 
 
 def _falls(light: Light) -> bool:
-    return not isinstance(light, DirectionalLight) and light.falloff == "physical"
+    return getattr(light, "falloff", "none") == "physical"
 
 
 def _scattered(request: Request, materials: list[PhongMaterial]) -> Iterator[float]:
@@ -47,13 +47,11 @@ def _scattered(request: Request, materials: list[PhongMaterial]) -> Iterator[flo
 
 
 def _brightest_color(request: Request, material: PhongMaterial) -> tuple[float, ...]:
-    """Greatest value of each channel; pictures hold 0 to 1."""
+    """Greatest value of each channel."""
     if material.color is not None:
         return material.color
     texture = request.document.textures[material.color_texture or ""]
-    if isinstance(texture, CheckerTexture):
-        return tuple(map(max, texture.even, texture.odd))
-    return 1.0, 1.0, 1.0
+    return TEXTURES[type(texture)].brightest(texture)
 
 
 def _bounces(materials: list[PhongMaterial]) -> float:

@@ -1,7 +1,14 @@
-"""Which module serves which part of the scene language: one line an effect."""
+"""Which module serves which part of the scene language, and all that plan building asks of it.
 
-from collections.abc import Callable, Sequence
-from typing import Any
+A kind that lacks something is refused when it is registered, before any scene is read: a shape that nobody
+has told how it casts shadows must not be a picture without them.
+"""
+
+import inspect
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Protocol, TypeVar
 
 import schemas.lights
 import schemas.shapes
@@ -9,29 +16,209 @@ import schemas.textures
 from renderer.assets import AssetSource
 from renderer.lights import emitters
 from renderer.lights.emitters import Emitter
+from renderer.lights.falloff import Falloff
+from renderer.plan.occlusion import Occluder, cast_by_ellipsoids, cast_by_polygons, cast_by_triangles
+from renderer.plan.stages import LightStage
 from renderer.shapes import Family, ellipsoids, meshes, rectangles, triangles
-from renderer.textures import Texture, checker, mipmap
+from renderer.shapes.ellipsoids import Ellipsoids
+from renderer.shapes.rectangles import Rectangles
+from renderer.shapes.triangles import Triangles
+from renderer.textures import Texture, checker, heights, mipmap
+from renderer.textures.image import ImageTexture
+from schemas.unions import members
 
-BuildFamily = Callable[[Sequence[int], Sequence[Any], AssetSource], Family]
+Color = tuple[float, float, float]
 
-SHAPES: dict[type, BuildFamily] = {
-    schemas.shapes.Triangle: triangles.build,
-    schemas.shapes.Rectangle: rectangles.build,
-    schemas.shapes.Parallelogram: rectangles.build,
-    schemas.shapes.Ellipsoid: ellipsoids.build,
-    schemas.shapes.Sphere: ellipsoids.build,
-    schemas.shapes.Mesh: meshes.build,
-    schemas.shapes.MeshFile: meshes.build,
-}
 
-LIGHTS: dict[type, Callable[..., Emitter]] = {
-    schemas.lights.RectangleLight: emitters.build_rectangle,
-    schemas.lights.ParallelogramLight: emitters.build_rectangle,
-    schemas.lights.PointLight: emitters.build_point,
-    schemas.lights.DirectionalLight: emitters.build_directional,
-}
+class Effect(Protocol):
+    """What a table says about one kind."""
 
-TEXTURES: dict[type, Callable[[Any, AssetSource], Texture]] = {
-    schemas.textures.ImageTexture: mipmap.build,
-    schemas.textures.CheckerTexture: checker.build,
-}
+    def refuse(self, kind: type) -> str | None:
+        """What does not agree with the class of the scene language, in words; None if all does."""
+        ...
+
+
+E = TypeVar("E", bound=Effect)
+
+
+@dataclass(frozen=True, slots=True)
+class ShapeEffect:
+    """A kind of shape.
+
+    Attributes
+    ----------
+    build : callable
+        Makes the family of some shapes, given with their numbers and the scene's files.
+    family : type of Family
+        What it makes; says by its methods what a shape is.
+    cast : Occluder
+        Makes the stages that mark the light points which such a family blocks.
+    meshed : bool
+        Whether one such shape may be so many primitives that shadow rays cost more than camera rays.
+    """
+
+    build: Callable[[Sequence[int], Sequence[Any], AssetSource], Family]
+    family: type[Family]
+    cast: Occluder
+    meshed: bool
+
+    def refuse(self, kind: type) -> str | None:
+        """The methods that the family lacks."""
+        del kind
+        if not inspect.isabstract(self.family):
+            return None
+        return f"{self.family.__name__} does not define {_listed(self.family.__abstractmethods__)}"
+
+
+@dataclass(frozen=True, slots=True)
+class LightEffect:
+    """A kind of light.
+
+    Attributes
+    ----------
+    build : callable
+        Makes the emitter of a light, given with its number, its sampling and the seed.
+    falloff : callable or None
+        Makes the stage of physical falloff; None where light does not fall with the distance.
+    falls_by : str
+        What it falls by, in words.
+    surface : bool
+        Whether the camera may see it.
+    """
+
+    build: Callable[[int, Any, Any, int], Emitter]
+    falloff: Callable[[Emitter], LightStage] | None
+    falls_by: str
+    surface: bool
+
+    def refuse(self, kind: type) -> str | None:
+        """Fields that the renderer would not look at, or looks for in vain."""
+        for name, served in (("falloff", self.falloff is not None), ("visible", self.surface)):
+            if served != (name in kind.model_fields):  # type: ignore[attr-defined]
+                has, lacks = ("renderer", "scene language") if served else ("scene language", "renderer")
+                return f"the {has} has a '{name}' for it, and the {lacks} has none"
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class TextureEffect:
+    """A kind of texture.
+
+    Attributes
+    ----------
+    build : callable
+        Makes the texture, given with the scene's files.
+    brightest : callable
+        Greatest value of each channel that a texture of the scene language may have.
+    heights : callable or None
+        Gives the image that bumps and displacement read; None where the scene language refuses heights of it.
+    mean : callable or None
+        Gives the texture of the scene language whose value is the exact mean over a footprint; None where
+        there is none.
+    """
+
+    build: Callable[[Any, AssetSource], Texture]
+    brightest: Callable[[Any], Color]
+    heights: Callable[[Any], ImageTexture] | None
+    mean: Callable[[Any], Any] | None
+
+    def refuse(self, kind: type) -> str | None:
+        """Nothing: all is said by the fields."""
+        del kind
+
+
+def registered(union: Any, effects: Mapping[type, E]) -> dict[type, E]:
+    """A table of effects, checked.
+
+    Parameters
+    ----------
+    union
+        The union of the scene language whose classes the table serves.
+    effects
+        An effect for each of them.
+
+    Raises
+    ------
+    TypeError
+        If a class of the union has no line in the table, or one that lacks something.
+    """
+    missing = [kind.__name__ for kind in members(union) if kind not in effects]
+    if missing:
+        raise TypeError(f"No effect is registered for {_listed(missing)}: add a line in {__name__}.")
+    for kind, effect in effects.items():
+        refused = effect.refuse(kind)
+        if refused:
+            raise TypeError(f"{kind.__name__} cannot be registered: {refused}.")
+    return dict(effects)
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(sorted(names))
+
+
+def _white(texture: schemas.textures.ImageTexture) -> Color:
+    """Pictures hold 0 to 1."""
+    del texture
+    return 1.0, 1.0, 1.0
+
+
+def _brighter_field(texture: schemas.textures.CheckerTexture) -> Color:
+    even, odd = texture.even, texture.odd
+    return max(even[0], odd[0]), max(even[1], odd[1]), max(even[2], odd[2])
+
+
+def _boxed(texture: schemas.textures.CheckerTexture) -> schemas.textures.CheckerTexture:
+    return texture.model_copy(update={"filter": "box"})
+
+
+_TRIANGLE = ShapeEffect(triangles.build, Triangles, cast_by_triangles, meshed=False)
+_RECTANGLE = ShapeEffect(rectangles.build, Rectangles, cast_by_polygons, meshed=False)
+_ELLIPSOID = ShapeEffect(ellipsoids.build, Ellipsoids, cast_by_ellipsoids, meshed=False)
+_MESH = ShapeEffect(meshes.build, Triangles, cast_by_triangles, meshed=True)
+
+SHAPES = registered(
+    schemas.shapes.Shape,
+    {
+        schemas.shapes.Triangle: _TRIANGLE,
+        schemas.shapes.Rectangle: _RECTANGLE,
+        schemas.shapes.Parallelogram: _RECTANGLE,
+        schemas.shapes.Ellipsoid: _ELLIPSOID,
+        schemas.shapes.Sphere: _ELLIPSOID,
+        schemas.shapes.Mesh: _MESH,
+        schemas.shapes.MeshFile: _MESH,
+    },
+)
+
+_AREA_LIGHT = LightEffect(
+    emitters.build_rectangle,
+    partial(Falloff, area=True),
+    falls_by="cosine and squared distance at light points",
+    surface=True,
+)
+
+LIGHTS = registered(
+    schemas.lights.Light,
+    {
+        schemas.lights.RectangleLight: _AREA_LIGHT,
+        schemas.lights.ParallelogramLight: _AREA_LIGHT,
+        schemas.lights.PointLight: LightEffect(
+            emitters.build_point, partial(Falloff, area=False), falls_by="squared distance", surface=False
+        ),
+        schemas.lights.DirectionalLight: LightEffect(
+            emitters.build_directional, None, falls_by="nothing", surface=False
+        ),
+    },
+)
+
+TEXTURES = registered(
+    schemas.textures.Texture,
+    {
+        schemas.textures.ImageTexture: TextureEffect(mipmap.build, _white, heights.image_of, mean=None),
+        schemas.textures.CheckerTexture: TextureEffect(
+            checker.build, _brighter_field, heights=None, mean=_boxed
+        ),
+    },
+)
+
+OCCLUDERS: dict[type[Family], Occluder] = {effect.family: effect.cast for effect in SHAPES.values()}
+"""How each family casts shadows, whichever kind of shape it is made from."""

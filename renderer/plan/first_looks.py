@@ -6,6 +6,7 @@ from dataclasses import fields, replace
 import numpy as np
 
 import schemas.textures as language
+from renderer.accelerators.trees import in_tree
 from renderer.adaptive.edges import EDGES
 from renderer.adaptive.lighting import CORNERS, SIDES, FirstLook, ProbingEmitter, finest
 from renderer.adaptive.shadow_edges import shadow_edge_places
@@ -16,7 +17,6 @@ from renderer.materials.phong import Phong
 from renderer.math.arrays import Floats, Integers, Masks
 from renderer.plan.lights import shadow_stages
 from renderer.plan.request import Request
-from renderer.plan.shapes import in_tree
 from renderer.plan.stages import Illumination, Lighting, PointStage
 from renderer.scenes import LoadedScene
 from renderer.shapes import Family

@@ -2,37 +2,27 @@
 
 import numpy as np
 
-from renderer.accelerators.boxes import Boxes
-from renderer.accelerators.trees import inside_of, tree_of
+from renderer.accelerators.trees import in_tree
 from renderer.adaptive.halves import in_sequence
 from renderer.lights import surfaces as light_surfaces
 from renderer.lights.emitters import Emitter
-from renderer.lights.falloff import Falloff
 from renderer.materials.phong import SHARP, Diffuse, Highlight, Phong
 from renderer.math.arrays import column, dot
-from renderer.plan import cost, shapes
+from renderer.plan import cost
 from renderer.plan.cost import COSTS
-from renderer.plan.effects import LIGHTS
+from renderer.plan.effects import LIGHTS, OCCLUDERS
 from renderer.plan.pointers import escaped
 from renderer.plan.request import Request
 from renderer.plan.scattering import transparent
 from renderer.plan.stages import Lighting, LightStage
 from renderer.shapes import Family
-from renderer.shapes.ellipsoids import Ellipsoids
 from renderer.shapes.family import MARGIN
-from renderer.shapes.rectangles import Rectangles
-from renderer.shapes.triangles import Triangles
-from renderer.visibility.ellipsoids import EllipsoidShadows
-from renderer.visibility.polygon_grids import GridPolygonShadows
-from renderer.visibility.polygon_scatter import ScatterPolygonShadows
-from renderer.visibility.solids import SolidShadows
-from renderer.visibility.trees import TreeShadows
 
 
 def emitter_of(request: Request, number: int) -> Emitter:
     """A light of the scene, with its sampling."""
     light = request.document.lights[number]
-    emitter = LIGHTS[type(light)](number, light, request.sampling.light, request.sampling.seed)
+    emitter = LIGHTS[type(light)].build(number, light, request.sampling.light, request.sampling.seed)
     return in_sequence(emitter) if request.target and emitter.count > 1 else emitter
 
 
@@ -133,13 +123,13 @@ def _shadows(request: Request, emitter: Emitter, families: list[Family]) -> list
 
 def _shading(family: Family, light_points: int) -> float:
     """Nanoseconds a point."""
-    if shapes.in_tree(family):
+    if in_tree(family):
         return cost.shaded_by_tree(family.numbers.size, light_points)
     return light_points * COSTS.shadow * min(2.0, family.numbers.size / 4)
 
 
 def _shades_nothing(request: Request, families: list[Family]) -> bool:
-    """A single shape shades nothing, but for an ellipsoid seen from inside: it hides what is outside.
+    """A single shape shades nothing, unless it can stand in its own light.
 
     Some place of a lens may be inside where its middle is not, and rays go through glass.
     """
@@ -147,45 +137,30 @@ def _shades_nothing(request: Request, families: list[Family]) -> bool:
         return False
     if sum(family.numbers.size for family in families) > 1:
         return False
-    position, lens = column(request.document.camera.position), request.document.camera.lens_radius > 0
-    return not any(isinstance(family, Ellipsoids) and (lens or family.holds(position)) for family in families)
+    camera = request.document.camera
+    viewer = None if camera.lens_radius > 0 else column(camera.position)
+    return not any(family.shades_itself(viewer) for family in families)
 
 
 def shadow_stages(request: Request, emitter: Emitter, families: list[Family]) -> list[LightStage]:
     """What marks the light points that families of shapes block."""
-    stages: list[LightStage] = []
-    for family in families:
-        match family:
-            case Triangles() if shapes.in_tree(family):
-                stages.extend(_solid_stages(request, emitter, family))
-                stages.append(TreeShadows(family, tree_of(family), emitter, request.dtype))
-            case Rectangles() | Triangles():
-                kind = GridPolygonShadows if emitter.shared else ScatterPolygonShadows
-                stages.append(kind(family.occluders(), emitter, request.dtype, request.culling))
-            case Ellipsoids():
-                stages.append(EllipsoidShadows(family, emitter, request.dtype, request.culling))
-    return stages
-
-
-def _solid_stages(request: Request, emitter: Emitter, family: Triangles) -> list[LightStage]:
-    """What closed meshes hide for sure, of which the tree need not be asked."""
-    solids = [solid for solid in inside_of(family) if emitter.is_apart_from(solid.low, solid.high)]
-    if not request.culling or not solids:
-        return []
-    return [SolidShadows(Boxes.joined([solid.boxes for solid in solids]), emitter, request.dtype)]
+    return [
+        stage
+        for family in families
+        for stage in OCCLUDERS[type(family)](family, emitter, request.dtype, request.culling)
+    ]
 
 
 def _falloff(request: Request, emitter: Emitter, pointer: str) -> list[LightStage]:
     """Weights of the light points, first of the terms, as all others take them."""
     light = request.document.lights[emitter.number]
-    if getattr(light, "falloff", "none") == "none":
+    effect = LIGHTS[type(light)]
+    if effect.falloff is None or getattr(light, "falloff", "none") == "none":
         return []
-    area = light.type == "rectangle"
-    detail = "cosine and squared distance at light points" if area else "squared distance"
     price = cost.seconds(request.rays * emitter.count, COSTS.falloff)
-    name = f"falloff of light {emitter.number}"
-    request.listing.add(name, "lights.falloff", detail, (f"{pointer}/falloff",), price)
-    return [Falloff(emitter, area)]
+    name, pointers = f"falloff of light {emitter.number}", (f"{pointer}/falloff",)
+    request.listing.add(name, "lights.falloff", effect.falls_by, pointers, price)
+    return [effect.falloff(emitter)]
 
 
 def _terms(request: Request, emitter: Emitter, table: Phong, pointer: str) -> list[LightStage]:

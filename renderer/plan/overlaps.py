@@ -5,20 +5,22 @@ from functools import partial
 
 import numpy as np
 
+from renderer.accelerators.trees import in_tree
+from renderer.interaction import RayStage
 from renderer.math.arrays import Integers, Masks
 from renderer.plan import cost
 from renderer.plan.cost import COSTS
 from renderer.plan.request import Request
-from renderer.plan.shapes import in_tree, meeting_of
-from renderer.plan.stages import RayStage
+from renderer.plan.shapes import meeting_of
 from renderer.shapes import Family
-from renderer.shapes.overlaps import First, Flat, Overlaps, is_flat, overlapping, places_of
+from renderer.shapes.overlaps import First, Overlaps, overlapping, places_of
+from renderer.shapes.polygons import FlatFamily
 from renderer.shapes.triangles import Triangles
 
 
 def stages(request: Request, families: list[Family]) -> list[RayStage]:
     """What comes first of flat shapes that overlap in one plane, unless all of these are in trees."""
-    flat = [family for family in families if is_flat(family)]
+    flat = [family for family in families if isinstance(family, FlatFamily)]
     firsts = [first for family in flat if not in_tree(family) for first in _firsts(family, flat)]
     if not firsts:
         return []
@@ -32,7 +34,7 @@ def stages(request: Request, families: list[Family]) -> list[RayStage]:
     return [Overlaps(places_of(flat, len(request.document.shapes)), tuple(firsts))]
 
 
-def _firsts(family: Flat, flat: list[Flat]) -> Iterator[First]:
+def _firsts(family: FlatFamily, flat: list[FlatFamily]) -> Iterator[First]:
     """What the shapes of a family come before, and what in trees comes before them."""
     begins = np.cumsum([0, *(other.numbers.size for other in flat)])
     shapes, places = [], []

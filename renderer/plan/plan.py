@@ -6,10 +6,11 @@ from typing import Any, Protocol
 import numpy as np
 
 from renderer.cameras import Pinhole
+from renderer.interaction import RayStage
 from renderer.layers import Layer
 from renderer.lights.surfaces import Unshaded
 from renderer.math.arrays import Integers, Masks
-from renderer.plan.stages import Entry, Illumination, PointStage, RayStage, Spawner
+from renderer.plan.stages import Entry, Illumination, PointStage, Spawner
 from renderer.scenes import LoadedScene
 from schemas.plans import LeftOut, PlanCost, PlanDocument, PlanStage
 from schemas.quality import Quality

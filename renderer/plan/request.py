@@ -4,13 +4,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from renderer.plan.effects import SHAPES, TEXTURES
 from renderer.plan.stages import Listing
 from renderer.scenes import LoadedScene
 from schemas.quality import Quality, TargetQuality
 from schemas.sampling import Antialiasing, LightSampling, Sampling
 from schemas.scene import Scene
-from schemas.shapes import Mesh, MeshFile
-from schemas.textures import CheckerTexture
 
 
 @dataclass(slots=True)
@@ -105,12 +104,12 @@ def _light_points(document: Scene) -> int:
     """Few where every pixel is sampled, or where shadow rays through a tree cost more than the camera ray."""
     if document.camera.lens_radius > 0:
         return FEW_LIGHT_POINTS
-    boards = {name for name, texture in document.textures.items() if isinstance(texture, CheckerTexture)}
+    boards = {name for name, texture in document.textures.items() if TEXTURES[type(texture)].mean}
     for shape in document.shapes:
         material = document.materials[shape.material]
         asked = {part for part in SAMPLED_EVERYWHERE if getattr(material, part)}
         if material.color_texture in boards:
             asked.discard("color_texture")
-        if asked or isinstance(shape, Mesh | MeshFile):
+        if asked or SHAPES[type(shape)].meshed:
             return FEW_LIGHT_POINTS
     return MANY_LIGHT_POINTS

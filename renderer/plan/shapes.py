@@ -6,17 +6,16 @@ import numpy as np
 
 from renderer.accelerators.meeting import TreeMeeting
 from renderer.accelerators.raster import RasterMeeting
-from renderer.accelerators.trees import FEW, tree_of
+from renderer.accelerators.trees import in_tree, tree_of
 from renderer.assets import AssetError
 from renderer.cameras import Pinhole, pinhole
 from renderer.errors import SceneError
-from renderer.math.arrays import magnitude
+from renderer.interaction import RayStage
 from renderer.plan import cost
 from renderer.plan.cost import COSTS
-from renderer.plan.effects import SHAPES, BuildFamily
+from renderer.plan.effects import SHAPES, ShapeEffect
 from renderer.plan.pointers import escaped
 from renderer.plan.request import Request
-from renderer.plan.stages import RayStage
 from renderer.plan.textures import heights_of
 from renderer.shapes import Family, displacement
 from renderer.shapes.displacement import Displaced
@@ -36,7 +35,7 @@ def families(request: Request) -> list[Family]:
 
     Triangles without area are dropped.
     """
-    members: dict[BuildFamily, list[int]] = {}
+    members: dict[ShapeEffect, list[int]] = {}
     for number, shape in enumerate(request.document.shapes):
         if isinstance(shape, Triangle) and no_area(shape):
             pointer = (f"/shapes/{number}",)
@@ -46,11 +45,9 @@ def families(request: Request) -> list[Family]:
             continue
         if _displacement(request, shape) is None:
             members.setdefault(SHAPES[type(shape)], []).append(number)
-    built = [_family(request, build, numbers) for build, numbers in members.items()]
+    built = [_family(request, effect, numbers) for effect, numbers in members.items()]
     built.extend(_displaced(request))
-    request.retried += sum(
-        int(np.count_nonzero(part.retried)) for part in built if isinstance(part, Triangles)
-    )
+    request.retried += sum(family.count_retried() for family in built)
     shown = [part for family in built if (part := _with_area(request, family)) is not None]
     for family in shown:
         _list_family(request, family)
@@ -58,10 +55,8 @@ def families(request: Request) -> list[Family]:
 
 
 def _with_area(request: Request, family: Family) -> Family | None:
-    """The family without the meshes of which no triangle has an area; None if there are no others."""
-    if not isinstance(family, Triangles):
-        return family
-    seen = np.isin(family.numbers, family.numbers[magnitude(family.normals) > 0])
+    """The family without the shapes of which no triangle has an area; None if there are no others."""
+    seen = np.isin(family.numbers, family.numbers[~family.without_area()])
     for number in np.unique(family.numbers[~seen]).tolist():
         reason = "no triangle of it has an area"
         request.listing.leave_out(f"shapes.{family.kind}", reason, (f"/shapes/{number}",))
@@ -108,9 +103,10 @@ def _list_still(request: Request) -> None:
             request.listing.leave_out("materials.phong.displacement_map", "its height is 0", pointer)
 
 
-def _family(request: Request, build: BuildFamily, numbers: list[int]) -> Family:
+def _family(request: Request, effect: ShapeEffect, numbers: list[int]) -> Family:
+    shapes = [request.document.shapes[number] for number in numbers]
     try:
-        return build(numbers, [request.document.shapes[number] for number in numbers], request.scene.assets)
+        return effect.build(numbers, shapes, request.scene.assets)
     except AssetError as error:
         raise SceneError((Problem(pointer=error.pointer, detail=str(error), code="asset"),)) from error
 
@@ -143,11 +139,6 @@ def meeting_of(family: Family, outline: Outline | None = None) -> RayStage:
     return TreeMeeting(family, tree_of(family)) if in_tree(family) else Meeting(family, outline)
 
 
-def in_tree(family: Family) -> TypeGuard[Triangles]:
-    """Whether a family is met through a tree."""
-    return isinstance(family, Triangles) and family.numbers.size > FEW
-
-
 def location(request: Request, family: Family, *, framed: bool, sloped: bool) -> Location:
     """The stage that forms the points on a family."""
     local = np.full(len(request.document.shapes), -1, dtype=np.int64)
@@ -162,5 +153,5 @@ def location(request: Request, family: Family, *, framed: bool, sloped: bool) ->
 
 
 def without_area(family: Family) -> int:
-    """Triangles of a mesh that nothing can meet."""
-    return int(np.count_nonzero(magnitude(family.normals) == 0)) if isinstance(family, Triangles) else 0
+    """Number of primitives that nothing can hit."""
+    return int(np.count_nonzero(family.without_area()))

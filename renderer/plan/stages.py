@@ -6,21 +6,13 @@ from typing import Protocol
 
 import numpy as np
 
-from renderer.interaction import Points, Rays
+from renderer.interaction import Points
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView, facing
 from renderer.math.arrays import Floats, Integers, taken
 from renderer.waves import Wave
 from renderer.workspace import Workspace
 from schemas.plans import LeftOut
-
-
-class RayStage(Protocol):
-    """Works on a block of rays."""
-
-    def run(self, rays: Rays) -> None:
-        """Change the rays' hits."""
-        ...
 
 
 class PointStage(Protocol):

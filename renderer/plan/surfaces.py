@@ -15,7 +15,6 @@ from renderer.plan.shapes import location
 from renderer.plan.stages import Listing, PointStage
 from renderer.plan.textures import heights_of, texture_of
 from renderer.shapes import Family
-from renderer.shapes.triangles import Triangles
 from renderer.textures import Texture
 from renderer.textures import footprints as footprint_stage
 from renderer.textures.footprints import Footprints
@@ -129,8 +128,7 @@ def _bump(request: Request, name: str, height: float, materials: list[int]) -> B
 
 def _horizon(request: Request, families: list[Family]) -> list[Horizon]:
     """The end of all that tilts normals, if there is any."""
-    smooth = [family for family in families if isinstance(family, Triangles) and family.smooth.any()]
-    numbers = {number for family in smooth for number in family.numbers[family.smooth].tolist()}
+    numbers = {number for family in families for number in family.smooth_shapes().tolist()}
     asking = [f"/shapes/{number}" for number in sorted(numbers)]
     for name in request.names:
         material = request.document.materials[name]

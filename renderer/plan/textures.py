@@ -7,8 +7,6 @@ from renderer.plan.pointers import escaped
 from renderer.plan.request import Request
 from renderer.textures import Texture
 from renderer.textures.heights import Heights
-from renderer.textures.image import ImageTexture
-from renderer.textures.mipmap import MipmapTexture
 from schemas.problems import Problem
 
 
@@ -24,7 +22,7 @@ def texture_of(request: Request, name: str, *, stored: bool) -> Texture:
     if stored:
         texture = texture.model_copy(update={"encoding": "linear"})
     try:
-        return TEXTURES[type(texture)](texture, request.scene.assets)
+        return TEXTURES[type(texture)].build(texture, request.scene.assets)
     except AssetError as error:
         pointer = f"/textures/{escaped(name)}/asset"
         raise SceneError((Problem(pointer=pointer, detail=str(error), code="asset"),)) from error
@@ -32,8 +30,6 @@ def texture_of(request: Request, name: str, *, stored: bool) -> Texture:
 
 def heights_of(request: Request, name: str, scale: float) -> Heights:
     """A texture of the scene as heights."""
-    texture = texture_of(request, name, stored=True)
-    if isinstance(texture, MipmapTexture):
-        texture = texture.levels[0]
-    assert isinstance(texture, ImageTexture)
-    return Heights(texture, scale)
+    effect = TEXTURES[type(request.document.textures[name])]
+    assert effect.heights is not None, "the scene language takes heights of images alone"
+    return Heights(effect.heights(texture_of(request, name, stored=True)), scale)

@@ -8,6 +8,7 @@ and flat heights give the picture without them.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import assert_never
 
 import numpy as np
 
@@ -131,8 +132,10 @@ def _surface(shape: language.Shape, assets: AssetSource) -> Surface | None:
             return Surface(
                 columns(shape.vertices), np.array([[0], [1], [2]]), np.array(shape.uvs or CORNERS).T
             )
-        case _:
+        case language.Rectangle() | language.Parallelogram():
             return _rectangle(shape)
+        case _:
+            assert_never(shape)
 
 
 def _flat(shape: language.Shape, surface: Surface, count: int) -> Patch:

@@ -71,6 +71,22 @@ class Ellipsoids(Family):
             for shape in range(self.numbers.size)
         )
 
+    def shades_itself(self, viewer: Floats | None) -> bool:
+        """Seen from inside, an ellipsoid hides what is outside."""
+        return viewer is None or self.holds(viewer)
+
+    def smooth_shapes(self) -> Integers:
+        """None: its normals are those of the surface."""
+        return self.numbers[:0]
+
+    def without_area(self) -> Masks:
+        """None: the scene language refuses them."""
+        return np.zeros(self.numbers.size, dtype=bool)
+
+    def count_retried(self) -> int:
+        """None."""
+        return 0
+
     def meet(self, shape: int, rays: Rays) -> None:
         """Hits from the closest approach to the centre (Haines et al., Ray Tracing Gems, ch. 7).
 

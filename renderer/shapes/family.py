@@ -97,6 +97,26 @@ class Family(ABC):
     def corners(self) -> Floats:
         """Corners of a convex hull of each shape, (V, 3, K)."""
 
+    @abstractmethod
+    def shades_itself(self, viewer: Floats | None) -> bool:
+        """Whether a shape alone in a scene can stand in its own light, where it is seen from `viewer`.
+
+        That is a place (3, 1); None stands for places that are not known. A flat shape never does, a convex
+        solid only where it is seen from inside.
+        """
+
+    @abstractmethod
+    def smooth_shapes(self) -> Integers:
+        """Numbers of the shapes whose shading normals are not those of the surface, (M,)."""
+
+    @abstractmethod
+    def without_area(self) -> Masks:
+        """Primitives that nothing can hit, as they have no area, (K,)."""
+
+    @abstractmethod
+    def count_retried(self) -> int:
+        """Number of primitives so thin that exact arithmetic had to tell if they have an area."""
+
     def reach(self, direction: Floats) -> Floats:
         """Greatest value of direction . x over the places x of each shape, (K,), for a vector (3, 1).
 

@@ -7,19 +7,13 @@ wherever a ray meets it and one that lies in its plane.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TypeGuard
 
 import numpy as np
 
 from renderer.interaction import Rays
 from renderer.math.arrays import Floats, Integers, Masks, dot
 from renderer.math.numerics import SURFACE
-from renderer.shapes.family import Family
-from renderer.shapes.polygons import Polygons
-from renderer.shapes.rectangles import Rectangles
-from renderer.shapes.triangles import Triangles
-
-Flat = Rectangles | Triangles
+from renderer.shapes.polygons import FlatFamily, Polygons
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,12 +61,7 @@ class Overlaps:
             met[taken] = self.places[rays.shapes[taken]] + rays.primitives[taken]
 
 
-def is_flat(family: Family) -> TypeGuard[Flat]:
-    """Whether all shapes of a family are made of flat primitives."""
-    return isinstance(family, Rectangles | Triangles)
-
-
-def places_of(families: Sequence[Flat], shapes: int) -> Integers:
+def places_of(families: Sequence[FlatFamily], shapes: int) -> Integers:
     """`Overlaps.places` for the flat families of a scene of so many shapes."""
     count = sum(family.numbers.size for family in families)
     places, begin = np.full(shapes + 1, count, dtype=np.int64), 0
@@ -83,7 +72,7 @@ def places_of(families: Sequence[Flat], shapes: int) -> Integers:
     return places
 
 
-def overlapping(some: Flat, others: Flat) -> tuple[Integers, Integers]:
+def overlapping(some: FlatFamily, others: FlatFamily) -> tuple[Integers, Integers]:
     """Pairs (P,) of primitives that lie in one plane and overlap by more than rounding.
 
     What only shares an edge or a corner does not overlap: some edge of one of the two has all of the other on
@@ -91,9 +80,9 @@ def overlapping(some: Flat, others: Flat) -> tuple[Integers, Integers]:
 
     Parameters
     ----------
-    some : Rectangles or Triangles
+    some : FlatFamily
         One after another is compared with all others: a few.
-    others : Rectangles or Triangles
+    others : FlatFamily
     """
     low, high = (bound(others.corners(), axis=0) for bound in (np.min, np.max))
     found = [_near(some, which, others, low, high) for which in range(some.numbers.size)]
@@ -107,7 +96,7 @@ def overlapping(some: Flat, others: Flat) -> tuple[Integers, Integers]:
     return first[together], second[together]
 
 
-def _near(some: Flat, which: int, others: Flat, low: Floats, high: Floats) -> Integers:
+def _near(some: FlatFamily, which: int, others: FlatFamily, low: Floats, high: Floats) -> Integers:
     """Other primitives whose bounds (3, K) meet those of one, and that lie in its plane."""
     corners = some.corners()[:, :, which]
     room = SURFACE * (some.sizes[which] + others.sizes)

@@ -1,8 +1,10 @@
-"""Planar convex shapes as occluders: a plane, and one edge function a side."""
+"""Planar convex shapes: the families made of them, and what they are as occluders."""
 
+from abc import abstractmethod
 from dataclasses import dataclass
 
 from renderer.math.arrays import Floats, Integers
+from renderer.shapes.family import Family
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,3 +33,25 @@ class Polygons:
     edge_normals: Floats
     edge_anchors: Floats
     corners: Floats
+
+
+@dataclass(slots=True, eq=False)
+class FlatFamily(Family):
+    """A family whose primitives are planar convex polygons.
+
+    Attributes
+    ----------
+    normals : (3, K) float64
+        Outward unit normals; zero for primitives without area.
+    """
+
+    normals: Floats
+
+    @abstractmethod
+    def occluders(self) -> Polygons:
+        """The same primitives as things that stand in the light."""
+
+    def shades_itself(self, viewer: Floats | None) -> bool:
+        """Never: what is flat shows light and viewer the same side of it, or is dark."""
+        del viewer
+        return False

@@ -9,10 +9,22 @@ import schemas.shapes as language
 from renderer.assets import AssetSource
 from renderer.departures import settled
 from renderer.interaction import Points, Rays
-from renderer.math.arrays import Floats, Integers, column, cross, dot, lengths, magnitude, put, taken, unit
+from renderer.math.arrays import (
+    Floats,
+    Integers,
+    Masks,
+    column,
+    cross,
+    dot,
+    lengths,
+    magnitude,
+    put,
+    taken,
+    unit,
+)
 from renderer.math.numerics import SURFACE, gamma
-from renderer.shapes.family import WHOLE, Family
-from renderer.shapes.polygons import Polygons
+from renderer.shapes.family import WHOLE
+from renderer.shapes.polygons import FlatFamily, Polygons
 
 
 def edges_of(
@@ -37,7 +49,7 @@ def edges(shape: language.Rectangle | language.Parallelogram) -> tuple[Floats, F
 
 
 @dataclass(slots=True, eq=False)
-class Rectangles(Family):
+class Rectangles(FlatFamily):
     """A family of rectangles; arrays are (3, K) float64.
 
     Attributes
@@ -46,15 +58,12 @@ class Rectangles(Family):
         Corner and edge vectors.
     products : (3, K)
         first x second, not normalised.
-    normals : (3, K)
-        Outward unit normals.
     """
 
     anchors: Floats
     first: Floats
     second: Floats
     products: Floats
-    normals: Floats
 
     def corners(self) -> Floats:
         """The four corners, (4, 3, K)."""
@@ -122,6 +131,18 @@ class Rectangles(Family):
         """The edges."""
         del points, chosen
         return self.first[:, shapes], self.second[:, shapes]
+
+    def smooth_shapes(self) -> Integers:
+        """None."""
+        return self.numbers[:0]
+
+    def without_area(self) -> Masks:
+        """None: the scene language refuses them."""
+        return np.zeros(self.numbers.size, dtype=bool)
+
+    def count_retried(self) -> int:
+        """None."""
+        return 0
 
     def occluders(self) -> Polygons:
         """The same rectangles as things that stand in the light."""

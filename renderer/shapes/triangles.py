@@ -10,15 +10,14 @@ from renderer.assets import AssetSource
 from renderer.interaction import Points, Rays
 from renderer.math.arrays import Floats, Integers, Masks, cross, dot, lengths, magnitude, put, taken, unit
 from renderer.shapes import woop
-from renderer.shapes.family import Family
 from renderer.shapes.frames import derivatives_of_texture, frame_of_normals, frame_of_texture
-from renderer.shapes.polygons import Polygons
+from renderer.shapes.polygons import FlatFamily, Polygons
 from schemas.geometry import CLEARLY_AN_AREA
 
 
 @dataclass(slots=True, eq=False)
-class Triangles(Family):
-    """A family of triangles, one by one or in meshes.
+class Triangles(FlatFamily):
+    """A family of triangles, one by one or in meshes; counter-clockwise vertices are seen from outside.
 
     Attributes
     ----------
@@ -26,8 +25,6 @@ class Triangles(Family):
         Number of each triangle within its shape.
     vertices : (3, 3, K) float64
         Vertex, coordinate, triangle.
-    normals : (3, K) float64
-        Outward unit normals: counter-clockwise vertices seen from outside.
     vertex_normals : (3, 3, K) float64
         Unit normals at the vertices, for smooth shading, on the whole on the outward side.
     smooth : (K,) bool
@@ -40,7 +37,6 @@ class Triangles(Family):
 
     primitives: Integers
     vertices: Floats
-    normals: Floats
     vertex_normals: Floats
     smooth: Masks
     retried: Masks
@@ -93,6 +89,18 @@ class Triangles(Family):
         del points, chosen
         vertices, texture = self.vertices[:, :, shapes], self.texture[:, :, shapes]
         return derivatives_of_texture(vertices, texture)
+
+    def smooth_shapes(self) -> Integers:
+        """Those with normals at their vertices."""
+        return np.unique(self.numbers[self.smooth])
+
+    def without_area(self) -> Masks:
+        """Those whose normal is zero."""
+        return np.asarray(magnitude(self.normals) == 0)
+
+    def count_retried(self) -> int:
+        """Number of the thin ones."""
+        return int(np.count_nonzero(self.retried))
 
     def occluders(self) -> Polygons:
         """The same triangles as things that stand in the light."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from renderer.math.arrays import Floats
 from renderer.textures.image import ImageTexture
+from renderer.textures.mipmap import MipmapTexture
 
 LOOKUPS_A_SLOPE = 4
 """Look-ups in the texture for the slopes at one place."""
@@ -38,3 +39,8 @@ class Heights:
         by_u = (self.at(coordinates + across) - self.at(coordinates - across)) * width
         by_v = (self.at(coordinates + along) - self.at(coordinates - along)) * height
         return by_u, by_v
+
+
+def image_of(texture: ImageTexture | MipmapTexture) -> ImageTexture:
+    """The image that a texture's heights are read from: of a pyramid the image itself."""
+    return texture.levels[0] if isinstance(texture, MipmapTexture) else texture

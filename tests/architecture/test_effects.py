@@ -1,8 +1,7 @@
 """Every effect of the scene language is rendered, tested, shown in the gallery or the documentation."""
 
-import types
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Any, Literal, get_args, get_origin
 
 import pytest
 from pydantic import BaseModel
@@ -16,16 +15,8 @@ from schemas.sampling import Antialiasing, LightSampling
 from schemas.scene import Scene
 from schemas.shapes import Shape
 from schemas.textures import Texture
+from schemas.unions import members
 from tests.architecture.sources import ROOT
-
-
-def members(union: Any) -> tuple[type[BaseModel], ...]:
-    """Classes of a union, through the annotations around it."""
-    if get_origin(union) is Annotated:
-        return members(get_args(union)[0])
-    if get_origin(union) in (Union, types.UnionType):
-        return tuple(model for part in get_args(union) for model in members(part))
-    return (union,)
 
 
 def literals(model: type[BaseModel], field: str) -> tuple[str, ...]:

@@ -1,6 +1,7 @@
 """A plan holds what the scene calls for, says who asked, and runs nothing else."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -196,7 +197,7 @@ def test_an_effect_that_a_scene_does_not_call_for_is_not_even_built(
         id(LIGHTS): {"lights": [part]},
         id(TEXTURES): {"textures": {"t": part}, "materials": {"plain": phong(color_texture="t")}},
     }
-    monkeypatch.setitem(table, key, poison)
+    monkeypatch.setitem(table, key, replace(table[key], build=poison))
     assert renderer.render(plan_of(without, files=FILES)).image.any()
     with pytest.raises(AssertionError, match=name):
         plan_of(without | parts[id(table)], files=FILES)
