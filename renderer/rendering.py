@@ -16,7 +16,7 @@ from renderer.errors import told
 from renderer.film import Image, clamped, compose, enlarge, non_finite
 from renderer.integrator import TileResult, render_tile
 from renderer.layers import LayerBuffers
-from renderer.plan.building import compile_scene
+from renderer.plan.building import at_quality
 from renderer.plan.plan import RenderPlan
 from renderer.progressive import errors_of, squares_of, unknown_error
 from renderer.results import RenderResult, TileEvent
@@ -113,8 +113,7 @@ def render(
     workers = checked_count("workers", workers, MOST_WORKERS, "this process alone")
     tile_size = checked_count("tile_size", tile_size, LARGEST_TILE, "the renderer's choice")
     if quality is not None:
-        names = [layer.name for layer in plan.layers]
-        plan = compile_scene(plan.scene, quality, layers=names, culling=plan.culling)
+        plan = at_quality(plan, quality)
     if isinstance(plan.quality, TargetQuality):
         return _converging(render_adaptively(plan, plan.quality, on_tile, workers, tile_size), None)
     begun = time.perf_counter()

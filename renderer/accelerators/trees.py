@@ -2,6 +2,7 @@
 
 import hashlib
 import threading
+import weakref
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -39,15 +40,24 @@ class Tree(Bvh):
 
 
 class Kept(Generic[Value]):
-    """What was made of the last families, by the content of their vertices. Used by many threads."""
+    """What was made of families: of all in use, and of the last ones by content. Used by many threads."""
 
     def __init__(self, make: Callable[[Triangles], Value]) -> None:
         self._make = make
         self._lock = threading.Lock()
+        self._alive: weakref.WeakKeyDictionary[Triangles, Value] = weakref.WeakKeyDictionary()
         self._values: OrderedDict[bytes, Value] = OrderedDict()
 
     def __call__(self, family: Triangles) -> Value:
-        """The value of a family, made unless it is among the last."""
+        """The value of a family, made unless it is known."""
+        with self._lock:
+            if family in self._alive:
+                return self._alive[family]
+        value = self._by_content(family)
+        with self._lock:
+            return self._alive.setdefault(family, value)
+
+    def _by_content(self, family: Triangles) -> Value:
         key = hashlib.sha256(np.ascontiguousarray(family.vertices).data)
         key.update(np.ascontiguousarray(family.numbers).data)
         name = key.digest()

@@ -22,6 +22,7 @@ from renderer.plan import cost, details, first_looks, lights, overlaps, shapes, 
 from renderer.plan import layers as layer_stages
 from renderer.plan import scattering as spawners
 from renderer.plan.cost import COSTS
+from renderer.plan.geometry import build_geometry
 from renderer.plan.plan import Policy, RenderPlan
 from renderer.plan.request import Request
 from renderer.plan.stages import Lighting
@@ -64,7 +65,18 @@ def compile_scene(
         If there is no layer of some name.
     """
     names = checked_layers(layers)
-    request = Request(*load_request(scene, quality), culling, names)
+    loaded, asked = load_request(scene, quality)
+    return _compiled(Request(loaded, asked, build_geometry(loaded), culling, names))
+
+
+def at_quality(plan: RenderPlan, quality: QualitySource) -> RenderPlan:
+    """The plan of the same scene and layers at another quality; raises as `compile_scene` does for it."""
+    loaded, asked = load_request(plan.scene, quality)
+    names = tuple(layer.name for layer in plan.layers)
+    return _compiled(Request(loaded, asked, plan.geometry, plan.culling, names))
+
+
+def _compiled(request: Request) -> RenderPlan:
     plan = _plan(request)
     if request.target is None or request.document.camera.lens_radius > 0:
         return plan
@@ -78,10 +90,9 @@ def compile_scene(
 def _look(request: Request, target: TargetQuality, detailed: frozenset[str]) -> RenderPlan:
     """The plan of the first look that target quality takes at each pixel."""
     scene, quality = first_looks.filtered(request.scene), first_looks.quality_of(target)
-    seen = Request(scene, quality, request.culling, details=detailed)
+    seen = Request(scene, quality, request.geometry, request.culling, details=detailed)
     plan = _plan(seen)
-    families, table = shapes.families(seen), _table(seen)
-    lightings = first_looks.lightings(seen, target, plan.lightings, families, table)
+    lightings = first_looks.lightings(seen, target, plan.lightings, _table(seen))
     return replace(
         plan,
         surfaces=tuple(first_looks.averaged(stage, plan.camera, target) for stage in plan.surfaces),
@@ -92,25 +103,25 @@ def _look(request: Request, target: TargetQuality, detailed: frozenset[str]) -> 
 
 def compile_visibility(plan: RenderPlan) -> tuple[Lighting, ...]:
     """One stage a light of the scene, black ones too, that marks what blocks it and adds nothing."""
-    request = Request(plan.scene, plan.quality, plan.culling)
-    return lights.visibility(request, shapes.families(request))
+    return lights.visibility(Request(plan.scene, plan.quality, plan.geometry, plan.culling))
 
 
 def _plan(request: Request) -> RenderPlan:
     """Build the stages in the order in which they run."""
     camera = _camera(request)
-    families = shapes.families(request)
-    emitters = lights.emitters(request, families)
-    meetings = [shapes.meeting(request, family, camera) for family in families]
-    meetings += overlaps.stages(request, families)
+    shapes.list_geometry(request)
+    emitters = lights.emitters(request)
+    meetings = [shapes.meeting(request, family, camera) for family in request.families]
+    meetings += overlaps.stages(request)
     visible = lights.visible_lights(request)
     seen = [light.rectangles for light in visible]
     table = _table(request)
-    points, bent = surfaces.surfaces(request, families, table)
+    points, bent = surfaces.surfaces(request, table)
     bounces = spawners.spawners(request)
     antialiasing = request.sampling.antialiasing
     return RenderPlan(
         scene=request.scene,
+        geometry=request.geometry,
         quality=request.quality,
         camera=camera,
         antialiasing=antialiasing,
@@ -119,16 +130,16 @@ def _plan(request: Request) -> RenderPlan:
         meetings=tuple(meetings),
         visible_lights=tuple(visible),
         surfaces=tuple(points),
-        lightings=tuple(lights.lighting(request, emitter, families, table) for emitter in emitters),
+        lightings=tuple(lights.lighting(request, emitter, table) for emitter in emitters),
         look=None,
         policy=_policy(request),
         averaged=first_looks.checkered(request),
         detailed=first_looks.detailed(request),
         textured=first_looks.shapes_with(request, "color_texture") | first_looks.detailed(request),
         rough=first_looks.shapes_with(request, "normal_map", "bump_map", "mirror", "transmission"),
-        thin=first_looks.places(request, families, partial(thin_places, camera)),
-        edges=first_looks.places(request, [*families, *seen], partial(edge_places, camera)),
-        shadow_edges=first_looks.shadow_places(request, families, emitters, camera),
+        thin=first_looks.places(request, request.families, partial(thin_places, camera)),
+        edges=first_looks.places(request, [*request.families, *seen], partial(edge_places, camera)),
+        shadow_edges=first_looks.shadow_places(request, emitters, camera),
         spawners=bounces,
         unshaded=light_surfaces.Unshaded(
             column(request.document.background),
@@ -137,11 +148,11 @@ def _plan(request: Request) -> RenderPlan:
         materials=surfaces.material_numbers(request),
         bent=bent,
         dtype=request.dtype,
-        layers=layer_stages.layers(request, families),
+        layers=layer_stages.layers(request),
         culling=request.culling,
         numerics={
-            "degenerate_dropped": request.degenerate + sum(map(shapes.without_area, families)),
-            "retried": request.retried,
+            "degenerate_dropped": request.geometry.degenerate,
+            "retried": request.geometry.retried,
         },
         entries=tuple(request.listing.entries),
         left_out=(*request.listing.left_out, *surfaces.unused(request)),

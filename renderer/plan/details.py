@@ -13,7 +13,6 @@ from renderer.materials.reliefs import BumpRelief, MappedRelief, Relief
 from renderer.math.arrays import column
 from renderer.plan.request import Request
 from renderer.plan.stages import Illumination, Lighting
-from renderer.plan.textures import heights_of, texture_of
 from renderer.textures.image import ImageTexture
 from renderer.textures.texels import TexelTable, slopes, table
 from schemas.materials import PhongMaterial
@@ -104,7 +103,7 @@ def _detail(request: Request, number: int, name: str, error: float) -> Detail:
 
 
 def _table(request: Request, name: str, *, stored: bool) -> TexelTable:
-    texture = texture_of(request, name, stored=stored)
+    texture = request.texture(name, stored=stored)
     assert isinstance(texture, ImageTexture)
     texels = 2 * texture.texels - 1 if stored else texture.texels
     return table(texels, texture.wrap, nearest=texture.filter == "nearest")
@@ -114,7 +113,7 @@ def _relief(request: Request, material: PhongMaterial) -> Relief | None:
     if material.normal_map is not None:
         return MappedRelief(_table(request, material.normal_map, stored=True))
     if material.bump_map is not None and material.bump_height:
-        heights = heights_of(request, material.bump_map, material.bump_height)
+        heights = request.heights(material.bump_map, material.bump_height)
         texels = heights.texture.texels.astype(np.float64)
         return BumpRelief(*slopes(heights.scale * texels.mean(axis=2), heights.texture.wrap))
     return None

@@ -1,6 +1,6 @@
 """The first look that target quality takes at each pixel: one ray, with as little noise as may be."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import fields, replace
 
 import numpy as np
@@ -76,7 +76,9 @@ def detailed(request: Request) -> Masks:
     return np.array(shown, dtype=bool)
 
 
-def places(request: Request, families: list[Family], of_corners: Callable[[Floats], Integers]) -> Integers:
+def places(
+    request: Request, families: Iterable[Family], of_corners: Callable[[Floats], Integers]
+) -> Integers:
     """Pixels (2, N) that hulls of shapes ask to look at; triangles in trees are parts of larger things."""
     found = [np.zeros((2, 0), dtype=np.int64)]
     if request.target is not None:
@@ -84,13 +86,11 @@ def places(request: Request, families: list[Family], of_corners: Callable[[Float
     return np.hstack(found)
 
 
-def shadow_places(
-    request: Request, families: list[Family], emitters: list[Emitter], camera: Pinhole
-) -> Integers:
+def shadow_places(request: Request, emitters: list[Emitter], camera: Pinhole) -> Integers:
     """Pixels (3, N) that edges of hard shadows pass, and the shapes they fall on."""
     if request.target is None or request.document.camera.lens_radius > 0:
         return np.zeros((3, 0), dtype=np.int64)
-    hulls = [(family.corners(), family.numbers) for family in families if not in_tree(family)]
+    hulls = [(family.corners(), family.numbers) for family in request.families if not in_tree(family)]
     flats = [(corners, numbers) for corners, numbers in hulls if corners.shape[0] in EDGES]
     return shadow_edge_places(camera, emitters, [corners for corners, _ in hulls], flats)
 
@@ -117,26 +117,23 @@ def lightings(
     request: Request,
     target: TargetQuality,
     plain: tuple[Illumination, ...],
-    families: list[Family],
     table: Phong,
 ) -> tuple[Illumination, ...]:
     """A first look for each light; lights without an area are looked at as always."""
     return tuple(
-        _first_look(request, target, lighting, families, table)
+        _first_look(request, target, lighting, table)
         if isinstance(lighting, Lighting) and lighting.emitter.count > 1
         else lighting
         for lighting in plain
     )
 
 
-def _first_look(
-    request: Request, target: TargetQuality, lighting: Lighting, families: list[Family], table: Phong
-) -> FirstLook:
+def _first_look(request: Request, target: TargetQuality, lighting: Lighting, table: Phong) -> FirstLook:
     emitter = lighting.emitter
     grid = replace(emitter, pattern="uniform")
     values = {item.name: getattr(grid, item.name) for item in fields(Emitter)}
     probing = ProbingEmitter(**values | {"count": CORNERS * CORNERS})
-    shadows = tuple(shadow_stages(request, probing, families)) if lighting.shadows else ()
+    shadows = tuple(shadow_stages(request, probing)) if lighting.shadows else ()
     return FirstLook(
         probe=replace(lighting, emitter=probing, shadows=shadows, terms=()),
         whole=tuple(replace(lighting, emitter=replace(grid, count=n * n), shadows=()) for n in SIDES),

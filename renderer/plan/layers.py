@@ -6,10 +6,9 @@ from renderer.layers import LAYERS, Layer
 from renderer.plan import cost
 from renderer.plan.cost import COSTS
 from renderer.plan.request import Request
-from renderer.shapes import Family
 
 
-def layers(request: Request, families: list[Family]) -> tuple[Layer, ...]:
+def layers(request: Request) -> tuple[Layer, ...]:
     """The layers of a request; those that need to know what a pixel shows ask for rays of their own."""
     count = request.sampling.antialiasing.samples
     chosen = tuple(
@@ -17,7 +16,7 @@ def layers(request: Request, families: list[Family]) -> tuple[Layer, ...]:
     )
     if any(layer.values for layer in chosen):
         camera = request.document.camera
-        met = COSTS.shape * cost.met(sum(family.numbers.size for family in families))
+        met = COSTS.shape * cost.met(sum(family.numbers.size for family in request.families))
         price = cost.seconds(camera.width * camera.height, COSTS.camera + met + COSTS.point)
         request.listing.add("rays of layers", "layers", "one ray through the centre of each pixel", (), price)
     for layer in chosen:

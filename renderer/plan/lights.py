@@ -1,5 +1,7 @@
 """Which lights shine, what stands in their way, and what they add."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from renderer.accelerators.trees import in_tree
@@ -26,7 +28,7 @@ def emitter_of(request: Request, number: int) -> Emitter:
     return in_sequence(emitter) if request.target and emitter.count > 1 else emitter
 
 
-def emitters(request: Request, families: list[Family]) -> list[Emitter]:
+def emitters(request: Request) -> list[Emitter]:
     """Lights that can add something."""
     shining = []
     answering = [
@@ -38,7 +40,7 @@ def emitters(request: Request, families: list[Family]) -> list[Emitter]:
             request.listing.leave_out(effect, f"/lights/{number} is black", pointer)
         elif not answering:
             request.listing.leave_out(effect, "no material that is shown answers light", pointer)
-        elif _unseen(emitter := emitter_of(request, number), families):
+        elif _unseen(emitter := emitter_of(request, number), request.families):
             reason = f"/lights/{number} faces away from every shape"
             request.listing.leave_out(effect, reason, pointer)
         else:
@@ -46,7 +48,7 @@ def emitters(request: Request, families: list[Family]) -> list[Emitter]:
     return shining
 
 
-def _unseen(emitter: Emitter, families: list[Family]) -> bool:
+def _unseen(emitter: Emitter, families: Iterable[Family]) -> bool:
     """Whether a light shines to one side only, and all shapes lie behind its plane.
 
     Shapes that reach up to the plane within a hair are left to the rule for points (`facing`), which finds
@@ -79,7 +81,7 @@ def visible_lights(request: Request) -> list[light_surfaces.LightSurfaces]:
     return [light_surfaces.build(seen)]
 
 
-def lighting(request: Request, emitter: Emitter, families: list[Family], table: Phong) -> Lighting:
+def lighting(request: Request, emitter: Emitter, table: Phong) -> Lighting:
     """All stages of one light."""
     pointer = f"/lights/{emitter.number}"
     effect = f"lights.{request.document.lights[emitter.number].type}"
@@ -91,30 +93,29 @@ def lighting(request: Request, emitter: Emitter, families: list[Family], table: 
         (pointer,),
         cost.seconds(request.rays, COSTS.faced),
     )
-    shadows = _shadows(request, emitter, families)
+    shadows = _shadows(request, emitter)
     terms = [*_falloff(request, emitter, pointer), *_terms(request, emitter, table, pointer)]
     return Lighting(emitter, tuple(shadows), tuple(terms), request.dtype)
 
 
-def visibility(request: Request, families: list[Family]) -> tuple[Lighting, ...]:
+def visibility(request: Request) -> tuple[Lighting, ...]:
     """Every light with what casts its shadows."""
     seen = [emitter_of(request, number) for number in range(len(request.document.lights))]
     return tuple(
-        Lighting(emitter, tuple(shadow_stages(request, emitter, families)), (), request.dtype)
-        for emitter in seen
+        Lighting(emitter, tuple(shadow_stages(request, emitter)), (), request.dtype) for emitter in seen
     )
 
 
-def _shadows(request: Request, emitter: Emitter, families: list[Family]) -> list[LightStage]:
+def _shadows(request: Request, emitter: Emitter) -> list[LightStage]:
     """A light asks for shadow rays against every family, unless there is but one shape."""
     pointer = f"/lights/{emitter.number}"
-    if _shades_nothing(request, families):
+    if _shades_nothing(request):
         request.listing.leave_out(
             "shadow rays", "a single convex shape has nothing to cast its shadow on", (pointer,)
         )
         return []
-    stages = shadow_stages(request, emitter, families)
-    for family in families:
+    stages = shadow_stages(request, emitter)
+    for family in request.families:
         price = cost.seconds(request.rays, _shading(family, emitter.count))
         detail = f"shadow rays from points to light {emitter.number}"
         request.listing.add(f"shadows of {family.plural}", f"shapes.{family.kind}", detail, (pointer,), price)
@@ -128,25 +129,25 @@ def _shading(family: Family, light_points: int) -> float:
     return light_points * COSTS.shadow * min(2.0, family.numbers.size / 4)
 
 
-def _shades_nothing(request: Request, families: list[Family]) -> bool:
+def _shades_nothing(request: Request) -> bool:
     """A single shape shades nothing, unless it can stand in its own light.
 
     Some place of a lens may be inside where its middle is not, and rays go through glass.
     """
     if transparent(request):
         return False
-    if sum(family.numbers.size for family in families) > 1:
+    if sum(family.numbers.size for family in request.families) > 1:
         return False
     camera = request.document.camera
     viewer = None if camera.lens_radius > 0 else column(camera.position)
-    return not any(family.shades_itself(viewer) for family in families)
+    return not any(family.shades_itself(viewer) for family in request.families)
 
 
-def shadow_stages(request: Request, emitter: Emitter, families: list[Family]) -> list[LightStage]:
+def shadow_stages(request: Request, emitter: Emitter) -> list[LightStage]:
     """What marks the light points that families of shapes block."""
     return [
         stage
-        for family in families
+        for family in request.families
         for stage in OCCLUDERS[type(family)](family, emitter, request.dtype, request.culling)
     ]
 

@@ -12,15 +12,14 @@ from renderer.plan import cost
 from renderer.plan.cost import COSTS
 from renderer.plan.request import Request
 from renderer.plan.shapes import meeting_of
-from renderer.shapes import Family
 from renderer.shapes.overlaps import First, Overlaps, overlapping, places_of
 from renderer.shapes.polygons import FlatFamily
 from renderer.shapes.triangles import Triangles
 
 
-def stages(request: Request, families: list[Family]) -> list[RayStage]:
+def stages(request: Request) -> list[RayStage]:
     """What comes first of flat shapes that overlap in one plane, unless all of these are in trees."""
-    flat = [family for family in families if isinstance(family, FlatFamily)]
+    flat = [family for family in request.families if isinstance(family, FlatFamily)]
     firsts = [first for family in flat if not in_tree(family) for first in _firsts(family, flat)]
     if not firsts:
         return []

@@ -10,6 +10,7 @@ from renderer.interaction import RayStage
 from renderer.layers import Layer
 from renderer.lights.surfaces import Unshaded
 from renderer.math.arrays import Integers, Masks
+from renderer.plan.geometry import SceneGeometry
 from renderer.plan.stages import Entry, Illumination, PointStage, Spawner
 from renderer.scenes import LoadedScene
 from schemas.plans import LeftOut, PlanCost, PlanDocument, PlanStage
@@ -42,6 +43,8 @@ class RenderPlan:
     Attributes
     ----------
     scene : LoadedScene
+    geometry : SceneGeometry
+        What is built of it whatever the quality.
     quality : Quality or None
         What took the place of the scene's own sampling.
     camera : Pinhole
@@ -92,6 +95,7 @@ class RenderPlan:
     """
 
     scene: LoadedScene
+    geometry: SceneGeometry
     quality: Quality | None
     camera: Pinhole
     antialiasing: Antialiasing

@@ -5,8 +5,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from renderer.plan.effects import SHAPES, TEXTURES
+from renderer.plan.geometry import SceneGeometry, shown_materials
 from renderer.plan.stages import Listing
 from renderer.scenes import LoadedScene
+from renderer.shapes import Family
+from renderer.textures import Texture
+from renderer.textures.heights import Heights
 from schemas.quality import Quality, TargetQuality
 from schemas.sampling import Antialiasing, LightSampling, Sampling
 from schemas.scene import Scene
@@ -20,6 +24,8 @@ class Request:
     ----------
     scene : LoadedScene
     quality : Quality or None
+    geometry : SceneGeometry
+        Of the scene; plans of other qualities share it.
     culling : bool
         Whether conservative tests may leave out work.
     layers : tuple of str
@@ -36,14 +42,11 @@ class Request:
         Materials that some shape shows, in the order of the scene.
     rays : float
         Camera rays, for prices.
-    degenerate : int
-        Triangles without area among the scene's shapes.
-    retried : int
-        Triangles so thin that exact arithmetic had to tell if they have an area.
     """
 
     scene: LoadedScene
     quality: Quality | None
+    geometry: SceneGeometry
     culling: bool
     layers: tuple[str, ...] = ()
     details: frozenset[str] = frozenset()
@@ -52,16 +55,13 @@ class Request:
     dtype: np.dtype[np.floating] = field(init=False)
     names: list[str] = field(init=False)
     rays: float = field(init=False)
-    degenerate: int = 0
-    retried: int = 0
 
     def __post_init__(self) -> None:
         """Work out what follows."""
         self.sampling = _sampling(self.document, self.quality)
         double = self.quality is not None and self.quality.precision == "double"
         self.dtype = np.dtype(np.float64 if double else np.float32)
-        shown = {shape.material for shape in self.document.shapes}
-        self.names = [name for name in self.document.materials if name in shown]
+        self.names = shown_materials(self.document)
         camera = self.document.camera
         self.rays = float(camera.width * camera.height * self.sampling.antialiasing.samples)
 
@@ -74,6 +74,19 @@ class Request:
     def document(self) -> Scene:
         """The scene as written."""
         return self.scene.document
+
+    @property
+    def families(self) -> tuple[Family, ...]:
+        """The scene's shapes."""
+        return self.geometry.families
+
+    def texture(self, name: str, *, stored: bool) -> Texture:
+        """A texture of the scene, as `Textures.named` gives it."""
+        return self.geometry.textures.named(self.document, name, stored=stored)
+
+    def heights(self, name: str, scale: float) -> Heights:
+        """A texture of the scene as heights."""
+        return self.geometry.textures.heights(self.document, name, scale)
 
 
 CAMERA_SAMPLES = Antialiasing(pattern="sobol", samples=16)

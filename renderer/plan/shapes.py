@@ -1,114 +1,31 @@
-"""Which shapes are built, and how rays meet them."""
+"""How rays meet the shapes of a scene."""
 
-from typing import TYPE_CHECKING, TypeGuard
+from typing import TypeGuard
 
 import numpy as np
 
 from renderer.accelerators.meeting import TreeMeeting
 from renderer.accelerators.raster import RasterMeeting
 from renderer.accelerators.trees import in_tree, tree_of
-from renderer.assets import AssetError
-from renderer.cameras import Pinhole, pinhole
-from renderer.errors import SceneError
+from renderer.cameras import Pinhole
 from renderer.interaction import RayStage
 from renderer.plan import cost
 from renderer.plan.cost import COSTS
-from renderer.plan.effects import SHAPES, ShapeEffect
-from renderer.plan.pointers import escaped
 from renderer.plan.request import Request
-from renderer.plan.textures import heights_of
-from renderer.shapes import Family, displacement
-from renderer.shapes.displacement import Displaced
+from renderer.shapes import Family
 from renderer.shapes.family import Location, Meeting, Outline
 from renderer.shapes.triangles import Triangles
-from schemas.geometry import no_area
-from schemas.materials import PhongMaterial
-from schemas.problems import Problem
-from schemas.shapes import Shape, Triangle
-
-if TYPE_CHECKING:
-    from renderer.textures.heights import Heights
 
 
-def families(request: Request) -> list[Family]:
-    """Shapes sorted into families, in the order in which kinds first appear.
-
-    Triangles without area are dropped.
-    """
-    members: dict[ShapeEffect, list[int]] = {}
-    for number, shape in enumerate(request.document.shapes):
-        if isinstance(shape, Triangle) and no_area(shape):
-            pointer = (f"/shapes/{number}",)
-            request.degenerate += 1
-            request.retried += 1
-            request.listing.leave_out("shapes.triangle", "its three vertices lie on one line", pointer)
-            continue
-        if _displacement(request, shape) is None:
-            members.setdefault(SHAPES[type(shape)], []).append(number)
-    built = [_family(request, effect, numbers) for effect, numbers in members.items()]
-    built.extend(_displaced(request))
-    request.retried += sum(family.count_retried() for family in built)
-    shown = [part for family in built if (part := _with_area(request, family)) is not None]
-    for family in shown:
+def list_geometry(request: Request) -> None:
+    """List the shapes of a plan, and what was left out of them."""
+    geometry = request.geometry
+    request.listing.left_out.extend(geometry.left_out)
+    if geometry.displaced:
+        detail = "surfaces cut into fine triangles and moved by heights"
+        request.listing.add("displacement", "materials.phong.displacement_map", detail, geometry.displaced)
+    for family in geometry.families:
         _list_family(request, family)
-    return shown
-
-
-def _with_area(request: Request, family: Family) -> Family | None:
-    """The family without the shapes of which no triangle has an area; None if there are no others."""
-    seen = np.isin(family.numbers, family.numbers[~family.without_area()])
-    for number in np.unique(family.numbers[~seen]).tolist():
-        reason = "no triangle of it has an area"
-        request.listing.leave_out(f"shapes.{family.kind}", reason, (f"/shapes/{number}",))
-    request.degenerate += int(np.count_nonzero(~seen))
-    if seen.all():
-        return family
-    return family.part(seen) if seen.any() else None
-
-
-def _displacement(request: Request, shape: Shape) -> PhongMaterial | None:
-    """The shape's material if it moves the surface."""
-    material = request.document.materials[shape.material]
-    return material if material.displacement_map is not None and material.displacement_height else None
-
-
-def _displaced(request: Request) -> list[Family]:
-    """The family of the shapes whose surface is moved."""
-    parts, pointers = [], []
-    read: dict[tuple[str, float], Heights] = {}
-    for number, shape in enumerate(request.document.shapes):
-        material = _displacement(request, shape)
-        if material is None or material.displacement_map is None:
-            continue
-        key = (material.displacement_map, material.displacement_height)
-        if key not in read:
-            read[key] = heights_of(request, *key)
-        parts.append(Displaced(number, shape, read[key]))
-        pointers.append(f"/materials/{escaped(shape.material)}/displacement_map")
-    _list_still(request)
-    if not parts:
-        return []
-    detail = "surfaces cut into fine triangles and moved by heights"
-    request.listing.add(
-        "displacement", "materials.phong.displacement_map", detail, tuple(dict.fromkeys(pointers))
-    )
-    return [displacement.build(parts, pinhole.build(request.document.camera), request.scene.assets)]
-
-
-def _list_still(request: Request) -> None:
-    for name in request.names:
-        material = request.document.materials[name]
-        if material.displacement_map is not None and not material.displacement_height:
-            pointer = (f"/materials/{escaped(name)}/displacement_height",)
-            request.listing.leave_out("materials.phong.displacement_map", "its height is 0", pointer)
-
-
-def _family(request: Request, effect: ShapeEffect, numbers: list[int]) -> Family:
-    shapes = [request.document.shapes[number] for number in numbers]
-    try:
-        return effect.build(numbers, shapes, request.scene.assets)
-    except AssetError as error:
-        raise SceneError((Problem(pointer=error.pointer, detail=str(error), code="asset"),)) from error
 
 
 def _list_family(request: Request, family: Family) -> None:
@@ -150,8 +67,3 @@ def location(request: Request, family: Family, *, framed: bool, sloped: bool) ->
     price = cost.seconds(request.rays * share, COSTS.point)
     request.listing.add(f"points on {family.plural}", f"shapes.{family.kind}", detail, pointers, price)
     return Location(family, local, framed, sloped)
-
-
-def without_area(family: Family) -> int:
-    """Number of primitives that nothing can hit."""
-    return int(np.count_nonzero(family.without_area()))

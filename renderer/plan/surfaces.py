@@ -13,8 +13,6 @@ from renderer.plan.pointers import escaped
 from renderer.plan.request import Request
 from renderer.plan.shapes import location
 from renderer.plan.stages import Listing, PointStage
-from renderer.plan.textures import heights_of, texture_of
-from renderer.shapes import Family
 from renderer.textures import Texture
 from renderer.textures import footprints as footprint_stage
 from renderer.textures.footprints import Footprints
@@ -31,16 +29,16 @@ FINEST = 256
 """Textures filter as for so many samples a pixel where their number is not known before."""
 
 
-def surfaces(request: Request, families: list[Family], table: Phong) -> tuple[list[PointStage], bool]:
+def surfaces(request: Request, table: Phong) -> tuple[list[PointStage], bool]:
     """Stages that form the points: geometry, colours, normals, ambient light."""
-    if not families:
+    if not request.families:
         return [], False
     maps = _textures_of(request, "normal_map")
     bumps = _bumps(request)
     footprints = _footprints(request)
     stages: list[PointStage] = [
         location(request, family, framed=bool(maps or request.details), sloped=bool(bumps or footprints))
-        for family in families
+        for family in request.families
     ]
     stages.extend(footprints)
     pointers = tuple(f"/materials/{escaped(name)}" for name in request.names)
@@ -53,7 +51,7 @@ def surfaces(request: Request, families: list[Family], table: Phong) -> tuple[li
     for name, used in maps.items():
         stages.append(NormalMap(_texture(request, name, "normal_map", used), used))
     stages.extend(bumps)
-    horizon = _horizon(request, families)
+    horizon = _horizon(request)
     stages.extend(horizon)
     stages.extend(_ambient(request, table))
     return stages, bool(horizon)
@@ -98,7 +96,7 @@ def _texture(request: Request, name: str, part: str, used: Masks) -> Texture:
     request.listing.add(
         f"{part.replace('_', ' ')} {name}", effect, detail, (f"/textures/{escaped(name)}", *asking), price
     )
-    return texture_of(request, name, stored=part == "normal_map")
+    return request.texture(name, stored=part == "normal_map")
 
 
 def _bumps(request: Request) -> list[BumpMap]:
@@ -123,12 +121,12 @@ def _bump(request: Request, name: str, height: float, materials: list[int]) -> B
     request.listing.add(
         f"bump map {name}", "materials.phong.bump_map", "tilts shading normals by heights", pointers, price
     )
-    return BumpMap(heights_of(request, name, height), np.isin(np.arange(len(request.names)), materials))
+    return BumpMap(request.heights(name, height), np.isin(np.arange(len(request.names)), materials))
 
 
-def _horizon(request: Request, families: list[Family]) -> list[Horizon]:
+def _horizon(request: Request) -> list[Horizon]:
     """The end of all that tilts normals, if there is any."""
-    numbers = {number for family in families for number in family.smooth_shapes().tolist()}
+    numbers = {number for family in request.families for number in family.smooth_shapes().tolist()}
     asking = [f"/shapes/{number}" for number in sorted(numbers)]
     for name in request.names:
         material = request.document.materials[name]

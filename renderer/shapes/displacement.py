@@ -74,7 +74,7 @@ class Patch:
 def build(parts: Sequence[Displaced], camera: Pinhole, assets: AssetSource) -> Triangles:
     """The family of all displaced shapes, fine enough for the camera."""
     most = MAX_TRIANGLES // len(parts)
-    surfaces = [_surface(part.shape, assets) for part in parts]
+    surfaces = [_surface(part.number, part.shape, assets) for part in parts]
     together = _of_one_relief(parts)
     cuts = _cuts(surfaces, together, camera, most)
     patches = [
@@ -121,13 +121,13 @@ def _turned(patch: Patch, moved: Floats) -> Floats:
     return np.stack([unit(own[:, row] + corner) for row, corner in zip(patch.triangles, moved, strict=True)])
 
 
-def _surface(shape: language.Shape, assets: AssetSource) -> Surface | None:
+def _surface(number: int, shape: language.Shape, assets: AssetSource) -> Surface | None:
     """The shape as a coarse mesh; None for what is round."""
     match shape:
         case language.Ellipsoid() | language.Sphere():
             return None
         case language.Mesh() | language.MeshFile():
-            return _mesh(shape, assets)
+            return _mesh(number, shape, assets)
         case language.Triangle():
             return Surface(
                 columns(shape.vertices), np.array([[0], [1], [2]]), np.array(shape.uvs or CORNERS).T
@@ -160,9 +160,9 @@ def _smooth(shape: language.Shape) -> bool:
     return getattr(shape, "smooth", False)
 
 
-def _mesh(shape: language.Mesh | language.MeshFile, assets: AssetSource) -> Surface:
+def _mesh(number: int, shape: language.Mesh | language.MeshFile, assets: AssetSource) -> Surface:
     """A mesh in its place. Without texture coordinates, each triangle gets some of its own."""
-    surface = surface_of(shape, assets)
+    surface = surface_of(number, shape, assets)
     vertices, rows = placed(surface.vertices, shape), surface.triangles
     if surface.texture is not None:
         return Surface(vertices, rows, surface.texture)

@@ -62,7 +62,7 @@ class Outline:
         )
 
 
-@dataclass(slots=True, eq=False)
+@dataclass(slots=True, weakref_slot=True, eq=False)
 class Family(ABC):
     """Shapes of one kind as arrays over K shapes.
 

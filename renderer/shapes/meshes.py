@@ -34,16 +34,19 @@ class Surface:
     texture: Floats | None
 
 
-def surface_of(shape: language.Mesh | language.MeshFile, assets: AssetSource) -> Surface:
+def surface_of(number: int, shape: language.Mesh | language.MeshFile, assets: AssetSource) -> Surface:
     """The mesh in its own coordinates.
 
     Raises
     ------
     AssetError
-        If the file is missing, is no mesh, or has too many triangles.
+        If the file is missing, is no mesh, or has too many triangles; points to shape `number`.
     """
     if isinstance(shape, language.MeshFile):
-        return Surface(*read_mesh(shape.asset, assets))
+        try:
+            return Surface(*read_mesh(shape.asset, assets))
+        except AssetError as error:
+            raise AssetError(str(error), f"/shapes/{number}/asset") from error
     return Surface(
         vertices=np.array(shape.vertices, dtype=np.float64).T.copy(),
         triangles=np.array(shape.triangles, dtype=np.int64).T.copy(),
@@ -109,7 +112,7 @@ def build(
     total, most = 0, limits_of(assets).max_mesh_triangles
     for number, shape in zip(numbers, shapes, strict=True):
         name = getattr(shape, "asset", None)
-        surface = files.get(name) or _surface_of(number, shape, assets)
+        surface = files.get(name) or surface_of(number, shape, assets)
         if name is not None:
             files[name] = surface
         total += surface.triangles.shape[1]
@@ -126,13 +129,6 @@ def _refuse_too_many(number: int, shape: language.Mesh | language.MeshFile, tota
             f"{how_to_raise('max_mesh_triangles')}"
         )
         raise AssetError(detail, f"/shapes/{number}/{place}")
-
-
-def _surface_of(number: int, shape: language.Mesh | language.MeshFile, assets: AssetSource) -> Surface:
-    try:
-        return surface_of(shape, assets)
-    except AssetError as error:
-        raise AssetError(str(error), f"/shapes/{number}/asset") from error
 
 
 def triangles_of(number: int, vertices: Floats, surface: Surface, *, smooth: bool) -> Triangles:

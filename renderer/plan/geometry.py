@@ -1,0 +1,166 @@
+"""What is built of a scene whatever its sampling: shapes in families, and textures; plans share it."""
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from renderer.assets import AssetError
+from renderer.cameras import pinhole
+from renderer.errors import SceneError
+from renderer.plan.effects import SHAPES, ShapeEffect
+from renderer.plan.pointers import escaped
+from renderer.plan.textures import Textures
+from renderer.scenes import LoadedScene
+from renderer.shapes import Family, displacement
+from renderer.shapes.displacement import Displaced
+from schemas.geometry import no_area
+from schemas.materials import PhongMaterial
+from schemas.plans import LeftOut
+from schemas.problems import Problem
+from schemas.scene import Scene
+from schemas.shapes import Shape, Triangle
+
+if TYPE_CHECKING:
+    from renderer.textures.heights import Heights
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SceneGeometry:
+    """Shapes and textures of a scene, ready for any plan of it.
+
+    Trees over its triangles belong to the families (`accelerators.trees`), and are built once for them.
+
+    Attributes
+    ----------
+    families : tuple of Family
+        In the order in which kinds first appear, displaced shapes last. What has no area is not among them.
+    textures : Textures
+        Each built when a plan first asks for it.
+    displaced : tuple of str
+        Pointers to the displacement maps that moved shapes.
+    left_out : tuple of LeftOut
+        Shapes and displacements that nothing is built of.
+    degenerate, retried : int
+        Triangles without area, and triangles so thin that exact arithmetic had to tell if they have one.
+    """
+
+    families: tuple[Family, ...]
+    textures: Textures
+    displaced: tuple[str, ...]
+    left_out: tuple[LeftOut, ...]
+    degenerate: int
+    retried: int
+
+
+def build_geometry(scene: LoadedScene) -> SceneGeometry:
+    """Build the shapes of a scene.
+
+    Raises
+    ------
+    SceneError
+        If a file that a shape, or its displacement map, names is missing or cannot be used.
+    """
+    making = _Making(scene, Textures(scene.assets))
+    built = [*making.still(), *making.moved()]
+    making.retried += sum(family.count_retried() for family in built)
+    families = tuple(part for family in built if (part := making.with_area(family)) is not None)
+    lacking = sum(int(np.count_nonzero(family.without_area())) for family in families)
+    return SceneGeometry(
+        families=families,
+        textures=making.textures,
+        displaced=tuple(making.displaced),
+        left_out=tuple(making.left_out),
+        degenerate=making.degenerate + lacking,
+        retried=making.retried,
+    )
+
+
+def shown_materials(document: Scene) -> list[str]:
+    """Names of the materials that some shape shows, in the order of the scene."""
+    shown = {shape.material for shape in document.shapes}
+    return [name for name in document.materials if name in shown]
+
+
+@dataclass(slots=True)
+class _Making:
+    """The geometry in the making."""
+
+    scene: LoadedScene
+    textures: Textures
+    displaced: list[str] = field(default_factory=list)
+    left_out: list[LeftOut] = field(default_factory=list)
+    degenerate: int = 0
+    retried: int = 0
+
+    def _leave_out(self, effect: str, reason: str, pointer: str) -> None:
+        self.left_out.append(LeftOut(effect=effect, pointers=(pointer,), reason=reason))
+
+    def still(self) -> list[Family]:
+        """Families of the shapes whose surface stays where it is."""
+        members: dict[ShapeEffect, list[int]] = {}
+        for number, shape in enumerate(self.scene.document.shapes):
+            if isinstance(shape, Triangle) and no_area(shape):
+                self.degenerate += 1
+                self.retried += 1
+                self._leave_out("shapes.triangle", "its three vertices lie on one line", f"/shapes/{number}")
+            elif self._displacement(shape) is None:
+                members.setdefault(SHAPES[type(shape)], []).append(number)
+        return [self._family(effect, numbers) for effect, numbers in members.items()]
+
+    def _family(self, effect: ShapeEffect, numbers: list[int]) -> Family:
+        shapes = [self.scene.document.shapes[number] for number in numbers]
+        try:
+            return effect.build(numbers, shapes, self.scene.assets)
+        except AssetError as error:
+            raise _unusable(error) from error
+
+    def _displacement(self, shape: Shape) -> PhongMaterial | None:
+        """The shape's material if it moves the surface."""
+        material = self.scene.document.materials[shape.material]
+        return material if material.displacement_map is not None and material.displacement_height else None
+
+    def moved(self) -> list[Family]:
+        """The family of the shapes whose surface is moved."""
+        document = self.scene.document
+        parts: list[Displaced] = []
+        read: dict[tuple[str, float], Heights] = {}
+        for number, shape in enumerate(document.shapes):
+            material = self._displacement(shape)
+            if material is None or material.displacement_map is None:
+                continue
+            key = (material.displacement_map, material.displacement_height)
+            if key not in read:
+                read[key] = self.textures.heights(document, *key)
+            parts.append(Displaced(number, shape, read[key]))
+            self.displaced.append(f"/materials/{escaped(shape.material)}/displacement_map")
+        self.displaced = list(dict.fromkeys(self.displaced))
+        self._note_flat_maps()
+        if not parts:
+            return []
+        try:
+            return [displacement.build(parts, pinhole.build(document.camera), self.scene.assets)]
+        except AssetError as error:
+            raise _unusable(error) from error
+
+    def _note_flat_maps(self) -> None:
+        for name in shown_materials(self.scene.document):
+            material = self.scene.document.materials[name]
+            if material.displacement_map is not None and not material.displacement_height:
+                pointer = f"/materials/{escaped(name)}/displacement_height"
+                self._leave_out("materials.phong.displacement_map", "its height is 0", pointer)
+
+    def with_area(self, family: Family) -> Family | None:
+        """The family without the shapes of which no triangle has an area; None if there are no others."""
+        seen = np.isin(family.numbers, family.numbers[~family.without_area()])
+        for number in np.unique(family.numbers[~seen]).tolist():
+            reason = "no triangle of it has an area"
+            self._leave_out(f"shapes.{family.kind}", reason, f"/shapes/{number}")
+        self.degenerate += int(np.count_nonzero(~seen))
+        if seen.all():
+            return family
+        return family.part(seen) if seen.any() else None
+
+
+def _unusable(error: AssetError) -> SceneError:
+    return SceneError((Problem(pointer=error.pointer, detail=str(error), code="asset"),))
