@@ -101,7 +101,10 @@ def squares(plan: RenderPlan, share: float) -> Squares | None:
 
 def part(plan: RenderPlan, seen: Squares) -> RenderPlan:
     """The plan of a picture of these squares."""
-    look = None if plan.look is None else part(plan.look, seen)
+    adaptive = plan.adaptive
+    if adaptive is not None:
+        pilot = None if adaptive.pilot is None else part(adaptive.pilot, seen)
+        marked = {name: seen.places(getattr(adaptive, name)) for name in ("thin", "edges", "shadow_edges")}
+        adaptive = replace(adaptive, pilot=pilot, **marked)  # type: ignore[arg-type]
     # A camera is what it does: the plan asks no more of it than these squares can tell.
-    marked = {name: seen.places(getattr(plan, name)) for name in ("thin", "edges", "shadow_edges")}
-    return replace(plan, camera=seen, look=look, **marked)  # type: ignore[arg-type]
+    return replace(plan, camera=seen, adaptive=adaptive)  # type: ignore[arg-type]

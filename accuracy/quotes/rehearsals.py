@@ -168,9 +168,9 @@ class Trial:
         self.rays: Counter[str] = Counter()
         self._seen = seen
         self._render = AdaptiveRender(Driver.begin(plan))
-        if seen is not None and plan.policy is not None:
+        if seen is not None and plan.adaptive is not None:
             camera = seen.camera
-            self._begin_as_whole(plan.policy.first_stride(camera.width, camera.height))
+            self._begin_as_whole(plan.adaptive.policy.first_stride(camera.width, camera.height))
 
     def _begin_as_whole(self, stride: int) -> None:
         """Begin with the lattice of the whole picture, which has more pixels."""
@@ -245,4 +245,5 @@ class Trial:
 
 def _all_looks(plan: RenderPlan) -> float:
     """Rays of the looks at a picture that is nowhere smooth."""
-    return plan.width * plan.height if plan.look else Estimate.begin(plan).rays_wanted()
+    piloted = plan.adaptive is not None and plan.adaptive.pilot is not None
+    return plan.width * plan.height if piloted else Estimate.begin(plan).rays_wanted()

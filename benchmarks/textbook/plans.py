@@ -61,7 +61,9 @@ def _with(plan: RenderPlan, for_lights: ForLights) -> RenderPlan:
         plan,
         camera=TextbookCamera(**arguments(plan.camera)),
         meetings=_for_rays(plan.meetings),
-        visible_lights=_for_rays(plan.visible_lights),
+        visible_lights=tuple(
+            LightSurfaces(TextbookRectangles(**arguments(light.rectangles))) for light in plan.visible_lights
+        ),
         surfaces=(InSingle(), *map(_for_points, plan.surfaces)),
         lightings=tuple(
             _lighting(light, for_lights) for light in plan.lightings if isinstance(light, Lighting)
@@ -93,8 +95,6 @@ def _met_by(stage: RayStage) -> RayStage:
             return _met_by(stage.tree)
         case TreeMeeting():
             return TextbookTree(**arguments(stage))
-        case LightSurfaces():
-            return LightSurfaces(TextbookRectangles(**arguments(stage.rectangles)))
     raise ValueError(f"no textbook formula for {type(stage).__name__}.")
 
 

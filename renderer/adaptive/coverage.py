@@ -21,7 +21,7 @@ from renderer.integrator import radiance
 from renderer.lights.emitters import PIXEL_DIMENSIONS
 from renderer.math.arrays import Floats, Integers, put
 from renderer.math.streams import bits, keys, uniforms
-from renderer.plan.plan import RenderPlan
+from renderer.plan.plan import RenderPlan, adaptive_part, pilot_of
 
 STEPS = dict(zip(FIBONACCI, (1, *FIBONACCI), strict=False))
 """Fibonacci lattices: point i of n lies at (i / n, i z / n), with z the number before n. No direction of an
@@ -99,24 +99,25 @@ def cover(
     plan: RenderPlan, size: int, x: Integers, y: Integers, nearby: Nearby, counts: Counter[str]
 ) -> Cover:
     """Find what pixels (n,) show, with `COVERAGES[size]` rays each."""
+    pilot = pilot_of(plan)
     count = int(COVERAGES[size]) // HALVES
     across, along = (place.reshape(-1, count) for place in places(plan.seed, y * plan.width + x, count))
     every = np.full(across.size, HALVES)
     of_rays = np.arange(x.size).repeat(HALVES * count)
-    rays = camera_rays(plan, x[of_rays], y[of_rays], every, (across.ravel(), along.ravel()))
-    for stage in (*plan.meetings, *plan.visible_lights):
+    rays = camera_rays(pilot, x[of_rays], y[of_rays], every, (across.ravel(), along.ravel()))
+    for stage in (*pilot.meetings, *pilot.visible_lights):
         stage.run(rays)
     counts["camera"] += rays.t.size
     parts = _parts(rays.shapes.reshape(-1, count), across, along)
     labels = labels_of(rays.shapes[parts.rays])
-    around = guide(nearby, plan.rough | plan.textured)
+    around = guide(nearby, adaptive_part(plan).fine)
     known, is_known = around.at(labels, parts.lattices // HALVES)
     shown, missing = known.copy(), np.flatnonzero(~is_known)
     if missing.size:
         chosen = parts.rays[missing]
         there = (across.ravel()[chosen], along.ravel()[chosen])
-        seen = camera_rays(plan, x[of_rays[chosen]], y[of_rays[chosen]], every[chosen], there)
-        put(shown, missing, np.minimum(radiance(plan, seen, counts), BRIGHTEST))
+        seen = camera_rays(pilot, x[of_rays[chosen]], y[of_rays[chosen]], every[chosen], there)
+        put(shown, missing, np.minimum(radiance(pilot, seen, counts), BRIGHTEST))
     return _cover(parts, known, shown, _variances(parts, labels, nearby))
 
 

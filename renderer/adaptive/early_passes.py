@@ -77,20 +77,21 @@ def refine_preview(estimate: Estimate) -> None:
 
 def fine(estimate: Estimate) -> Masks:
     """Pixels that show something that may be finer than the lattice, (H, W)."""
-    return of_labels(estimate.plan.rough | estimate.plan.textured, estimate.labels)
+    return of_labels(estimate.adaptive.fine, estimate.labels)
 
 
 def _edges(estimate: Estimate) -> Masks:
     """Pixels that edges of flat shapes pass, (H, W)."""
     passed = np.zeros(estimate.have.shape, dtype=bool)
-    passed[estimate.plan.edges[1], estimate.plan.edges[0]] = True
+    columns, rows = estimate.adaptive.edges
+    passed[rows, columns] = True
     return passed
 
 
 def _shadow_edges(estimate: Estimate) -> Masks:
     """Pixels that edges of hard shadows pass, (H, W)."""
     passed = np.zeros(estimate.have.shape, dtype=bool)
-    columns, rows, shapes = estimate.plan.shadow_edges
+    columns, rows, shapes = estimate.adaptive.shadow_edges
     there = estimate.labels[rows, columns] == shapes
     passed[rows[there], columns[there]] = True
     return passed
@@ -99,7 +100,8 @@ def _shadow_edges(estimate: Estimate) -> Masks:
 def _near(estimate: Estimate, reach: int) -> Masks:
     """Pixels so near to shapes that may lie between the nodes of the lattice, (H, W)."""
     near = np.zeros(estimate.have.shape, dtype=bool)
-    near[estimate.plan.thin[1], estimate.plan.thin[0]] = True
+    columns, rows = estimate.adaptive.thin
+    near[rows, columns] = True
     return spread(near, reach) if near.any() else near
 
 
@@ -127,17 +129,17 @@ def cover_borders(estimate: Estimate) -> None:
 
 def choose_probes(estimate: Estimate) -> None:
     """Sort pixels into strata by what they show and by their expected error; ask for probes of each."""
-    tinted = of_labels(estimate.plan.tinted, estimate.labels) & ~borders(estimate.labels)
+    adaptive = estimate.adaptive
+    tinted = of_labels(adaptive.tinted, estimate.labels) & ~borders(estimate.labels)
     np.copyto(estimate.known, estimate.values, where=tinted & (estimate.coverage == 0))
     covered = estimate.coverage > 0
     expected = strata.expected_errors(estimate.pilots)
-    if estimate.plan.averaged.any():
+    if adaptive.averaged.any():
         _leave_textures_out(estimate, expected)
     np.copyto(expected, np.maximum(estimate.doubts, HIDDEN * estimate.contrasts), where=covered)
-    detailed = of_labels(estimate.plan.detailed, estimate.labels)
+    detailed = of_labels(adaptive.detailed, estimate.labels)
     np.maximum(expected, estimate.doubts, out=expected, where=detailed)
-    finer = estimate.plan.rough | estimate.plan.textured & ~estimate.plan.averaged
-    needs_sampling = of_labels(finer, estimate.labels)
+    needs_sampling = of_labels(adaptive.unaveraged, estimate.labels)
     np.copyto(expected, highest(expected, WIDE), where=needs_sampling)
     shadowed = _shadow_edges(estimate)
     np.maximum(expected, strata.step_error(estimate.pilots) * SHADED, out=expected, where=shadowed)
@@ -173,7 +175,7 @@ def _leave_textures_out(estimate: Estimate, expected: NDArray[np.float32]) -> No
     Beside another shape the light is no guide.
     """
     colors = np.maximum(estimate.colors, np.float32(DARKEST))
-    unlike = of_labels(estimate.plan.averaged, estimate.labels) & ~borders(estimate.labels)
+    unlike = of_labels(estimate.adaptive.averaged, estimate.labels) & ~borders(estimate.labels)
     lit = np.divide(estimate.pilots, colors, dtype=np.float32)
     light = strata.expected_errors(lit)
     light *= (colors**2).mean(axis=0)

@@ -25,7 +25,7 @@ from renderer.film import Image
 from renderer.interaction import MISS
 from renderer.layers import Layers
 from renderer.math.arrays import Floats, Integers, Masks, add, put, taken
-from renderer.plan.plan import RenderPlan
+from renderer.plan.plan import AdaptivePlan, RenderPlan, adaptive_part
 from schemas.quality import TargetQuality
 from schemas.tiles import Tile
 
@@ -35,12 +35,12 @@ FIRST_AIM, NEXT_AIM = 2.0**-8, 0.5
 
 def first_levels(plan: RenderPlan, tile: Tile) -> Levels:
     """What the first pass wants of the pixels of a tile, (h, w)."""
-    assert plan.policy is not None
     assert isinstance(plan.quality, TargetQuality)
-    stride = plan.policy.first_stride(plan.width, plan.height)
+    policy = adaptive_part(plan).policy
+    stride = policy.first_stride(plan.width, plan.height)
     want = np.zeros((tile.height, tile.width), dtype=np.uint8)
     nodes = np.s_[-tile.y0 % stride :: stride, -tile.x0 % stride :: stride]
-    want[nodes] = plan.policy.first_level(first_aim(plan.quality))
+    want[nodes] = policy.first_level(first_aim(plan.quality))
     return want
 
 
@@ -135,7 +135,6 @@ class Estimate:
     @classmethod
     def begin(cls, plan: RenderPlan) -> "Estimate":
         """Nothing but what the first pass wants: pilot samples or samples on a coarse lattice."""
-        assert plan.policy is not None
         size = plan.height, plan.width
         want = first_levels(plan, Tile(0, 0, 0, plan.width, plan.height))
         sampled = want >= SAMPLED
@@ -160,7 +159,7 @@ class Estimate:
             strata=np.full(size, strata.STEPS - 1),
             probe_probability=np.zeros(strata.COUNT),
             state=State.LATTICE if sampled.any() else State.PREVIEW,
-            stride=plan.policy.first_stride(plan.width, plan.height),
+            stride=adaptive_part(plan).policy.first_stride(plan.width, plan.height),
         )
 
     @classmethod
@@ -185,6 +184,11 @@ class Estimate:
         known = {name: np.asarray(getattr(self, name)) for name in (*_ARRAYS, *_COUNTERS)}
         known[STATE] = np.array(self.state.value)
         return known if self.error is None else known | {ERROR: self.error.array()}
+
+    @property
+    def adaptive(self) -> AdaptivePlan:
+        """What the plan has for target quality."""
+        return adaptive_part(self.plan)
 
     @property
     def target(self) -> float:
@@ -216,8 +220,7 @@ class Estimate:
 
     def advance(self) -> bool:
         """Decide what the next pass wants, after all tiles of this one; False if the picture is done."""
-        assert self.plan.policy is not None
-        return self.plan.policy.advance(self)
+        return self.adaptive.policy.advance(self)
 
     def take(self, tile: Tile, samples: Samples) -> None:
         """Add what this pass has found in a tile. The order of tiles does not matter."""

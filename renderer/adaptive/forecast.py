@@ -162,7 +162,7 @@ def _later(estimate: Estimate, kind: str, rays: int, prices: Prices) -> tuple[fl
 def _samples_after(estimate: Estimate, rays: int) -> float:
     if estimate.state.is_measured:
         return max(SURPRISES * estimate.outlook - rays, ONE_MORE * rays)
-    if estimate.plan.look is None:
+    if estimate.adaptive.pilot is None:
         return rays * AFTER_FIRST
     return rays * AFTER_PROBES + _scattered(estimate)
 
@@ -171,9 +171,8 @@ def _scattered(estimate: Estimate) -> float:
     """Samples of the pixels whose pilot samples say little, as far as the lattice so far shows them."""
     if not estimate.have.any():
         return 0.0
-    plan, stride = estimate.plan, _known_stride(estimate)
-    fine = plan.rough | plan.textured & ~plan.averaged
-    return SCATTERED * stride**2 * float(of_labels(fine, estimate.labels[::stride, ::stride]).sum())
+    stride, shapes = _known_stride(estimate), estimate.adaptive.unaveraged
+    return SCATTERED * stride**2 * float(of_labels(shapes, estimate.labels[::stride, ::stride]).sum())
 
 
 def _known_stride(estimate: Estimate) -> int:

@@ -10,7 +10,7 @@ from renderer.adaptive.guides import Surroundings
 from renderer.adaptive.levels import LOOKED, SAMPLED, Levels
 from renderer.adaptive.time_limits import TimeLimit
 from renderer.math.arrays import Masks
-from renderer.plan.plan import RenderPlan
+from renderer.plan.plan import RenderPlan, adaptive_part
 from schemas.tiles import Tile
 
 
@@ -65,7 +65,8 @@ class LevelRequest:
         """Whether anything is asked of pixels that may have a control variate, made from pilot samples."""
         if self.covered.any():
             return True
-        tinted = plan.look is not None and plan.tinted.any()
+        adaptive = adaptive_part(plan)
+        tinted = adaptive.pilot is not None and adaptive.tinted.any()
         sampled = self.sampled
         return bool(sampled.any() and (tinted or (sampled & self.guided).any()))
 

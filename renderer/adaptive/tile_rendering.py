@@ -20,7 +20,7 @@ from renderer.film import BRIGHTEST
 from renderer.integrator import WORK, Surfaces, radiance, render_layers
 from renderer.math.arrays import Floats, Integers, Masks, add, taken
 from renderer.math.numerics import halving_sum
-from renderer.plan.plan import RenderPlan
+from renderer.plan.plan import RenderPlan, adaptive_part, pilot_of
 
 
 def render_request(plan: RenderPlan, request: TileRequest) -> Samples:
@@ -71,7 +71,7 @@ def render_samples(plan: RenderPlan, request: TileRequest) -> Samples:
 def _pilot_samples(
     plan: RenderPlan, request: TileRequest, counts: Counter[str]
 ) -> tuple[NDArray[np.float32], NDArray[np.int32], Surfaces]:
-    pilot_plan = plan.look or plan
+    pilot_plan, textured = pilot_of(plan), adaptive_part(plan).textured
     rows, columns = np.nonzero(request.levels.previewed)
     values = np.empty((3, rows.size), dtype=np.float32)
     labels = np.empty(rows.size, dtype=np.int32)
@@ -83,7 +83,7 @@ def _pilot_samples(
         seen = Surfaces.none(x.size)
         values[:, chosen] = np.minimum(radiance(pilot_plan, rays, counts, seen), BRIGHTEST)
         labels[chosen] = labels_of(rays.shapes)
-        np.copyto(seen.colors, 1.0, where=~of_labels(plan.textured, labels[chosen]))
+        np.copyto(seen.colors, 1.0, where=~of_labels(textured, labels[chosen]))
         found.colors[:, chosen], found.doubts[chosen] = seen.colors, seen.doubts
     return values, labels, found
 
@@ -102,7 +102,7 @@ def _covers(
             chosen = alike[part]
             nearby = request.around.nearby(rows[chosen], columns[chosen])
             x, y = columns[chosen] + request.tile.x0, rows[chosen] + request.tile.y0
-            found = cover(plan.look or plan, size, x, y, nearby, counts)
+            found = cover(plan, size, x, y, nearby, counts)
             values[:, chosen] = np.vstack((found.values, found.known, found.spread, found.doubts))
     return values[:3], values[3:6], values[6], values[7]
 
@@ -173,7 +173,7 @@ def _subtract_guides(plan: RenderPlan, batch: _Batch, around: _Around, guided: I
         return
     nearby = around.pilots.nearby(around.rows[guided], around.columns[guided])
     which, rays = _rays_of(batch, guided)
-    known, _ = guide(nearby, plan.rough | plan.textured).at(batch.labels[rays], which)
+    known, _ = guide(nearby, adaptive_part(plan).fine).at(batch.labels[rays], which)
     add(batch.radiance, rays, -known)
 
 
@@ -182,9 +182,10 @@ def _subtract_tints(plan: RenderPlan, batch: _Batch, around: _Around, plain: Int
 
     Of the pixels `plain` (m,), which have no guide.
     """
-    if not plan.tinted.any():
+    shapes = adaptive_part(plan).tinted
+    if not shapes.any():
         return plain[:0]
-    tints = around.pilots.tints(around.rows[plain], around.columns[plain], plan.tinted)
+    tints = around.pilots.tints(around.rows[plain], around.columns[plain], shapes)
     tinted = plain[tints.pixels]
     which, rays = _rays_of(batch, tinted)
     control = tints.at(which, batch.labels[rays], taken(batch.colors, rays))

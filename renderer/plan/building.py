@@ -23,7 +23,7 @@ from renderer.plan import layers as layer_stages
 from renderer.plan import scattering as spawners
 from renderer.plan.cost import COSTS
 from renderer.plan.geometry import build_geometry
-from renderer.plan.plan import Policy, RenderPlan
+from renderer.plan.plan import AdaptivePlan, RenderPlan
 from renderer.plan.request import Request
 from renderer.plan.stages import Lighting
 from renderer.scenes import LoadedScene, QualitySource, Source, load_request
@@ -78,19 +78,39 @@ def at_quality(plan: RenderPlan, quality: QualitySource) -> RenderPlan:
 
 def _compiled(request: Request) -> RenderPlan:
     plan = _plan(request)
-    if request.target is None or request.document.camera.lens_radius > 0:
+    if request.target is None:
         return plan
-    look = _look(request, first_looks.in_time(request.target), details.materials(request, plan.lightings))
-    # The same shapes and the same camera: what is formed of them for its rays serves both.
-    look = replace(look, meetings=plan.meetings, entries=(*look.entries, *told_looks.shadow_edges(plan)))
-    seen = ("averaged", "detailed", "textured", "rough")
-    return replace(plan, look=look, **{name: getattr(look, name) for name in seen})
+    return replace(plan, adaptive=_adaptive(request, plan, request.target))
 
 
-def _look(request: Request, target: TargetQuality, detailed: frozenset[str]) -> RenderPlan:
-    """The plan of the first look that target quality takes at each pixel."""
-    scene, quality = first_looks.filtered(request.scene), first_looks.quality_of(target)
-    seen = Request(scene, quality, request.geometry, request.culling, details=detailed)
+def _adaptive(request: Request, plan: RenderPlan, target: TargetQuality) -> AdaptivePlan:
+    """What target quality needs beside the plan of its samples."""
+    lens = request.document.camera.lens_radius > 0
+    visible = [light.rectangles for light in plan.visible_lights]
+    emitters = [lighting.emitter for lighting in plan.lightings]
+    shadow_edges = first_looks.shadow_places(request, [] if lens else emitters, plan.camera)
+    pilot, seen = None, request
+    if not lens:
+        target = first_looks.in_time(target)
+        seen = first_looks.request_of(request, target, details.materials(request, plan.lightings))
+        # The same shapes and the same camera: what is formed of them for its rays serves both.
+        pilot = replace(_pilot(seen, target), meetings=plan.meetings)
+        pilot = replace(pilot, entries=(*pilot.entries, *told_looks.shadow_edges(request, shadow_edges)))
+    return AdaptivePlan(
+        policy=SampledLattice() if lens else PilotSamples(),
+        pilot=pilot,
+        textured=first_looks.shapes_with(seen, "color_texture") | first_looks.detailed(seen),
+        averaged=first_looks.checkered(seen),
+        detailed=first_looks.detailed(seen),
+        needs_sampling=first_looks.shapes_with(seen, "normal_map", "bump_map", "mirror", "transmission"),
+        thin=first_looks.places(request.families, partial(thin_places, plan.camera)),
+        edges=first_looks.places([*request.families, *visible], partial(edge_places, plan.camera)),
+        shadow_edges=shadow_edges,
+    )
+
+
+def _pilot(seen: Request, target: TargetQuality) -> RenderPlan:
+    """The plan of pilot samples."""
     plan = _plan(seen)
     lightings = first_looks.lightings(seen, target, plan.lightings, _table(seen))
     return replace(
@@ -114,7 +134,6 @@ def _plan(request: Request) -> RenderPlan:
     meetings = [shapes.meeting(request, family, camera) for family in request.families]
     meetings += overlaps.stages(request)
     visible = lights.visible_lights(request)
-    seen = [light.rectangles for light in visible]
     table = _table(request)
     points, bent = surfaces.surfaces(request, table)
     bounces = spawners.spawners(request)
@@ -131,15 +150,6 @@ def _plan(request: Request) -> RenderPlan:
         visible_lights=tuple(visible),
         surfaces=tuple(points),
         lightings=tuple(lights.lighting(request, emitter, table) for emitter in emitters),
-        look=None,
-        policy=_policy(request),
-        averaged=first_looks.checkered(request),
-        detailed=first_looks.detailed(request),
-        textured=first_looks.shapes_with(request, "color_texture") | first_looks.detailed(request),
-        rough=first_looks.shapes_with(request, "normal_map", "bump_map", "mirror", "transmission"),
-        thin=first_looks.places(request, request.families, partial(thin_places, camera)),
-        edges=first_looks.places(request, [*request.families, *seen], partial(edge_places, camera)),
-        shadow_edges=first_looks.shadow_places(request, emitters, camera),
         spawners=bounces,
         unshaded=light_surfaces.Unshaded(
             column(request.document.background),
@@ -157,12 +167,6 @@ def _plan(request: Request) -> RenderPlan:
         entries=tuple(request.listing.entries),
         left_out=(*request.listing.left_out, *surfaces.unused(request)),
     )
-
-
-def _policy(request: Request) -> Policy | None:
-    if request.target is None:
-        return None
-    return SampledLattice() if request.document.camera.lens_radius > 0 else PilotSamples()
 
 
 def _table(request: Request) -> phong.Phong:

@@ -42,6 +42,12 @@ def in_time(target: TargetQuality) -> TargetQuality:
     return target.model_copy(update={"error": max(target.error, HASTY)})
 
 
+def request_of(request: Request, target: TargetQuality, detailed: frozenset[str]) -> Request:
+    """The request of pilot samples, with the materials that they shade in detail."""
+    scene = filtered(request.scene)
+    return Request(scene, quality_of(target), request.geometry, request.culling, details=detailed)
+
+
 def filtered(scene: LoadedScene) -> LoadedScene:
     """The scene with the means of checker boards over a pixel in place of the field that its middle meets."""
     boards = {
@@ -76,20 +82,15 @@ def detailed(request: Request) -> Masks:
     return np.array(shown, dtype=bool)
 
 
-def places(
-    request: Request, families: Iterable[Family], of_corners: Callable[[Floats], Integers]
-) -> Integers:
+def places(families: Iterable[Family], of_corners: Callable[[Floats], Integers]) -> Integers:
     """Pixels (2, N) that hulls of shapes ask to look at; triangles in trees are parts of larger things."""
     found = [np.zeros((2, 0), dtype=np.int64)]
-    if request.target is not None:
-        found += [of_corners(family.corners()) for family in families if not in_tree(family)]
+    found += [of_corners(family.corners()) for family in families if not in_tree(family)]
     return np.hstack(found)
 
 
 def shadow_places(request: Request, emitters: list[Emitter], camera: Pinhole) -> Integers:
     """Pixels (3, N) that edges of hard shadows pass, and the shapes they fall on."""
-    if request.target is None or request.document.camera.lens_radius > 0:
-        return np.zeros((3, 0), dtype=np.int64)
     hulls = [(family.corners(), family.numbers) for family in request.families if not in_tree(family)]
     flats = [(corners, numbers) for corners, numbers in hulls if corners.shape[0] in EDGES]
     return shadow_edge_places(camera, emitters, [corners for corners, _ in hulls], flats)

@@ -8,7 +8,7 @@ import numpy as np
 from renderer.cameras import Pinhole
 from renderer.interaction import RayStage
 from renderer.layers import Layer
-from renderer.lights.surfaces import Unshaded
+from renderer.lights.surfaces import LightSurfaces, Unshaded
 from renderer.math.arrays import Integers, Masks
 from renderer.plan.geometry import SceneGeometry
 from renderer.plan.stages import Entry, Illumination, PointStage, Spawner
@@ -74,24 +74,8 @@ class RenderPlan:
         exact arithmetic had to tell if they have one.
     entries, left_out
         The plan as told to people.
-    look : RenderPlan or None
-        What runs at the first look that target quality takes at each pixel; None for fixed quality. Its
-        entries tell only what it does in another way.
-    policy : Policy or None
-        How target quality goes about the picture; None for fixed quality.
-    averaged : (shapes,) bool
-        Shapes whose textures first looks average over the pixel.
-    detailed : (shapes,) bool
-        Those of them whose texels first looks shade apart from light.
-    textured, rough : (shapes,) bool
-        Shapes that take their colour from a texture, and shapes with something else on them that may be finer
-        than pixels: bent normals, mirrors, glass.
-    thin : (2, N) int64
-        Columns and rows of pixels along shapes that are thin on the picture; none for fixed quality.
-    edges : (2, N) int64
-        The same of pixels that edges of flat shapes pass.
-    shadow_edges : (3, N) int64
-        The same of pixels that edges of hard shadows may pass, and the shape that each of them falls on.
+    adaptive : AdaptivePlan or None
+        What target quality needs beside it; None for fixed quality.
     """
 
     scene: LoadedScene
@@ -102,7 +86,7 @@ class RenderPlan:
     seed: int
     passes: tuple[Pass, ...]
     meetings: tuple[RayStage, ...]
-    visible_lights: tuple[RayStage, ...]
+    visible_lights: tuple[LightSurfaces, ...]
     surfaces: tuple[PointStage, ...]
     lightings: tuple[Illumination, ...]
     spawners: tuple[Spawner, ...]
@@ -115,15 +99,7 @@ class RenderPlan:
     numerics: dict[str, int]
     entries: tuple[Entry, ...]
     left_out: tuple[LeftOut, ...]
-    look: "RenderPlan | None"
-    policy: Policy | None
-    textured: Masks
-    averaged: Masks
-    detailed: Masks
-    rough: Masks
-    thin: Integers
-    edges: Integers
-    shadow_edges: Integers
+    adaptive: "AdaptivePlan | None" = None
 
     @property
     def document(self) -> Scene:
@@ -145,26 +121,85 @@ class RenderPlan:
         """Largest number of light points of any light, at least 1."""
         return max((lighting.emitter.count for lighting in self.lightings), default=1)
 
-    @property
-    def tinted(self) -> Masks:
-        """Shapes (K,) whose colour is a texture with a known mean, and nothing else on them varies."""
-        return self.averaged & ~self.detailed
-
     def layers_in(self, pass_: Pass) -> tuple[Layer, ...]:
         """Layers that a pass records: all where the camera samples begin, later what is formed from them."""
         return tuple(layer for layer in self.layers if layer.recorded_in(pass_))
 
     def describe(self) -> PlanDocument:
         """The plan for people and programs: stages with who asked, what was left out, predicted cost."""
+        pilot = self.adaptive.pilot if self.adaptive else None
         total = sum(entry.seconds for entry in self.entries)
         rays = self.width * self.height * self.antialiasing.samples
         shadow = sum(lighting.emitter.count for lighting in self.lightings if lighting.casts)
         return PlanDocument(
             stages=tuple(_stage(entry, total) for entry in self.entries),
-            first_looks=tuple(_stage(entry, 0.0) for entry in self.look.entries) if self.look else (),
+            first_looks=tuple(_stage(entry, 0.0) for entry in pilot.entries) if pilot else (),
             left_out=self.left_out,
             cost=PlanCost(camera_rays=rays, shadow_rays=rays * shadow, cpu_seconds=total),
         )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AdaptivePlan:
+    """What target quality needs of a scene beside the plan of its samples.
+
+    Attributes
+    ----------
+    policy : Policy
+        How it goes about the picture.
+    pilot : RenderPlan or None
+        What runs for the pilot sample at the middle of each pixel; None through a lens, where pixels are
+        sampled at once. Its entries tell only what it does in another way than samples.
+    averaged : (shapes,) bool
+        Shapes whose textures pilot samples average over the pixel.
+    detailed : (shapes,) bool
+        Those of them whose texels pilot samples shade apart from light.
+    textured, needs_sampling : (shapes,) bool
+        Shapes that take their colour from a texture, and shapes with something else on them that may be finer
+        than pixels: bent normals, mirrors, glass.
+    thin : (2, N) int64
+        Columns and rows of pixels along shapes that are thin on the picture.
+    edges : (2, N) int64
+        The same of pixels that edges of flat shapes pass.
+    shadow_edges : (3, N) int64
+        The same of pixels that edges of hard shadows may pass, and the shape that each of them falls on.
+    """
+
+    policy: Policy
+    pilot: RenderPlan | None
+    textured: Masks
+    averaged: Masks
+    detailed: Masks
+    needs_sampling: Masks
+    thin: Integers
+    edges: Integers
+    shadow_edges: Integers
+
+    @property
+    def tinted(self) -> Masks:
+        """Shapes (K,) whose colour is a texture with a known mean, and nothing else on them varies."""
+        return self.averaged & ~self.detailed
+
+    @property
+    def fine(self) -> Masks:
+        """Shapes (K,) on which something may be finer than pixels."""
+        return self.needs_sampling | self.textured
+
+    @property
+    def unaveraged(self) -> Masks:
+        """Those of them (K,) of which a pilot sample does not tell the mean over its pixel."""
+        return self.needs_sampling | self.textured & ~self.averaged
+
+
+def adaptive_part(plan: RenderPlan) -> AdaptivePlan:
+    """What target quality needs, of a plan that was made for it."""
+    assert plan.adaptive is not None
+    return plan.adaptive
+
+
+def pilot_of(plan: RenderPlan) -> RenderPlan:
+    """What runs for the pilot samples of a plan for target quality: through a lens, what runs for samples."""
+    return adaptive_part(plan).pilot or plan
 
 
 def _stage(entry: Entry, total: float) -> PlanStage:

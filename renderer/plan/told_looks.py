@@ -8,7 +8,7 @@ import schemas.textures as language
 from renderer.adaptive.lattice import stride_for
 from renderer.adaptive.levels import COVERAGES
 from renderer.adaptive.lighting import NEAREST, SIDES, FirstLook
-from renderer.plan.plan import RenderPlan
+from renderer.math.arrays import Integers
 from renderer.plan.pointers import escaped
 from renderer.plan.request import Request
 from renderer.plan.stages import Entry, Illumination
@@ -35,11 +35,11 @@ def entries(request: Request, lightings: Iterable[Illumination]) -> Iterator[Ent
     yield Entry("borders", "camera", detail, ("/camera",))
 
 
-def shadow_edges(plan: RenderPlan) -> Iterator[Entry]:
+def shadow_edges(request: Request, places: Integers) -> Iterator[Entry]:
     """The line of the plan for pixels that edges of hard shadows pass, if there are any."""
-    count = np.unique(plan.shadow_edges[:2], axis=1).shape[1]
+    count = np.unique(places[:2], axis=1).shape[1]
     if count:
-        pointers = tuple(f"/lights/{number}" for number in range(len(plan.document.lights)))
+        pointers = tuple(f"/lights/{number}" for number in range(len(request.document.lights)))
         detail = f"{count:,} pixels of flat shapes that edges of hard shadows pass are probed as a kind apart"
         yield Entry("shadow edges", "camera", detail, pointers)
 

@@ -61,8 +61,8 @@ def test_a_texture_is_left_out_for_a_plain_colour() -> None:
     without = found["texture"].document.materials["floor"]
     assert (without.color_texture, without.color) == (None, ablation.PLAIN)
     whole, plain = (renderer.compile_scene(one) for one in (document, found["texture"].document))
-    assert whole.textured.any()
-    assert not plain.textured.any()
+    assert {stage.effect for stage in whole.describe().stages} > {"textures.checker"}
+    assert "textures.checker" not in {stage.effect for stage in plain.describe().stages}
 
 
 def test_an_effect_without_effect_makes_no_difference() -> None:

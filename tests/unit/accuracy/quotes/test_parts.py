@@ -10,7 +10,7 @@ import pytest
 from accuracy.quotes.parts import FEWEST, SIDE, Squares, part, squares
 from accuracy.quotes.settings import target
 from renderer.plan.building import compile_scene
-from renderer.plan.plan import RenderPlan
+from renderer.plan.plan import RenderPlan, adaptive_part
 from renderer.scenes import LoadedScene
 
 SIZE = 8 * SIDE, 4 * SIDE
@@ -68,8 +68,8 @@ def test_the_bounds_of_a_rectangle_hold_all_its_rays(plan: RenderPlan, seen: Squ
 
 
 def test_pixels_of_edges_move_with_their_squares(plan: RenderPlan, seen: Squares) -> None:
-    whole = {tuple(pixel) for pixel in plan.edges.T.tolist()}
-    moved = part(plan, seen).edges.T.tolist()
+    whole = {tuple(pixel) for pixel in adaptive_part(plan).edges.T.tolist()}
+    moved = adaptive_part(part(plan, seen)).edges.T.tolist()
     back = {
         (x + int(seen.corners[y // SIDE, 0]), y % SIDE + int(seen.corners[y // SIDE, 1])) for x, y in moved
     }
@@ -92,8 +92,9 @@ def test_pixels_of_shadow_edges_move_with_their_squares_and_keep_the_shape_they_
     plan: RenderPlan, seen: Squares
 ) -> None:
     columns, rows = np.arange(plan.width).repeat(plan.height), np.tile(np.arange(plan.height), plan.width)
-    every = replace(plan, shadow_edges=np.stack((columns, rows, columns * plan.height + rows)))
-    moved = part(every, seen).shadow_edges
+    marked = np.stack((columns, rows, columns * plan.height + rows))
+    every = replace(plan, adaptive=replace(adaptive_part(plan), shadow_edges=marked))
+    moved = adaptive_part(part(every, seen)).shadow_edges
     assert moved.shape[1] == seen.width * seen.height
     x, y = np.divmod(moved[2], plan.height)
     assert (x % SIDE == moved[0] % SIDE).all()

@@ -20,7 +20,7 @@ from renderer.adaptive.rays import camera_rays
 from renderer.adaptive.requests import LevelRequest, TileRequest
 from renderer.adaptive.tile_rendering import render_samples
 from renderer.integrator import radiance
-from renderer.plan.plan import RenderPlan
+from renderer.plan.plan import RenderPlan, pilot_of
 from schemas.quality import TargetQuality
 from schemas.tiles import Tile
 
@@ -96,7 +96,7 @@ def covered(
     columns, rows = pixels_of(plan)
     nearby = surroundings(whole(plan), *(pilots or pilot_samples(plan))).nearby(rows, columns)
     size, rays = number_of(count), Counter() if counts is None else counts
-    return cover(plan.look or plan, size, columns, rows, nearby, rays)
+    return cover(plan, size, columns, rows, nearby, rays)
 
 
 def on_picture(plan: RenderPlan, count: int) -> Numbers:
@@ -274,8 +274,8 @@ def test_it_is_looked_at_by_the_ray_nearest_to_the_middle_of_those_that_met_it()
     middle = (places * met).sum(axis=2) / met.sum(axis=1)
     away = np.where(met, ((places - middle[:, :, None]) ** 2).sum(axis=0), np.inf)
     x, y = places[:, np.arange(chosen.size), away.argmin(axis=1)]
-    assert plan.look is not None
-    seen = radiance(plan.look, camera_rays(plan.look, pixels[0], pixels[1], chosen, (x, y)), Counter())
+    pilot = pilot_of(plan)
+    seen = radiance(pilot, camera_rays(pilot, pixels[0], pixels[1], chosen, (x, y)), Counter())
     assert np.unique(seen[0]).size == chosen.size
     lattices = np.repeat(BLUE[:, None], 2 * SIDE * SIDE, axis=1)
     share = met.mean(axis=1)

@@ -12,6 +12,7 @@ from accuracy.hard_cases.documents import Json, bulb, camera, lamp, phong, recta
 from renderer.adaptive.details import LATTICES, lattice
 from renderer.adaptive.rays import camera_rays
 from renderer.integrator import radiance
+from renderer.plan.plan import pilot_of
 from schemas.quality import FixedQuality, TargetQuality
 from tests.images.parts import Files, png
 
@@ -66,12 +67,11 @@ def plan_of(loaded: renderer.LoadedScene, error: float = ERROR, **options: Any) 
 
 def first_values(loaded: renderer.LoadedScene) -> NDArray[np.float64]:
     """What the pass without samples finds at all pixels, (H, W, 3)."""
-    look = plan_of(loaded).look
-    assert look is not None
+    pilot = pilot_of(plan_of(loaded))
     rows, columns = np.divmod(np.arange(SIZE * SIZE), SIZE)
     middle = np.full(rows.size, 0.5)
-    rays = camera_rays(look, columns, rows, np.full(rows.size, 2), (middle, middle))
-    return radiance(look, rays, Counter()).T.reshape(SIZE, SIZE, 3)
+    rays = camera_rays(pilot, columns, rows, np.full(rows.size, 2), (middle, middle))
+    return radiance(pilot, rays, Counter()).T.reshape(SIZE, SIZE, 3)
 
 
 def dense_values(loaded: renderer.LoadedScene) -> NDArray[np.float32]:

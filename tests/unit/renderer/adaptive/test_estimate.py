@@ -15,6 +15,7 @@ from renderer.adaptive.guides import surroundings
 from renderer.adaptive.levels import COUNTS, COVERAGES, COVERED, LOOKED, SAMPLED
 from renderer.adaptive.requests import LevelRequest, TileRequest
 from renderer.adaptive.strata import expected_errors
+from renderer.plan.plan import adaptive_part
 from renderer.tiling import tiles
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
@@ -217,7 +218,8 @@ def test_a_pixel_gets_the_same_samples_whatever_levels_the_others_rise_to() -> N
 def edges_of(plan: renderer.RenderPlan) -> np.ndarray:
     """Pixels that edges of flat shapes pass, (H, W) bool."""
     passed = np.zeros((plan.height, plan.width), bool)
-    passed[plan.edges[1], plan.edges[0]] = True
+    columns, rows = adaptive_part(plan).edges
+    passed[rows, columns] = True
     return passed
 
 
@@ -254,7 +256,7 @@ def test_after_the_looks_come_the_borders_and_then_the_probes() -> None:
     assert not estimate.want.any()
     assert not estimate.coverage.any()
     edges, near, unlike = edges_of(estimate.plan), np.zeros_like(borders), np.zeros_like(borders)
-    for x, y in estimate.plan.thin.T:
+    for x, y in estimate.adaptive.thin.T:
         near[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2] = True
     labels = np.pad(estimate.labels, 1, constant_values=-99)
     for y, x in np.ndindex(unlike.shape):

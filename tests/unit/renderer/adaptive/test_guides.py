@@ -9,7 +9,7 @@ from renderer.adaptive.guides import Nearby, guide, surroundings
 from renderer.adaptive.levels import LOOKED, SAMPLED
 from renderer.adaptive.requests import LevelRequest, TileRequest
 from renderer.adaptive.tile_rendering import render_samples
-from renderer.plan.plan import RenderPlan
+from renderer.plan.plan import RenderPlan, adaptive_part
 from tests.unit.renderer.adaptive.test_coverage import (
     SIDE,
     at,
@@ -201,7 +201,8 @@ def test_what_hides_a_board_unseen_by_any_look_biases_its_pixels_by_no_more_than
     errors = differences.std(axis=0, ddof=1).max(axis=0) / np.sqrt(SEEDS)
     assert (means <= flat_share(plan) * light + 5 * errors)[~bare].all()
     marked = np.zeros(bare.shape, bool)
-    marked[plan.edges[1] * SIDE + plan.edges[0]] = True
+    columns, rows = adaptive_part(plan).edges
+    marked[rows * SIDE + columns] = True
     assert marked[~bare].all()
 
 

@@ -11,6 +11,7 @@ from accuracy.hard_cases.documents import bulb, lamp, phong, rectangle, scene
 from renderer.adaptive.lighting import CORNERS, SIDES, FirstLook
 from renderer.integrator import shaded_points, workspace
 from renderer.interaction import Points, Rays
+from renderer.plan.plan import pilot_of
 from schemas.quality import TargetQuality
 
 Numbers = NDArray[np.float64]
@@ -25,9 +26,7 @@ COLOR = np.array([[0.9], [0.6], [0.3]])
 
 def plan_of(*shapes: Any, error: float = 4 / 255, **changes: Any) -> renderer.RenderPlan:
     document = scene(*shapes, **{"lights": [LAMP], **changes})
-    plan = renderer.compile_scene(document, TargetQuality(mode="target", error=error)).look
-    assert plan is not None
-    return plan
+    return pilot_of(renderer.compile_scene(document, TargetQuality(mode="target", error=error)))
 
 
 def first_look(plan: renderer.RenderPlan) -> FirstLook:

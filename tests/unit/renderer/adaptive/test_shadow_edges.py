@@ -18,6 +18,7 @@ from accuracy.hard_cases.documents import (
     triangle,
 )
 from renderer.adaptive.neighbours import spread
+from renderer.plan.plan import adaptive_part
 from schemas.quality import FixedQuality, TargetQuality
 
 SIZE = 48
@@ -38,7 +39,7 @@ def small(*shapes: Json, lights: list[Json], **changes: object) -> Json:
 def marked(document: Json) -> np.ndarray:
     """Pixels (H, W) where the floor, which is the last shape, may show the edge of a shadow."""
     plan = renderer.compile_scene(renderer.load_scene(document), TARGET)
-    columns, rows, shapes = plan.shadow_edges
+    columns, rows, shapes = adaptive_part(plan).shadow_edges
     found = np.zeros((SIZE, SIZE), dtype=bool)
     on_floor = shapes == len(document["shapes"]) - 1
     found[rows[on_floor], columns[on_floor]] = True
@@ -99,11 +100,8 @@ def test_shadows_end_where_the_floor_ends_and_lights_below_it_cast_none() -> Non
 
 def test_fixed_quality_a_lens_and_round_shapes_alone_ask_for_none() -> None:
     document = small(BOARD, FLOOR, lights=[BULB])
-    assert (
-        renderer.compile_scene(renderer.load_scene(document), FixedQuality(mode="fixed")).shadow_edges.size
-        == 0
-    )
+    assert renderer.compile_scene(renderer.load_scene(document), FixedQuality(mode="fixed")).adaptive is None
     lens = small(BOARD, FLOOR, lights=[BULB], lens_radius=0.1)
-    assert renderer.compile_scene(renderer.load_scene(lens), TARGET).shadow_edges.size == 0
+    assert adaptive_part(renderer.compile_scene(renderer.load_scene(lens), TARGET)).shadow_edges.size == 0
     balls = small(sphere([0, 2, 0], 0.5), sphere([0, -5, 0], 5), lights=[BULB])
-    assert renderer.compile_scene(renderer.load_scene(balls), TARGET).shadow_edges.size == 0
+    assert adaptive_part(renderer.compile_scene(renderer.load_scene(balls), TARGET)).shadow_edges.size == 0

@@ -136,6 +136,6 @@ def test_no_byte_of_a_pixel_depends_on_those_looked_at_with_it() -> None:
     for i in np.flatnonzero(rows == 7):
         one = np.s_[i : i + 1]
         nearby = surroundings(whole(plan), *pilots).nearby(rows[one], columns[one])
-        alone = cover(plan.look or plan, number_of(13), columns[one], rows[one], nearby, Counter())
+        alone = cover(plan, number_of(13), columns[one], rows[one], nearby, Counter())
         for name in ("values", "known", "spread", "doubts"):
             assert getattr(alone, name).tobytes() == getattr(together, name)[..., one].tobytes()
