@@ -6,9 +6,9 @@ from schemas.exports import lazy_names
 
 if TYPE_CHECKING:
     from renderer.assets import AssetSource
+    from renderer.compiling import compile_scene
     from renderer.errors import ImageFileError, RenderError, SceneError
     from renderer.integrator import TileResult, render_tile
-    from renderer.plan.building import compile_scene
     from renderer.plan.plan import RenderPlan
     from renderer.rendering import render
     from renderer.results import RenderResult, TileEvent
@@ -35,9 +35,9 @@ __all__ = [
 
 HOMES = {
     "assets": ("AssetSource",),
+    "compiling": ("compile_scene",),
     "errors": ("ImageFileError", "RenderError", "SceneError"),
     "integrator": ("TileResult", "render_tile"),
-    "plan.building": ("compile_scene",),
     "plan.plan": ("RenderPlan",),
     "rendering": ("render",),
     "results": ("RenderResult", "TileEvent"),

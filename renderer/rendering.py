@@ -11,12 +11,12 @@ import numpy as np
 
 from renderer.adaptive.adaptive_render import render_adaptively
 from renderer.arguments import LARGEST_TILE, MOST_WORKERS, check_callable, check_plan, checked_count
+from renderer.compiling import at_quality
 from renderer.convergence import trend
 from renderer.errors import told
 from renderer.film import Image, clamped, compose, enlarge, non_finite
 from renderer.integrator import TileResult, render_tile
 from renderer.layers import LayerBuffers
-from renderer.plan.building import at_quality
 from renderer.plan.plan import RenderPlan
 from renderer.progressive import errors_of, squares_of, unknown_error
 from renderer.results import RenderResult, TileEvent

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.compiling import compile_scene
 from renderer.integrator import render_layers
-from renderer.plan.building import compile_scene
 from renderer.scenes import LoadedScene
 from schemas.quality import FixedQuality
 from schemas.sampling import Antialiasing, LightSampling

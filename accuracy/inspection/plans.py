@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from renderer.plan.building import compile_scene
+from renderer.compiling import compile_scene
 from renderer.plan.plan import RenderPlan
 from renderer.scenes import LoadedScene, QualitySource, Source, load_request
 from schemas.quality import FixedQuality, Quality, TargetQuality

@@ -7,7 +7,7 @@ from accuracy.quotes.pilots import Pilot
 from accuracy.quotes.prices import price
 from accuracy.quotes.ranges import Range
 from accuracy.quotes.settings import ERRORS
-from renderer.plan.building import compile_scene
+from renderer.compiling import compile_scene
 from renderer.scenes import LoadedScene
 from schemas.quality import Quality
 from schemas.quotes import EffectShare, Offer, Predicted, Quote

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from renderer.plan.building import compile_scene
+from renderer.compiling import compile_scene
 from renderer.plan.plan import RenderPlan
 from renderer.plan.pointers import escaped
 from renderer.rendering import render

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from math import isqrt
 
-from renderer.plan.building import compile_scene
+from renderer.compiling import compile_scene
 from renderer.plan.plan import RenderPlan
 from renderer.scenes import LoadedScene
 from schemas.quality import CONFIDENCE, FixedQuality, Quality, TargetQuality

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from accuracy.quotes.ablation import variants
 from accuracy.study.settings import BEST, Scale, Setting, fixed, swept
 from accuracy.study.tasks import Subject, Task, sized
-from renderer.plan.building import compile_scene
+from renderer.compiling import compile_scene
 from renderer.scenes import LoadedScene
 from schemas.quality import FixedQuality, TargetQuality
 from schemas.sampling import Antialiasing, LightSampling

@@ -12,7 +12,7 @@ from accuracy.study.journal import Journal
 from accuracy.study.keys import place_key
 from accuracy.study.program import Program
 from accuracy.study.reference import Reference, clipped, rms_difference
-from renderer.plan.building import compile_scene
+from renderer.compiling import compile_scene
 from renderer.rendering import render
 
 if TYPE_CHECKING:

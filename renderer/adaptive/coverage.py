@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.adaptive.guides import Nearby, guide
-from renderer.adaptive.halves import HALVES
 from renderer.adaptive.levels import COVERAGES, FIBONACCI
 from renderer.adaptive.rays import camera_rays, labels_of
 from renderer.film import BRIGHTEST
+from renderer.halves import HALVES
 from renderer.integrator import radiance
 from renderer.lights.emitters import PIXEL_DIMENSIONS
 from renderer.math.arrays import Floats, Integers, put

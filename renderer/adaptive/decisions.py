@@ -21,11 +21,11 @@ from renderer.adaptive.early_passes import (
 )
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.findings import Findings, errors_of
-from renderer.adaptive.halves import HALVES
 from renderer.adaptive.levels import COUNTS, COVERAGES, HIGHEST, SAMPLED, Levels
 from renderer.adaptive.neighbours import spread
 from renderer.adaptive.states import State
 from renderer.adaptive.uncertainty import standard_errors
+from renderer.halves import HALVES
 from renderer.math.arrays import Floats, Integers, Masks
 
 MARGIN = 0.95

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from renderer.adaptive import strata
 from renderer.adaptive.between import NODE, Ways
 from renderer.adaptive.findings import Findings, findings_of
-from renderer.adaptive.halves import HALVES
 from renderer.adaptive.lattice import Picture
 from renderer.adaptive.levels import COUNTS, COVERAGES, COVERED, LOOKED, SAMPLED, Levels
 from renderer.adaptive.rays import Labels
@@ -22,6 +21,7 @@ from renderer.adaptive.samples import Samples
 from renderer.adaptive.states import State
 from renderer.adaptive.uncertainty import ErrorEstimate, error_of
 from renderer.film import Image
+from renderer.halves import HALVES
 from renderer.interaction import MISS
 from renderer.layers import Layers
 from renderer.math.arrays import Floats, Integers, Masks, add, put, taken

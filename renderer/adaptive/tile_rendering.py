@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from renderer.adaptive.coverage import cover
 from renderer.adaptive.guides import Surroundings, guide
-from renderer.adaptive.halves import HALVES, places
 from renderer.adaptive.levels import COUNTS, COVERAGES
 from renderer.adaptive.rays import camera_rays, labels_of, of_labels
 from renderer.adaptive.requests import TileRequest
 from renderer.adaptive.samples import Samples
 from renderer.adaptive.time_limits import TimeLimit, portions
 from renderer.film import BRIGHTEST
+from renderer.halves import HALVES, places
 from renderer.integrator import WORK, Surfaces, radiance, render_layers
 from renderer.math.arrays import Floats, Integers, Masks, add, taken
 from renderer.math.numerics import halving_sum

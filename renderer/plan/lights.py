@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from renderer.accelerators.trees import in_tree
-from renderer.adaptive.halves import in_sequence
+from renderer.halves import in_sequence
 from renderer.lights import surfaces as light_surfaces
 from renderer.lights.emitters import Emitter
 from renderer.materials.phong import SHARP, Diffuse, Highlight, Phong

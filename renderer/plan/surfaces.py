@@ -3,6 +3,7 @@
 import numpy as np
 
 from renderer.cameras import pinhole
+from renderer.materials import phong
 from renderer.materials.horizon import Horizon
 from renderer.materials.maps import BumpMap, ColorTexture, NormalMap
 from renderer.materials.phong import Ambient, Colors, Phong
@@ -155,6 +156,11 @@ def _ambient(request: Request, table: Phong) -> list[Ambient]:
         request.listing.add("ambient term", "ambient", "light from everywhere", ("/ambient", *asking))
         return [Ambient(table, column(request.document.ambient))]
     return []
+
+
+def phong_table(request: Request) -> Phong:
+    """The parameters of the materials that are shown."""
+    return phong.build([request.document.materials[name] for name in request.names])
 
 
 def material_numbers(request: Request) -> Integers:

@@ -8,7 +8,7 @@ and flat heights give the picture without them.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import assert_never
+from typing import Protocol, assert_never
 
 import numpy as np
 
@@ -20,13 +20,20 @@ from renderer.shapes import ellipsoids, rectangles, triangles
 from renderer.shapes.borders import Lift, join, neighbours, open_edges
 from renderer.shapes.meshes import CORNERS, Surface, joined, placed, smooth_normals, surface_of, triangles_of
 from renderer.shapes.triangles import Triangles
-from renderer.textures.heights import Heights
 
 PIXELS = 2.0
 """Length of an edge of the fine mesh as seen by the camera, pixels, unless the limit says otherwise."""
 
 MAX_TRIANGLES = 400_000
 """Triangles of all displaced shapes of a scene together, at most; each has the same part of them."""
+
+
+class Heights(Protocol):
+    """Heights over a surface."""
+
+    def at(self, coordinates: Floats) -> Floats:
+        """Heights (N,) at texture coordinates (2, N), scene units."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ import pytest
 
 from accuracy.quotes.parts import FEWEST, SIDE, Squares, part, squares
 from accuracy.quotes.settings import target
-from renderer.plan.building import compile_scene
+from renderer.compiling import compile_scene
 from renderer.plan.plan import RenderPlan, adaptive_part
 from renderer.scenes import LoadedScene
 

@@ -9,7 +9,7 @@ from accuracy.quotes.deadlines import Deadline
 from accuracy.quotes.parts import part, squares
 from accuracy.quotes.rehearsals import Rehearsal, Trial
 from accuracy.quotes.settings import target
-from renderer.plan.building import compile_scene
+from renderer.compiling import compile_scene
 from renderer.rendering import render
 from renderer.scenes import LoadedScene
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 import renderer
 from accuracy.hard_cases.documents import camera, lamp, scene
-from renderer.adaptive.halves import HALVES, SequenceEmitter, in_sequence, places
+from renderer.halves import HALVES, SequenceEmitter, in_sequence, places
 from renderer.lights import emitters
 from schemas.lights import ParallelogramLight
 from schemas.quality import TargetQuality

@@ -1,14 +1,15 @@
-"""What first looks do in another way than samples, as it is told to people."""
+"""What `penumbra explain` says of target quality: what pilot samples do in another way than samples."""
 
 from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-import schemas.textures as language
 from renderer.adaptive.lattice import stride_for
 from renderer.adaptive.levels import COVERAGES
 from renderer.adaptive.lighting import NEAREST, SIDES, FirstLook
 from renderer.math.arrays import Integers
+from renderer.plan.effects import TEXTURES
+from renderer.plan.plan import Policy, RenderPlan
 from renderer.plan.pointers import escaped
 from renderer.plan.request import Request
 from renderer.plan.stages import Entry, Illumination
@@ -20,9 +21,9 @@ def entries(request: Request, lightings: Iterable[Illumination]) -> Iterator[Ent
     Parameters
     ----------
     request : Request
-        Of the first looks.
+        Of the pilot samples.
     lightings
-        Those of the first looks; lights without an area do as always, and are not told of.
+        Those of the pilot samples; lights without an area do as always, and have no line.
     """
     yield Entry("first looks", "camera", _lattice(request), ("/camera",))
     for lighting in lightings:
@@ -42,6 +43,15 @@ def shadow_edges(request: Request, places: Integers) -> Iterator[Entry]:
         pointers = tuple(f"/lights/{number}" for number in range(len(request.document.lights)))
         detail = f"{count:,} pixels of flat shapes that edges of hard shadows pass are probed as a kind apart"
         yield Entry("shadow edges", "camera", detail, pointers)
+
+
+def with_lattice(plan: RenderPlan, policy: Policy) -> tuple[Entry, ...]:
+    """The lines of a plan through a lens, with one for the lattice of samples after that of the lens."""
+    stride = policy.first_stride(plan.width, plan.height)
+    detail = f"pixels {stride} apart are sampled, and those between where the picture is not smooth there"
+    (at,) = (i for i, entry in enumerate(plan.entries) if entry.name == "lens")
+    lattice = Entry("lattice of samples", "camera.lens", detail, plan.entries[at].pointers)
+    return (*plan.entries[: at + 1], lattice, *plan.entries[at + 1 :])
 
 
 def _lattice(request: Request) -> str:
@@ -75,11 +85,11 @@ def _boards(request: Request) -> Iterator[Entry]:
     document = request.document
     for texture, board in document.textures.items():
         asking = [name for name in request.names if document.materials[name].color_texture == texture]
-        if asking and isinstance(board, language.CheckerTexture):
+        if asking and TEXTURES[type(board)].mean:
             pointers = [f"/materials/{escaped(name)}/color_texture" for name in asking]
             detail = "the exact mean over a pixel, in place of the field that its middle meets"
             name = f"means of color texture {texture}"
-            yield Entry(name, "textures.checker", detail, (f"/textures/{escaped(texture)}", *pointers))
+            yield Entry(name, f"textures.{board.type}", detail, (f"/textures/{escaped(texture)}", *pointers))
 
 
 def _details(request: Request) -> Iterator[Entry]:

@@ -1,23 +1,27 @@
-"""The first look that target quality takes at each pixel: one ray, with as little noise as may be."""
+"""The plan of pilot samples: one ray through the middle of each pixel, with as little noise as may be."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import fields, replace
 
 import numpy as np
 
-import schemas.textures as language
 from renderer.accelerators.trees import in_tree
 from renderer.adaptive.edges import EDGES
 from renderer.adaptive.lighting import CORNERS, SIDES, FirstLook, ProbingEmitter, finest
+from renderer.adaptive.planning import details, explanations
 from renderer.adaptive.shadow_edges import shadow_edge_places
 from renderer.cameras import Pinhole
 from renderer.lights.emitters import Emitter
 from renderer.materials.maps import ColorTexture
 from renderer.materials.phong import Phong
 from renderer.math.arrays import Floats, Integers, Masks
+from renderer.plan.building import build_plan
+from renderer.plan.effects import TEXTURES
 from renderer.plan.lights import shadow_stages
+from renderer.plan.plan import RenderPlan
 from renderer.plan.request import Request
 from renderer.plan.stages import Illumination, Lighting, PointStage
+from renderer.plan.surfaces import phong_table
 from renderer.scenes import LoadedScene
 from renderer.shapes import Family
 from renderer.textures import footprints
@@ -32,11 +36,11 @@ PENUMBRA = 64, 2.0**-8
 
 
 HASTY = 2.0**-9
-"""First looks of pictures with a time limit are no finer than this error needs: all pixels wait for them."""
+"""Pilot samples of pictures with a time limit are no finer than this error needs: pixels wait for them."""
 
 
 def in_time(target: TargetQuality) -> TargetQuality:
-    """What first looks work for."""
+    """What pilot samples work for."""
     if target.time_limit is None:
         return target
     return target.model_copy(update={"error": max(target.error, HASTY)})
@@ -50,12 +54,11 @@ def request_of(request: Request, target: TargetQuality, detailed: frozenset[str]
 
 def filtered(scene: LoadedScene) -> LoadedScene:
     """The scene with the means of checker boards over a pixel in place of the field that its middle meets."""
-    boards = {
-        name: texture.model_copy(update={"filter": "box"})
-        for name, texture in scene.document.textures.items()
-        if isinstance(texture, language.CheckerTexture)
+    written = scene.document.textures
+    means = {
+        name: mean(texture) for name, texture in written.items() if (mean := TEXTURES[type(texture)].mean)
     }
-    textures = scene.document.textures | boards
+    textures = written | means
     return replace(scene, document=scene.document.model_copy(update={"textures": textures}))
 
 
@@ -67,11 +70,11 @@ def shapes_with(request: Request, *parts: str) -> Masks:
     return np.array([shape.material in having for shape in request.document.shapes], dtype=bool)
 
 
-def checkered(request: Request) -> Masks:
-    """Shapes (K,) whose colour is a checker board's."""
+def averaged_shapes(request: Request) -> Masks:
+    """Shapes (K,) of whose colour the mean over a pixel is known."""
     materials, textures = request.document.materials, request.document.textures
-    boards = {name for name, texture in textures.items() if isinstance(texture, language.CheckerTexture)}
-    having = {name for name, material in materials.items() if material.color_texture in boards}
+    known = {name for name, texture in textures.items() if TEXTURES[type(texture)].mean}
+    having = {name for name, material in materials.items() if material.color_texture in known}
     having |= request.details
     return np.array([shape.material in having for shape in request.document.shapes], dtype=bool)
 
@@ -89,11 +92,29 @@ def places(families: Iterable[Family], of_corners: Callable[[Floats], Integers])
     return np.hstack(found)
 
 
-def shadow_places(request: Request, emitters: list[Emitter], camera: Pinhole) -> Integers:
+def shadow_places(plan: RenderPlan) -> Integers:
     """Pixels (3, N) that edges of hard shadows pass, and the shapes they fall on."""
-    hulls = [(family.corners(), family.numbers) for family in request.families if not in_tree(family)]
+    hulls = [(family.corners(), family.numbers) for family in plan.geometry.families if not in_tree(family)]
     flats = [(corners, numbers) for corners, numbers in hulls if corners.shape[0] in EDGES]
-    return shadow_edge_places(camera, emitters, [corners for corners, _ in hulls], flats)
+    emitters = [lighting.emitter for lighting in plan.lightings]
+    return shadow_edge_places(plan.camera, emitters, [corners for corners, _ in hulls], flats)
+
+
+def no_shadow_places() -> Integers:
+    """The same of pictures that do not look for them."""
+    return np.zeros((3, 0), dtype=np.int64)
+
+
+def build_pilot(seen: Request, target: TargetQuality) -> RenderPlan:
+    """The plan of pilot samples, from their request."""
+    plan = build_plan(seen)
+    lightings = _lightings(seen, target, plan.lightings)
+    return replace(
+        plan,
+        surfaces=tuple(averaged(stage, plan.camera, target) for stage in plan.surfaces),
+        lightings=details.lightings(seen, target, lightings),
+        entries=tuple(explanations.entries(seen, lightings)),
+    )
 
 
 def averaged(stage: PointStage, camera: Pinhole, target: TargetQuality) -> PointStage:
@@ -114,13 +135,11 @@ def quality_of(target: TargetQuality) -> FixedQuality:
     )
 
 
-def lightings(
-    request: Request,
-    target: TargetQuality,
-    plain: tuple[Illumination, ...],
-    table: Phong,
+def _lightings(
+    request: Request, target: TargetQuality, plain: tuple[Illumination, ...]
 ) -> tuple[Illumination, ...]:
     """A first look for each light; lights without an area are looked at as always."""
+    table = phong_table(request)
     return tuple(
         _first_look(request, target, lighting, table)
         if isinstance(lighting, Lighting) and lighting.emitter.count > 1
