@@ -4,29 +4,21 @@ import numpy as np
 
 from renderer.cameras import Pinhole
 from renderer.math.arrays import Floats, Integers, Masks, dot
-
-EDGES = {3: ((0, 1), (1, 2), (2, 0)), 4: ((0, 1), (0, 2), (1, 3), (2, 3))}
-"""Pairs of corners with an edge between them, by the number of corners; other hulls are of round shapes."""
+from renderer.shapes.family import Hulls
 
 STEP = 0.5
 """Distance of the places along an edge, pixels: an edge may cross no more than a corner of a pixel unseen."""
 
 
-def edge_places(camera: Pinhole, corners: Floats) -> Integers:
-    """Pixels that edges of shapes pass, (2, N): column and row.
-
-    Parameters
-    ----------
-    camera : Pinhole
-    corners : (V, 3, K) float64
-    """
-    away = corners.transpose(1, 0, 2) - camera.position[:, :, None]
+def edge_places(camera: Pinhole, hulls: Hulls) -> Integers:
+    """Pixels that edges of shapes pass, (2, N): column and row."""
+    away = hulls.corners.transpose(1, 0, 2) - camera.position[:, :, None]
     depth = dot(away, camera.forward[:, :, None])
     right = dot(away, camera.right[:, :, None]) / camera.half_width
     up = dot(away, camera.up[:, :, None]) / camera.half_height
     space = np.stack((right, up, depth))
     found = [np.zeros((2, 0), dtype=np.int64)]
-    for first, second in EDGES.get(corners.shape[0], ()):
+    for first, second in hulls.edges:
         starts, ends = _inside(space[:, first], space[:, second])
         found += [_pixels(camera, starts[:, k], ends[:, k]) for k in np.flatnonzero(starts[2] > 0).tolist()]
     return np.hstack(found)

@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from renderer.adaptive.edges import EDGES, within, within_view
+from renderer.adaptive.edges import within, within_view
 from renderer.adaptive.lighting import CORNERS
 from renderer.cameras import Pinhole
 from renderer.lights.emitters import Emitter
-from renderer.math.arrays import Floats, Integers, cross, dot, lengths
+from renderer.math.arrays import Floats, Integers, Masks, cross, dot, lengths
+from renderer.shapes.family import Hulls
 
 STEP = 0.5
 """Distance of the places along a shadow's edge, pixels, as of other edges."""
@@ -55,11 +56,11 @@ class _Lines:
     shapes: Integers
 
 
-def outline_edges(corners: Floats) -> tuple[Floats, Floats]:
-    """Ends (3, n) of the edges that hulls (V, 3, K) cast shadows by; of round shapes their longest axis."""
-    pairs = EDGES.get(corners.shape[0])
-    if pairs is not None:
-        return tuple(np.hstack([corners[pair[end]] for pair in pairs]) for end in (0, 1))  # type: ignore[return-value]
+def outline_edges(hulls: Hulls) -> tuple[Floats, Floats]:
+    """Ends (3, n) of the edges that hulls cast shadows by; of round shapes their longest axis."""
+    corners = hulls.corners
+    if hulls.edges:
+        return tuple(np.hstack([corners[pair[end]] for pair in hulls.edges]) for end in (0, 1))  # type: ignore[return-value]
     centre = corners.mean(axis=0)
     axes = _axes(corners)
     longest = np.argmax((axes**2).sum(axis=1), axis=0)
@@ -67,9 +68,7 @@ def outline_edges(corners: Floats) -> tuple[Floats, Floats]:
     return centre - axis, centre + axis
 
 
-def shadow_edge_places(
-    camera: Pinhole, lights: list[Emitter], hulls: list[Floats], flats: list[tuple[Floats, Integers]]
-) -> Integers:
+def shadow_edge_places(camera: Pinhole, lights: list[Emitter], hulls: list[Hulls]) -> Integers:
     """Pixels that edges of hard shadows pass, (3, N): column, row and number of the shape they fall on.
 
     Parameters
@@ -77,11 +76,10 @@ def shadow_edge_places(
     camera : Pinhole
     lights : list of Emitter
         One with an area casts shadows as its centre does.
-    hulls : list of (V, 3, K) float64
-        What casts shadows.
-    flats : list of ((V, 3, K) float64, (K,) int64)
-        Triangles and parallelograms that they fall on, and their numbers.
+    hulls : list of Hulls
+        What casts shadows. They fall on those that have edges: triangles and parallelograms.
     """
+    flats = [(hull.corners, hull.numbers) for hull in hulls if hull.edges]
     found = [np.zeros((3, 0), dtype=np.int64)]
     for light in lights if flats else ():
         extent = light.extent * light.weight
@@ -113,16 +111,21 @@ def _rim(light: Emitter) -> list[Emitter]:
     return [replace(light, centre=light.centre + light.first * u + light.second * v) for u, v in steps]
 
 
-def _edges_of(hulls: list[Floats], narrow: float) -> tuple[Floats, Floats]:
+def _edges_of(hulls: list[Hulls], narrow: float) -> tuple[Floats, Floats]:
     """Ends (3, M) of the edges of hulls that are narrower than something."""
-    ends = [outline_edges(hull[..., _least_width(hull) < narrow]) for hull in hulls]
+    ends = [outline_edges(_chosen(hull, _least_width(hull) < narrow)) for hull in hulls]
     starts, others = zip(*ends, strict=True)
     return np.hstack(starts), np.hstack(others)
 
 
-def _least_width(corners: Floats) -> Floats:
-    """About the width (K,) of hulls (V, 3, K): the second longest axis, or the area over the length."""
-    if corners.shape[0] in EDGES:
+def _chosen(hulls: Hulls, chosen: Masks) -> Hulls:
+    return Hulls(hulls.numbers[chosen], hulls.corners[..., chosen], hulls.edges)
+
+
+def _least_width(hulls: Hulls) -> Floats:
+    """About the width (K,) of hulls: the second longest axis, or the area over the length."""
+    corners = hulls.corners
+    if hulls.edges:
         first, second = corners[1] - corners[0], corners[2] - corners[0]
         longest = np.maximum(lengths(first), np.maximum(lengths(second), lengths(second - first)))
         width = lengths(cross(first, second)) / np.maximum(longest, np.finfo(np.float64).tiny)

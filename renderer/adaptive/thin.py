@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from renderer.adaptive.edges import EDGES
 from renderer.adaptive.lattice import stride_for
 from renderer.cameras import Pinhole
 from renderer.math.arrays import Floats, Integers, Masks, dot
+from renderer.shapes.family import Hulls
 
 DIRECTIONS = 16
 """In which the width of a shape on the picture is measured, over half a turn: the least is 2 % too large."""
@@ -19,20 +19,20 @@ FARTHEST = 65536
 """Places along a shape at most, however far it reaches beyond the picture."""
 
 
-def thin_places(camera: Pinhole, corners: Floats) -> Integers:
+def thin_places(camera: Pinhole, hulls: Hulls) -> Integers:
     """Pixels along shapes narrower than the lattice, (2, N): column and row, those outside left out.
 
     Parameters
     ----------
     camera : Pinhole
-    corners : (V, 3, K) float64
-        Of convex hulls of shapes. Shapes that reach behind the camera are left out: they are near, and wide.
+    hulls : Hulls
+        Shapes that reach behind the camera are left out: they are near, and wide.
     """
-    x, y, ahead = _on_picture(camera, corners)
+    x, y, ahead = _on_picture(camera, hulls.corners)
     spans = _spans(x, y)
     stride = stride_for(camera.width, camera.height)
     width, length = spans.min(axis=0), spans.max(axis=0)
-    tapered = 0.0 if corners.shape[0] in EDGES else TAPERED
+    tapered = 0.0 if hulls.edges else TAPERED
     narrow = np.flatnonzero(ahead & (width < np.maximum(stride, np.sqrt(stride * length) * tapered)))
     found = [_along(x[:, shape], y[:, shape]) for shape in narrow.tolist()]
     places = np.floor(np.hstack([np.zeros((2, 0)), *found])).astype(np.int64)

@@ -54,6 +54,10 @@ class Ellipsoids(Family):
             [self.centers + i * self.axes[0] + j * self.axes[1] + k * self.axes[2] for i, j, k in signs]
         )
 
+    def edges(self) -> tuple[tuple[int, int], ...]:
+        """None."""
+        return ()
+
     def reach(self, direction: Floats) -> Floats:
         """By the support function c . d + |(a . d, b . d, c . d)|: the box is up to 1.7 times as wide."""
         along = np.stack([dot(axis, direction) for axis in self.axes])

@@ -62,6 +62,25 @@ class Outline:
         )
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Hulls:
+    """Convex hulls of K shapes.
+
+    Attributes
+    ----------
+    numbers : (K,) int64
+        Of the shapes in the scene.
+    corners : (V, 3, K) float64
+    edges : tuple of pairs of int
+        Corners with an edge of the shape between them; none for round shapes, whose hull is the box along
+        their axes.
+    """
+
+    numbers: Integers
+    corners: Floats
+    edges: tuple[tuple[int, int], ...]
+
+
 @dataclass(slots=True, weakref_slot=True, eq=False)
 class Family(ABC):
     """Shapes of one kind as arrays over K shapes.
@@ -96,6 +115,14 @@ class Family(ABC):
     @abstractmethod
     def corners(self) -> Floats:
         """Corners of a convex hull of each shape, (V, 3, K)."""
+
+    @abstractmethod
+    def edges(self) -> tuple[tuple[int, int], ...]:
+        """As of `Hulls`."""
+
+    def hulls(self) -> Hulls:
+        """Convex hulls of the shapes."""
+        return Hulls(self.numbers, self.corners(), self.edges())
 
     @abstractmethod
     def shades_itself(self, viewer: Floats | None) -> bool:

@@ -70,6 +70,10 @@ class Rectangles(FlatFamily):
         far = self.anchors + self.first
         return np.stack((self.anchors, far, self.anchors + self.second, far + self.second))
 
+    def edges(self) -> tuple[tuple[int, int], ...]:
+        """The four sides."""
+        return (0, 1), (0, 2), (1, 3), (2, 3)
+
     def meet(self, shape: int, rays: Rays) -> None:
         """Hits by triple products.
 

@@ -46,6 +46,10 @@ class Triangles(FlatFamily):
         """The vertices."""
         return self.vertices
 
+    def edges(self) -> tuple[tuple[int, int], ...]:
+        """The three sides."""
+        return (0, 1), (1, 2), (2, 0)
+
     def meet(self, shape: int, rays: Rays) -> None:
         """Hits with one triangle."""
         one = slice(shape, shape + 1)

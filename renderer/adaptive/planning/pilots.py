@@ -6,7 +6,6 @@ from dataclasses import fields, replace
 import numpy as np
 
 from renderer.accelerators.trees import in_tree
-from renderer.adaptive.edges import EDGES
 from renderer.adaptive.lighting import CORNERS, SIDES, FirstLook, ProbingEmitter, finest
 from renderer.adaptive.planning import details, explanations
 from renderer.adaptive.shadow_edges import shadow_edge_places
@@ -14,7 +13,7 @@ from renderer.cameras import Pinhole
 from renderer.lights.emitters import Emitter
 from renderer.materials.maps import ColorTexture
 from renderer.materials.phong import Phong
-from renderer.math.arrays import Floats, Integers, Masks
+from renderer.math.arrays import Integers, Masks
 from renderer.plan.building import build_plan
 from renderer.plan.effects import TEXTURES
 from renderer.plan.lights import shadow_stages
@@ -24,6 +23,7 @@ from renderer.plan.stages import Illumination, Lighting, PointStage
 from renderer.plan.surfaces import phong_table
 from renderer.scenes import LoadedScene
 from renderer.shapes import Family
+from renderer.shapes.family import Hulls
 from renderer.textures import footprints
 from renderer.textures.averaged import AveragedChecker
 from renderer.textures.checker import BoxCheckerTexture
@@ -85,19 +85,18 @@ def detailed(request: Request) -> Masks:
     return np.array(shown, dtype=bool)
 
 
-def places(families: Iterable[Family], of_corners: Callable[[Floats], Integers]) -> Integers:
+def places(families: Iterable[Family], of_hulls: Callable[[Hulls], Integers]) -> Integers:
     """Pixels (2, N) that hulls of shapes ask to look at; triangles in trees are parts of larger things."""
     found = [np.zeros((2, 0), dtype=np.int64)]
-    found += [of_corners(family.corners()) for family in families if not in_tree(family)]
+    found += [of_hulls(family.hulls()) for family in families if not in_tree(family)]
     return np.hstack(found)
 
 
 def shadow_places(plan: RenderPlan) -> Integers:
     """Pixels (3, N) that edges of hard shadows pass, and the shapes they fall on."""
-    hulls = [(family.corners(), family.numbers) for family in plan.geometry.families if not in_tree(family)]
-    flats = [(corners, numbers) for corners, numbers in hulls if corners.shape[0] in EDGES]
+    hulls = [family.hulls() for family in plan.geometry.families if not in_tree(family)]
     emitters = [lighting.emitter for lighting in plan.lightings]
-    return shadow_edge_places(plan.camera, emitters, [corners for corners, _ in hulls], flats)
+    return shadow_edge_places(plan.camera, emitters, hulls)
 
 
 def no_shadow_places() -> Integers:

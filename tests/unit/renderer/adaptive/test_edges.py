@@ -6,6 +6,7 @@ from renderer.adaptive.edges import edge_places
 from renderer.adaptive.thin import thin_places
 from renderer.cameras import Pinhole
 from renderer.math.arrays import Floats, unit
+from renderer.shapes.family import Hulls
 from tests.images import pictures
 from tests.images.parts import plan_of
 
@@ -25,11 +26,17 @@ def seen_through(camera: Pinhole, places: list[tuple[float, float]], depth: floa
     return camera.position + rays * (depth / (rays * camera.forward).sum(axis=0))
 
 
+def hulls(corners: Floats) -> Hulls:
+    """Those of one triangle, rectangles or balls, by their corners (V, 3, K)."""
+    edges = {3: ((0, 1), (1, 2), (2, 0)), 4: ((0, 1), (0, 2), (1, 3), (2, 3)), 8: ()}
+    return Hulls(np.arange(corners.shape[2]), corners, edges[corners.shape[0]])
+
+
 def test_an_edge_marks_every_pixel_that_it_passes_by_more_than_a_corner() -> None:
     camera = pinhole()
     places = [(3.2, 5.1), (60.7, 40.9), (-30.0, 80.0)]
     corners = seen_through(camera, places, 2.5).T[:, :, None]
-    marked = set(map(tuple, edge_places(camera, corners).T.tolist()))
+    marked = set(map(tuple, edge_places(camera, hulls(corners)).T.tolist()))
     for (x0, y0), (x1, y1) in zip(places, [*places[1:], places[0]], strict=True):
         steps = np.linspace(0, 1, 100_000)
         x, y = x0 + steps * (x1 - x0), y0 + steps * (y1 - y0)
@@ -44,7 +51,7 @@ def test_an_edge_that_reaches_behind_the_camera_is_marked_as_far_as_it_is_seen()
     ahead = seen_through(camera, [(32.0, 32.0), (10.0, 32.0)], 3.0)
     behind = camera.position - 5 * camera.forward - camera.up
     corners = np.hstack((ahead, behind)).T[:, :, None]
-    columns, rows = edge_places(camera, corners)
+    columns, rows = edge_places(camera, hulls(corners))
     assert rows.max() == SIZE - 1
     assert {(32, 32), (10, 32)} <= set(zip(columns.tolist(), rows.tolist(), strict=True))
 
@@ -52,7 +59,7 @@ def test_an_edge_that_reaches_behind_the_camera_is_marked_as_far_as_it_is_seen()
 def test_edges_beside_the_picture_mark_nothing() -> None:
     camera = pinhole()
     corners = seen_through(camera, [(70.0, 5.0), (90.0, 40.0), (80.0, 60.0)], 2.0).T[:, :, None]
-    assert edge_places(camera, corners).size == 0
+    assert edge_places(camera, hulls(corners)).size == 0
 
 
 def test_a_pole_is_thin_and_marked_from_end_to_end_and_a_wall_is_not() -> None:
@@ -60,7 +67,7 @@ def test_a_pole_is_thin_and_marked_from_end_to_end_and_a_wall_is_not() -> None:
     pole = seen_through(camera, [(20.5, 4.5), (21.0, 4.5), (20.5, 60.5), (21.0, 60.5)], 2.0)
     wall = seen_through(camera, [(2.0, 2.0), (62.0, 2.0), (2.0, 62.0), (62.0, 62.0)], 3.0)
     corners = np.stack((pole.T, wall.T), axis=2)
-    columns, rows = thin_places(camera, corners)
+    columns, rows = thin_places(camera, hulls(corners))
     assert set(columns.tolist()) <= {20, 21}
     assert set(rows.tolist()) == set(range(4, 61))
 
@@ -70,4 +77,4 @@ def test_a_small_ball_is_thin() -> None:
     (middle,) = seen_through(camera, [(33.3, 21.7)], 4.0).T
     offsets = 0.01 * unit(np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]).T * 1.0).T
     corners = (middle + offsets)[:, :, None]
-    assert (33, 21) in set(map(tuple, thin_places(camera, corners).T.tolist()))
+    assert (33, 21) in set(map(tuple, thin_places(camera, hulls(corners)).T.tolist()))
