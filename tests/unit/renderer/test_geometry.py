@@ -93,3 +93,16 @@ def test_rendering_at_another_quality_tracing_and_inspecting_build_nothing_again
     inspect(inspected, 3, 4)
     renderer.render(plan, quality={"mode": "fixed", "antialiasing": {"pattern": "center", "samples": 1}})
     assert built == {}
+
+
+def test_a_displaced_mesh_whose_file_is_missing_says_where_it_is_named() -> None:
+    document = scene(
+        {"type": "mesh", "asset": "lost.obj", "material": "moved"},
+        textures={"bumps": {"type": "image", "asset": "bumps.png"}},
+        materials={"moved": phong(displacement_map="bumps", displacement_height=0.1)},
+    )
+    with pytest.raises(renderer.SceneError) as caught:
+        renderer.compile_scene(renderer.load_scene(document, assets=FILES))
+    assert [(problem.pointer, problem.code) for problem in caught.value.errors] == [
+        ("/shapes/0/asset", "asset")
+    ]
