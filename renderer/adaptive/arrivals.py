@@ -108,7 +108,7 @@ class AreaArrival:
     Attributes
     ----------
     probe, partial : Lighting
-        As in `lighting.FirstLook`.
+        As in `lighting.PilotLighting`.
     nodes : NodeEmitter
     falloff : Lighting
         Of the nodes, without shadows.

@@ -1,4 +1,4 @@
-"""What the first look does about a light with an area: find out who sees all of it, and who sees a part.
+"""What pilot samples do about a light with an area: find out who sees all of it, and who sees a part.
 
 Where nothing stands between, the light is a smooth function on a rectangle: a grid of few cells gives its
 mean without noise. Where all is blocked there is nothing to add. Only in between are many points spent.
@@ -37,8 +37,8 @@ class ProbingEmitter(Emitter):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FirstLook:
-    """All that one light does at the first look.
+class PilotLighting:
+    """All that one light does at a pilot sample.
 
     Attributes
     ----------
@@ -103,6 +103,6 @@ def partition_of(view: LightView) -> tuple[Integers, Integers]:
 
 
 def finest(error: float, brightest: float, specular: Floats, shininess: Floats) -> Floats:
-    """`FirstLook.finest` of materials (K,) for a wished error, a quarter of which the grid may have."""
+    """`PilotLighting.finest` of materials (K,) for a target error, a quarter of which the grid may have."""
     curvature = brightest * (2.0 + 2.0 * specular * shininess)
     return np.sqrt(curvature / (24 * error / 4))

@@ -1,4 +1,4 @@
-"""Shapes too thin on the picture for first looks on a lattice to meet them."""
+"""Shapes too thin on the picture for pilot samples on a lattice to hit them."""
 
 import numpy as np
 

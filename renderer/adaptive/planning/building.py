@@ -3,6 +3,8 @@
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
+
 from renderer.adaptive.edges import edge_places
 from renderer.adaptive.planning import details, explanations, pilots
 from renderer.adaptive.policies import PilotSamples, SampledLattice
@@ -17,7 +19,7 @@ def adapted(plan: RenderPlan, request: Request, target: TargetQuality) -> Render
     """The plan of the samples of a request, with what target quality needs beside it."""
     if request.document.camera.lens_radius > 0:
         policy = SampledLattice()
-        adaptive = _adaptive(plan, request, policy, pilots.no_shadow_places())
+        adaptive = _adaptive(plan, request, policy, np.zeros((3, 0), dtype=np.int64))
         return replace(plan, adaptive=adaptive, entries=explanations.with_lattice(plan, policy))
     places = pilots.shadow_places(plan)
     target = pilots.in_time(target)

@@ -7,7 +7,7 @@ import numpy as np
 import schemas.textures as language
 from renderer.adaptive.arrivals import AreaArrival, Arrival, PointArrival, side_for, with_nodes
 from renderer.adaptive.details import Detail, DetailedLights
-from renderer.adaptive.lighting import FirstLook
+from renderer.adaptive.lighting import PilotLighting
 from renderer.lights.falloff import Falloff
 from renderer.materials.reliefs import BumpRelief, MappedRelief, Relief
 from renderer.math.arrays import column
@@ -51,7 +51,7 @@ def _eligible(request: Request, material: PhongMaterial) -> bool:
 def lightings(
     request: Request, target: TargetQuality, plain: tuple[Illumination, ...]
 ) -> tuple[Illumination, ...]:
-    """The lights of first looks, all in one where some material is shaded apart from them."""
+    """The lights of pilot samples, all in one where some material is shaded apart from them."""
     if not request.details:
         return plain
     shining = [m for m in map(request.document.materials.get, request.details) if m and m.specular]
@@ -72,7 +72,7 @@ def lightings(
 
 def _arrival(light: Illumination, side: int) -> Arrival:
     """A light as its beams, `side` along each side of it if it has an area."""
-    if isinstance(light, FirstLook):
+    if isinstance(light, PilotLighting):
         nodes, partial = with_nodes(light.emitter, side), light.partial
         count = min(DENSER * partial.emitter.count, MOST_POINTS)
         many = replace(partial, emitter=replace(partial.emitter, count=count))

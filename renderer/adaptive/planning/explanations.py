@@ -6,7 +6,7 @@ import numpy as np
 
 from renderer.adaptive.lattice import stride_for
 from renderer.adaptive.levels import COVERAGES
-from renderer.adaptive.lighting import NEAREST, SIDES, FirstLook
+from renderer.adaptive.lighting import NEAREST, SIDES, PilotLighting
 from renderer.math.arrays import Integers
 from renderer.plan.effects import TEXTURES
 from renderer.plan.plan import Policy, RenderPlan
@@ -27,7 +27,7 @@ def entries(request: Request, lightings: Iterable[Illumination]) -> Iterator[Ent
     """
     yield Entry("first looks", "camera", _lattice(request), ("/camera",))
     for lighting in lightings:
-        if isinstance(lighting, FirstLook):
+        if isinstance(lighting, PilotLighting):
             yield from _light(request, lighting)
     yield from _boards(request)
     yield from _details(request)
@@ -63,7 +63,7 @@ def _lattice(request: Request) -> str:
     return f"one ray through the middle of pixels {far}, and of those between where the picture is not smooth"
 
 
-def _light(request: Request, light: FirstLook) -> Iterator[Entry]:
+def _light(request: Request, light: PilotLighting) -> Iterator[Entry]:
     number = light.emitter.number
     effect, pointer = f"lights.{request.document.lights[number].type}", (f"/lights/{number}",)
     if light.casts:

@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 import numpy as np
 
 from renderer.accelerators.trees import in_tree
-from renderer.adaptive.lighting import CORNERS, SIDES, FirstLook, ProbingEmitter, finest
+from renderer.adaptive.lighting import CORNERS, SIDES, PilotLighting, ProbingEmitter, finest
 from renderer.adaptive.planning import details, explanations
 from renderer.adaptive.shadow_edges import shadow_edge_places
 from renderer.cameras import Pinhole
@@ -33,7 +33,6 @@ from schemas.sampling import Antialiasing, LightSampling
 
 PENUMBRA = 64, 2.0**-8
 """So many points see an error of so much of a light that is half covered; fewer or more by its inverse."""
-
 
 HASTY = 2.0**-9
 """Pilot samples of pictures with a time limit are no finer than this error needs: pixels wait for them."""
@@ -99,11 +98,6 @@ def shadow_places(plan: RenderPlan) -> Integers:
     return shadow_edge_places(plan.camera, emitters, hulls)
 
 
-def no_shadow_places() -> Integers:
-    """The same of pictures that do not look for them."""
-    return np.zeros((3, 0), dtype=np.int64)
-
-
 def build_pilot(seen: Request, target: TargetQuality) -> RenderPlan:
     """The plan of pilot samples, from their request."""
     plan = build_plan(seen)
@@ -137,23 +131,25 @@ def quality_of(target: TargetQuality) -> FixedQuality:
 def _lightings(
     request: Request, target: TargetQuality, plain: tuple[Illumination, ...]
 ) -> tuple[Illumination, ...]:
-    """A first look for each light; lights without an area are looked at as always."""
+    """Pilot lighting of each light with an area; the others do as for samples."""
     table = phong_table(request)
     return tuple(
-        _first_look(request, target, lighting, table)
+        _pilot_lighting(request, target, lighting, table)
         if isinstance(lighting, Lighting) and lighting.emitter.count > 1
         else lighting
         for lighting in plain
     )
 
 
-def _first_look(request: Request, target: TargetQuality, lighting: Lighting, table: Phong) -> FirstLook:
+def _pilot_lighting(
+    request: Request, target: TargetQuality, lighting: Lighting, table: Phong
+) -> PilotLighting:
     emitter = lighting.emitter
     grid = replace(emitter, pattern="uniform")
     values = {item.name: getattr(grid, item.name) for item in fields(Emitter)}
     probing = ProbingEmitter(**values | {"count": CORNERS * CORNERS})
     shadows = tuple(shadow_stages(request, probing)) if lighting.shadows else ()
-    return FirstLook(
+    return PilotLighting(
         probe=replace(lighting, emitter=probing, shadows=shadows, terms=()),
         whole=tuple(replace(lighting, emitter=replace(grid, count=n * n), shadows=()) for n in SIDES),
         partial=lighting,

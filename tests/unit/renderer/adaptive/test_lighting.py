@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 import renderer
 from accuracy.hard_cases.documents import bulb, lamp, phong, rectangle, scene
-from renderer.adaptive.lighting import CORNERS, SIDES, FirstLook
+from renderer.adaptive.lighting import CORNERS, SIDES, PilotLighting
 from renderer.integrator import shaded_points, workspace
 from renderer.interaction import Points, Rays
 from renderer.plan.plan import pilot_of
@@ -29,9 +29,9 @@ def plan_of(*shapes: Any, error: float = 4 / 255, **changes: Any) -> renderer.Re
     return pilot_of(renderer.compile_scene(document, TargetQuality(mode="target", error=error)))
 
 
-def first_look(plan: renderer.RenderPlan) -> FirstLook:
+def first_look(plan: renderer.RenderPlan) -> PilotLighting:
     (look,) = plan.lightings
-    assert isinstance(look, FirstLook)
+    assert isinstance(look, PilotLighting)
     return look
 
 
@@ -215,4 +215,4 @@ def test_who_looks_at_the_back_of_a_light_gets_none_of_it() -> None:
 
 def test_lights_without_an_area_are_looked_at_as_always() -> None:
     plan = plan_of(FLOOR, SCREEN, lights=[bulb([0, 3, 0])])
-    assert not any(isinstance(lighting, FirstLook) for lighting in plan.lightings)
+    assert not any(isinstance(lighting, PilotLighting) for lighting in plan.lightings)
