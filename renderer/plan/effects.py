@@ -122,7 +122,7 @@ class TextureEffect:
     heights: Callable[[Any], ImageTexture] | None
     mean: Callable[[Any], Any] | None
 
-    def refuse(self, kind: type) -> str | None:
+    def refuse(self, kind: type) -> None:
         """Nothing: all is said by the fields."""
         del kind
 
