@@ -5,7 +5,6 @@ time, it is finished, and its cost is known. Else its passes up to the first pro
 that fits the time, and the allocation tells how many samples are to follow.
 """
 
-import time
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -19,6 +18,7 @@ from accuracy.quotes.settings import compiled, target
 from accuracy.quotes.timings import UNSTEADY
 from renderer.adaptive.adaptive_render import AdaptiveRender, attempt
 from renderer.adaptive.decisions import outlook
+from renderer.adaptive.driver import Driver
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.levels import SAMPLED
 from renderer.adaptive.requests import TileRequest
@@ -167,7 +167,7 @@ class Trial:
         self.prices = {kind: times * ray_seconds for kind, times in USUAL.items()}
         self.rays: Counter[str] = Counter()
         self._seen = seen
-        self._render = AdaptiveRender(plan, None, None, np.inf, time.monotonic(), Estimate.begin(plan))
+        self._render = AdaptiveRender(Driver.begin(plan))
         if seen is not None and plan.adaptive is not None:
             camera = seen.camera
             self._begin_as_whole(plan.adaptive.policy.first_stride(camera.width, camera.height))

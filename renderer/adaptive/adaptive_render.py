@@ -1,4 +1,4 @@
-"""A picture of target quality in the making: one pass after another, in whichever process renders them."""
+"""A picture of target quality rendered by processes of this machine, one pass after another."""
 
 import time
 from collections import Counter
@@ -10,22 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from renderer.adaptive.driver import Driver
 from renderer.adaptive.estimate import Estimate
-from renderer.adaptive.forecast import (
-    Forecast,
-    Progress,
-    forecast,
-    kind_of,
-    measured_prices,
-    seconds_left,
-    usual_prices,
-)
-from renderer.adaptive.guides import Surroundings, surroundings
-from renderer.adaptive.partition import pass_tiles
-from renderer.adaptive.requests import LevelRequest, TileRequest
+from renderer.adaptive.forecast import Forecast, Progress, seconds_left
+from renderer.adaptive.requests import TileRequest
 from renderer.adaptive.samples import Samples
 from renderer.adaptive.tile_rendering import render_request
-from renderer.adaptive.time_limits import OutOfTimeError, TimeLimit, reserve
+from renderer.adaptive.time_limits import LAST_SECONDS, OutOfTimeError, TimeLimit, reserve
 from renderer.errors import told
 from renderer.film import BRIGHTEST, non_finite
 from renderer.integrator import WORK
@@ -36,8 +27,9 @@ from renderer.workers import shared_out
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
 
-Each = Callable[[list[TileRequest]], Iterator[tuple[TileRequest, Samples | None]]]
-"""Renders what a pass asks for, in any order; None for what there was no time for."""
+Transport = Callable[[list[TileRequest]], Iterator[tuple[TileRequest, Samples | None]]]
+"""Brings what a pass asks for to where it is rendered, and the samples back in any order; None for what there
+was no time for."""
 
 
 @dataclass(slots=True)
@@ -46,18 +38,14 @@ class AdaptiveRender:
 
     Attributes
     ----------
-    plan : RenderPlan
-    tile_size : int or None
-        Side of tiles, pixels; None for tiles that share out each pass evenly.
+    driver : Driver
+        Decides what each pass does.
     on_tile : callable or None
         Called with each tile.
     deadline, begun : float
         By the clock of `time.monotonic`, seconds.
-    estimate : Estimate
-    workers : int
-        Processes that share the tiles of a pass; 0 where nobody waits for a single tile.
     counts : Counter
-        Rays by kind, and `execute.WORK`.
+        Rays by kind, and `integrator.WORK`.
     cpu_seconds : float
         Of tiles, and of what is decided and merged between them.
     done : int
@@ -66,93 +54,72 @@ class AdaptiveRender:
         What had been spent when each pass ended, and the error by then.
     buffers : LayerBuffers
         Layers of what the centres of pixels show.
-    prices : dict
-        CPU seconds of a ray by kind, as far as they were measured.
     progress : Progress
     between, between_cpu : float
         Seconds that deciding and merging has taken, and CPU seconds.
     """
 
-    plan: RenderPlan
-    tile_size: int | None
-    on_tile: Callable[[TileEvent], None] | None
-    deadline: float
-    begun: float
-    estimate: Estimate
-    workers: int = 0
+    driver: Driver
+    on_tile: Callable[[TileEvent], None] | None = None
+    deadline: float = np.inf
+    begun: float = field(default_factory=time.monotonic)
     counts: Counter[str] = field(default_factory=Counter)
     cpu_seconds: float = 0.0
     done: int = 0
     passes: list[dict[str, Any]] = field(default_factory=list)
     buffers: LayerBuffers = field(init=False)
-    prices: dict[str, float] = field(init=False)
     progress: Progress = field(init=False)
     between: float = 0.0
     between_cpu: float = 0.0
 
     def __post_init__(self) -> None:
         self.buffers = LayerBuffers(self.plan.layers, self.plan.height, self.plan.width)
-        self.prices = usual_prices(self.plan)
         self.progress = Progress(self.deadline - self.begun)
 
-    def step(self, each: Each) -> bool:
-        """Render a pass; False if the picture is done or its time is over.
+    @property
+    def estimate(self) -> Estimate:
+        """What is known of the picture."""
+        return self.driver.estimate
 
-        The first, a coarse picture with all layers, is never cut short.
-        """
-        late = self._render(each)
-        late = late or time.monotonic() >= self._last_moment()
+    @property
+    def plan(self) -> RenderPlan:
+        """Of the picture."""
+        return self.estimate.plan
+
+    def step(self, transport: Transport) -> bool:
+        """Render a pass; False if the picture is done or its time is over."""
+        late = self._render(transport) or time.monotonic() >= self._last_moment()
         with self._counted():
-            more = not late and self.estimate.advance()
-            if late:
-                self.estimate.settle()
+            more = self.driver.end_pass(last=late)
         self._note()
         return more
 
-    def _render(self, each: Each) -> bool:
+    def _render(self, transport: Transport) -> bool:
         """Render the tiles of a pass; True if there was no time for all of them."""
-        late = False
         with self._counted():
-            kind, rays = kind_of(self.estimate), self.estimate.rays_wanted()
-            expected = forecast(self.estimate, self.prices)
-            requests = self.requests()
-        seconds, traced = 0.0, 0
-        for request, samples in each(requests):
+            requests, expected = self.driver.requests(self._limit()), self.driver.forecast()
+            rays = self.estimate.rays_wanted()
+        late, traced = False, 0
+        for request, samples in transport(requests):
             if samples is None:
                 late = True
                 continue
             traced += samples.counts["camera"]
-            seconds += samples.cpu_seconds
             self._take(request.tile, samples, expected, traced / max(rays, 1))
-        if not late:
-            self.prices = measured_prices(self.prices, kind, rays, seconds, len(requests))
         return late
 
-    def requests(self) -> list[TileRequest]:
-        """The tiles of a pass in which something is wanted."""
-        records = not self.passes and records_centres(self.plan)
-        limit = self._limit()
-        found = pass_tiles(self.estimate, self.prices, self.workers, self.tile_size, records=records)
-        parts = [(tile, self.estimate.requested.part(tile)) for tile in found]
-        return [TileRequest(tile, part, self._around(tile, part), records, limit) for tile, part in parts]
-
-    def _around(self, tile: Tile, levels: LevelRequest) -> Surroundings | None:
-        """Pilot samples around a tile, if it needs them."""
-        estimate = self.estimate
-        if not levels.needs_pilots(self.plan):
-            return None
-        return surroundings(tile, estimate.pilots, estimate.labels, estimate.colors)
-
     def _limit(self) -> TimeLimit | None:
-        if not self.passes or self.deadline == np.inf:
+        if self.deadline == np.inf:
             return None
         until = time.time() + self._last_moment() - time.monotonic()
-        return TimeLimit(until, self.prices[kind_of(self.estimate)])
+        return TimeLimit(until, self.driver.ray_seconds)
 
     def _last_moment(self) -> float:
         """When tiles have to end, so that the picture is there at the deadline."""
+        # A CPU second lasts longer where other programs have the processors, too.
         stretch = max(self.between / self.between_cpu, 1.0) if self.between_cpu else 1.0
-        return self.deadline - reserve(self.deadline - self.begun, self.estimate.have.size, stretch)
+        last = LAST_SECONDS * self.estimate.have.size * stretch
+        return self.deadline - reserve(self.deadline - self.begun, last)
 
     def number(self) -> Pass:
         """The pass that runs."""
@@ -161,7 +128,7 @@ class AdaptiveRender:
     def _take(self, tile: Tile, samples: Samples, expected: Forecast, part: float) -> None:
         """Keep what was found in a tile, and show it."""
         with self._counted():
-            self.estimate.take(tile, samples)
+            self.driver.take(tile, samples)
             self.buffers.take(tile, samples.layers)
         self.counts.update(samples.counts)
         self.counts.update(samples.work)
@@ -211,11 +178,6 @@ def attempt(plan: RenderPlan, request: TileRequest) -> Samples | None:
             return None
 
 
-def records_centres(plan: RenderPlan) -> bool:
-    """Whether the first pass records what the centres of pixels show."""
-    return any(layer.values for layer in plan.layers)
-
-
 def render_adaptively(
     plan: RenderPlan,
     quality: TargetQuality,
@@ -227,13 +189,13 @@ def render_adaptively(
     begun = time.monotonic()
     deadline = np.inf if quality.time_limit is None else begun + quality.time_limit
     alone = not on_tile and deadline == np.inf and (workers or 1) == 1
-    estimate = Estimate.begin(plan)
-    render = AdaptiveRender(plan, tile_size, on_tile, deadline, begun, estimate, 0 if alone else workers or 1)
-    with shared_out(workers, partial(attempt, plan)) as each:
-        while render.step(each):
+    driver = Driver.begin(plan, 0 if alone else workers or 1, tile_size)
+    render = AdaptiveRender(driver, on_tile, deadline, begun)
+    with shared_out(workers, partial(attempt, plan)) as transport:
+        while render.step(transport):
             pass
-    layers = render.buffers.finished() | estimate.layers(layer.name for layer in plan.layers)
-    image = estimate.image()
+    layers = render.buffers.finished() | render.estimate.layers(layer.name for layer in plan.layers)
+    image = render.estimate.image()
     return RenderResult(image, layers, _report(render, image))
 
 

@@ -45,6 +45,10 @@ class Allocation:
     covers: Integers
 
 
+PRECISE = 1.05
+"""Factor within which the multiplier is searched: counts of samples go like its power 0.4."""
+
+
 def allocate(
     variances: Floats,
     levels: NDArray[np.uint8],
@@ -142,9 +146,9 @@ def _strata_levels(survey: Survey, multiplier: float) -> tuple[Integers, Floats]
 
 
 def _least(left: Callable[[float], float], goal: float) -> float:
-    """The least multiplier, within a twentieth, that leaves no more than `goal`."""
+    """The least multiplier, within `PRECISE`, that leaves no more than `goal`."""
     low, high = 1e-2, 1e14
-    while high > 1.05 * low:
+    while high > PRECISE * low:
         middle = np.sqrt(low * high)
         low, high = (middle, high) if left(middle) > goal else (low, middle)
     return float(high)

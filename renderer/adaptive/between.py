@@ -23,8 +23,8 @@ WIDEST = 64
 """Stride of a lattice at least as coarse as any picture begins with; coarser ones than that cost nothing."""
 
 LEFT = 0.55
-"""Share of the nodes' squared noise that is left between them: 4 / 9 where values are interpolated along both
-axes, 2 / 3 along one."""
+"""Share of the nodes' squared noise that is left between them: from 4 / 9, where values are interpolated
+along both axes, to 2 / 3, along one."""
 
 _BESIDE, _BELOW, _MIDDLE = (0, 1), (1, 0), (1, 1)
 """Row and column, modulo 2, of the three sorts of nodes of a finer lattice."""

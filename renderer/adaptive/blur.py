@@ -37,7 +37,7 @@ NOISY = 1.0
 """Standard deviations of a node's noise that a second difference may show and still count as straight."""
 
 MEAN_SQUARE = 0.5
-"""Of the error between nodes, over the square of the largest that bends predict."""
+"""Of the error between nodes, over the square of the largest that bends predict: 8 / 15 for a parabola."""
 
 CLOSER_PROBES = 2
 """Times the probes of pilot samples: more is known of these before than of what lies between noisy nodes."""
@@ -46,7 +46,7 @@ MUCH = 4.0
 """Times the budget that errors expected of all pixels count for at most when probes are shared out: where
 more is expected, samples come first."""
 
-MOST_PROBED = 9
+HIGHEST_PROBED = 9
 """Highest level of a new probe: 256 samples."""
 
 
@@ -186,4 +186,4 @@ def probe_levels(estimate: Estimate) -> Levels:
     interpolate(variances, estimate.ways)
     expected = np.maximum(strata.typical_error(estimate.strata), estimate.aim**2)
     levels = levels_of((variances / expected) ** (2 / 3))
-    return np.clip(levels, PROBED, MOST_PROBED).astype(np.uint8)
+    return np.clip(levels, PROBED, HIGHEST_PROBED).astype(np.uint8)

@@ -121,7 +121,7 @@ def _sample_more(estimate: Estimate) -> bool:
     for ease in EASES:
         _allot(estimate, found, shared, ease)
         _add_nodes(estimate, shared.bent)
-        _question(estimate, found, ease)
+        _add_probes(estimate, found, ease)
         if estimate.rays_wanted() >= LEAST * spent:
             break
     estimate.outlook = estimate.rays_wanted()
@@ -168,7 +168,7 @@ def _add_nodes(estimate: Estimate, bent: float) -> None:
     estimate.want[more] = np.maximum(estimate.want[more], level)
 
 
-def _question(estimate: Estimate, found: Findings, ease: float) -> None:
+def _add_probes(estimate: Estimate, found: Findings, ease: float) -> None:
     """More of probes whose strata leave the error uncertain: more samples, or more of them."""
     survey = found.survey
     unsure = survey.unsure((ease * DOUBT * estimate.budget) ** 2)

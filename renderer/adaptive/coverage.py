@@ -32,8 +32,8 @@ USUAL = 12, 2.0**-8
 power 4 / 3, as the error of a share of a pixel falls like their number to the power -3 / 4."""
 
 UNEVEN = 1 / 8
-"""Squared error to expect of a pilot sample where those around have a variance: less on a slope, more at an
-edge."""
+"""Squared error to expect of a pilot sample, over the variance of those around that show the same: on an even
+slope the variance within a pixel is 1 / 12, that among three pixels in a row 2 / 3."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -36,11 +36,12 @@ EASES = (1.0, 0.7, 0.5, 0.3, 0.1)
 set too high."""
 
 LEAP = 3
-"""Levels that a pixel may rise at once: few samples predict poorly how many more are needed."""
+"""Levels that a pixel may rise at once, to eight times its samples: few predict poorly how many more are
+needed."""
 
 STEP = 1
-"""The same for pixels that showed their pilot sample: their own samples predict better than those of their
-stratum."""
+"""Levels that a pixel may rise that showed its pilot sample: its own samples will predict better than those
+of its stratum."""
 
 DOUBT = 0.2
 """Share of the budget that all strata together may be uncertain by."""
@@ -59,19 +60,25 @@ FIND = 16.0
 """A probe found something if its squared error is so many times the target, and that of its stratum."""
 
 CLEAR = 4.0
-"""Standard errors by which it must have found it."""
+"""Standard errors by which a probe must have found something."""
 
 WORTH = 0.01
-"""Share of the budget that the pixels it speaks for err by together."""
+"""Share of the budget that the pixels a probe stands for must err by together for a search around it."""
 
 NEAR = 2
 """How far around a find is searched, pixels."""
 
 MANY, MOST_PROBED = 4096, 0.25
-"""Of more like pixels than these, no more than this share are probes: all would be to sample all."""
+"""Of a stratum of more pixels than these, no more than this share are probes: all would be to sample all."""
 
 AGAIN = 0.05
 """Share of the budget by which more rays at borders must lower the error."""
+
+RAISED = 2
+"""Levels that a probe in doubt and pixels near a find rise by, to four times their samples."""
+
+LEAST_GOAL = 1 / 4
+"""Share of the budget that samples aim at, at least, however uncertain the error is."""
 
 LEAST = 0.1
 """Share of all samples so far that a pass asks for at least, if anything does: passes have a price."""
@@ -167,7 +174,7 @@ def _sample_more(estimate: Estimate) -> bool:
     spent = int(COUNTS[estimate.have].sum())
     for ease in EASES:
         _allot(estimate, found, ease)
-        _question(estimate, found, ease)
+        _add_probes(estimate, found, ease)
         estimate.want[few] = np.maximum(
             estimate.want[few], np.where(estimate.coverage[few] > 0, PROBED, SHOWN)
         )
@@ -207,7 +214,7 @@ def _allot(estimate: Estimate, found: Findings, ease: float) -> None:
     """Samples where they lower the error most; strata whose pilot sample is not good enough show them."""
     doubt = standard_errors(estimate.confidence) * np.sqrt(found.variance)
     room = MARGIN * estimate.budget - doubt
-    goal = ease * max(room, estimate.budget / 4)
+    goal = ease * max(room, LEAST_GOAL * estimate.budget)
     have, want = estimate.have.ravel(), estimate.want.ravel()
     borders = _Borders.of(estimate)
     allotted = allocate(
@@ -221,7 +228,7 @@ def _allot(estimate: Estimate, found: Findings, ease: float) -> None:
     estimate.shown.ravel()[pilots[levels > 0]] = True
 
 
-def _question(estimate: Estimate, found: Findings, ease: float) -> None:
+def _add_probes(estimate: Estimate, found: Findings, ease: float) -> None:
     """More of probes whose strata leave the error uncertain: more samples, or more of them."""
     survey = found.survey
     unsure = survey.unsure((ease * DOUBT * estimate.budget) ** 2)
@@ -231,7 +238,7 @@ def _question(estimate: Estimate, found: Findings, ease: float) -> None:
     noisy = unsure & (survey.noise**2 > survey.uncertain**2 / 2) & (closeness(estimate, found) < CLOSEST)
     have, want, shown = estimate.have.ravel(), estimate.want.ravel(), estimate.shown.ravel()
     again = found.probes[noisy[estimate.strata.ravel()[found.probes]] & ~shown[found.probes]]
-    want[again] = np.minimum(have[again] + 2, CLOSEST)
+    want[again] = np.minimum(have[again] + RAISED, CLOSEST)
     rarer = unsure & ~noisy & (estimate.probe_probability < most)
     estimate.probe_probability[rarer] = np.minimum(2 * estimate.probe_probability, most)[rarer]
     fresh = (probes(estimate) | estimate.shown) & (estimate.have < SAMPLED) & (estimate.want < SAMPLED)
@@ -263,7 +270,7 @@ def suspect(estimate: Estimate, found: Findings) -> None:
     near = spread(near, NEAR) & ~estimate.shown
     estimate.strata[near] = estimate.strata[near] % strata.STEPS + strata.STEPS * strata.SUSPECT
     estimate.shown |= near
-    estimate.want[near] = np.maximum(estimate.have[near], SAMPLED) + 2
+    estimate.want[near] = np.maximum(estimate.have[near], SAMPLED) + RAISED
 
 
 def _followed(estimate: Estimate, found: Findings) -> Integers:

@@ -36,6 +36,12 @@ CALM = 2
 """Times the target error that interpolation may err by. It mostly errs by far less: the least smooth place
 decides."""
 
+FEWEST_PROBES, MOST_PROBES = 2.0**-8, 2.0**-2
+"""Least share of all pixels that are probes, for a coarse error and for a fine one."""
+
+PROBES_BY_AIM = 2.0**-15
+"""Share of probes times the error aimed at: one pixel in 128 is a probe for an error of 1/256."""
+
 PROBED = SAMPLED + 1
 """Level of a new probe: 8 samples."""
 
@@ -151,7 +157,7 @@ def raise_probe_probability(estimate: Estimate, expected: Picture) -> None:
 
 def probe_share(estimate: Estimate) -> float:
     """Least share of all pixels that are probes."""
-    return float(np.clip(2.0**-15 / estimate.aim, 2.0**-8, 2.0**-2))
+    return float(np.clip(PROBES_BY_AIM / estimate.aim, FEWEST_PROBES, MOST_PROBES))
 
 
 def _sample_bright_borders(estimate: Estimate) -> None:

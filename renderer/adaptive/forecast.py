@@ -30,7 +30,7 @@ USUAL = {PILOTS: 3.0, BORDERS: 0.6, SAMPLES: 2.0, LAYERS: 0.5}
 Pilot samples have many light points, layers none."""
 
 UNSURE = 2.75
-"""Times this price that pilot samples may cost: 8 times what the plan says of a ray, on `soft`."""
+"""Times their usual price that pilot samples may cost: 8 times what the plan says of a ray, on `soft`."""
 
 GROWTH, MORE = 2.0, 2.0
 """Pilot samples of the next finer lattice for each of this one: twice as many where they follow edges, four
@@ -60,7 +60,8 @@ SCATTERED = 16.0
 pilot sample says little. 14 to 23 in the gallery at 1/255, and 200 where a texture is finer than pixels."""
 
 AFTER_FIRST = 4.0
-"""The same where a picture begins with samples, as it does with a lens."""
+"""Rays of all samples after a pass, over those of the pass, where a picture begins with samples, as it does
+with a lens."""
 
 MOST = 0.99
 """No picture is said to be finished before it is."""

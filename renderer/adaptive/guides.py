@@ -33,7 +33,8 @@ class Nearby:
 
 
 UNLIKE = 0.3
-"""The same over the variance among the nine: the mean over the borders of `soft`, `chess` and `lamp`."""
+"""Squared error of one ray that finds what a pixel shows, over the variance among its pilot sample and the
+eight around: the mean over the borders of `soft`, `chess` and `lamp`."""
 
 GLARING = 4.0
 """Brightness beyond which a larger contrast asks for no more rays: all that is shown of it is white."""

@@ -13,7 +13,7 @@ from renderer.adaptive.rays import Labels
 from renderer.math.arrays import Masks
 
 COARSEST = 8
-"""Most pixels between the first pilot samples."""
+"""Most pixels between the first pilot samples: `ENOUGH` of them up to 1024 x 1024 pixels."""
 
 ENOUGH = 16384
 """So many pilot samples cost as much as half of them, and find more: calls are most of the price of few."""

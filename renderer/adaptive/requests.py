@@ -1,5 +1,6 @@
 """What a pass asks for: levels of pixels, and all that a worker needs to bring those of a tile to them."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -102,3 +103,40 @@ class TileRequest:
     around: Surroundings | None = None
     records: bool = False
     limit: TimeLimit | None = None
+
+
+def tile_request(
+    plan: RenderPlan,
+    tile: Tile,
+    levels: LevelRequest,
+    around: Callable[[], Surroundings],
+    limit: TimeLimit | None,
+    *,
+    first: bool,
+) -> TileRequest:
+    """What a pass asks of a tile.
+
+    Parameters
+    ----------
+    plan : RenderPlan
+    tile : Tile
+    levels : LevelRequest
+    around : callable
+        Gives the pilot samples around the tile; called only if they are needed.
+    limit : TimeLimit or None
+    first : bool
+        Whether it is the first pass, which records layers and is never cut short: without it there is no
+        picture.
+    """
+    return TileRequest(
+        tile=tile,
+        levels=levels,
+        around=around() if levels.needs_pilots(plan) else None,
+        records=first and records_centres(plan),
+        limit=None if first else limit,
+    )
+
+
+def records_centres(plan: RenderPlan) -> bool:
+    """Whether the first pass records what the centres of pixels show."""
+    return any(layer.values for layer in plan.layers)

@@ -29,13 +29,17 @@ TRUSTED = 16.0
 """Where probes find no error beyond their own noise, none is larger than so many times the expected."""
 
 UNSEEN = 16.0
-"""What the next probe may find, beside what is expected: few of them have not hit what is rare."""
+"""Times the expected error that the next probe may find: few of them have not hit what is rare."""
 
 CERTAIN = 1 / 2
 """Least share of the expected error that the next probe may find `UNSEEN` times."""
 
 ALONE = 2.0**-8
-"""Share of the budget that a single pixel is expected to err by if its like are probed all."""
+"""Share of the budget that a single pixel is expected to err by from which on all of its stratum are
+probes."""
+
+PROBES_AT_LEAST, PROBES_OF_BUDGET = 16, 50
+"""Probes of each stratum at least, and of one that is expected to use up the budget of squared errors."""
 
 COUNT = STEPS * (SUSPECT + 1)
 """Number of strata."""
@@ -93,7 +97,8 @@ def probe_probability(strata: Integers, expected: NDArray[np.float32], share: fl
     alone = typical_error(np.arange(COUNT)) / (ALONE * budget)
     sizes = np.bincount(strata.ravel(), minlength=COUNT)
     errors = np.bincount(strata.ravel(), expected.ravel(), minlength=COUNT)
-    return np.minimum((share * sizes + 16 + 50 * errors / budget) / np.maximum(sizes, 1) + alone, 1.0)
+    probes = share * sizes + PROBES_AT_LEAST + PROBES_OF_BUDGET * errors / budget
+    return np.minimum(probes / np.maximum(sizes, 1) + alone, 1.0)
 
 
 def probe_ranks(seed: int, shape: tuple[int, int]) -> Floats:

@@ -51,18 +51,17 @@ class TimeLimit:
             raise OutOfTimeError
 
 
-def reserve(limit: float, pixels: int, stretch: float) -> float:
+def reserve(limit: float, last: float) -> float:
     """Seconds before the end of a time limit at which tiles have to end.
 
     Parameters
     ----------
     limit : float
         Seconds; inf if there is none.
-    pixels : int
-    stretch : float
-        Seconds that a CPU second lasts: more than 1 where other programs have the processors, too.
+    last : float
+        Seconds that forming the picture after the last tile is expected to take.
     """
-    return min(LAST_SECONDS * pixels * stretch, MOST_RESERVED * limit) if np.isfinite(limit) else 0.0
+    return min(last, MOST_RESERVED * limit) if np.isfinite(limit) else 0.0
 
 
 def portions(rays: Integers, limit: TimeLimit | None) -> Iterator[slice]:

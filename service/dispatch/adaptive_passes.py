@@ -13,16 +13,13 @@ from sqlalchemy import delete, insert, select
 from sqlalchemy.orm import Session
 
 from renderer import RenderPlan
-from renderer.adaptive import Estimate
-from renderer.adaptive.adaptive_render import records_centres
-from renderer.adaptive.forecast import Forecast, forecast, usual_prices
-from renderer.adaptive.partition import pass_tiles
-from renderer.adaptive.time_limits import MOST_RESERVED
+from renderer.adaptive.driver import Driver
+from renderer.adaptive.forecast import Forecast
+from renderer.adaptive.time_limits import reserve
 from schemas.jobs import JobState
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
-from service.lifecycle import clock as moments
-from service.lifecycle import fairness, pausing, rows
+from service.lifecycle import clock, fairness, pausing, rows
 from service.storage.database.models import DONE, WAITING, RenderRow, TileRow
 from service.storage.tiles import StoredTile
 from service.workers.pass_tiles import WHOLE, numbered, pass_of
@@ -61,16 +58,15 @@ def begin(
     workers
         Those that share the tiles.
     """
-    estimate, prices = Estimate.begin(plan), usual_prices(plan)
-    expected = forecast(estimate, prices)
+    driver = Driver.begin(plan, workers, tile_size)
+    share = _share(driver.forecast(), 0.0)
     columns = {
-        "total_work": _total_work(0, estimate.rays_wanted(), 0.0, _share(expected, 0.0)),
+        "total_work": _total_work(0, driver.estimate.rays_wanted(), 0.0, share),
         "target_error": target.error,
         "time_limit": target.time_limit,
         "tile_size": tile_size,
     }
-    tiles = pass_tiles(estimate, prices, workers, tile_size, records=records_centres(plan))
-    return [(pass_of(0), tile) for tile in numbered(tiles)], columns
+    return [(pass_of(0), tile) for tile in numbered(driver.tiles())], columns
 
 
 def _share(expected: Forecast, spent: float) -> float:
@@ -89,20 +85,20 @@ def merged_by(render: RenderRow) -> int:
 
 
 def time_left(render: RenderRow) -> float | None:
-    """Tell a render's seconds that are left; None if it may take as long as it needs, or has not begun."""
+    """Give a render's seconds that are left; None if it may take as long as it needs, or has not begun."""
     if render.time_limit is None or render.started_at is None:
         return None
     return render.time_limit - pausing.ran_for(render)
 
 
 def tile_time_left(render: RenderRow) -> float | None:
-    """Tell the seconds in which tiles may run: after them the picture is formed, as long as merging takes."""
+    """Give the seconds in which tiles may run: after them the picture is formed, as long as merging takes."""
     left = time_left(render)
     if left is None or not render.merges:
         return left
     assert render.time_limit is not None
     merging: float = max(past.get("merging_seconds", 0.0) for past in render.merges)
-    return left - min(merging, MOST_RESERVED * render.time_limit)
+    return left - reserve(render.time_limit, merging)
 
 
 def expire(session: Session) -> float | None:
@@ -207,9 +203,9 @@ def _begin_pass(session: Session, render: RenderRow, index: int, done: AdvanceDo
 
 
 def _record(render: RenderRow, task: AdvanceTask, done: AdvanceDone) -> dict[str, Any]:
-    """Tell of a pass: who merged it, what it has cost by itself, and what is known after it."""
+    """Describe a pass: who merged it, what it has cost by itself, and what is known after it."""
     assert render.started_at is not None
-    seconds = moments.since(render.started_at)
+    seconds = clock.since(render.started_at)
     rays = {
         kind: count - sum(past["rays"].get(kind, 0) for past in render.merges)
         for kind, count in render.rays.items()

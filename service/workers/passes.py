@@ -6,23 +6,22 @@ import hashlib
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from renderer import RenderPlan, film
 from renderer.adaptive import Estimate, Samples
-from renderer.adaptive.adaptive_render import records_centres
+from renderer.adaptive.driver import Driver
 from renderer.adaptive.estimate import first_levels
-from renderer.adaptive.forecast import Forecast, Prices, forecast, kind_of, measured_prices, usual_prices
+from renderer.adaptive.forecast import Forecast, usual_prices
 from renderer.adaptive.guides import Surroundings, packed, unpacked
-from renderer.adaptive.partition import pass_tiles
-from renderer.adaptive.requests import LevelRequest, TileRequest
+from renderer.adaptive.requests import LevelRequest, tile_request
 from renderer.adaptive.samples import preview
 from renderer.adaptive.tile_rendering import render_request
 from renderer.adaptive.time_limits import OutOfTimeError, TimeLimit
 from renderer.images import files as image_files
-from schemas.tiles import Tile
 from service.storage.passes import PassStore
 from service.storage.tiles import Pixels, TileStore
 from service.workers import layers
@@ -42,17 +41,17 @@ class PassWorker:
         """Render what the pass wants in a tile, unless the job's time is spent before it is finished."""
         begun = time.process_time()
         levels, before = self._levels(plan, task)
-        around = self._around(task) if task.merged and levels.needs_pilots(plan) else None
-        records = not task.merged and records_centres(plan)
         limit = None if task.until is None else TimeLimit(task.until, task.ray_seconds)
+        around = partial(self._around, task)
+        request = tile_request(plan, task.tile, levels, around, limit, first=not task.merged)
         try:
-            samples = render_request(plan, TileRequest(task.tile, levels, around, records, limit))
+            samples = render_request(plan, request)
         except OutOfTimeError:
             return Interrupted(late=True)
         kept = {name: value for name, value in _members(samples) if isinstance(value, np.ndarray)}
         kept["seconds"] = np.array(samples.cpu_seconds)
         self.passes.put_samples(task.job, task.pass_.index, task.tile, task.attempt, kept)
-        if records:
+        if request.records:
             self._put_layers(task, samples)
         pixels = preview(task.tile, samples, levels, before)
         crc32 = self.store.put_tile(task.job, task.tile, task.pass_, task.attempt, pixels)
@@ -80,49 +79,40 @@ class PassWorker:
     def advance(self, plan: RenderPlan, task: AdvanceTask) -> AdvanceDone:
         """Merge a pass, and leave for the next one what it needs, or the final picture."""
         begun = time.process_time()
-        estimate, prices = self._state(plan, task)
-        goes_on = not task.last and _advanced(estimate)
-        error = estimate.settle() if task.last else estimate.error
+        driver = self._driver(plan, task)
+        estimate, goes_on = driver.estimate, driver.end_pass(last=task.last)
         image, sha256 = estimate.image(), None
         if goes_on:
             self._keep(estimate, task, image)
         else:
             sha256 = self._keep_final(estimate, task, image)
         self.passes.drop_before(task.job, task.pass_.index - 1)
-        expected = forecast(estimate, prices) if goes_on else Forecast(next=0.0, later=0.0)
+        expected = driver.forecast() if goes_on else Forecast(next=0.0, later=0.0)
         return AdvanceDone(
-            tiles=self._tiles(estimate, prices, task) if goes_on else (),
+            tiles=tuple(numbered(driver.tiles())) if goes_on else (),
             samples=estimate.rays_wanted() if goes_on else 0,
             next_seconds=expected.next,
             later_seconds=expected.later,
-            prices=prices,
-            ray_seconds=prices[kind_of(estimate)],
-            error=error.document() if error else None,
+            prices=dict(driver.prices),
+            ray_seconds=driver.ray_seconds,
+            error=estimate.error.document() if estimate.error else None,
             numerics={"non_finite": film.non_finite(image), "clamped": film.clamped([(task.pass_, image)])},
             cpu_seconds=time.process_time() - begun,
             sha256=sha256,
         )
 
-    def _tiles(self, estimate: Estimate, prices: Prices, task: AdvanceTask) -> tuple[Tile, ...]:
-        """Give the tiles in which the next pass has something to do."""
-        found = pass_tiles(estimate, prices, self.workers, task.tile_size, records=False)
-        return tuple(numbered(found))
-
-    def _state(self, plan: RenderPlan, task: AdvanceTask) -> tuple[Estimate, dict[str, float]]:
-        """Give what is known with the tiles of the pass, and what its rays have cost."""
-        if not task.merged:
-            estimate = Estimate.begin(plan)
-        else:
+    def _driver(self, plan: RenderPlan, task: AdvanceTask) -> Driver:
+        """Give the driver of the picture as the pass before left it, with the tiles of this one."""
+        if task.merged:
             arrays = self.passes.get_state(task.job, task.pass_.index - 1, task.merged)
-            estimate = Estimate.restored(plan, arrays)
-        kind, rays, seconds = kind_of(estimate), estimate.rays_wanted(), 0.0
+            estimate, prices = Estimate.restored(plan, arrays), task.prices or usual_prices(plan)
+            driver = Driver(estimate, prices, self.workers, task.tile_size)
+        else:
+            driver = Driver.begin(plan, self.workers, task.tile_size)
         found = self.passes.get_samples(task.job, task.pass_.index, task.parts)
         for part, arrays in zip(task.parts, found, strict=True):
-            seconds += float(arrays.pop("seconds"))
-            estimate.take(part.tile, _samples_of(arrays))
-        return estimate, measured_prices(
-            task.prices or usual_prices(plan), kind, rays, seconds, len(task.parts)
-        )
+            driver.take(part.tile, _samples_of(arrays))
+        return driver
 
     def _keep(self, estimate: Estimate, task: AdvanceTask, picture: Pixels) -> None:
         place = task.job, task.pass_.index, task.attempt
@@ -142,17 +132,10 @@ class PassWorker:
         return hashlib.sha256(data).hexdigest()
 
 
-def _advanced(estimate: Estimate) -> bool:
-    """Decide about the next pass that has something to do; False where the picture is done."""
-    goes_on = estimate.advance()
-    while goes_on and not estimate.rays_wanted():
-        goes_on = estimate.advance()
-    return goes_on
-
-
 def _samples_of(arrays: dict[str, Any]) -> Samples:
     """Make samples of what was kept of them."""
-    return Samples(**arrays, counts={}, work={}, cpu_seconds=0.0)
+    seconds = float(arrays.pop("seconds"))
+    return Samples(**arrays, counts={}, work={}, cpu_seconds=seconds)
 
 
 def _members(samples: Samples) -> Iterator[tuple[str, object]]:

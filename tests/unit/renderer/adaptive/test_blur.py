@@ -10,6 +10,7 @@ from accuracy.hard_cases.documents import lamp, phong, rectangle, scene, sphere
 from renderer.adaptive.adaptive_render import AdaptiveRender, attempt
 from renderer.adaptive.between import NODE
 from renderer.adaptive.blur import missing_nodes, noise, update
+from renderer.adaptive.driver import Driver
 from renderer.adaptive.estimate import Estimate
 from schemas.quality import TargetQuality
 
@@ -42,7 +43,7 @@ def plan_of(document: dict[str, Any], error: float) -> renderer.RenderPlan:
 
 def stepped(plan: renderer.RenderPlan, tile_size: int | None = None) -> AdaptiveRender:
     """A picture in the making before its first pass."""
-    return AdaptiveRender(plan, tile_size, None, np.inf, 0.0, Estimate.begin(plan))
+    return AdaptiveRender(Driver.begin(plan, tile_size=tile_size))
 
 
 def lattice(plan: renderer.RenderPlan) -> Estimate:

@@ -40,7 +40,7 @@ def known(seed: int = 1) -> tuple[dict[str, Any], Numbers, Numbers]:
         "squares": random.random(SIZE) * COUNTS[have],
         "have": have,
         "shown": shown,
-        "telling": ~shown,
+        "probing": ~shown,
         "pilots": pilots,
         "strata": random.choice([3, 40, 60], SIZE),
         "spread": np.zeros(SIZE, np.float32),
@@ -62,10 +62,10 @@ def test_shown_pixels_may_tell_of_looks_as_well() -> None:
     """They are probes then as well, but none of the pixels whose look is shown."""
     arrays, _, _ = known()
     apart = findings_of(**arrays)
-    arrays["telling"] |= arrays["strata"] == 40
+    arrays["probing"] |= arrays["strata"] == 40
     told = findings_of(**arrays)
     taken = arrays["have"] >= SAMPLED
-    assert told.probes.tolist() == np.flatnonzero(taken & arrays["telling"]).tolist()
+    assert told.probes.tolist() == np.flatnonzero(taken & arrays["probing"]).tolist()
     assert told.sampled.tolist() == apart.sampled.tolist()
     assert told.survey.sizes.tolist() == apart.survey.sizes.tolist()
     assert told.squares.tolist() == apart.squares.tolist()
@@ -139,7 +139,7 @@ def test_the_variance_of_the_total_is_no_less_than_it_is() -> None:
     told, true = 0.0, 0.0
     for seed in range(40):
         arrays, _, noise = known(seed)
-        arrays["shown"][...], arrays["telling"][...] = True, False
+        arrays["shown"][...], arrays["probing"][...] = True, False
         arrays["have"][...] = SAMPLED + 1
         told += findings_of(**arrays).variance
         true += 2 * float(((noise**2 / 2) ** 2).sum())

@@ -1,6 +1,5 @@
 """How much of a picture is said to be done: never less than before, never all of it, and about right."""
 
-import time
 from collections.abc import Iterator
 
 import numpy as np
@@ -10,6 +9,7 @@ import renderer
 from accuracy.hard_cases.documents import Json, camera
 from renderer.adaptive import Estimate, Samples
 from renderer.adaptive.adaptive_render import AdaptiveRender, attempt
+from renderer.adaptive.driver import Driver
 from renderer.adaptive.forecast import (
     MOST,
     PASSES,
@@ -99,13 +99,7 @@ def followed(document: Json, error: float) -> Told:
     plan = renderer.compile_scene(document, TargetQuality(mode="target", error=error))
     told: Told = []
     render = AdaptiveRender(
-        plan,
-        None,
-        lambda event: told.append((event.share, render.cpu_seconds)),
-        np.inf,
-        time.monotonic(),
-        Estimate.begin(plan),
-        workers=2,
+        Driver.begin(plan, workers=2), lambda event: told.append((event.share, render.cpu_seconds))
     )
 
     def each(requests: list[TileRequest]) -> Iterator[tuple[TileRequest, Samples | None]]:

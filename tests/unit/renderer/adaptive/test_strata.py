@@ -12,6 +12,7 @@ from renderer.adaptive import Estimate, strata
 from renderer.adaptive.decisions import advance
 from renderer.adaptive.early_passes import BENT, PROBED, cover_borders
 from renderer.adaptive.levels import COVERED, LOOKED
+from renderer.adaptive.neighbours import borders
 from renderer.adaptive.states import State
 from renderer.adaptive.strata import (
     BORDER,
@@ -184,11 +185,11 @@ def beside_something_bright(brightness: float) -> Estimate:
     estimate = previewed()
     estimate.labels[8:16, 12:20], estimate.labels[8:16, 20:28] = 1, 2
     estimate.values[:, 8:16, 12:28] = brightness
-    borders = strata.borders(estimate.labels)
-    borders[0] = True
-    estimate.have[borders], estimate.coverage[borders] = COVERED, 5
+    edges = borders(estimate.labels)
+    edges[0] = True
+    estimate.have[edges], estimate.coverage[edges] = COVERED, 5
     pilots = estimate.values[0].copy()
-    estimate.values[:, borders & (estimate.labels > 0)] = (3 * brightness + 0.25) / 4
+    estimate.values[:, edges & (estimate.labels > 0)] = (3 * brightness + 0.25) / 4
     estimate.pilots[...] = pilots
     assert advance(estimate)
     return estimate

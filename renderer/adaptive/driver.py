@@ -1,0 +1,105 @@
+"""The driver of a picture of target quality: which tiles a pass has, what it asks of them, and what follows.
+
+The driver decides and carries nothing. `adaptive_render` takes its requests to the processes of this machine,
+the service to its workers through a database; so a picture has the same passes, tiles and bytes either way.
+"""
+
+from dataclasses import dataclass, field
+from typing import Self
+
+from renderer.adaptive.estimate import Estimate
+from renderer.adaptive.forecast import Forecast, Prices, forecast, kind_of, measured_prices, usual_prices
+from renderer.adaptive.guides import Surroundings, surroundings
+from renderer.adaptive.partition import pass_tiles
+from renderer.adaptive.requests import TileRequest, records_centres, tile_request
+from renderer.adaptive.samples import Samples
+from renderer.adaptive.time_limits import TimeLimit
+from renderer.plan.plan import RenderPlan
+from schemas.tiles import Tile
+
+
+@dataclass(slots=True)
+class Driver:
+    """What is known of a picture in the middle of a pass or between two, and what the next one asks for.
+
+    Attributes
+    ----------
+    estimate : Estimate
+    prices : dict
+        CPU seconds of a ray by kind, as far as they were measured.
+    workers : int
+        Processes that share the tiles of a pass; 0 where nobody waits for a single tile.
+    tile_size : int or None
+        Side of tiles, pixels; None for tiles that share out each pass evenly.
+    """
+
+    estimate: Estimate
+    prices: Prices
+    workers: int
+    tile_size: int | None
+    _rays: int = field(default=0, init=False)
+    _seconds: float = field(default=0.0, init=False)
+    _tiles: int = field(default=0, init=False)
+
+    @classmethod
+    def begin(cls, plan: RenderPlan, workers: int = 0, tile_size: int | None = None) -> Self:
+        """Drive a picture from its first pass on."""
+        return cls(Estimate.begin(plan), usual_prices(plan), workers, tile_size)
+
+    @property
+    def is_first(self) -> bool:
+        """Whether the next pass is the first."""
+        return not self.estimate.have.any()
+
+    @property
+    def ray_seconds(self) -> float:
+        """CPU seconds that a ray of the next pass is expected to take."""
+        return self.prices[kind_of(self.estimate)]
+
+    def forecast(self) -> Forecast:
+        """CPU seconds that the next pass and all later ones are predicted to take."""
+        return forecast(self.estimate, self.prices)
+
+    def tiles(self) -> list[Tile]:
+        """Tiles in which the next pass has something to do."""
+        records = self.is_first and records_centres(self.estimate.plan)
+        return pass_tiles(self.estimate, self.prices, self.workers, self.tile_size, records=records)
+
+    def requests(self, limit: TimeLimit | None) -> list[TileRequest]:
+        """What the next pass asks of its tiles, each of which has to be finished at the limit."""
+        estimate, first, requested = self.estimate, self.is_first, self.estimate.requested
+
+        def request(tile: Tile) -> TileRequest:
+            def around() -> Surroundings:
+                return surroundings(tile, estimate.pilots, estimate.labels, estimate.colors)
+
+            return tile_request(estimate.plan, tile, requested.part(tile), around, limit, first=first)
+
+        return [request(tile) for tile in self.tiles()]
+
+    def take(self, tile: Tile, samples: Samples) -> None:
+        """Add what the pass has found in a tile. The order of tiles does not matter."""
+        if not self._tiles:
+            self._rays = self.estimate.rays_wanted()
+        self._tiles += 1
+        self._seconds += samples.cpu_seconds
+        self.estimate.take(tile, samples)
+
+    def end_pass(self, *, last: bool) -> bool:
+        """Decide about the next pass that has something to do; False where the picture is done.
+
+        Parameters
+        ----------
+        last : bool
+            Whether the time is spent, so that no pass follows: tiles may be missing then.
+        """
+        if last:
+            self.estimate.settle()
+            return False
+        kind = kind_of(self.estimate)
+        self.prices = measured_prices(self.prices, kind, self._rays, self._seconds, self._tiles)
+        self._rays, self._seconds, self._tiles = 0, 0.0, 0
+        goes_on = self.estimate.advance()
+        while goes_on and not self.estimate.rays_wanted():
+            goes_on = self.estimate.advance()
+        return goes_on

@@ -1,0 +1,68 @@
+"""What drives a picture of target quality from pass to pass, whoever carries its requests."""
+
+import numpy as np
+import pytest
+
+import renderer
+from accuracy.hard_cases.documents import Json, camera, scene
+from renderer.adaptive import Estimate
+from renderer.adaptive.driver import Driver
+from renderer.adaptive.tile_rendering import render_request
+from schemas.quality import TargetQuality
+from tests.images import pictures
+
+TARGET = TargetQuality(mode="target", error=4 / 255)
+
+EMPTY = scene(camera=camera(width=512, height=256))
+ROOM = pictures.of_room(camera=camera(width=40, height=30))
+LENS = pictures.of_room(camera=camera(width=40, height=30, lens_radius=0.15, focus_distance=5))
+
+
+def begun(document: Json) -> Driver:
+    return Driver.begin(renderer.compile_scene(document, TARGET), tile_size=16)
+
+
+def render_pass(driver: Driver) -> bool:
+    for request in driver.requests(None):
+        driver.take(request.tile, render_request(driver.estimate.plan, request))
+    return driver.end_pass(last=False)
+
+
+def put_away(driver: Driver) -> Driver:
+    """The driver that another process makes of what this one has written."""
+    estimate = Estimate.restored(driver.estimate.plan, driver.estimate.arrays())
+    return Driver(estimate, driver.prices, driver.workers, driver.tile_size)
+
+
+def test_every_pass_asks_for_something() -> None:
+    """An empty scene is interpolated between its first pilot samples: finer lattices would ask for none."""
+    driver, wanted = begun(EMPTY), []
+    more = True
+    while more:
+        wanted.append(driver.estimate.rays_wanted())
+        more = render_pass(driver)
+    assert len(wanted) >= 3
+    assert min(wanted) > 0
+
+
+@pytest.mark.parametrize("document", [ROOM, LENS], ids=["room", "lens"])
+def test_a_driver_that_is_put_away_after_each_pass_asks_the_same_of_the_same_tiles(document: Json) -> None:
+    kept, restored = begun(document), begun(document)
+    more = True
+    while more:
+        for one, other in zip(kept.requests(None), restored.requests(None), strict=True):
+            assert (one.tile, one.records) == (other.tile, other.records)
+            assert one.levels.stacked().tobytes() == other.levels.stacked().tobytes()
+        more = render_pass(kept)
+        assert render_pass(restored) == more
+        restored = put_away(restored)
+    assert np.array_equal(kept.estimate.image(), restored.estimate.image())
+    assert kept.estimate.error == restored.estimate.error
+
+
+def test_a_picture_whose_time_is_spent_ends_with_an_error_that_is_estimated() -> None:
+    driver = begun(ROOM)
+    render_pass(driver)
+    assert driver.estimate.error is None
+    assert not driver.end_pass(last=True)
+    assert driver.estimate.error is not None
