@@ -15,7 +15,6 @@ from renderer.adaptive.guides import surroundings
 from renderer.adaptive.levels import COUNTS, COVERAGES, COVERED, LOOKED, SAMPLED
 from renderer.adaptive.requests import LevelRequest, TileRequest
 from renderer.adaptive.strata import expected_errors
-from renderer.plan.plan import adaptive_part
 from renderer.tiling import tiles
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
@@ -202,11 +201,10 @@ def test_a_pixel_gets_the_same_samples_whatever_levels_the_others_rise_to() -> N
         assert mixed.squares[alone[rising]].tobytes() == single.squares.tobytes()
 
 
-def edges_of(plan: renderer.RenderPlan) -> np.ndarray:
+def edges_of(estimate: Estimate) -> np.ndarray:
     """Pixels that edges of flat shapes pass, (H, W) bool."""
-    passed = np.zeros((plan.height, plan.width), bool)
-    columns, rows = adaptive_part(plan).edges
-    passed[rows, columns] = True
+    passed = np.zeros(estimate.have.shape, bool)
+    passed[tuple(estimate.adaptive.edges[::-1])] = True
     return passed
 
 
@@ -223,9 +221,9 @@ def test_the_first_pass_looks_at_a_lattice_and_each_next_one_at_a_finer_one() ->
         assert not (x % stride).any()
         if stride < 4:
             fresh = (y % (2 * stride) > 0) | (x % (2 * stride) > 0)
-            assert (fresh if stride > 1 else fresh | edges_of(estimate.plan)[asked]).all()
+            assert (fresh if stride > 1 else fresh | edges_of(estimate)[asked]).all()
         passes(estimate, 1)
-    assert (estimate.have[edges_of(estimate.plan)] == LOOKED).all()
+    assert (estimate.have[edges_of(estimate)] == LOOKED).all()
     assert (estimate.have == 0).any()
     assert (estimate.values[:, estimate.have == LOOKED] > 0).any()
 
@@ -242,7 +240,7 @@ def test_after_the_looks_come_the_borders_and_then_the_probes() -> None:
     borders = estimate.cover > 0
     assert not estimate.want.any()
     assert not estimate.coverage.any()
-    edges, near, unlike = edges_of(estimate.plan), np.zeros_like(borders), np.zeros_like(borders)
+    edges, near, unlike = edges_of(estimate), np.zeros_like(borders), np.zeros_like(borders)
     for x, y in estimate.adaptive.thin.T:
         near[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2] = True
     labels = np.pad(estimate.labels, 1, constant_values=-99)
