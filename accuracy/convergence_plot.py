@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import threading
+from math import inf
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
@@ -153,10 +154,9 @@ def _halving(
     cost = law.falling(spent)
     if cost is None or cost.estimate > FAR * spent:
         return
-    known = cost.high is not None and cost.high <= FAR * spent
-    high = cost.high if known and cost.high else cost.estimate
+    high = cost.high if cost.high <= FAR * spent else cost.estimate
     bars = [[cost.estimate - cost.low], [high - cost.estimate]]
-    end = "or more" if cost.high is None else f"to {_short(cost.high)}"
+    end = "or more" if cost.high == inf else f"to {_short(cost.high)}"
     label = f"half the error: {_short(cost.estimate)} CPU s more ({_short(cost.low)} {end})"
     panel.errorbar(
         [spent + cost.estimate],

@@ -5,8 +5,8 @@ from time import monotonic
 from accuracy.quotes.choices import Adaptive, Fixed, Priced, closest, soonest
 from accuracy.quotes.pilots import Pilot
 from accuracy.quotes.prices import price
-from accuracy.quotes.ranges import Range
 from accuracy.quotes.settings import ERRORS
+from renderer.math.intervals import Interval
 from renderer.plan.building import compile_scene
 from renderer.scenes import LoadedScene
 from schemas.quality import Quality
@@ -136,5 +136,5 @@ def _offer(offer: Priced) -> Offer:
     )
 
 
-def _predicted(known: Range) -> Predicted:
+def _predicted(known: Interval) -> Predicted:
     return Predicted(estimate=known.estimate, low=known.low, high=known.high)

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from accuracy.estimates import factor
 from accuracy.quotes.deadlines import Deadline
 from accuracy.quotes.parts import Squares, part, squares
-from accuracy.quotes.ranges import Range, factor
 from accuracy.quotes.settings import compiled, target
 from accuracy.quotes.timings import UNSTEADY
 from renderer.adaptive.adaptive_render import Course, Demand, answer
@@ -22,6 +22,7 @@ from renderer.adaptive.decisions import outlook
 from renderer.adaptive.estimate import COVERS, PROBES, ROUND, STRIDE, Estimate
 from renderer.adaptive.levels import SAMPLED
 from renderer.adaptive.samples import Samples
+from renderer.math.intervals import Interval
 from renderer.plan.plan import RenderPlan
 from renderer.scenes import LoadedScene
 from schemas.quality import CONFIDENCE
@@ -134,7 +135,7 @@ class Rehearsal:
     def _tell(self, found: float, unsure: float) -> None:
         self.found, self.unsure = found, float(np.hypot(unsure, UNSTEADY))
 
-    def cpu_seconds(self) -> Range | None:
+    def cpu_seconds(self) -> Interval | None:
         """CPU seconds of the whole picture, None if nothing is known of them."""
         return None if self.found is None else factor(self.unsure).scaled(self.found)
 

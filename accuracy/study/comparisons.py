@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import statistics
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from accuracy.study import intervals
+from accuracy.estimates import median
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -27,8 +26,8 @@ def precision(done: Sequence[Task], journal: Journal, settings: Sequence[Mapping
             {
                 "name": name,
                 "runs": len(tasks),
-                "cpu_seconds": asdict(intervals.middle([_spent(task, journal) for task in tasks])),
-                "ratio": asdict(intervals.middle(ratios)),
+                "cpu_seconds": median([_spent(task, journal) for task in tasks]).document(),
+                "ratio": median(ratios).document(),
                 "difference_255": _difference_255(tasks, journal),
                 "rmse_255": errors[name],
             }
@@ -47,7 +46,7 @@ def effects(done: Sequence[Task], journal: Journal) -> Rows:
                 "effect": name,
                 "pointers": list(tasks[0].subject.pointers),
                 "runs": len(tasks),
-                "cpu_seconds": asdict(intervals.middle(seconds)),
+                "cpu_seconds": median(seconds).document(),
                 "share": statistics.median(seconds) / statistics.median(whole),
                 "difference_255": _difference_255(tasks, journal),
             }

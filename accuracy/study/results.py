@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import statistics
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from accuracy.study import comparisons, curves, intervals
+from accuracy.estimates import half_width, median
+from accuracy.study import comparisons, curves
 from accuracy.study.reference import Reference, clipped
 from accuracy.study.settings import BEST, METHODS, Setting
-from renderer.convergence import NORMAL, Interval
+from renderer.math.intervals import NORMAL, Interval
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -89,7 +89,7 @@ def error_of(runs: Sequence[Mapping[str, Any]]) -> Interval:
     if len(runs) < FEWEST:
         half = NORMAL * math.sqrt(sum(run["by_pixels"] ** 2 for run in runs)) / len(runs)
     else:
-        half = math.hypot(intervals.half_width(values), NORMAL * runs[0]["by_reference"])
+        half = math.hypot(half_width(values), NORMAL * runs[0]["by_reference"])
     return Interval(middle, middle - half, middle + half)
 
 
@@ -101,7 +101,6 @@ def root_255(squares: Interval) -> Interval:
     >>> root_255(Interval(4 / 255**2, -1.0, 9 / 255**2))
     Interval(estimate=2.0, low=0.0, high=3.0)
     """
-    assert squares.high is not None
     return Interval(
         *(255 * math.sqrt(max(end, 0.0)) for end in (squares.estimate, squares.low, squares.high))
     )
@@ -147,10 +146,10 @@ def _row(setting: Setting, runs: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         "camera_samples": setting.samples or None,
         "light_points": setting.points or None,
         "runs": len(runs),
-        "cpu_seconds": asdict(intervals.middle([run["cpu_seconds"] for run in runs])),
+        "cpu_seconds": median([run["cpu_seconds"] for run in runs]).document(),
         "prepare_seconds": statistics.median(run["prepare_seconds"] for run in runs),
         "rays": statistics.fmean(sum(run["rays"].values()) for run in runs),
-        "rmse_255": asdict(rmse),
+        "rmse_255": rmse.document(),
         "told": rmse.low > 0,
         "edges_rmse_255": _mean_255(judged, "edges_mse"),
         "smooth_rmse_255": _mean_255(judged, "smooth_mse"),
@@ -175,9 +174,9 @@ def _methods(rows: Sequence[curves.Row]) -> list[dict[str, Any]]:
                     "method": method,
                     "front": [row["name"] for row in best],
                     "front_by_rays": [row["name"] for row in fewest],
-                    "order": asdict(power) if power else None,
-                    "order_by_rays": asdict(by_rays) if by_rays else None,
-                    "halving": asdict(more) if more else None,
+                    "order": power.document() if power else None,
+                    "order_by_rays": by_rays.document() if by_rays else None,
+                    "halving": more.document() if more else None,
                 }
             )
     return found
