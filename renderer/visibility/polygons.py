@@ -11,12 +11,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from renderer.accelerators.boxes import Boxes
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
 from renderer.math.arrays import Floats, Integers, Masks, dot
 from renderer.math.numerics import SURFACE, snapped
 from renderer.shapes.polygons import Polygons
-from renderer.visibility.culling import Box, bounds, shaft
+from renderer.visibility.culling import bounds, shaft
 
 
 def signed(normals: Floats, anchors: Floats, x: Floats, weight: float) -> Floats:
@@ -33,12 +34,12 @@ class PolygonShadows(ABC):
     emitter: Emitter
     dtype: np.dtype[np.floating]
     culling: bool
-    box: Box = field(init=False)
+    boxes: Boxes = field(init=False)
     ends: Floats = field(init=False)
 
     def __post_init__(self) -> None:
         """Form all that does not depend on the points."""
-        self.box = Box.of(self.occluders.corners)
+        self.boxes = Boxes.around(self.occluders.corners)
         self.ends = signed(
             self.occluders.normals, self.occluders.anchors, self.emitter.ends(), self.emitter.weight
         )
@@ -69,7 +70,7 @@ class PolygonShadows(ABC):
         candidates = np.arange(self.occluders.numbers.size)
         if self.culling:
             low, high = bounds(positions)
-            near = shaft(self.box, low, high, self.emitter)
+            near = shaft(self.boxes, low, high, self.emitter)
             near[near] = ~self._beside(view, low, high, np.flatnonzero(near))
             candidates = candidates[near]
         return candidates
