@@ -12,9 +12,9 @@ import numpy as np
 
 from renderer.plan.building import compile_scene
 from renderer.plan.plan import RenderPlan
-from renderer.plan.pointers import escaped
 from renderer.rendering import render
 from renderer.scenes import LoadedScene
+from schemas.pointers import escaped
 from schemas.quality import FixedQuality
 from schemas.sampling import Antialiasing, LightSampling
 from schemas.scene import Scene

@@ -13,7 +13,6 @@ from renderer.math.arrays import column, dot
 from renderer.plan import cost, shapes
 from renderer.plan.cost import COSTS
 from renderer.plan.effects import LIGHTS
-from renderer.plan.pointers import escaped
 from renderer.plan.request import Request
 from renderer.plan.scattering import transparent
 from renderer.plan.stages import Lighting, LightStage
@@ -27,6 +26,7 @@ from renderer.visibility.polygon_grids import GridPolygonShadows
 from renderer.visibility.polygon_scatter import ScatterPolygonShadows
 from renderer.visibility.solids import SolidShadows
 from renderer.visibility.trees import TreeShadows
+from schemas.pointers import escaped
 
 
 def emitter_of(request: Request, number: int) -> Emitter:

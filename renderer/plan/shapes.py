@@ -14,7 +14,6 @@ from renderer.math.arrays import magnitude
 from renderer.plan import cost
 from renderer.plan.cost import COSTS
 from renderer.plan.effects import SHAPES, BuildFamily
-from renderer.plan.pointers import escaped
 from renderer.plan.request import Request
 from renderer.plan.stages import RayStage
 from renderer.plan.textures import heights_of
@@ -24,6 +23,7 @@ from renderer.shapes.family import Location, Meeting, Outline
 from renderer.shapes.triangles import Triangles
 from schemas.geometry import no_area
 from schemas.materials import PhongMaterial
+from schemas.pointers import escaped
 from schemas.problems import Problem
 from schemas.shapes import Shape, Triangle
 

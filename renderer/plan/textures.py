@@ -3,12 +3,12 @@
 from renderer.assets import AssetError
 from renderer.errors import SceneError
 from renderer.plan.effects import TEXTURES
-from renderer.plan.pointers import escaped
 from renderer.plan.request import Request
 from renderer.textures import Texture
 from renderer.textures.heights import Heights
 from renderer.textures.image import ImageTexture
 from renderer.textures.mipmap import MipmapTexture
+from schemas.pointers import escaped
 from schemas.problems import Problem
 
 

@@ -9,9 +9,9 @@ from renderer.adaptive.lattice import stride_for
 from renderer.adaptive.levels import COVERAGES
 from renderer.adaptive.lighting import NEAREST, SIDES, FirstLook
 from renderer.plan.plan import RenderPlan
-from renderer.plan.pointers import escaped
 from renderer.plan.request import Request
 from renderer.plan.stages import Entry, Illumination
+from schemas.pointers import escaped
 
 
 def entries(request: Request, lightings: Iterable[Illumination]) -> Iterator[Entry]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from schemas.pointers import Parts
+from schemas.pointers import tokens
 from schemas.positions import Place, line_and_column, locate
 from schemas.problems import Problem
 
@@ -23,7 +23,7 @@ def located(text: str | None, problems: Iterable[Problem]) -> list[Problem]:
     problems = list(problems)
     if text is None:
         return problems
-    locations = [_parts(problem.pointer) for problem in problems]
+    locations = [tokens(problem.pointer) for problem in problems]
     places = locate(text, locations)
     return [
         _at(problem, *line_and_column(text, _offset(problem, places[parts])))
@@ -37,7 +37,3 @@ def _offset(problem: Problem, place: Place) -> int:
 
 def _at(problem: Problem, line: int, column: int) -> Problem:
     return problem.model_copy(update={"line": line, "column": column})
-
-
-def _parts(pointer: str) -> Parts:
-    return tuple(step.replace("~1", "/").replace("~0", "~") for step in pointer.split("/")[1:])
