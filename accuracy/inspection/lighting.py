@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.departures import Departure
-from renderer.integrator import workspace
+from renderer.integrator import find_hits, workspace
 from renderer.interaction import Points, Rays
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
@@ -100,8 +100,7 @@ def _first_met(plan: RenderPlan, emitter: Emitter, point: Points, directions: Fl
         samples=np.repeat(point.samples, directions.shape[1]),
         departure=_departure(point, directions.shape[1]),
     )
-    for stage in plan.meetings:
-        stage.run(rays)
+    find_hits(plan, rays, lights=False)
     between = rays.t <= 1.0 if emitter.weight else np.isfinite(rays.t)
     shapes: list[int] = rays.shapes[between].tolist()
     return shapes

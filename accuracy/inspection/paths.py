@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from accuracy.inspection.lighting import SeenLight, lights_at
-from renderer.integrator import camera_rays, shaded_points
+from renderer.integrator import camera_rays, intersect
 from renderer.interaction import Points, Rays
 from renderer.math.arrays import Floats
 from renderer.math.streams import branch
@@ -86,9 +86,7 @@ def _kind(points: Points, wave: Wave) -> str:
 
 
 def _followed(plan: RenderPlan, lights: tuple[Lighting, ...], kind: str, wave: Wave) -> Leg:
-    for stage in (*plan.meetings, *plan.visible_lights):
-        stage.run(wave.rays)
-    points = shaded_points(plan, wave.rays)
+    points = intersect(plan, wave.rays)
     if not points.count:
         seen = plan.unshaded.radiance(wave.rays.shapes)[:, 0]
         return Leg(kind, wave, points, seen, np.zeros(3), [])
