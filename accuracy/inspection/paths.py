@@ -80,9 +80,9 @@ def _going_on(plan: RenderPlan, leg: Leg) -> list[tuple[str, Wave]]:
 
 def _kind(points: Points, wave: Wave) -> str:
     """The kind of bounce that gave a wave's path its name."""
-    departure = wave.rays.departure
-    assert departure is not None
-    return next(kind for i, kind in enumerate(KINDS) if (branch(points.paths, i) == departure.paths).all())
+    start = wave.rays.origin_surfaces
+    assert start is not None
+    return next(kind for i, kind in enumerate(KINDS) if (branch(points.paths, i) == start.paths).all())
 
 
 def _followed(plan: RenderPlan, lights: tuple[Lighting, ...], kind: str, wave: Wave) -> Leg:

@@ -102,7 +102,7 @@ class Lighting:
                 points.pixels[chosen], points.samples[chosen], points.paths[chosen], self.dtype
             ),
             towards=taken(towards, chosen),
-            origins=points.sources if points.sources.shape[1] == 1 else taken(points.sources, chosen),
+            origins=points.previous_origins_at(chosen),
             dtype=self.dtype,
             workspace=workspace,
         )
