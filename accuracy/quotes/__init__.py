@@ -1,4 +1,4 @@
-"""What a picture would cost, and how far off it would be: told by a pilot of a second or so."""
+"""Quotes: what a picture would cost and how large its error would be, predicted by a pilot of a second."""
 
 from time import monotonic
 

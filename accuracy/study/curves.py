@@ -34,7 +34,7 @@ def error(row: Row) -> float:
 
 
 def front(rows: Sequence[Row], cost: Callable[[Row], float] = seconds) -> list[Row]:
-    """Settings that nothing beats, from cheap to dear: all that costs less has a larger error, by `GAIN`.
+    """Settings that nothing beats, cheapest first: all that costs less has a larger error, by `GAIN`.
 
     Settings whose error the reference cannot tell from 0 are left out.
 

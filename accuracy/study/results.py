@@ -7,7 +7,7 @@ import statistics
 from typing import TYPE_CHECKING, Any
 
 from accuracy.estimates import half_width, median
-from accuracy.study import comparisons, curves
+from accuracy.study import curves
 from accuracy.study.reference import Reference, clipped
 from accuracy.study.settings import BEST, METHODS, Setting
 from renderer.math.intervals import NORMAL, Interval
@@ -15,10 +15,10 @@ from renderer.math.intervals import NORMAL, Interval
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from accuracy.study.journal import Journal
-    from accuracy.study.machine import Machine
+    from accuracy.study.journal import Journal, Machine
     from accuracy.study.program import Program
     from accuracy.study.tasks import Task
+
 
 FORMAT = 1
 """Of the document; grows when a member changes its meaning."""
@@ -36,6 +36,8 @@ FILTERED = (
 
 LEVELS_255 = (16.0, 8.0, 4.0, 2.0, 1.0, 0.5, 0.25)
 """Errors at which methods are compared, in units of 1/255."""
+
+Rows = list[dict[str, Any]]
 
 
 def document(
@@ -71,9 +73,9 @@ def document(
         "settings": rows,
         "methods": _methods(rows),
         "equal_error": _equal_error(rows),
-        "precision": comparisons.precision(done, journal, rows),
-        "effects": comparisons.effects(done, journal),
-        "size": comparisons.size(done, journal),
+        "precision": precision(done, journal, rows),
+        "effects": effects(done, journal),
+        "size": size(done, journal),
         "notes": _notes(program),
     }
 
@@ -201,3 +203,68 @@ def _notes(program: Program) -> list[str]:
     if any(getattr(texture, "filter", None) in {"mipmap", "box"} for texture in textures):
         return [FILTERED]
     return []
+
+
+def precision(done: Sequence[Task], journal: Journal, settings: Sequence[Mapping[str, Any]]) -> Rows:
+    """Settings in double precision: their seconds over those in single, and how far the pictures differ."""
+    errors = {row["name"]: row["rmse_255"]["estimate"] for row in settings}
+    rows = []
+    for name, tasks in _by_name(done, "precision").items():
+        ratios = [_spent(task, journal) / _spent(task.against, journal) for task in tasks]
+        rows.append(
+            {
+                "name": name,
+                "runs": len(tasks),
+                "cpu_seconds": median([_spent(task, journal) for task in tasks]).document(),
+                "ratio": median(ratios).document(),
+                "difference_255": _difference_255(tasks, journal),
+                "rmse_255": errors[name],
+            }
+        )
+    return rows
+
+
+def effects(done: Sequence[Task], journal: Journal) -> Rows:
+    """What each effect costs, most expensive first: the seconds it adds, and what it changes in the picture."""
+    whole = [_spent(task, journal) for task in done if task.part == "whole"]
+    rows = []
+    for name, tasks in _by_name(done, "effect").items():
+        seconds = [_spent(task.against, journal) - _spent(task, journal) for task in tasks]
+        rows.append(
+            {
+                "effect": name,
+                "pointers": list(tasks[0].subject.pointers),
+                "runs": len(tasks),
+                "cpu_seconds": median(seconds).document(),
+                "share": statistics.median(seconds) / statistics.median(whole),
+                "difference_255": _difference_255(tasks, journal),
+            }
+        )
+    return sorted(rows, key=lambda row: -row["cpu_seconds"]["estimate"])
+
+
+def size(done: Sequence[Task], journal: Journal) -> dict[str, Any] | None:
+    """How many times as long the scene's own size takes; None where that was not tried, or is no other."""
+    own = [task for task in done if task.part == "size"]
+    small = [task for task in done if task.part == "setting" and own and task.name == own[0].name]
+    if not own or not small:
+        return None
+    large, little = (statistics.median(_spent(task, journal) for task in tasks) for tasks in (own, small))
+    return {"name": own[0].name, "cpu_seconds": large, "ratio": large / little}
+
+
+def _by_name(done: Sequence[Task], part: str) -> dict[str, list[Task]]:
+    found: dict[str, list[Task]] = {}
+    for task in done:
+        if task.part == part:
+            found.setdefault(task.name, []).append(task)
+    return found
+
+
+def _spent(task: Task | None, journal: Journal) -> float:
+    assert task is not None
+    return float(journal[task.key]["cpu_seconds"])
+
+
+def _difference_255(tasks: Sequence[Task], journal: Journal) -> float:
+    return 255 * statistics.fmean(journal[task.key]["difference"] for task in tasks)
