@@ -1,4 +1,4 @@
-"""Comparing a picture with its reference: metrics, a verdict and its policy, causes, and differing regions."""
+"""Comparing a picture with its reference: metrics, verdict and policy, causes, and regions that differ."""
 
 import math
 from collections.abc import Sequence

@@ -225,7 +225,7 @@ def precision(done: Sequence[Task], journal: Journal, settings: Sequence[Mapping
 
 
 def effects(done: Sequence[Task], journal: Journal) -> Rows:
-    """What each effect costs, most expensive first: the seconds it adds, and what it changes in the picture."""
+    """What each effect costs, most expensive first: the seconds that it adds, and what it changes."""
     whole = [_spent(task, journal) for task in done if task.part == "whole"]
     rows = []
     for name, tasks in _by_name(done, "effect").items():
