@@ -62,10 +62,6 @@ FORETOLD, OF_A_PART = 0.15, 0.3
 and by a part of it. See `python -m benchmarks quotes`."""
 
 
-class _TooLate(BaseException):
-    """The deadline came in the middle of a pass. No error, so nothing on its way takes it for one."""
-
-
 @dataclass(slots=True)
 class Rehearsal:
     """A picture of target quality, as far as there was time for it.
@@ -100,23 +96,20 @@ class Rehearsal:
         """Render until the deadline."""
         plan = compiled(self.scene, target(self.error, self.precision, confidence=self.confidence))
         trial = Trial(plan, None, deadline, self.ray_seconds)
-        try:
-            if trial.lasts() * SPARE <= deadline.left:
-                trial.step()
-            if trial.looks() <= WHOLE * deadline.left:
-                self._finish(trial)
-            elif deadline.left > 0:
-                self._foretell(plan, trial)
-        except _TooLate:
-            pass
+        if trial.lasts() * SPARE <= deadline.left:
+            trial.step()
+        if trial.looks() <= WHOLE * deadline.left:
+            self._finish(trial)
+        elif deadline.left > 0:
+            self._foretell(plan, trial)
 
     def _finish(self, trial: "Trial") -> None:
         """Render the whole picture, as far as that goes."""
         while trial.more and (not trial.probed or trial.lasts() * SPARE <= trial.deadline.left):
             trial.step()
-            if trial.probed:
+            if trial.probed and not trial.late:
                 self._tell(trial.cpu_seconds + trial.prices[SAMPLES] * ROUNDS * trial.outlook(), FORETOLD)
-        if not trial.more:
+        if not trial.more and not trial.late:
             self.whole = True
             self._tell(trial.cpu_seconds, 0.0)
 
@@ -128,6 +121,8 @@ class Rehearsal:
         trial = Trial(plan if seen is None else part(plan, seen), seen, whole.deadline, self.ray_seconds)
         while trial.more and not trial.probed:
             trial.step()
+        if trial.late:
+            return
         rays = trial.rays + Counter({SAMPLES: round(OF_MORE * trial.outlook())})
         seconds = sum(count * prices[kind] for kind, count in rays.items())
         self._tell(PASSES + seconds * plan.width * plan.height / trial.pixels, OF_A_PART)
@@ -150,6 +145,8 @@ class Trial:
         CPU seconds of a camera ray with few light points, about.
     more : bool
         Whether passes are to come.
+    late : bool
+        Whether the deadline came in the middle of a pass: it is over, and none is to come.
     prices : dict
         CPU seconds of a ray by kind of pass, as the last one of its kind has shown.
     rays : Counter
@@ -159,7 +156,7 @@ class Trial:
     def __init__(
         self, plan: RenderPlan, seen: Squares | None, deadline: Deadline, ray_seconds: float
     ) -> None:
-        self.deadline, self.more = deadline, True
+        self.deadline, self.more, self.late = deadline, True, False
         self.prices = {kind: times * ray_seconds for kind, times in USUAL.items()}
         self.rays: Counter[str] = Counter()
         self._seen = seen
@@ -203,9 +200,11 @@ class Trial:
         return self._course.cpu_seconds
 
     def step(self) -> None:
-        """Render a pass."""
+        """Render a pass; the first one to its end, others as far as there is time."""
         kind, wanted, before = self.kind, self.wanted, self.cpu_seconds
         self.more = self._course.step(self._each)
+        if self.late:
+            return
         self.rays[kind] += wanted
         self.prices[kind] = (self.cpu_seconds - before) / max(wanted, 1)
         if self._seen is not None:
@@ -213,9 +212,9 @@ class Trial:
 
     def _each(self, demands: list[Demand]) -> Iterator[tuple[Demand, Samples | None]]:
         for demand in demands:
-            if self.deadline.left < 0:
-                raise _TooLate
-            yield demand, answer(self._course.plan, demand)
+            # Before the first pass there is nothing that a picture could be interpolated from.
+            self.late = self.late or bool(self.rays and self.deadline.left < 0)
+            yield demand, None if self.late else answer(self._course.plan, demand)
 
     def _forget_borders(self, seen: Squares) -> None:
         """Expect nothing of borders between squares: there are none in the picture."""
