@@ -2,32 +2,23 @@
 
 from __future__ import annotations
 
-import io
-import threading
+from math import inf
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from accuracy.plotting import BLUE, RED, drawn, number_plainly
 from renderer.convergence import NothingToFitError, PowerLaw, law_of
-from renderer.errors import MissingExtraError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 SIZE = (6.4, 4.2)
 """Inches."""
-
-DOTS = 150
-"""Of a PNG, an inch: 960 x 630 pixels."""
-
-BLUE, RED = "#4477aa", "#ee6677"
-"""From Paul Tol's bright scheme, which people with any colour vision tell apart."""
-
-STYLE: dict[Any, Any] = {"svg.hashsalt": "penumbra", "svg.fonttype": "none", "font.size": 10}
-"""Text in an SVG stays text, and the same curve has the same bytes."""
 
 ROOM = 1.3
 """Between what is shown and the frame, as a factor."""
@@ -37,25 +28,6 @@ FAR = 30
 
 WRAPPED = 60
 """Letters in a line of a sentence on the plot."""
-
-# Settings of the library belong to the process, and threads of a server draw at the same time.
-_drawing = threading.Lock()
-
-
-def require_matplotlib() -> None:
-    """See whether plots can be drawn.
-
-    Raises
-    ------
-    MissingExtraError
-        If the library that draws them is not installed.
-    """
-    try:
-        import matplotlib as mpl  # noqa: F401, PLC0415  an extra that many installations do without
-    except ImportError as error:
-        raise MissingExtraError(
-            "Plots need the package matplotlib. Install it with: pip install 'penumbra-render[study]'"
-        ) from error
 
 
 def draw(
@@ -83,21 +55,16 @@ def draw(
     Raises
     ------
     MissingExtraError
-        See `require_matplotlib`.
+        If the library that draws is not installed.
     """
-    require_matplotlib()
-    import matplotlib as mpl  # noqa: PLC0415  see above
-    from matplotlib.figure import Figure  # noqa: PLC0415
+    known = [entry for entry in passes if entry["error"] is not None]
 
-    file = io.BytesIO()
-    with _drawing, mpl.rc_context(STYLE):
-        figure = Figure(figsize=SIZE, layout="constrained")
+    def fill_figure(figure: Figure) -> None:
         panel = figure.add_subplot()
         panel.set(title=title, xlabel="CPU seconds", ylabel="error (RMSE, linear, clipped to 0..1)")
-        _fill(panel, [entry for entry in passes if entry["error"] is not None], target, unknown)
-        metadata = {"Date": None} if form == "svg" else {"Software": None}
-        figure.savefig(file, format=form, dpi=DOTS, metadata=metadata)
-    return file.getvalue()
+        _fill(panel, known, target, unknown)
+
+    return drawn(fill_figure, SIZE, form=form, font_size=10)
 
 
 def _fill(
@@ -153,10 +120,9 @@ def _halving(
     cost = law.falling(spent)
     if cost is None or cost.estimate > FAR * spent:
         return
-    known = cost.high is not None and cost.high <= FAR * spent
-    high = cost.high if known and cost.high else cost.estimate
+    high = cost.high if cost.high <= FAR * spent else cost.estimate
     bars = [[cost.estimate - cost.low], [high - cost.estimate]]
-    end = "or more" if cost.high is None else f"to {_short(cost.high)}"
+    end = "or more" if cost.high == inf else f"to {_short(cost.high)}"
     label = f"half the error: {_short(cost.estimate)} CPU s more ({_short(cost.low)} {end})"
     panel.errorbar(
         [spent + cost.estimate],
@@ -180,8 +146,6 @@ def _short(number: float) -> str:
 
 def _axes(panel: Axes, times: Sequence[float], errors: Sequence[float]) -> None:
     """Leave room around what is shown, and write plain numbers on the axes."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter  # noqa: PLC0415  see above
-
     for axis, limits, values in (
         (panel.xaxis, panel.set_xlim, times),
         (panel.yaxis, panel.set_ylim, errors),
@@ -191,6 +155,4 @@ def _axes(panel: Axes, times: Sequence[float], errors: Sequence[float]) -> None:
         room = max(ROOM, np.sqrt(10 * low / high))
         limits(low / room, high * room)
         many = high * room > 1000 * low / room
-        axis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axis.set_minor_formatter(NullFormatter())
+        number_plainly(axis, (1.0,) if many else (1.0, 2.0, 5.0))

@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, Any
 
 import httpx2
 
-from accuracy.study.machine import describe
+from accuracy.study.journal import describe
 from benchmarks.fuzz_bodies import Bodies
 from schemas.limits import Limits
 from service import logs

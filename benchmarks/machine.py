@@ -6,7 +6,7 @@ import resource
 import statistics
 from typing import TYPE_CHECKING, TypedDict
 
-from accuracy.study.machine import Machine, describe
+from accuracy.study.journal import Machine, describe
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

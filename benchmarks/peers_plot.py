@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import matplotlib as mpl
-from matplotlib.figure import Figure
-
+from accuracy.plotting import BLUE, CYAN, GREEN, RED, drawn
 from benchmarks.peers_curves import front, runs_by
 from benchmarks.peers_runs import RENDERERS
 
@@ -15,22 +13,23 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from benchmarks.peers_runs import Run
 
-COLORS = dict(zip(RENDERERS, ("#ee6677", "#228833", "#4477aa", "#66ccee"), strict=True))
-"""From Paul Tol's bright scheme, which people with any colour vision tell apart."""
+COLORS = dict(zip(RENDERERS, (RED, GREEN, BLUE, CYAN), strict=True))
 COLUMNS = 3
 
 
 def draw(scenes: Mapping[str, Sequence[Run]], path: Path) -> None:
     """Write the panels as SVG, the same bytes for the same figures."""
     rows = -(-len(scenes) // COLUMNS)
-    with mpl.rc_context({"svg.hashsalt": "penumbra", "svg.fonttype": "none", "font.size": 9}):
-        figure = Figure(figsize=(4 * COLUMNS, 3.4 * rows), layout="constrained")
+
+    def fill(figure: Figure) -> None:
         for place, (scene, runs) in enumerate(scenes.items(), start=1):
             _panel(figure.add_subplot(rows, COLUMNS, place), scene, runs)
-        figure.savefig(path, format="svg", metadata={"Date": None})
+
+    path.write_bytes(drawn(fill, (4 * COLUMNS, 3.4 * rows)))
 
 
 def _panel(panel: Axes, scene: str, runs: Sequence[Run]) -> None:

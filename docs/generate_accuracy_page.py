@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from accuracy.study import curves, tables, words
-from accuracy.study.page_markdown import table
+from accuracy.study.pages import table
 from accuracy.study.settings import METHODS, PATTERNS, TARGET
 
 if TYPE_CHECKING:
-    from accuracy.study.blocks import Table
+    from accuracy.study.pages import Table
 
 DOCS = Path(__file__).parent
 MEASURED = DOCS.parent / "out" / "study"

@@ -10,7 +10,7 @@ import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from accuracy.study.page_markdown import table
+from accuracy.study.pages import table
 from benchmarks.capacity import report
 from benchmarks.capacity.plot import draw
 from benchmarks.capacity.workloads import SIDE

@@ -6,24 +6,18 @@ Analysis for the Physical Sciences, chapter 6).
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from math import cos, pi, sin, sqrt, tan
-from statistics import NormalDist
+from dataclasses import dataclass
+from math import inf
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from renderer.math.arrays import Floats
+from renderer.math.intervals import NORMAL, Interval, student
 
 FEWEST = 3
 """Points that a fit needs: a line goes through any two, and nothing would tell how good it is."""
-
-HOLDS = 0.95
-"""How often an interval holds the true value."""
-
-NORMAL = NormalDist().inv_cdf((1 + HOLDS) / 2)
-"""Standard deviations from the middle of such an interval to its ends."""
 
 CLOCKS = ("seconds", "cpu_seconds")
 """The times that a pass tells."""
@@ -31,22 +25,6 @@ CLOCKS = ("seconds", "cpu_seconds")
 
 class NothingToFitError(ValueError):
     """No law goes through these points; the message says why."""
-
-
-@dataclass(frozen=True, slots=True)
-class Interval:
-    """An estimate, and the ends of an interval that holds the true value in 95 of 100 cases.
-
-    Attributes
-    ----------
-    estimate, low : float
-    high : float or None
-        None where nothing bounds it.
-    """
-
-    estimate: float
-    low: float
-    high: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,9 +77,9 @@ class PowerLaw:
         root = float(np.sqrt(max(linear**2 - square * constant, 0.0)))
         estimate = _longer(spent, wanted / steep)
         low = _longer(spent, max(constant, 0.0) / (linear + root))
-        if estimate is None or low is None:
+        if max(low, estimate) == inf:
             return None
-        return Interval(estimate, low, _longer(spent, (linear + root) / square) if square > 0 else None)
+        return Interval(estimate, low, _longer(spent, (linear + root) / square) if square > 0 else inf)
 
 
 def power_law(times: npt.ArrayLike, errors: npt.ArrayLike, highs: npt.ArrayLike | None = None) -> PowerLaw:
@@ -164,14 +142,14 @@ def trend(passes: Sequence[Mapping[str, Any]], unknown: str | None = None) -> di
     except NothingToFitError as error:
         return {"order": None, "next_halving": None, "reason": str(error)}
     costs = {clock: law.falling(known[-1][clock]) for clock in CLOCKS}
-    documents = {clock: asdict(cost) for clock, cost in costs.items() if cost}
-    return {"order": asdict(law.order), "next_halving": documents or None, "reason": _doubt(costs)}
+    documents = {clock: cost.document() for clock, cost in costs.items() if cost}
+    return {"order": law.order.document(), "next_halving": documents or None, "reason": _doubt(costs)}
 
 
 def _doubt(costs: Mapping[str, Interval | None]) -> str | None:
     if not all(costs.values()):
         return "The error does not fall from pass to pass."
-    if any(cost and cost.high is None for cost in costs.values()):
+    if any(cost and cost.high == inf for cost in costs.values()):
         return "The passes are too few, or too far from a power law, to tell how fast the error falls."
     return None
 
@@ -190,33 +168,6 @@ def law_of(passes: Sequence[Mapping[str, Any]]) -> PowerLaw:
         [error["estimate"] for error in errors],
         [error["high"] for error in errors],
     )
-
-
-def student(freedom: int) -> float:
-    """Half the width of Student's interval that holds in 95 of 100 cases, for that many degrees of freedom.
-
-    Where the distribution function is the finite series of Abramowitz and Stegun, 26.7.3 and 26.7.4.
-
-    >>> [round(student(freedom), 3) for freedom in (1, 2, 3, 30)]
-    [12.706, 4.303, 3.182, 2.042]
-    """
-    low, high = 0.0, pi / 2
-    # Halving the interval once for each bit of the angle.
-    for _ in range(53):
-        middle = (low + high) / 2
-        low, high = (middle, high) if _within(middle, freedom) < HOLDS else (low, middle)
-    return sqrt(freedom) * tan(low)
-
-
-def _within(angle: float, freedom: int) -> float:
-    """The probability that Student's t lies within sqrt(freedom) tan(angle) of 0."""
-    odd = freedom % 2
-    term = cos(angle) if odd else 1.0
-    total = 0.0
-    for k in range(1 + odd, freedom + odd, 2):
-        total += term
-        term *= cos(angle) ** 2 * k / (k + 1)
-    return 2 / pi * (angle + sin(angle) * total) if odd else sin(angle) * total
 
 
 def _deviations(errors: Floats, highs: npt.ArrayLike | None) -> Floats:
@@ -253,8 +204,7 @@ def _line(x: Floats, y: Floats, weights: Floats, deviation: float) -> PowerLaw:
     )
 
 
-def _longer(spent: float, growth: float) -> float | None:
-    """What comes to `spent` when its logarithm grows that much; None if that is more than any number."""
+def _longer(spent: float, growth: float) -> float:
+    """What comes to `spent` when its logarithm grows that much; inf if that is more than any number."""
     with np.errstate(over="ignore"):
-        more = float(spent * np.expm1(growth))
-    return more if np.isfinite(more) else None
+        return float(spent * np.expm1(growth))

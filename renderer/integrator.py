@@ -3,8 +3,10 @@
 import threading
 import time
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +23,15 @@ from renderer.tiling import Block, blocks
 from renderer.waves import camera_wave
 from renderer.workspace import FEWEST_POINTS, PAIRS, Workspace
 from schemas.tiles import Pass, Tile
+
+
+class LitStage(Protocol):
+    """One light's work on points."""
+
+    def run(self, points: Points, workspace: Workspace) -> int:
+        """Work on a chunk of points; gives the number of shadow rays."""
+        ...
+
 
 WORK = ("shading_points", "texture_lookups")
 """What is counted beside rays."""
@@ -122,10 +133,8 @@ def centre_points(plan: RenderPlan, counts: Counter[str], block: Block) -> Point
         samples=np.zeros_like(block.columns),
         screen=np.concatenate(plan.camera.screen(np.array([x0, x1]), np.array([y1, y0]))),
     )
-    for stage in plan.meetings:
-        stage.run(rays)
     counts["layers"] += rays.t.size
-    points = shaded_points(plan, rays)
+    points = intersect(plan, rays, lights=False)
     _count(points, counts)
     return points
 
@@ -180,35 +189,42 @@ def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str], surfaces: Surfa
 
 def local_radiance(plan: RenderPlan, rays: Rays, counts: Counter[str]) -> tuple[Floats, Points]:
     """Radiance (3, N) of what rays meet without what comes by further rays, and the points met."""
-    for stage in (*plan.meetings, *plan.visible_lights):
-        stage.run(rays)
+    points = intersect(plan, rays)
     result = plan.unshaded.radiance(rays.shapes)
-    points = shaded_points(plan, rays)
     _count(points, counts)
-    for chunk in chunks(plan, points):
-        for lighting in plan.lightings:
-            counts["shadow"] += lighting.run(chunk, workspace())
+    counts["shadow"] += shade(plan, points, plan.lightings)
     put(result, points.rays, points.radiance)
     return result, points
 
 
-def shaded_points(plan: RenderPlan, rays: Rays) -> Points:
-    """The points where rays met shapes, ready for light."""
+def find_hits(plan: RenderPlan, rays: Rays, *, lights: bool = True) -> None:
+    """Write into rays what they hit first: a shape, or with `lights` a light that the camera sees."""
+    for stage in (*plan.meetings, *(plan.visible_lights if lights else ())):
+        stage.run(rays)
+
+
+def intersect(plan: RenderPlan, rays: Rays, *, lights: bool = True) -> Points:
+    """Find what rays hit, as `find_hits` does, and the points where that is a shape, ready for light."""
+    find_hits(plan, rays, lights=lights)
     points = points_of(rays, plan.materials, bent=plan.bent)
     for stage in plan.surfaces:
         stage.run(points)
     return points
 
 
+def shade(plan: RenderPlan, points: Points, lightings: Iterable[LitStage]) -> int:
+    """Let lights work on points, in chunks that make about `PAIRS` pairs; gives the number of shadow rays."""
+    rays, step = 0, max(FEWEST_POINTS, PAIRS // plan.light_points)
+    for start in range(0, points.count, step):
+        chunk = points.between(start, min(start + step, points.count))
+        for lighting in lightings:
+            rays += lighting.run(chunk, workspace())
+    return rays
+
+
 def _count(points: Points, counts: Counter[str]) -> None:
     counts["shading_points"] += points.count
     counts["texture_lookups"] += points.lookups
-
-
-def chunks(plan: RenderPlan, points: Points) -> list[Points]:
-    """Points in portions that make about `PAIRS` pairs with a light."""
-    step = max(FEWEST_POINTS, PAIRS // plan.light_points)
-    return [points.between(start, min(start + step, points.count)) for start in range(0, points.count, step)]
 
 
 def workspace() -> Workspace:

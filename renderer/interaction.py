@@ -5,9 +5,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from renderer.departures import Departure
 from renderer.math.arrays import Floats, Integers, Masks, taken, unit
 from renderer.math.streams import Keys
+from renderer.self_intersection import OriginSurfaces
 
 MISS = -1
 """Shape number of a ray that meets nothing."""
@@ -31,8 +31,8 @@ class Rays:
     screen : (4,) float64 or None
         Least and greatest place on the camera's screen, across and along; None for rays that do not
         come from the camera.
-    departure : Departure or None
-        The surfaces that they leave; None for rays that begin in the open.
+    origin_surfaces : OriginSurfaces or None
+        What they leave; None for rays that begin in the open.
     t : (N,) float64
         Distance of the nearest hit, inf for none.
     shapes, primitives : (N,) int64
@@ -45,7 +45,7 @@ class Rays:
     pixels: Integers
     samples: Integers
     screen: Floats | None = None
-    departure: Departure | None = None
+    origin_surfaces: OriginSurfaces | None = None
     t: Floats = field(init=False)
     shapes: Integers = field(init=False)
     primitives: Integers = field(init=False)
@@ -58,6 +58,10 @@ class Rays:
         self.shapes = np.full(count, MISS, dtype=np.int64)
         self.primitives = np.zeros(count, dtype=np.int64)
         self.coordinates = np.zeros((2, count))
+
+    def anew(self) -> "Rays":
+        """The same rays, which have hit nothing yet."""
+        return Rays(self.origins, self.directions, self.pixels, self.samples, None, self.origin_surfaces)
 
     def origins_at(self, index: Integers) -> Floats:
         """Origins of some rays, (3, 1) if all share one."""
@@ -115,11 +119,11 @@ class Points:
         Those of the ray.
     paths : (M,) uint64
         Name of the bounces before; 0 where the camera looks at the point.
-    walked : (M,) float64
+    path_lengths : (M,) float64
         Length of the path before the ray, scene units; 0 where the camera looks at the point.
     origins : (3, 1) or (3, M) float64
-    sources : (3, 1) or (3, M) float64
-        Where the path came from: the origins, but for rays that went nowhere (`Departure.came_from`).
+    previous_origins : (3, 1) or (3, M) float64
+        The origins, but for rays that went nowhere (`OriginSurfaces.origins_before_hits`).
     directions : (3, M) float64
     t : (M,) float64
     hits : (2, M) float64
@@ -162,9 +166,9 @@ class Points:
     pixels: Integers
     samples: Integers
     paths: Keys
-    walked: Floats
+    path_lengths: Floats
     origins: Floats
-    sources: Floats
+    previous_origins: Floats
     directions: Floats
     t: Floats
     hits: Floats
@@ -193,6 +197,15 @@ class Points:
     def count(self) -> int:
         """Number of points M."""
         return self.rays.shape[0]
+
+    def previous_origins_at(self, index: Integers) -> Floats:
+        """Previous origins of some points, (3, 1) if all share one."""
+        every = self.previous_origins
+        return every if every.shape[1] == 1 else taken(every, index)
+
+    def went_nowhere(self, index: Integers) -> Masks:
+        """Whether the rays to some points that left surfaces ended where they began, (m,)."""
+        return (self.previous_origins[:, index] != self.origins[:, index]).any(axis=0)
 
     def footprints_at(self, index: Integers) -> Floats | None:
         """Footprints of some points, if any stage asked for them."""
@@ -237,15 +250,15 @@ def points_of(rays: Rays, materials: Integers, *, bent: bool) -> Points:
     directions = taken(rays.directions, hit)
     shapes = rays.shapes[hit]
     normals = np.zeros((3, count))
-    origins = rays.origins_at(hit)
+    origins, start = rays.origins_at(hit), rays.origin_surfaces
     return Points(
         rays=hit,
         pixels=rays.pixels[hit],
         samples=rays.samples[hit],
-        paths=np.zeros(count, dtype=np.uint64) if rays.departure is None else rays.departure.paths[hit],
-        walked=np.zeros(count) if rays.departure is None else rays.departure.walked[hit],
+        paths=np.zeros(count, dtype=np.uint64) if start is None else start.paths[hit],
+        path_lengths=np.zeros(count) if start is None else start.path_lengths[hit],
         origins=origins,
-        sources=_sources(rays, hit, origins),
+        previous_origins=_previous_origins(rays, hit, origins),
         directions=directions,
         t=rays.t[hit],
         hits=taken(rays.coordinates, hit),
@@ -270,7 +283,8 @@ def points_of(rays: Rays, materials: Integers, *, bent: bool) -> Points:
     )
 
 
-def _sources(rays: Rays, hit: Integers, origins: Floats) -> Floats:
-    if rays.departure is None:
+def _previous_origins(rays: Rays, hit: Integers, origins: Floats) -> Floats:
+    if rays.origin_surfaces is None:
         return origins
-    return rays.departure.came_from(hit, origins, rays.t[hit] * taken(rays.directions, hit))
+    ways = rays.t[hit] * taken(rays.directions, hit)
+    return rays.origin_surfaces.origins_before_hits(hit, origins, ways)

@@ -7,6 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
+from renderer.math import morton
 from renderer.math.arrays import Integers
 from schemas.tiles import Pass, Tile
 
@@ -110,9 +111,6 @@ def _side(pixels: int) -> int:
 @cache
 def _z_order(side: int) -> tuple[Integers, Integers]:
     """Columns and rows of a square in Morton's order, so that any stretch of it is compact."""
-    index = np.arange(side * side, dtype=np.int64)
-    column, row = np.zeros_like(index), np.zeros_like(index)
-    for bit in range(side.bit_length()):
-        column |= ((index >> (2 * bit)) & 1) << bit
-        row |= ((index >> (2 * bit + 1)) & 1) << bit
-    return column, row
+    rows, columns = np.indices((side, side), dtype=np.int64).reshape(2, -1)
+    order = np.argsort(morton.codes(columns, rows))
+    return columns[order], rows[order]

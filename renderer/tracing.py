@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from renderer.arguments import check_plan
-from renderer.integrator import chunks, shaded_points, workspace
+from renderer.integrator import intersect, shade
 from renderer.interaction import Points, Rays
 from renderer.math.arrays import Floats, Integers, vectors
 from renderer.math.numerics import finite
@@ -14,6 +14,7 @@ from renderer.plan.building import compile_visibility
 from renderer.plan.plan import RenderPlan
 from renderer.plan.stages import Lighting
 from renderer.tiling import BLOCK_RAYS
+from renderer.workspace import Workspace
 from schemas.quantities import FARTHEST, LONGEST, SHORTEST
 
 
@@ -122,9 +123,7 @@ def _trace_block(
     along = directions[:, block]
     _, exponents = np.frexp(np.abs(along).max(axis=0))
     rays = Rays(origins[:, block], np.ldexp(along, -exponents), block, np.zeros_like(block))
-    for stage in plan.meetings:
-        stage.run(rays)
-    points = shaded_points(plan, rays)
+    points = intersect(plan, rays, lights=False)
     found = block[points.rays]
     hits.t[found] = np.ldexp(points.t, -exponents[points.rays])
     hits.position[found] = points.positions.T
@@ -132,16 +131,24 @@ def _trace_block(
     hits.uv[found] = points.coordinates.T
     hits.shape[found] = points.shapes
     hits.primitive[found] = points.primitives
-    for chunk in chunks(plan, points):
-        for number, light in enumerate(lights):
-            _see(light, chunk, hits.visibility[:, number], block)
+    shares = hits.visibility.T
+    shade(plan, points, [_SeenShares(light, seen, block) for light, seen in zip(lights, shares, strict=True)])
 
 
-def _see(light: Lighting, points: Points, seen: Floats, block: Integers) -> None:
-    view = light.view(points, workspace())
-    if not view.count:
-        return
-    visible = view.above_horizon(view.of_points(points.normals))
-    if view.blocked is not None:
-        visible &= ~view.blocked
-    seen[block[points.rays[view.chosen]]] = visible.mean(axis=0)
+@dataclass(frozen=True, slots=True, eq=False)
+class _SeenShares:
+    """Stage: fills `seen` (N,) with the share of a light's points that is seen from the hits of rays."""
+
+    light: Lighting
+    seen: Floats
+    block: Integers
+
+    def run(self, points: Points, workspace: Workspace) -> int:
+        """Fill in the shares at some points; gives the number of shadow rays."""
+        view = self.light.view(points, workspace)
+        if view.count:
+            visible = view.above_horizon(view.of_points(points.normals))
+            if view.blocked is not None:
+                visible &= ~view.blocked
+            self.seen[self.block[points.rays[view.chosen]]] = visible.mean(axis=0)
+        return view.count * view.light_points.count

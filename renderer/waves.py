@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.departures import Departure
 from renderer.interaction import Points, Rays
 from renderer.math.arrays import Floats, Integers, Masks, lengths
 from renderer.math.streams import branch
+from renderer.self_intersection import OriginSurfaces
 
 KINDS = ("mirror", "reflection", "refraction")
 """Ways in which a path goes on; the place of each names its random numbers."""
@@ -79,34 +79,33 @@ def leaving(
     if not bright.size:
         return ()
     start = chosen[bright]
-    departure = Departure(
+    surfaces = OriginSurfaces(
         shapes=points.shapes[start],
         primitives=points.primitives[start],
         outside=outside[bright],
         sizes=points.sizes[start],
-        before=_before(points, start, outside[bright]),
+        previous_origins=_previous_origins(points, start, outside[bright]),
         paths=branch(points.paths[start], KINDS.index(kind)),
-        walked=points.walked[start] + points.t[start] * lengths(points.directions[:, start]),
+        path_lengths=points.path_lengths[start] + points.t[start] * lengths(points.directions[:, start]),
     )
     rays = Rays(
         origins=points.positions[:, start],
         directions=directions[:, bright],
         pixels=points.pixels[start],
         samples=points.samples[start],
-        departure=departure,
+        origin_surfaces=surfaces,
     )
     return (Wave(COUNTED_AS[kind], rays, weights[bright], wave.targets[points.rays[start]], wave.depth + 1),)
 
 
-def _before(points: Points, start: Integers, outside: Masks) -> Floats:
-    """Where rays came from that go on from points `start` (M,), (3, 1) or (3, M).
+def _previous_origins(points: Points, start: Integers, outside: Masks) -> Floats:
+    """Where the rays before those that leave points `start` (M,) came from, (3, 1) or (3, M).
 
     A ray that enters at an edge of glass may meet the face beside it at once. When it has passed both, it is
     on no side of either, and meets them no more.
     """
-    sources = points.sources if points.sources.shape[1] == 1 else points.sources[:, start]
-    if points.sources is points.origins:
-        return sources
-    nowhere = (sources != points.origins[:, start]).any(axis=0)
+    previous = points.previous_origins_at(start)
+    if points.previous_origins is points.origins:
+        return previous
     passing = outside == points.flipped[start]
-    return np.where(nowhere & passing, points.positions[:, start], sources)
+    return np.where(points.went_nowhere(start) & passing, points.positions[:, start], previous)

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from schemas.errors import SHOWN, SceneError
-from schemas.pointers import Parts, existing, pointer, read_pointer
+from schemas.pointers import Parts, existing, pointer, tokens
 from schemas.positions import Find, Place, line_and_column, locate
 from schemas.problems import Problem
 
@@ -69,7 +69,7 @@ def located(text: str | None, problems: Iterable[Problem]) -> list[Problem]:
     problems = list(problems)
     if text is None:
         return problems
-    locations = [read_pointer(problem.pointer) for problem in problems]
+    locations = [tokens(problem.pointer) for problem in problems]
     places = locate(text, locations)
     return [
         _placed(problem, text, _start(problem, places[parts]))

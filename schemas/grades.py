@@ -9,8 +9,6 @@ from pydantic import ConfigDict, Field
 from schemas.comparisons import ComparisonCause, ComparisonRegion
 from schemas.jobs import Message
 
-GRADE = "penumbra/grade/v1"
-
 Status = Literal["passed", "partial", "failed", "error", "not_gradable", "skipped"]
 GradeVerdict = Literal["match", "noisy_match", "mismatch", "not_comparable"]
 

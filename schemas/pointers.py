@@ -16,16 +16,21 @@ def pointer(parts: Iterable[str | int]) -> str:
     >>> pointer(["materials", "a/b", "color", 0])
     '/materials/a~1b/color/0'
     """
-    return "".join("/" + str(part).replace("~", "~0").replace("/", "~1") for part in parts)
+    return "".join("/" + escaped(str(part)) for part in parts)
 
 
-def read_pointer(text: str) -> tuple[str, ...]:
-    """Read a pointer; indices stay text.
+def escaped(name: str) -> str:
+    """Write a name as one token of a pointer."""
+    return name.replace("~", "~0").replace("/", "~1")
 
-    >>> read_pointer("/materials/a~1b/color/0")
+
+def tokens(pointer: str) -> tuple[str, ...]:
+    """Read the names and numbers in a pointer.
+
+    >>> tokens("/materials/a~1b/color/0")
     ('materials', 'a/b', 'color', '0')
     """
-    return tuple(part.replace("~1", "/").replace("~0", "~") for part in text.split("/")[1:])
+    return tuple(part.replace("~1", "/").replace("~0", "~") for part in pointer.split("/")[1:])
 
 
 def existing(document: object, parts: Iterable[str | int]) -> Parts:

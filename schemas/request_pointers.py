@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel
 
-from schemas.pointers import Parts, pointer, read_pointer
+from schemas.pointers import Parts, pointer, tokens
 
 Answer = TypeVar("Answer", bound=BaseModel)
 
@@ -66,7 +66,7 @@ def _field(name: str, value: Any, change: Callable[[str], str | None]) -> Any:
 
 def _in_request(place: str, request: BaseModel) -> str | None:
     """Give the pointer of a place of the scene; None where nothing there is written."""
-    parts = read_pointer(place)
+    parts = tokens(place)
     if parts[:1] == ("sampling",) and _QUALITY.intersection(parts[1:2]):
         replaced = ("quality", *parts[1:])
         if _written(request, replaced)[:2] == replaced[:2]:

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from accuracy.comparison.quantiles import shared_out, student_limit
 from renderer.math.arrays import Floats, Masks
+from renderer.math.intervals import student
 
 SIDE = 8
 """Pixels along a block: enough for a mean of 64, small enough to lie on one surface."""
@@ -94,10 +94,19 @@ def bias(difference: Floats, allowed: Floats) -> Bias:
     return Bias(_over(excess, error * limit(pixels)).max(axis=2))
 
 
+def shared_out(probability: float, tests: int) -> float:
+    """The level of each of so many independent tests, for one false alarm with `probability` (Sidak 1967).
+
+    >>> round(shared_out(0.05, 1), 9), round(shared_out(0.05, 10), 6)
+    (0.05, 0.005116)
+    """
+    return -math.expm1(math.log1p(-probability) / tests)
+
+
 def limit(pixels: int) -> float:
     """The |t| of one channel that noise exceeds in one of three with probability `LEVEL`."""
     freedom = pixels - 2 * int(TRIMMED * pixels) - 1
-    return student_limit(shared_out(LEVEL, 3), freedom) if freedom > 0 else math.inf
+    return student(freedom, shared_out(LEVEL, 3)) if freedom > 0 else math.inf
 
 
 def _over(excess: Floats, bounds: Floats) -> Floats:

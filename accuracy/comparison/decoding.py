@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from accuracy.comparison.errors import NotComparableError
 from renderer.errors import ImageFileError, MissingExtraError
 from renderer.images.exr import decode_exr
 from renderer.math.arrays import Floats
@@ -155,3 +154,7 @@ def _bounded(shape: tuple[int, ...], name: str) -> None:
         raise NotComparableError(f"{name} has more than {most} pixels. {cure}")
     if 0 in shape:
         raise NotComparableError(f"{name} has no pixels.")
+
+
+class NotComparableError(ImageFileError):
+    """Nothing can be said about these pictures; the message says why and what to do."""

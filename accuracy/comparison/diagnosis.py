@@ -1,14 +1,13 @@
-"""Why two pictures differ: each mistake is undone alone, and what becomes of the difference is looked at."""
+"""Why two pictures differ: likely mistakes, each undone alone to see what that leaves of the difference."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from accuracy.comparison import hard_edges
 from accuracy.comparison.blocks import bias, gathered
 from accuracy.comparison.mistakes import Mistake, candidates
-from renderer.math.arrays import Floats
+from renderer.math.arrays import Floats, Masks
 
 HALF = 0.5
 """A mistake is named where undoing it leaves less than this share of the RMSE."""
@@ -30,6 +29,28 @@ MOST = 3
 
 ALIKE = 1.25
 """Other causes are told only if they leave no more than so many times the RMSE of the first."""
+
+JAGGED = "antialiasing_missing"
+
+JAGGED_HINT = (
+    "Edges are jagged: each pixel shows one side of an edge, where the reference shows how much of each it "
+    "covers. Take the mean of several camera samples over the pixel's square."
+)
+
+EDGE = 0.2
+"""Least step of brightness as seen, 0..1, that is taken for an edge."""
+
+BETWEEN = 0.2
+"""A pixel shows both sides if it is farther than this share of the step from either."""
+
+FEW = 0.6
+"""Anti-aliasing is missing where fewer than this share of the reference's pixels that show both sides do.
+
+Without it textures and penumbrae still give some of them; with 4 samples a pixel most are there.
+"""
+
+LEAST = 16
+"""Pixels of the reference that show both sides, below which nothing is said."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,10 +128,10 @@ class _Trial:
 
     def edges(self, seen: Floats, wanted: Floats) -> list[Cause]:
         """Missing anti-aliasing, which no change of the picture undoes."""
-        left = hard_edges.left_over(self._image, self._reference, seen, wanted)
+        left = jagged_left_over(self._image, self._reference, seen, wanted)
         if left is None or left > HALF**2 * self._before:
             return []
-        return [Cause(hard_edges.CAUSE, hard_edges.HINT, math.sqrt(self._before), math.sqrt(left))]
+        return [Cause(JAGGED, JAGGED_HINT, math.sqrt(self._before), math.sqrt(left))]
 
     def _square(self, picture: Floats, step: int = 1) -> float:
         """Mean squared difference from the reference, of every so many rows."""
@@ -130,3 +151,45 @@ class _Trial:
         if mean < least:
             return False
         return bias(undone - self._reference, self._allowed).share <= self._most_bias
+
+
+def jagged_left_over(image: Floats, reference: Floats, seen: Floats, wanted: Floats) -> float | None:
+    """Mean square that remains if pixels may show what any neighbour of theirs shows; None for soft edges.
+
+    A picture without anti-aliasing is then right everywhere.
+
+    Parameters
+    ----------
+    image, reference : (H, W, 3)
+        Linear.
+    seen, wanted : (H, W)
+        Brightness of both as seen, 0 to 1.
+    """
+    low, high = neighbourhood(wanted)
+    edges = high - low > EDGE
+    soft = np.count_nonzero(edges & _between(wanted, low, high))
+    if soft < LEAST or np.count_nonzero(edges & _between(seen, *neighbourhood(seen))) >= FEW * soft:
+        return None
+    least, most = neighbourhood(reference)
+    beyond = image - np.clip(image, least, most)
+    return float(np.mean(beyond * beyond))
+
+
+def neighbourhood(values: Floats) -> tuple[Floats, Floats]:
+    """Least and largest of each pixel and its eight neighbours, (H, W, ...) -> two of the same shape."""
+    return _extreme(values, np.minimum), _extreme(values, np.maximum)
+
+
+def _extreme(values: Floats, chosen: np.ufunc) -> Floats:
+    tall = values.copy()
+    chosen(tall[1:], values[:-1], out=tall[1:])
+    chosen(tall[:-1], values[1:], out=tall[:-1])
+    wide = tall.copy()
+    chosen(wide[:, 1:], tall[:, :-1], out=wide[:, 1:])
+    chosen(wide[:, :-1], tall[:, 1:], out=wide[:, :-1])
+    return wide
+
+
+def _between(values: Floats, low: Floats, high: Floats) -> Masks:
+    margin = BETWEEN * (high - low)
+    return (values > low + margin) & (values < high - margin)

@@ -1,4 +1,4 @@
-"""Pictures of a difference: where it is, and both pictures beside it."""
+"""Heat maps of a difference, and both pictures beside them."""
 
 import io
 

@@ -10,8 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from accuracy.comparison.decoding import Raw, decode
-from accuracy.comparison.errors import NotComparableError
+from accuracy.comparison.decoding import NotComparableError, Raw, decode
 from renderer.images.colors import linear_from_srgb
 from renderer.math.arrays import Floats
 

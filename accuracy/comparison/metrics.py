@@ -1,4 +1,4 @@
-"""How far two pictures are apart, in one number each.
+"""How far two pictures are apart, in one number each: RMSE, PSNR and the like, SSIM, FLIP.
 
 All are of linear values clipped to 0..1, as the error of target quality is, and in float64.
 """
@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from renderer.errors import MissingExtraError
+from renderer.images.colors import srgb_from_linear
 from renderer.math.arrays import Floats
 from renderer.math.numerics import EPS
 
@@ -16,6 +18,18 @@ RELATIVE_FLOOR = 0.01
 
 GUARD = 4 * EPS
 """Values up to 1 that should be equal differ by no more after a subtraction and a division."""
+
+SIDE, SIGMA = 11, 1.5
+"""The window of the paper: a Gaussian of 11 x 11 pixels with standard deviation 1.5, which adds up to 1."""
+
+STABILITY = (0.01**2, 0.03**2)
+"""C1 and C2 of the paper for values 0..1."""
+
+LUMA = (0.2126, 0.7152, 0.0722)
+"""Weights of red, green and blue (ITU-R BT.709), applied to sRGB codes."""
+
+DEGREE = 67.0
+"""Pixels in a degree of the field of view: a screen 0.7 m wide with 3840 pixels at 0.7 m, as in the paper."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,3 +83,73 @@ def metrics(image: Floats, reference: Floats, limit: float) -> Metrics:
         max_abs=float(apart.max()),
         frac_over=float(np.count_nonzero(over)) / over.size,
     )
+
+
+def luma(linear: Floats) -> Floats:
+    """Brightness as seen of a linear picture (H, W, 3) with values 0..1: (H, W), 0 to 1."""
+    seen = srgb_from_linear(linear)
+    return seen[:, :, 0] * LUMA[0] + seen[:, :, 1] * LUMA[1] + seen[:, :, 2] * LUMA[2]
+
+
+def ssim(image: Floats, reference: Floats) -> float | None:
+    """Mean structural similarity of two pictures (H, W), values 0..1; at most 1, which means equal.
+
+    Variances are those of the window's population. Only windows that lie whole in the picture count: their
+    centres keep 5 pixels from each border. None for pictures with fewer than 11 pixels along a side.
+    """
+    if min(image.shape) < SIDE:
+        return None
+    mean_a, mean_b = _windowed(image), _windowed(reference)
+    squares, product = mean_a * mean_a + mean_b * mean_b, mean_a * mean_b
+    # The formula has the variances in their sum alone.
+    variances = _windowed(image * image + reference * reference) - squares
+    covariance = _windowed(image * reference) - product
+    c1, c2 = STABILITY
+    above = (2 * product + c1) * (2 * covariance + c2)
+    below = (squares + c1) * (variances + c2)
+    return float((above / below).mean())
+
+
+def window() -> Floats:
+    """One side of the window, (11,); the window is its outer product with itself."""
+    away = np.arange(SIDE) - SIDE // 2
+    weights = np.exp(-(away * away) / (2 * SIGMA * SIGMA))
+    return weights / weights.sum()
+
+
+def _windowed(values: Floats) -> Floats:
+    """Weighted means over all whole windows, (H, W) -> (H - 10, W - 10)."""
+    return _along(_along(values, window()).T, window()).T
+
+
+def _along(values: Floats, weights: Floats) -> Floats:
+    rows = values.shape[0] - SIDE + 1
+    half = SIDE // 2
+    total = values[half : half + rows] * weights[half]
+    # The window is symmetric: rows at the same distance share a weight.
+    for step in range(half):
+        mirrored = SIDE - 1 - step
+        total += (values[step : step + rows] + values[mirrored : mirrored + rows]) * weights[step]
+    return total
+
+
+def flip(image: Floats, reference: Floats) -> float:
+    """Mean LDR-FLIP of two linear pictures (H, W, 3) with values 0..1; 0 for equal ones, at most 1.
+
+    In single precision, by the authors' own library.
+
+    Raises
+    ------
+    MissingExtraError
+        If that is not installed.
+    """
+    try:
+        from flip_evaluator import evaluate  # noqa: PLC0415  an extra that most installations do without
+    except ImportError as error:
+        raise MissingExtraError(
+            "FLIP needs the package flip-evaluator. Install it with: pip install 'penumbra-render[flip]'"
+        ) from error
+
+    seen = [srgb_from_linear(picture).astype(np.float32) for picture in (reference, image)]
+    _, mean, _ = evaluate(*seen, "LDR", applyMagma=False, parameters={"ppd": DEGREE})
+    return float(mean)

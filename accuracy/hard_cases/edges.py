@@ -3,12 +3,12 @@
 import numpy as np
 
 import renderer
-from renderer.integrator import shaded_points, workspace
+from renderer.integrator import intersect, workspace
 from renderer.interaction import Points, Rays
 from renderer.math.arrays import Floats, Masks
 from renderer.plan.building import compile_visibility
 from renderer.plan.stages import Lighting
-from renderer.waves import Wave, camera_wave
+from renderer.waves import camera_wave
 
 NOTHING = -2.0
 """Stands for what a ray would meet that was not sent."""
@@ -32,7 +32,7 @@ def on_edges(plan: renderer.RenderPlan) -> Masks:
     waiting = [camera_wave(Rays(origins, directions, pixels, samples))]
     while waiting:
         wave = waiting.pop()
-        points = _points(plan, wave)
+        points = intersect(plan, wave.rays)
         seen = [wave.rays.shapes, wave.rays.primitives]
         for light in lights:
             shares = np.full(wave.rays.t.size, NOTHING)
@@ -46,12 +46,6 @@ def on_edges(plan: renderer.RenderPlan) -> Masks:
         for spawner in plan.spawners:
             waiting.extend(spawner.run(points, wave))
     return differ.reshape(plan.height, plan.width)
-
-
-def _points(plan: renderer.RenderPlan, wave: Wave) -> Points:
-    for stage in (*plan.meetings, *plan.visible_lights):
-        stage.run(wave.rays)
-    return shaded_points(plan, wave.rays)
 
 
 def _shares(light: Lighting, points: Points) -> Floats:

@@ -8,7 +8,7 @@ from PIL import Image
 
 import renderer
 from accuracy.hard_cases.documents import Json
-from renderer.integrator import local_radiance, shaded_points
+from renderer.integrator import intersect, local_radiance
 from renderer.interaction import Points, Rays
 from renderer.math.arrays import Floats
 from schemas.quality import FixedQuality
@@ -46,10 +46,7 @@ def radiance(plan: renderer.RenderPlan, origins: Floats, directions: Floats) -> 
 
 def points(plan: renderer.RenderPlan, origins: Floats, directions: Floats) -> Points:
     """The points that rays (3, N) meet, ready for light."""
-    rays = _rays(origins, directions)
-    for stage in plan.meetings:
-        stage.run(rays)
-    return shaded_points(plan, rays)
+    return intersect(plan, _rays(origins, directions), lights=False)
 
 
 def _rays(origins: Floats, directions: Floats) -> Rays:

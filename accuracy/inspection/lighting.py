@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.departures import Departure
-from renderer.integrator import workspace
+from renderer.integrator import find_hits, workspace
 from renderer.interaction import Points, Rays
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
@@ -14,6 +13,7 @@ from renderer.materials.phong import Diffuse, Highlight
 from renderer.math.arrays import Floats, Integers, Masks, dot, unit
 from renderer.plan.plan import RenderPlan
 from renderer.plan.stages import Illumination, Lighting
+from renderer.self_intersection import OriginSurfaces
 
 TERMS: dict[type, str] = {Diffuse: "diffuse", Highlight: "specular"}
 """Stages of a light that add to radiance, by the name of what they add."""
@@ -98,25 +98,24 @@ def _first_met(plan: RenderPlan, emitter: Emitter, point: Points, directions: Fl
         directions=directions,
         pixels=np.repeat(point.pixels, directions.shape[1]),
         samples=np.repeat(point.samples, directions.shape[1]),
-        departure=_departure(point, directions.shape[1]),
+        origin_surfaces=_origin_surfaces(point, directions.shape[1]),
     )
-    for stage in plan.meetings:
-        stage.run(rays)
+    find_hits(plan, rays, lights=False)
     between = rays.t <= 1.0 if emitter.weight else np.isfinite(rays.t)
     shapes: list[int] = rays.shapes[between].tolist()
     return shapes
 
 
-def _departure(point: Points, count: int) -> Departure:
+def _origin_surfaces(point: Points, count: int) -> OriginSurfaces:
     """Rays that leave a point to the side it is seen from."""
-    return Departure(
+    return OriginSurfaces(
         shapes=np.repeat(point.shapes, count),
         primitives=np.repeat(point.primitives, count),
         outside=np.repeat(~point.flipped, count),
         sizes=np.repeat(point.sizes, count),
-        before=point.sources,
+        previous_origins=point.previous_origins,
         paths=np.repeat(point.paths, count),
-        walked=np.repeat(point.walked, count),
+        path_lengths=np.repeat(point.path_lengths, count),
     )
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from accuracy.inspection.lighting import SeenLight, lights_at
-from renderer.integrator import camera_rays, shaded_points
+from renderer.integrator import camera_rays, intersect
 from renderer.interaction import Points, Rays
 from renderer.math.arrays import Floats
 from renderer.math.streams import branch
@@ -80,15 +80,13 @@ def _going_on(plan: RenderPlan, leg: Leg) -> list[tuple[str, Wave]]:
 
 def _kind(points: Points, wave: Wave) -> str:
     """The kind of bounce that gave a wave's path its name."""
-    departure = wave.rays.departure
-    assert departure is not None
-    return next(kind for i, kind in enumerate(KINDS) if (branch(points.paths, i) == departure.paths).all())
+    start = wave.rays.origin_surfaces
+    assert start is not None
+    return next(kind for i, kind in enumerate(KINDS) if (branch(points.paths, i) == start.paths).all())
 
 
 def _followed(plan: RenderPlan, lights: tuple[Lighting, ...], kind: str, wave: Wave) -> Leg:
-    for stage in (*plan.meetings, *plan.visible_lights):
-        stage.run(wave.rays)
-    points = shaded_points(plan, wave.rays)
+    points = intersect(plan, wave.rays)
     if not points.count:
         seen = plan.unshaded.radiance(wave.rays.shapes)[:, 0]
         return Leg(kind, wave, points, seen, np.zeros(3), [])

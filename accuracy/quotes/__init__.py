@@ -1,13 +1,13 @@
-"""What a picture would cost, and how far off it would be: told by a pilot of a second or so."""
+"""Quotes: what a picture would cost and how large its error would be, predicted by a pilot of a second."""
 
 from time import monotonic
 
 from accuracy.quotes.choices import Adaptive, Fixed, Priced, closest, soonest
 from accuracy.quotes.pilots import Pilot
 from accuracy.quotes.prices import price
-from accuracy.quotes.ranges import Range
 from accuracy.quotes.settings import ERRORS
 from renderer.compiling import compile_scene
+from renderer.math.intervals import Interval
 from renderer.scenes import LoadedScene
 from schemas.quality import Quality
 from schemas.quotes import EffectShare, Offer, Predicted, Quote
@@ -136,5 +136,5 @@ def _offer(offer: Priced) -> Offer:
     )
 
 
-def _predicted(known: Range) -> Predicted:
+def _predicted(known: Interval) -> Predicted:
     return Predicted(estimate=known.estimate, low=known.low, high=known.high)

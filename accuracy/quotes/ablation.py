@@ -5,19 +5,26 @@ turns, so that a slow moment of the machine falls on all alike.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from accuracy.quotes import places
+from accuracy.quotes.deadlines import Deadline, within
+from accuracy.quotes.settings import compiled
+from accuracy.quotes.timings import FIRST
 from renderer.compiling import compile_scene
+from renderer.integrator import render_tile
 from renderer.plan.plan import RenderPlan
-from renderer.plan.pointers import escaped
 from renderer.rendering import render
 from renderer.scenes import LoadedScene
+from schemas.pointers import escaped
 from schemas.quality import FixedQuality
 from schemas.sampling import Antialiasing, LightSampling
 from schemas.scene import Scene
+from schemas.tiles import Tile
 
 PIXELS = 128
 """Longer side of the pilot picture."""
@@ -40,6 +47,16 @@ STRENGTHS = {
 
 PLAIN = (0.5, 0.5, 0.5)
 """The colour that takes the place of a texture."""
+
+BLOCKS = 4
+"""Blocks in which an effect is left out, spread over the picture."""
+
+SIDE = 32
+"""Their side, pixels: a thousand rays cost much more than the calls that they take."""
+
+TURNS = 2
+"""How often each block is rendered, with and without; the faster one counts, as nothing can make a block
+faster than it is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,11 +106,11 @@ def variants(document: Scene) -> Iterator[Variant]:
         yield Variant(
             f"light {number}", (f"/lights/{number}",), document.model_copy(update={"lights": others})
         )
-    for field, effect in STRENGTHS.items():
-        asking = [name for name, material in document.materials.items() if getattr(material, field)]
+    for part, effect in STRENGTHS.items():
+        asking = [name for name, material in document.materials.items() if getattr(material, part)]
         if asking:
-            pointers = tuple(f"/materials/{escaped(name)}/{field}" for name in asking)
-            yield Variant(effect, pointers, _without_field(document, asking, field))
+            pointers = tuple(f"/materials/{escaped(name)}/{part}" for name in asking)
+            yield Variant(effect, pointers, _without_part(document, asking, part))
     textured = [name for name, material in document.materials.items() if material.color_texture]
     if textured:
         pointers = tuple(f"/materials/{escaped(name)}/color_texture" for name in textured)
@@ -110,8 +127,8 @@ def variants(document: Scene) -> Iterator[Variant]:
         yield Variant("antialiasing", ("/sampling/antialiasing",), document.model_copy(update=update))
 
 
-def _without_field(document: Scene, names: list[str], field: str) -> Scene:
-    return _changed(document, names, {field: None if field.endswith("_map") else 0.0})
+def _without_part(document: Scene, names: list[str], part: str) -> Scene:
+    return _changed(document, names, {part: None if part.endswith("_map") else 0.0})
 
 
 def _changed(document: Scene, names: list[str], update: dict[str, Any]) -> Scene:
@@ -170,3 +187,52 @@ def pilot(scene: LoadedScene, document: Scene) -> RenderPlan:
         ),
     )
     return compile_scene(LoadedScene(small, scene.assets), quality)
+
+
+@dataclass(frozen=True, slots=True)
+class Without:
+    """An effect, and the share of the CPU seconds that goes when it goes."""
+
+    variant: Variant
+    share: float
+
+
+@dataclass(slots=True)
+class Ablation:
+    """Leaves out one effect after another.
+
+    Attributes
+    ----------
+    scene : LoadedScene
+    quality : FixedQuality
+    plan : RenderPlan
+        That of the quality with all effects.
+    found : list of Without
+    """
+
+    scene: LoadedScene
+    quality: FixedQuality
+    plan: RenderPlan
+    found: list[Without] = field(default_factory=list)
+
+    def run(self, deadline: Deadline, first: float) -> None:
+        """Measure effects until the deadline; the first is taken to last at least `first` seconds."""
+        for effect in within(deadline, self._units(), first):
+            self.found.append(effect)
+
+    def _units(self) -> Iterator[partial[Without]]:
+        for variant in variants(self.scene.document):
+            # The price of more samples is known from the ladder.
+            if variant.effect != "antialiasing":
+                yield partial(self._measure, variant)
+
+    def _measure(self, variant: Variant) -> Without:
+        plan = compiled(LoadedScene(variant.document, self.scene.assets), self.quality)
+        size = self.plan.width, self.plan.height
+        tiles = places.cells(*size, SIDE, self.plan.seed)[:BLOCKS]
+        with_it, without = (sum(_fastest(each, tile) for tile in tiles) for each in (self.plan, plan))
+        return Without(variant, 1 - without / with_it if with_it else 0.0)
+
+
+def _fastest(plan: RenderPlan, tile: Tile) -> float:
+    return min(render_tile(plan, tile, FIRST).cpu_seconds for _ in range(TURNS))

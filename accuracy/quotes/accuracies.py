@@ -12,12 +12,13 @@ from math import exp, hypot, inf, log
 
 import numpy as np
 
+from accuracy.estimates import factor, line, mean
 from accuracy.quotes import places
 from accuracy.quotes.deadlines import Deadline, within
-from accuracy.quotes.ranges import Range, factor, line, mean
 from accuracy.quotes.settings import MEASURED
 from renderer.integrator import camera_rays, radiance
 from renderer.math.arrays import Floats
+from renderer.math.intervals import Interval
 from renderer.plan.plan import RenderPlan
 from renderer.tiling import Block
 from schemas.tiles import Pass, Tile
@@ -46,7 +47,7 @@ class Accuracy:
 
     Attributes
     ----------
-    known : dict of int to Range
+    known : dict of int to Interval
         Root mean square errors at the counts where they were measured, in rising order.
     power : float
         By which the error falls with the count beyond these.
@@ -54,11 +55,11 @@ class Accuracy:
         Standard deviation of the power.
     """
 
-    known: dict[int, Range]
+    known: dict[int, Interval]
     power: float
     unsure: float
 
-    def error(self, count: float) -> Range:
+    def error(self, count: float) -> Interval:
         """The error at any count: that of the nearest measured one, moved along the law."""
         nearest = min(self.known, key=lambda known: abs(log(known / count)))
         apart = log(count / nearest)
@@ -140,7 +141,7 @@ class Sampled:
         power, unsure = _law({count: found.estimate for count, found in known.items()})
         return Accuracy({count: found.root() for count, found in known.items()}, power / 2, unsure / 2)
 
-    def _mean(self, squares: list[float]) -> Range:
+    def _mean(self, squares: list[float]) -> Interval:
         total = self.halves[0].width * self.halves[0].height
         weights = np.array(self.weights) / np.mean(self.weights)
         return mean(weights * squares, BLOCKS_DIFFER, sum(self.weights) / total / places.APART**2)

@@ -4,10 +4,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from math import ceil, floor, log, log10
 
+from accuracy.estimates import factor
 from accuracy.quotes.accuracies import Accuracy
-from accuracy.quotes.ranges import Range, factor
 from accuracy.quotes.settings import Ladder, target
 from accuracy.quotes.timings import Timing
+from renderer.math.intervals import Interval
 from schemas.quality import CONFIDENCE, Quality
 
 KEPT, LEAST = 0.7, 0.3
@@ -35,14 +36,14 @@ class Priced:
     Attributes
     ----------
     quality : Quality
-    cpu_seconds, seconds : Range
-    error : Range or None
+    cpu_seconds, seconds : Interval
+    error : Interval or None
     """
 
     quality: Quality
-    cpu_seconds: Range
-    seconds: Range
-    error: Range | None
+    cpu_seconds: Interval
+    seconds: Interval
+    error: Interval | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,14 +90,14 @@ class Adaptive:
 
     Attributes
     ----------
-    points : dict of float to (Range, Range)
+    points : dict of float to (Interval, Interval)
         By error, CPU seconds and seconds.
     precision : str
     confidence : float
         Share of pictures that are to keep their target.
     """
 
-    points: dict[float, tuple[Range, Range]]
+    points: dict[float, tuple[Interval, Interval]]
     precision: str
     confidence: float = CONFIDENCE
 
@@ -111,7 +112,7 @@ class Adaptive:
         apart = log(nearest / error)
         moved = factor(BETWEEN * abs(apart)).scaled((nearest / error) ** self._power(error))
         cpu, seconds = (known.times(moved) for known in self.points[nearest])
-        reached = Range(error * KEPT, error * LEAST, error)
+        reached = Interval(error * KEPT, error * LEAST, error)
         offer = Priced(target(error, self.precision, limit, self.confidence), cpu, seconds, reached)
         return offer if limit is None else _limited(offer, limit)
 
@@ -148,8 +149,8 @@ def _limited(offer: Priced, limit: float) -> Priced:
     cpu = offer.cpu_seconds
     return Priced(
         quality=offer.quality,
-        cpu_seconds=Range(cpu.estimate * shares[0], cpu.low * shares[1], cpu.high * shares[2]),
-        seconds=Range(*(end * share for end, share in zip(ends, shares, strict=True))),
+        cpu_seconds=Interval(cpu.estimate * shares[0], cpu.low * shares[1], cpu.high * shares[2]),
+        seconds=Interval(*(end * share for end, share in zip(ends, shares, strict=True))),
         error=offer.error if shares[0] == 1.0 else None,
     )
 

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import partial
 
+from accuracy.quotes.ablation import Ablation
 from accuracy.quotes.accuracies import SAMPLES, Sampled
 from accuracy.quotes.choices import Adaptive, Fixed
 from accuracy.quotes.deadlines import Deadline, within
-from accuracy.quotes.effects import Ablation
 from accuracy.quotes.rehearsals import Rehearsal
 from accuracy.quotes.settings import ERRORS, Ladder, compiled, own_ladder, sobol_ladder
 from accuracy.quotes.timings import Stopwatch

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from renderer.math import morton
+from renderer.math.arrays import Integers
 from renderer.tiling import Block
 from schemas.tiles import Tile
 
@@ -19,20 +21,26 @@ blocks of many pixels cost less for each."""
 def spread(columns: int, rows: int, seed: int) -> list[tuple[int, int]]:
     """The cells of a grid, (column, row), each once, in an order whose every beginning is spread evenly.
 
-    It is the order of a square twice as fine each time, begun anywhere: Morton's numbers with their bits
-    reversed.
+    It is the order of a square twice as fine each time, begun anywhere: Morton's order of the places with
+    their bits reversed.
     """
     bits = (max(columns, rows) - 1).bit_length()
     first = np.random.default_rng(seed).integers(0, 1 << bits, 2)
-    number = np.arange(1 << (2 * bits), dtype=np.int64)
-    column, row = np.zeros_like(number), np.zeros_like(number)
+    row, column = np.indices((rows, columns)).reshape(2, -1)
+    across, down = (
+        _reversed_bits((at - by) % (1 << bits), bits) for at, by in zip((column, row), first, strict=True)
+    )
+    # The second coarsest cell is the one across, so that two cells tell of both halves either way.
+    order = np.argsort(morton.codes(across, across ^ down))
+    return list(zip(column[order].tolist(), row[order].tolist(), strict=True))
+
+
+def _reversed_bits(numbers: Integers, bits: int) -> Integers:
+    """Numbers below 2^bits with their lowest bit first."""
+    reverse = np.zeros_like(numbers)
     for bit in range(bits):
-        column |= (number >> (2 * bit) & 1) << (bits - 1 - bit)
-        # The second coarsest cell is the one across, so that two cells tell of both halves either way.
-        row |= ((number >> (2 * bit) ^ number >> (2 * bit + 1)) & 1) << (bits - 1 - bit)
-    column, row = (column + first[0]) % (1 << bits), (row + first[1]) % (1 << bits)
-    inside = (column < columns) & (row < rows)
-    return list(zip(column[inside].tolist(), row[inside].tolist(), strict=True))
+        reverse |= (numbers >> bit & 1) << (bits - 1 - bit)
+    return reverse
 
 
 def cells(width: int, height: int, side: int, seed: int) -> list[Tile]:

@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from accuracy.estimates import factor
 from accuracy.quotes.deadlines import Deadline
 from accuracy.quotes.parts import Squares, part, squares
-from accuracy.quotes.ranges import Range, factor
 from accuracy.quotes.settings import compiled, target
 from accuracy.quotes.timings import UNSTEADY
 from renderer.adaptive.adaptive_render import AdaptiveRender, attempt
@@ -24,6 +24,7 @@ from renderer.adaptive.levels import SAMPLED
 from renderer.adaptive.requests import TileRequest
 from renderer.adaptive.samples import Samples
 from renderer.adaptive.states import State
+from renderer.math.intervals import Interval
 from renderer.plan.plan import RenderPlan
 from renderer.scenes import LoadedScene
 from schemas.quality import CONFIDENCE
@@ -66,10 +67,6 @@ FORETOLD, OF_A_PART = 0.15, 0.3
 and by a part of it. See `python -m benchmarks quotes`."""
 
 
-class _TooLate(BaseException):
-    """The deadline came in the middle of a pass. No error, so nothing on its way takes it for one."""
-
-
 @dataclass(slots=True)
 class Rehearsal:
     """A picture of target quality, as far as there was time for it.
@@ -104,23 +101,20 @@ class Rehearsal:
         """Render until the deadline."""
         plan = compiled(self.scene, target(self.error, self.precision, confidence=self.confidence))
         trial = Trial(plan, None, deadline, self.ray_seconds)
-        try:
-            if trial.lasts() * SPARE <= deadline.left:
-                trial.step()
-            if trial.looks() <= WHOLE * deadline.left:
-                self._finish(trial)
-            elif deadline.left > 0:
-                self._foretell(plan, trial)
-        except _TooLate:
-            pass
+        if trial.lasts() * SPARE <= deadline.left:
+            trial.step()
+        if trial.looks() <= WHOLE * deadline.left:
+            self._finish(trial)
+        elif deadline.left > 0:
+            self._foretell(plan, trial)
 
     def _finish(self, trial: "Trial") -> None:
         """Render the whole picture, as far as that goes."""
         while trial.more and (not trial.probed or trial.lasts() * SPARE <= trial.deadline.left):
             trial.step()
-            if trial.probed:
+            if trial.probed and not trial.late:
                 self._tell(trial.cpu_seconds + trial.prices[SAMPLES] * ROUNDS * trial.outlook(), FORETOLD)
-        if not trial.more:
+        if not trial.more and not trial.late:
             self.whole = True
             self._tell(trial.cpu_seconds, 0.0)
 
@@ -132,6 +126,8 @@ class Rehearsal:
         trial = Trial(plan if seen is None else part(plan, seen), seen, whole.deadline, self.ray_seconds)
         while trial.more and not trial.probed:
             trial.step()
+        if trial.late:
+            return
         rays = trial.rays + Counter({SAMPLES: round(OF_MORE * trial.outlook())})
         seconds = sum(count * prices[kind] for kind, count in rays.items())
         self._tell(PASSES + seconds * plan.width * plan.height / trial.pixels, OF_A_PART)
@@ -139,7 +135,7 @@ class Rehearsal:
     def _tell(self, found: float, unsure: float) -> None:
         self.found, self.unsure = found, float(np.hypot(unsure, UNSTEADY))
 
-    def cpu_seconds(self) -> Range | None:
+    def cpu_seconds(self) -> Interval | None:
         """CPU seconds of the whole picture, None if nothing is known of them."""
         return None if self.found is None else factor(self.unsure).scaled(self.found)
 
@@ -154,6 +150,8 @@ class Trial:
         CPU seconds of a camera ray with few light points, about.
     more : bool
         Whether passes are to come.
+    late : bool
+        Whether the deadline came in the middle of a pass: it is over, and none is to come.
     prices : dict
         CPU seconds of a ray by kind of pass, as the last one of its kind has shown.
     rays : Counter
@@ -163,7 +161,7 @@ class Trial:
     def __init__(
         self, plan: RenderPlan, seen: Squares | None, deadline: Deadline, ray_seconds: float
     ) -> None:
-        self.deadline, self.more = deadline, True
+        self.deadline, self.more, self.late = deadline, True, False
         self.prices = {kind: times * ray_seconds for kind, times in USUAL.items()}
         self.rays: Counter[str] = Counter()
         self._seen = seen
@@ -207,9 +205,11 @@ class Trial:
         return self._render.cpu_seconds
 
     def step(self) -> None:
-        """Render a pass."""
+        """Render a pass; the first one to its end, others as far as there is time."""
         kind, wanted, before = self.kind, self.wanted, self.cpu_seconds
         self.more = self._render.step(self._each)
+        if self.late:
+            return
         self.rays[kind] += wanted
         self.prices[kind] = (self.cpu_seconds - before) / max(wanted, 1)
         if self._seen is not None:
@@ -217,9 +217,9 @@ class Trial:
 
     def _each(self, requests: list[TileRequest]) -> Iterator[tuple[TileRequest, Samples | None]]:
         for request in requests:
-            if self.deadline.left < 0:
-                raise _TooLate
-            yield request, attempt(self._render.plan, request)
+            # Before the first pass there is nothing that a picture could be interpolated from.
+            self.late = self.late or bool(self.rays and self.deadline.left < 0)
+            yield request, None if self.late else attempt(self._render.plan, request)
 
     def _forget_borders(self, seen: Squares) -> None:
         """Expect nothing of borders between squares: there are none in the picture."""

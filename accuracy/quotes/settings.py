@@ -49,11 +49,6 @@ class Ladder:
         """Counts whose errors are measured."""
         return tuple(count for count in MEASURED if count in self.counts)
 
-    @property
-    def nested(self) -> bool:
-        """Whether few samples are the first of many."""
-        return self.pattern in {"random", "sobol"}
-
     def quality(self, count: int) -> FixedQuality:
         """A rung, as a job request has it."""
         antialiasing = Antialiasing.model_validate({"pattern": self.pattern, "samples": count})

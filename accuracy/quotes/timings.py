@@ -11,10 +11,11 @@ from functools import partial
 
 import numpy as np
 
+from accuracy.estimates import factor, mean, ratio
 from accuracy.quotes import places
 from accuracy.quotes.deadlines import Deadline, within
-from accuracy.quotes.ranges import Range, factor, mean, ratio
 from renderer.integrator import render_tile
+from renderer.math.intervals import Interval
 from renderer.plan.plan import RenderPlan
 from renderer.tiling import blocks
 from schemas.tiles import Pass, Tile
@@ -55,14 +56,14 @@ class Timing:
 
     Attributes
     ----------
-    first, later : Range
+    first, later : Interval
         CPU seconds of the whole picture for the first sample of every pixel, and for each of the others.
     """
 
-    first: Range
-    later: Range
+    first: Interval
+    later: Interval
 
-    def cpu_seconds(self, count: int) -> Range:
+    def cpu_seconds(self, count: int) -> Interval:
         """CPU seconds of a picture with so many camera samples."""
         return self.first.plus(self.later.scaled(count - 1)).times(factor(UNSTEADY))
 

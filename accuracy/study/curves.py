@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
-from renderer.convergence import Interval, NothingToFitError, power_law
+from renderer.convergence import NothingToFitError, power_law
+from renderer.math.intervals import Interval
 
 Row = Mapping[str, Any]
 """A setting as `results.json` has it."""
@@ -33,7 +34,7 @@ def error(row: Row) -> float:
 
 
 def front(rows: Sequence[Row], cost: Callable[[Row], float] = seconds) -> list[Row]:
-    """Settings that nothing beats, from cheap to dear: all that costs less has a larger error, by `GAIN`.
+    """Settings that nothing beats, cheapest first: all that costs less has a larger error, by `GAIN`.
 
     Settings whose error the reference cannot tell from 0 are left out.
 
@@ -104,14 +105,12 @@ def halving(power: Interval) -> Interval | None:
     Examples
     --------
     >>> halving(Interval(-0.5, -1.0, 0.1))
-    Interval(estimate=4.0, low=2.0, high=None)
+    Interval(estimate=4.0, low=2.0, high=inf)
     """
     estimate, low, high = (_times(value) for value in (power.estimate, power.low, power.high))
-    if estimate is None or low is None:
-        return None
-    return Interval(estimate, low, high)
+    return None if max(estimate, low) == math.inf else Interval(estimate, low, high)
 
 
-def _times(power: float | None) -> float | None:
+def _times(power: float) -> float:
     # Beyond 2^1000 a float ends; nobody waits that long either.
-    return 2 ** (-1 / power) if power is not None and power < -1e-3 else None
+    return 2 ** (-1 / power) if power < -1e-3 else math.inf

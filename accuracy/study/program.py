@@ -1,4 +1,4 @@
-"""The tasks of a study, in the order in which they tell most."""
+"""The tasks of a study, the most informative first."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ REFERENCE_POINTS = 4
 MANY = 64
 """Light points that tell what each of them costs."""
 
-DEAR = 1.0
+EXPENSIVE = 1.0
 """Expected CPU seconds above which a setting is rendered once. Its interval then comes from its pixels."""
 
 DOUBLED = (("sobol", 16, min), ("uniform", 4, max))
@@ -85,7 +85,7 @@ class Program:
         tasks = []
         for seed in range(1, self.scale.seeds + 1):
             settings = [self._setting(setting, seed, judges) for setting in self.settings]
-            wanted = [task for task in settings if seed == 1 or self.price(task) <= DEAR]
+            wanted = [task for task in settings if seed == 1 or self.price(task) <= EXPENSIVE]
             wanted += [*self._doubles(wanted, judges), *self._effects(seed), *self._own_size(seed)]
             tasks += sorted(wanted, key=self._order)
         return tasks

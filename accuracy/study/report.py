@@ -7,11 +7,11 @@ import io
 import json
 from typing import TYPE_CHECKING, Any
 
-from accuracy.study import answers, page_html, page_markdown, pictures, plots, tables
-from accuracy.study.blocks import Block, Heading, Paragraph, Plot, Points, Strip
+from accuracy.study import answers, figures, pages, tables
 from accuracy.study.curves import rays, seconds
-from accuracy.study.machine import IDLE
-from accuracy.study.pictures import GAIN, file_names
+from accuracy.study.figures import GAIN, file_names
+from accuracy.study.journal import IDLE
+from accuracy.study.pages import Block, Heading, Paragraph, Plot, Points, Strip
 from accuracy.study.words import error, interval
 from accuracy.study.words import seconds as duration
 
@@ -65,8 +65,8 @@ def files(study: Study, results: Mapping[str, Any]) -> dict[str, bytes]:
     texts = {
         "results.json": json.dumps(results, indent=2, ensure_ascii=False, allow_nan=False) + "\n",
         "results.csv": _csv(results),
-        "report.html": page_html.page(title, blocks),
-        "report.md": page_markdown.page(blocks),
+        "report.html": pages.html(title, blocks),
+        "report.md": pages.markdown(blocks),
     }
     return {name: text.encode() for name, text in texts.items()} | _images(blocks)
 
@@ -75,9 +75,9 @@ def _images(blocks: list[Block]) -> dict[str, bytes]:
     found: dict[str, bytes] = {}
     for block in blocks:
         if isinstance(block, Plot):
-            found[f"{page_markdown.IMAGES}/{block.name}.svg"] = block.svg.encode()
+            found[f"{pages.IMAGES}/{block.name}.svg"] = block.svg.encode()
         if isinstance(block, Strip):
-            found |= {f"{page_markdown.IMAGES}/{name}": png for name, png, _ in block.pictures}
+            found |= {f"{pages.IMAGES}/{name}": png for name, png, _ in block.pictures}
     return found
 
 
@@ -126,7 +126,7 @@ def _conditions(document: Mapping[str, Any]) -> Iterator[str]:
     yield (
         f"Errors are root mean square ones of linear values clipped to 0..1, against a reference of "
         f"{reference['setting']}. Its own error is {error(reference['rmse_255'])}; it is taken away from all "
-        "errors and drawn in all plots. Intervals hold in 95 of 100 cases. Seconds are CPU seconds of one "
+        "errors and drawn in all figures. Intervals hold in 95 of 100 cases. Seconds are CPU seconds of one "
         "process that renders one picture at a time: the median of the runs, with the least and the "
         "greatest. Reading the scene and building trees are left out."
     )
@@ -146,7 +146,7 @@ def _curves(document: Mapping[str, Any]) -> Iterator[Block]:
     yield Heading("Error against seconds")
     yield Plot(
         "seconds",
-        plots.error_against(document, seconds, "seconds"),
+        figures.error_against(document, seconds, "seconds"),
         "A line through the best settings of each method; its other settings are faint.",
     )
     yield Paragraph("CPU seconds to the same error, on these lines, and how many times the least of them:")
@@ -157,14 +157,14 @@ def _curves(document: Mapping[str, Any]) -> Iterator[Block]:
     )
     yield tables.methods(document)
     yield Heading("Work against error")
-    yield Plot("rays", plots.error_against(document, rays, "rays"), "Rays do not depend on the machine.")
+    yield Plot("rays", figures.error_against(document, rays, "rays"), "Rays do not depend on the machine.")
     yield Heading("Settings worth their time")
-    yield Plot("front", plots.front(document), "What costs less has a larger error; grey ones are beaten.")
+    yield Plot("front", figures.front(document), "What costs less has a larger error; grey ones are beaten.")
     yield tables.front(document)
     if document["area_lights"]:
         yield Heading("Light points and soft shadows")
         caption = f"With {LIGHT_PLOT_SAMPLES} camera samples, pixels beside edges left aside."
-        yield Plot("light", plots.light_points(document, LIGHT_PLOT_SAMPLES), caption)
+        yield Plot("light", figures.light_points(document, LIGHT_PLOT_SAMPLES), caption)
 
 
 def _costs(document: Mapping[str, Any]) -> Iterator[Block]:
@@ -186,7 +186,7 @@ def _strips(study: Study, document: Mapping[str, Any]) -> list[Strip]:
     if not rows:
         return []
     images = [study.picture(row["key"]) for row in rows]
-    shown = pictures.views(images, study.reference, study.program.scene.document.display)
+    shown = figures.views(images, study.reference, study.program.scene.document.display)
     names = [*(file_names(row["method"]) for row in rows), file_names("reference")]
     lines = [
         f"{row['name']}: {duration(row['cpu_seconds']['estimate'])}, RMSE x 255 {interval(row['rmse_255'])}, "

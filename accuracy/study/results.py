@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import math
 import statistics
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from accuracy.study import comparisons, curves, intervals
+from accuracy.estimates import half_width, median
+from accuracy.study import curves
 from accuracy.study.reference import Reference, clipped
 from accuracy.study.settings import BEST, METHODS, Setting
-from renderer.convergence import NORMAL, Interval
+from renderer.math.intervals import NORMAL, Interval
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from accuracy.study.journal import Journal
-    from accuracy.study.machine import Machine
+    from accuracy.study.journal import Journal, Machine
     from accuracy.study.program import Program
     from accuracy.study.tasks import Task
+
 
 FORMAT = 1
 """Of the document; grows when a member changes its meaning."""
@@ -36,6 +36,8 @@ FILTERED = (
 
 LEVELS_255 = (16.0, 8.0, 4.0, 2.0, 1.0, 0.5, 0.25)
 """Errors at which methods are compared, in units of 1/255."""
+
+Rows = list[dict[str, Any]]
 
 
 def document(
@@ -71,9 +73,9 @@ def document(
         "settings": rows,
         "methods": _methods(rows),
         "equal_error": _equal_error(rows),
-        "precision": comparisons.precision(done, journal, rows),
-        "effects": comparisons.effects(done, journal),
-        "size": comparisons.size(done, journal),
+        "precision": precision(done, journal, rows),
+        "effects": effects(done, journal),
+        "size": size(done, journal),
         "notes": _notes(program),
     }
 
@@ -89,7 +91,7 @@ def error_of(runs: Sequence[Mapping[str, Any]]) -> Interval:
     if len(runs) < FEWEST:
         half = NORMAL * math.sqrt(sum(run["by_pixels"] ** 2 for run in runs)) / len(runs)
     else:
-        half = math.hypot(intervals.half_width(values), NORMAL * runs[0]["by_reference"])
+        half = math.hypot(half_width(values), NORMAL * runs[0]["by_reference"])
     return Interval(middle, middle - half, middle + half)
 
 
@@ -101,7 +103,6 @@ def root_255(squares: Interval) -> Interval:
     >>> root_255(Interval(4 / 255**2, -1.0, 9 / 255**2))
     Interval(estimate=2.0, low=0.0, high=3.0)
     """
-    assert squares.high is not None
     return Interval(
         *(255 * math.sqrt(max(end, 0.0)) for end in (squares.estimate, squares.low, squares.high))
     )
@@ -147,10 +148,10 @@ def _row(setting: Setting, runs: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         "camera_samples": setting.samples or None,
         "light_points": setting.points or None,
         "runs": len(runs),
-        "cpu_seconds": asdict(intervals.middle([run["cpu_seconds"] for run in runs])),
+        "cpu_seconds": median([run["cpu_seconds"] for run in runs]).document(),
         "prepare_seconds": statistics.median(run["prepare_seconds"] for run in runs),
         "rays": statistics.fmean(sum(run["rays"].values()) for run in runs),
-        "rmse_255": asdict(rmse),
+        "rmse_255": rmse.document(),
         "told": rmse.low > 0,
         "edges_rmse_255": _mean_255(judged, "edges_mse"),
         "smooth_rmse_255": _mean_255(judged, "smooth_mse"),
@@ -175,9 +176,9 @@ def _methods(rows: Sequence[curves.Row]) -> list[dict[str, Any]]:
                     "method": method,
                     "front": [row["name"] for row in best],
                     "front_by_rays": [row["name"] for row in fewest],
-                    "order": asdict(power) if power else None,
-                    "order_by_rays": asdict(by_rays) if by_rays else None,
-                    "halving": asdict(more) if more else None,
+                    "order": power.document() if power else None,
+                    "order_by_rays": by_rays.document() if by_rays else None,
+                    "halving": more.document() if more else None,
                 }
             )
     return found
@@ -202,3 +203,68 @@ def _notes(program: Program) -> list[str]:
     if any(getattr(texture, "filter", None) in {"mipmap", "box"} for texture in textures):
         return [FILTERED]
     return []
+
+
+def precision(done: Sequence[Task], journal: Journal, settings: Sequence[Mapping[str, Any]]) -> Rows:
+    """Settings in double precision: their seconds over those in single, and how far the pictures differ."""
+    errors = {row["name"]: row["rmse_255"]["estimate"] for row in settings}
+    rows = []
+    for name, tasks in _by_name(done, "precision").items():
+        ratios = [_spent(task, journal) / _spent(task.against, journal) for task in tasks]
+        rows.append(
+            {
+                "name": name,
+                "runs": len(tasks),
+                "cpu_seconds": median([_spent(task, journal) for task in tasks]).document(),
+                "ratio": median(ratios).document(),
+                "difference_255": _difference_255(tasks, journal),
+                "rmse_255": errors[name],
+            }
+        )
+    return rows
+
+
+def effects(done: Sequence[Task], journal: Journal) -> Rows:
+    """What each effect costs, most expensive first: the seconds that it adds, and what it changes."""
+    whole = [_spent(task, journal) for task in done if task.part == "whole"]
+    rows = []
+    for name, tasks in _by_name(done, "effect").items():
+        seconds = [_spent(task.against, journal) - _spent(task, journal) for task in tasks]
+        rows.append(
+            {
+                "effect": name,
+                "pointers": list(tasks[0].subject.pointers),
+                "runs": len(tasks),
+                "cpu_seconds": median(seconds).document(),
+                "share": statistics.median(seconds) / statistics.median(whole),
+                "difference_255": _difference_255(tasks, journal),
+            }
+        )
+    return sorted(rows, key=lambda row: -row["cpu_seconds"]["estimate"])
+
+
+def size(done: Sequence[Task], journal: Journal) -> dict[str, Any] | None:
+    """How many times as long the scene's own size takes; None where that was not tried, or is no other."""
+    own = [task for task in done if task.part == "size"]
+    small = [task for task in done if task.part == "setting" and own and task.name == own[0].name]
+    if not own or not small:
+        return None
+    large, little = (statistics.median(_spent(task, journal) for task in tasks) for tasks in (own, small))
+    return {"name": own[0].name, "cpu_seconds": large, "ratio": large / little}
+
+
+def _by_name(done: Sequence[Task], part: str) -> dict[str, list[Task]]:
+    found: dict[str, list[Task]] = {}
+    for task in done:
+        if task.part == part:
+            found.setdefault(task.name, []).append(task)
+    return found
+
+
+def _spent(task: Task | None, journal: Journal) -> float:
+    assert task is not None
+    return float(journal[task.key]["cpu_seconds"])
+
+
+def _difference_255(tasks: Sequence[Task], journal: Journal) -> float:
+    return 255 * statistics.fmean(journal[task.key]["difference"] for task in tasks)

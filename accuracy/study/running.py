@@ -1,4 +1,4 @@
-"""A study: renders what is not in its journal yet, and tells how long it will take."""
+"""Running a study: renders the pictures that its journal lacks, and estimates how long the rest takes."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from accuracy.study import machine, results
-from accuracy.study.journal import Journal
-from accuracy.study.keys import place_key
+from accuracy.study import results
+from accuracy.study.journal import Journal, describe
 from accuracy.study.program import Program
 from accuracy.study.reference import Reference, clipped, rms_difference
+from accuracy.study.tasks import place_key
 from renderer.compiling import compile_scene
 from renderer.rendering import render
 
@@ -78,7 +78,7 @@ class Study:
     """
 
     def __init__(self, scene: LoadedScene, folder: Path, scale: Scale, budget: float | None = None) -> None:
-        self.machine = machine.describe()
+        self.machine = describe()
         self.program = Program(scene, scale, place_key(self.machine))
         compile_scene(self.program.subject.scene)
         self._deadline = None if budget is None else time.monotonic() + budget

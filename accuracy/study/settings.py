@@ -1,4 +1,4 @@
-"""What is tried: patterns with their numbers of samples, and errors to reach."""
+"""The settings that a study tries: patterns with their numbers of samples, and target errors."""
 
 from __future__ import annotations
 

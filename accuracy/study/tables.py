@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from accuracy.study.blocks import Table
+from accuracy.study.pages import Table
 from accuracy.study.settings import METHODS
 from accuracy.study.words import error, figure, interval
 

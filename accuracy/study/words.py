@@ -1,4 +1,4 @@
-"""Figures as people write them."""
+"""Numbers as text: errors, times, amounts, intervals."""
 
 from __future__ import annotations
 

@@ -4,29 +4,27 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import matplotlib as mpl
-from matplotlib.figure import Figure
+from accuracy.plotting import BLUE, RED, drawn
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from benchmarks.capacity.figures import Figures
-
-BLUE, RED = "#4477aa", "#ee6677"
-"""From Paul Tol's bright scheme, which people with any colour vision tell apart."""
 
 
 def draw(sweep: Sequence[Figures], path: Path) -> None:
     """Write the two panels as SVG, the same bytes for the same figures."""
-    with mpl.rc_context({"svg.hashsalt": "penumbra", "svg.fonttype": "none", "font.size": 9}):
-        figure = Figure(figsize=(8, 3.2), layout="constrained")
+
+    def fill(figure: Figure) -> None:
         left, right = figure.subplots(1, 2)
         _busy(left, sweep)
         _waits(right, sweep)
-        figure.savefig(path, format="svg", metadata={"Date": None})
+
+    path.write_bytes(drawn(fill, (8, 3.2)))
 
 
 def _busy(panel: Axes, sweep: Sequence[Figures]) -> None:

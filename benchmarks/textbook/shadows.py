@@ -89,7 +89,7 @@ class RoundShadowRays:
     def run(self, view: LightView) -> None:
         """Mark the pairs whose shadow ray meets an ellipsoid."""
         positions = view.of_points(view.points.positions)
-        near = shaft(self.culling.box, *bounds(positions), self.culling.emitter)
+        near = shaft(self.culling.boxes, *bounds(positions), self.culling.emitter)
         for shape in np.flatnonzero(near).tolist():
             view.block(self._met(view, shape))
 

@@ -33,6 +33,11 @@ class Boxes:
             np.concatenate([part.high for part in parts], axis=1),
         )
 
+    @classmethod
+    def around(cls, corners: Floats) -> "Boxes":
+        """Around K hulls given by corners (V, 3, K)."""
+        return cls(corners.min(axis=0), corners.max(axis=0))
+
     @property
     def count(self) -> int:
         """Number of boxes K."""

@@ -65,9 +65,9 @@ class TreeMeeting:
 def offer_hits(family: Triangles, rays: Rays, owners: Integers, triangles: Integers) -> None:
     """Intersect pairs of ray and triangle, (P,) each, and offer the rays their nearest hits."""
     start = None
-    if rays.departure is not None:
+    if rays.origin_surfaces is not None:
         start = woop.start_of(
-            rays.departure,
+            rays.origin_surfaces,
             owners,
             family.numbers[triangles],
             family.primitives[triangles],

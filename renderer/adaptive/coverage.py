@@ -17,7 +17,7 @@ from renderer.adaptive.levels import COVERAGES, FIBONACCI
 from renderer.adaptive.rays import camera_rays, labels_of
 from renderer.film import BRIGHTEST
 from renderer.halves import HALVES
-from renderer.integrator import radiance
+from renderer.integrator import find_hits, radiance
 from renderer.lights.emitters import PIXEL_DIMENSIONS
 from renderer.math.arrays import Floats, Integers, put
 from renderer.math.streams import bits, keys, uniforms
@@ -105,8 +105,7 @@ def cover(
     every = np.full(across.size, HALVES)
     of_rays = np.arange(x.size).repeat(HALVES * count)
     rays = camera_rays(pilot, x[of_rays], y[of_rays], every, (across.ravel(), along.ravel()))
-    for stage in (*pilot.meetings, *pilot.visible_lights):
-        stage.run(rays)
+    find_hits(pilot, rays)
     counts["camera"] += rays.t.size
     parts = _parts(rays.shapes.reshape(-1, count), across, along)
     labels = labels_of(rays.shapes[parts.rays])

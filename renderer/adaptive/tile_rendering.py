@@ -18,6 +18,7 @@ from renderer.adaptive.time_limits import TimeLimit, portions
 from renderer.film import BRIGHTEST
 from renderer.halves import HALVES, places
 from renderer.integrator import WORK, Surfaces, radiance, render_layers
+from renderer.math import morton
 from renderer.math.arrays import Floats, Integers, Masks, add, taken
 from renderer.math.numerics import halving_sum
 from renderer.plan.plan import RenderPlan, adaptive_part, pilot_of
@@ -235,14 +236,6 @@ def _batches(
 
     Pixels of all counts share a portion: calls are most of the price of few rays.
     """
-    order = np.argsort(_spread(columns) | _spread(rows) << 1, kind="stable")
+    order = np.argsort(morton.codes(columns, rows), kind="stable")
     rays = np.broadcast_to(count, order.shape)[order]
     return (order[part] for part in portions(rays, limit))
-
-
-def _spread(numbers: Integers) -> Integers:
-    """The lower 16 bits of numbers at every other place: two of them make Morton's order."""
-    numbers = numbers & 0xFFFF
-    for shift, mask in ((8, 0x00FF00FF), (4, 0x0F0F0F0F), (2, 0x33333333), (1, 0x55555555)):
-        numbers = (numbers | numbers << shift) & mask
-    return numbers

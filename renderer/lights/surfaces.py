@@ -30,7 +30,7 @@ class LightSurfaces:
 
     def run(self, rays: Rays) -> None:
         """Let lights take the rays that nothing nearer has met."""
-        behind = Rays(rays.origins, rays.directions, rays.pixels, rays.samples, departure=rays.departure)
+        behind = rays.anew()
         for light in range(self.rectangles.numbers.size):
             self.rectangles.meet(light, behind)
         seen = np.flatnonzero(np.isfinite(behind.t) & (behind.t <= rays.t * (1 + TIE)))

@@ -57,10 +57,9 @@ class TransmittedRays:
 
         At an edge of glass a ray goes in, or out, through two faces in one place. The first has bent it.
         """
-        departure = wave.rays.departure
-        if departure is None:
+        entered = wave.rays.origin_surfaces
+        if entered is None:
             return np.zeros(chosen.size, dtype=bool)
         rays = points.rays[chosen]
-        nowhere = (points.sources[:, chosen] != points.origins[:, chosen]).any(axis=0)
-        alike = self.materials[departure.shapes[rays]] == points.materials[chosen]
-        return nowhere & alike & (departure.outside[rays] == points.flipped[chosen])
+        alike = self.materials[entered.shapes[rays]] == points.materials[chosen]
+        return points.went_nowhere(chosen) & alike & (entered.outside[rays] == points.flipped[chosen])

@@ -24,23 +24,6 @@ shape's plane takes as many again.
 """
 
 
-NEARER = 2.0**-20
-"""How far from a plane that it touches a point is taken to stand, in shares of what rounding may move it by.
-
-A segment at an angle of 1e-6 to the plane passes it no farther than that rounding from the point.
-"""
-
-
-def snapped(distances: Floats, bounds: Floats, sides: Floats) -> Floats:
-    """Signed distances whose sign can be trusted.
-
-    Where rounding may have chosen the sign (`|distance| <= bound`), the point touches the plane. It is
-    then on the side that its ray came from, `sides` (-1, 0 or 1), because the ray did not pass the plane
-    before it reached the point. All arrays broadcast to (K, N).
-    """
-    return np.where(np.abs(distances) <= bounds, sides * (NEARER * bounds), distances)
-
-
 def unit_of(sizes: Floats) -> Floats:
     """Powers of two that bring positive sizes to between 1/2 and 1.
 

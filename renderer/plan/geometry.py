@@ -9,7 +9,6 @@ from renderer.assets import AssetError
 from renderer.cameras import pinhole
 from renderer.errors import SceneError
 from renderer.plan.effects import SHAPES, ShapeEffect
-from renderer.plan.pointers import escaped
 from renderer.plan.textures import Textures
 from renderer.scenes import LoadedScene
 from renderer.shapes import Family, displacement
@@ -17,6 +16,7 @@ from renderer.shapes.displacement import Displaced
 from schemas.geometry import no_area
 from schemas.materials import PhongMaterial
 from schemas.plans import LeftOut
+from schemas.pointers import escaped
 from schemas.problems import Problem
 from schemas.scene import Scene
 from schemas.shapes import Shape, Triangle

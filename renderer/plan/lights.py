@@ -13,12 +13,12 @@ from renderer.math.arrays import column, dot
 from renderer.plan import cost
 from renderer.plan.cost import COSTS
 from renderer.plan.effects import LIGHTS, OCCLUDERS
-from renderer.plan.pointers import escaped
 from renderer.plan.request import Request
 from renderer.plan.scattering import transparent
 from renderer.plan.stages import Lighting, LightStage
 from renderer.shapes import Family
 from renderer.shapes.family import MARGIN
+from schemas.pointers import escaped
 
 
 def emitter_of(request: Request, number: int) -> Emitter:

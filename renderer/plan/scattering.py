@@ -8,10 +8,10 @@ from renderer.math.arrays import Floats
 from renderer.plan import cost
 from renderer.plan.brightness import faintest_weight
 from renderer.plan.cost import COSTS
-from renderer.plan.pointers import escaped
 from renderer.plan.request import Request
 from renderer.plan.stages import Spawner
 from renderer.plan.surfaces import material_numbers
+from schemas.pointers import escaped
 
 
 def spawners(request: Request) -> tuple[Spawner, ...]:

@@ -9,7 +9,7 @@ import numpy as np
 from renderer.interaction import Points
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView, facing
-from renderer.math.arrays import Floats, Integers, taken
+from renderer.math.arrays import Integers, taken
 from renderer.waves import Wave
 from renderer.workspace import Workspace
 from schemas.plans import LeftOut
@@ -94,7 +94,7 @@ class Lighting:
                 points.pixels[chosen], points.samples[chosen], points.paths[chosen], self.dtype
             ),
             towards=taken(towards, chosen),
-            origins=points.sources if points.sources.shape[1] == 1 else taken(points.sources, chosen),
+            origins=points.previous_origins_at(chosen),
             dtype=self.dtype,
             workspace=workspace,
         )
@@ -151,8 +151,3 @@ class Listing:
     def leave_out(self, effect: str, reason: str, pointers: tuple[str, ...] = ()) -> None:
         """Note what does not run."""
         self.left_out.append(LeftOut(effect=effect, pointers=pointers, reason=reason))
-
-
-def luminous(color: Floats) -> bool:
-    """Whether a colour is not black."""
-    return bool(np.any(color > 0))

@@ -10,7 +10,6 @@ from renderer.materials.phong import Ambient, Colors, Phong
 from renderer.math.arrays import Integers, Masks, column
 from renderer.plan import cost
 from renderer.plan.cost import COSTS
-from renderer.plan.pointers import escaped
 from renderer.plan.request import Request
 from renderer.plan.shapes import location
 from renderer.plan.stages import Listing, PointStage
@@ -18,6 +17,7 @@ from renderer.textures import Texture
 from renderer.textures import footprints as footprint_stage
 from renderer.textures.footprints import Footprints
 from schemas.plans import LeftOut
+from schemas.pointers import escaped
 
 FILTERING = ("mipmap", "box")
 """Filters that take a mean over a footprint."""

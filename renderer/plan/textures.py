@@ -3,9 +3,9 @@
 from renderer.assets import AssetError, AssetSource
 from renderer.errors import SceneError
 from renderer.plan.effects import TEXTURES
-from renderer.plan.pointers import escaped
 from renderer.textures import Texture
 from renderer.textures.heights import Heights
+from schemas.pointers import escaped
 from schemas.problems import Problem
 from schemas.scene import Scene
 from schemas.textures import Texture as Written

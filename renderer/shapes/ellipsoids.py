@@ -7,7 +7,6 @@ import numpy as np
 
 import schemas.shapes as language
 from renderer.assets import AssetSource
-from renderer.departures import Departure, settled
 from renderer.interaction import Points, Rays
 from renderer.math.arrays import (
     Floats,
@@ -23,6 +22,7 @@ from renderer.math.arrays import (
     unit,
 )
 from renderer.math.numerics import gamma
+from renderer.self_intersection import OriginSurfaces, previous_sides, settled
 from renderer.shapes.family import MARGIN, WHOLE, Family
 
 FAR = 4.0
@@ -129,8 +129,8 @@ class Ellipsoids(Family):
         on_surface = np.abs(power) <= gamma(16) * (1 + distance * distance)
         power = np.where(on_surface, 0.0, power)
         inward = np.ones(found.size, dtype=bool)
-        if rays.departure is not None:
-            power, inward = self._departed(shape, rays.departure, found, power)
+        if rays.origin_surfaces is not None:
+            power, inward = self._departed(shape, rays.origin_surfaces, found, power)
         entering = power > 0
         far = -(lines.along + np.copysign(half_chord, lines.along))
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -143,19 +143,19 @@ class Ellipsoids(Family):
         rays.offer(found[ahead], t, coordinates, self.numbers[shape : shape + 1], WHOLE)
 
     def _departed(
-        self, shape: int, departure: Departure, found: Integers, power: Floats
+        self, shape: int, start: OriginSurfaces, found: Integers, power: Floats
     ) -> tuple[Floats, Masks]:
         """Powers whose sign holds, 0 for the rays that leave this ellipsoid, and which rays may meet it.
 
         A ray that leaves it meets it again only from inside, at the far root.
         """
-        own = departure.shapes[found] == self.numbers[shape]
-        before = self.to_sphere(departure.before_at(found) - self.centers[:, shape, None], shape)
-        distance = lengths(before)
+        own = start.shapes[found] == self.numbers[shape]
+        previous = start.previous_origins_at(found) - self.centers[:, shape, None]
+        distance = lengths(self.to_sphere(previous, shape))
         shortest = 1 / lengths(self.inverse[:, :, shape].T).max()
-        bound = gamma(48) * (departure.sizes[found] + self.sizes[shape]) / shortest
-        power = np.where(own, 0.0, settled(power, bound, (distance - 1) * (distance + 1)))
-        return power, ~(own & departure.outside[found])
+        bound = gamma(48) * (start.sizes[found] + self.sizes[shape]) / shortest
+        sides = previous_sides((distance - 1) * (distance + 1), bound)
+        return settled(power, bound, sides, own), ~(own & start.outside[found])
 
     def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
         """Positions put back on the sphere, normals by the inverse transposed, never by the axes."""

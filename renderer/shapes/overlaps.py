@@ -52,7 +52,7 @@ class Overlaps:
         for first in self.firsts:
             if not first.before[met].any():
                 continue
-            again = Rays(rays.origins, rays.directions, rays.pixels, rays.samples, departure=rays.departure)
+            again = rays.anew()
             first.meet(again)
             taken = np.flatnonzero(np.isfinite(again.t) & first.before[met])
             rays.t[taken], rays.shapes[taken] = again.t[taken], again.shapes[taken]

@@ -7,7 +7,6 @@ import numpy as np
 
 import schemas.shapes as language
 from renderer.assets import AssetSource
-from renderer.departures import settled
 from renderer.interaction import Points, Rays
 from renderer.math.arrays import (
     Floats,
@@ -23,6 +22,7 @@ from renderer.math.arrays import (
     unit,
 )
 from renderer.math.numerics import SURFACE, gamma
+from renderer.self_intersection import previous_sides, settled
 from renderer.shapes.family import WHOLE
 from renderer.shapes.polygons import FlatFamily, Polygons
 
@@ -80,7 +80,7 @@ class Rectangles(FlatFamily):
         Projection on the edges would be wrong where they are not perpendicular, even by a rounding.
         The border is wider by what rounding can move it, so that rectangles that meet at an edge leave no
         gap, in whichever form they are given. A start closer to the plane than rounding can tell is on it,
-        and on it is no hit, unless the ray before came from the other side (`departures`).
+        and on it is no hit, unless the ray before came from the other side (`self_intersection`).
         """
         anchor, first, second, product = (
             array[:, shape : shape + 1] for array in (self.anchors, self.first, self.second, self.products)
@@ -93,11 +93,12 @@ class Rectangles(FlatFamily):
         u, v = -side * dot(moment, second), side * dot(moment, first)
         depth = -side * dot(from_anchor, product)
         rounding = gamma(8) * dot(np.abs(from_anchor), _absolute_cross(first, second))
-        if rays.departure is not None:
-            bound = rounding + SURFACE * (rays.departure.sizes + self.sizes[shape]) * magnitude(product)
-            before = -side * dot(rays.departure.before - anchor, product)
-            own = rays.departure.shapes == self.numbers[shape]
-            depth = np.where(own, 0.0, settled(depth, bound, before))
+        if rays.origin_surfaces is not None:
+            start = rays.origin_surfaces
+            bound = rounding + SURFACE * (start.sizes + self.sizes[shape]) * magnitude(product)
+            previous = -side * dot(start.previous_origins - anchor, product)
+            own = start.shapes == self.numbers[shape]
+            depth = settled(depth, bound, previous_sides(previous, bound), own)
             # What rounding could decide is settled.
             rounding = np.zeros(1)
         border = magnitude(rays.directions) * (gamma(4) * lengths(from_anchor) + gamma(1) * self.sizes[shape])

@@ -54,10 +54,10 @@ class Triangles(FlatFamily):
         """Hits with one triangle."""
         one = slice(shape, shape + 1)
         start = None
-        if rays.departure is not None:
+        if rays.origin_surfaces is not None:
             every = np.arange(rays.t.size)
             start = woop.start_of(
-                rays.departure, every, self.numbers[one], self.primitives[one], self.sizes[one]
+                rays.origin_surfaces, every, self.numbers[one], self.primitives[one], self.sizes[one]
             )
         found = woop.hits(self.vertices[:, :, one], rays.origins, rays.directions, start)
         rays.offer(found.pairs, found.t, (found.u, found.v), self.numbers[one], self.primitives[one])

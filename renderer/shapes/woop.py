@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.departures import Departure, settled
 from renderer.math.arrays import Floats, Integers, Masks, cross, dot, magnitude, taken
 from renderer.math.numerics import SURFACE, gamma
+from renderer.self_intersection import OriginSurfaces, previous_sides, settled
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,25 +37,24 @@ class Start:
     ----------
     own : (P,) bool
         Whether the ray leaves this very triangle, which it then never meets.
-    before : (3, P) or (3, 1) float64
-        Origin of the ray before.
+    previous_origins : (3, P) or (3, 1) float64
     sizes : (P,) float64
         Magnitudes that formed origin and triangle, scene units.
     """
 
     own: Masks
-    before: Floats
+    previous_origins: Floats
     sizes: Floats
 
 
 def start_of(
-    departure: Departure, rays: Integers, shapes: Integers, primitives: Integers, sizes: Floats
+    origins: OriginSurfaces, rays: Integers, shapes: Integers, primitives: Integers, sizes: Floats
 ) -> Start:
     """The start of pairs of rays (P,) with triangles, numbers and sizes (P,) or (1,)."""
     return Start(
-        own=departure.leaves(rays, shapes, primitives),
-        before=departure.before_at(rays),
-        sizes=departure.sizes[rays] + sizes,
+        own=origins.are(rays, shapes, primitives),
+        previous_origins=origins.previous_origins_at(rays),
+        sizes=origins.sizes[rays] + sizes,
     )
 
 
@@ -210,9 +209,9 @@ def _settled(
     product = cross(second - first, third - first)
     slope = dot(product, _at(directions, pairs))
     safe = np.where(slope == 0, 1.0, slope)
-    before = dot(product, first - _at(start.before, pairs)) / safe
+    previous = dot(product, first - _at(start.previous_origins, pairs)) / safe
     bounds = bounds + SURFACE * start.sizes[pairs] * magnitude(product) / np.abs(safe)
-    return np.where(start.own[pairs] | (slope == 0), 0.0, settled(distances, bounds, before))
+    return settled(distances, bounds, previous_sides(previous, bounds), start.own[pairs] | (slope == 0))
 
 
 def _at(vectors: Floats, chosen: Integers) -> Floats:

@@ -38,7 +38,7 @@ class Footprints:
         """Give the points their footprints."""
         looks = points.paths == 0
         width = np.sqrt(lengths(self.across) * lengths(self.along))
-        size = width * (points.walked + points.t * lengths(points.directions))
+        size = width * (points.path_lengths + points.t * lengths(points.directions))
         beside = frame_of_normals(points.viewers)
         above = cross(points.viewers, beside)
         offsets = (

@@ -4,10 +4,9 @@ Every test here is conservative: what it leaves out blocks no pair, rounding inc
 same bits with and without.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from renderer.accelerators.boxes import Boxes
 from renderer.lights.emitters import Emitter
 from renderer.math.arrays import Floats, Masks
 
@@ -15,25 +14,12 @@ MARGIN = 2.0**-18
 """Relative margin around the shaft. Pair work in float32 moves an occluder's edge by some 2**-21 of it."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Box:
-    """Axis-aligned bounds, (3, K) each."""
-
-    low: Floats
-    high: Floats
-
-    @classmethod
-    def of(cls, corners: Floats) -> "Box":
-        """Of K hulls given by corners (V, 3, K)."""
-        return cls(corners.min(axis=0), corners.max(axis=0))
-
-
 def bounds(positions: Floats) -> tuple[Floats, Floats]:
     """Least and greatest coordinates of points (3, n), (3, 1) each."""
     return positions.min(axis=1, keepdims=True), positions.max(axis=1, keepdims=True)
 
 
-def shaft(box: Box, low: Floats, high: Floats, emitter: Emitter) -> Masks:
+def shaft(boxes: Boxes, low: Floats, high: Floats, emitter: Emitter) -> Masks:
     """Boxes that meet the bounds of all segments to the light from points between low and high, (K,)."""
     if emitter.weight == 0:
         low = np.where(emitter.centre < 0, -np.inf, low)
@@ -43,5 +29,5 @@ def shaft(box: Box, low: Floats, high: Floats, emitter: Emitter) -> Masks:
         low = np.minimum(low, ends.min(axis=1, keepdims=True))
         high = np.maximum(high, ends.max(axis=1, keepdims=True))
     finite = np.where(np.isfinite(low), np.abs(low), 0) + np.where(np.isfinite(high), np.abs(high), 0)
-    slack = MARGIN * (finite.max() + np.maximum(np.abs(box.low), np.abs(box.high)))
-    return np.all((box.low <= high + slack) & (box.high >= low - slack), axis=0)
+    slack = MARGIN * (finite.max() + np.maximum(np.abs(boxes.low), np.abs(boxes.high)))
+    return np.all((boxes.low <= high + slack) & (boxes.high >= low - slack), axis=0)

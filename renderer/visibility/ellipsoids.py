@@ -12,13 +12,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from renderer.accelerators.boxes import Boxes
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
 from renderer.math.arrays import Floats, Integers, Masks, cross, dot, lengths, taken
 from renderer.math.numerics import gamma
 from renderer.shapes.ellipsoids import Ellipsoids
 from renderer.shapes.frames import frame_of_normals
-from renderer.visibility.culling import MARGIN, Box, bounds, shaft
+from renderer.visibility.culling import MARGIN, bounds, shaft
 
 WIDEST = 2.0**60
 """Largest number in pair work: its square is finite in float32. Lights are larger, in radii of tiny balls."""
@@ -61,11 +62,11 @@ class EllipsoidShadows:
     emitter: Emitter
     dtype: np.dtype[np.floating]
     culling: bool
-    box: Box = field(init=False)
+    boxes: Boxes = field(init=False)
 
     def __post_init__(self) -> None:
         """Form the bounds once."""
-        self.box = Box.of(self.family.corners())
+        self.boxes = Boxes.around(self.family.corners())
 
     def run(self, view: LightView) -> None:
         """Mark the blocked pairs of a view.
@@ -76,7 +77,7 @@ class EllipsoidShadows:
         positions = view.of_points(view.points.positions)
         candidates = np.arange(self.family.numbers.size)
         if self.culling:
-            candidates = np.flatnonzero(shaft(self.box, *bounds(positions), self.emitter))
+            candidates = np.flatnonzero(shaft(self.boxes, *bounds(positions), self.emitter))
         if not candidates.size:
             return
         owners, flipped = view.of_points(view.points.shapes), view.of_points(view.points.flipped)

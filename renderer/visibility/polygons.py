@@ -11,12 +11,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from renderer.accelerators.boxes import Boxes
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
 from renderer.math.arrays import Floats, Integers, Masks, dot
-from renderer.math.numerics import SURFACE, snapped
+from renderer.math.numerics import SURFACE
+from renderer.self_intersection import settled
 from renderer.shapes.polygons import Polygons
-from renderer.visibility.culling import Box, bounds, shaft
+from renderer.visibility.culling import bounds, shaft
 
 
 def signed(normals: Floats, anchors: Floats, x: Floats, weight: float) -> Floats:
@@ -33,12 +35,12 @@ class PolygonShadows(ABC):
     emitter: Emitter
     dtype: np.dtype[np.floating]
     culling: bool
-    box: Box = field(init=False)
+    boxes: Boxes = field(init=False)
     ends: Floats = field(init=False)
 
     def __post_init__(self) -> None:
         """Form all that does not depend on the points."""
-        self.box = Box.of(self.occluders.corners)
+        self.boxes = Boxes.around(self.occluders.corners)
         self.ends = signed(
             self.occluders.normals, self.occluders.anchors, self.emitter.ends(), self.emitter.weight
         )
@@ -69,7 +71,7 @@ class PolygonShadows(ABC):
         candidates = np.arange(self.occluders.numbers.size)
         if self.culling:
             low, high = bounds(positions)
-            near = shaft(self.box, low, high, self.emitter)
+            near = shaft(self.boxes, low, high, self.emitter)
             near[near] = ~self._beside(view, low, high, np.flatnonzero(near))
             candidates = candidates[near]
         return candidates
@@ -97,14 +99,15 @@ class PolygonShadows(ABC):
         distances = signed(normals, anchors, positions, 1.0)
         sides = np.sign(signed(normals, anchors, view.origins, 1.0))
         own = occluders.numbers[candidates][:, None] == view.of_points(view.points.shapes)[None, :]
-        return np.where(own, 0.0, snapped(distances, self.rounding(view, candidates), sides))
+        return settled(distances, self.rounding(view, candidates), sides, own)
 
     def rounding(self, view: LightView, candidates: Integers) -> Floats:
         """Bounds on the error of the points' signed distances and edge functions, (K, n).
 
         Edge functions are raised by twice as much. A point in a corner of three walls touches the two that it
         is not on, and by rounding may lie beside their edges; raised, it is inside. It stands next to nothing
-        away from either (`snapped`): to a light behind both it goes through them, however sharp the corner.
+        away from either (`self_intersection.settled`): to a light behind both it goes through them, however
+        sharp the corner.
         """
         sizes = view.of_points(view.points.sizes)
         return SURFACE * (sizes[None, :] + self.occluders.sizes[candidates][:, None])

@@ -5,7 +5,8 @@ import numpy as np
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
 from renderer.math.arrays import Floats, Integers, dot, taken
-from renderer.math.numerics import SURFACE, snapped
+from renderer.math.numerics import SURFACE
+from renderer.self_intersection import settled
 from renderer.shapes.triangles import Triangles
 
 
@@ -31,8 +32,7 @@ def start_sides(
     own = (family.numbers[triangles] == view.of_points(view.points.shapes)[points]) & (
         family.primitives[triangles] == view.of_points(view.points.primitives)[points]
     )
-    distances = snapped(dot(normals, positions - anchors), rounding, sides)
-    return np.where(own, 0.0, np.sign(distances))
+    return np.sign(settled(dot(normals, positions - anchors), rounding, sides, own))
 
 
 def rounding_of(family: Triangles, view: LightView, points: Integers, triangles: Integers) -> Floats:

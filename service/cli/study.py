@@ -83,11 +83,11 @@ def _scale(side: int | None, *, quick: bool) -> Scale:
 
 
 def _check_plots() -> None:
-    from accuracy.study import plots
+    from accuracy.plotting import require_matplotlib
     from renderer.errors import MissingExtraError
 
     try:
-        plots.require()
+        require_matplotlib()
     except MissingExtraError as error:
         raise CommandError(str(error)) from error
 

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from accuracy.comparison import Comparison, Picture, hard_edges
+from accuracy.comparison import Comparison, Picture
+from accuracy.comparison.diagnosis import JAGGED, neighbourhood
 from accuracy.comparison.mistakes import candidates
 from renderer.math.arrays import Floats
 from schemas.acceptance import Acceptance, Verdict
@@ -32,8 +33,8 @@ def forgiven(accept: Acceptance, found: Comparison) -> tuple[Picture, str]:
 
 def _undone(cause: str, found: Comparison) -> Floats:
     image, reference = found.image.linear, found.reference.linear
-    if cause == hard_edges.CAUSE:
+    if cause == JAGGED:
         # Nothing undoes it. Pixels may show what a neighbour shows; what lies beyond that is left.
-        return reference + image - np.clip(image, *hard_edges.neighbourhood(reference))
+        return reference + image - np.clip(image, *neighbourhood(reference))
     mistake = next(mistake for mistake in candidates(image, reference) if mistake.cause == cause)
     return np.ascontiguousarray(mistake.undo(image))

@@ -9,7 +9,7 @@ from schemas.documents import read_text
 from schemas.errors import SceneError
 from schemas.limits import limits_in_force
 from schemas.manifests import ReportFile, TimeTest
-from schemas.pointers import read_pointer
+from schemas.pointers import tokens
 from service.grading import sentences
 from service.grading.errors import NotGradableError
 from service.grading.inputs import of_file
@@ -52,7 +52,7 @@ def _reported(report: ReportFile, run: Run) -> float:
 
 
 def _at(content: object, pointer: str) -> object:
-    for name in read_pointer(pointer):
+    for name in tokens(pointer):
         if isinstance(content, dict):
             content = content.get(name)
         elif isinstance(content, list) and name.isdecimal() and int(name) < len(content):

@@ -5,7 +5,7 @@ import pytest
 
 import renderer
 from accuracy.hard_cases.documents import camera, ellipsoid, phong, rectangle, sampled, scene, triangle
-from renderer.integrator import camera_rays, shaded_points
+from renderer.integrator import camera_rays, intersect
 from renderer.textures import footprints
 from renderer.tiling import blocks
 from schemas.quality import TargetQuality
@@ -65,9 +65,7 @@ def points_of(document: dict, shift: tuple[float, float] = (0.0, 0.0)) -> render
     rays = camera_rays(plan, block, Pass(1, 1, 0, 1))
     x, y = block.columns + 0.5 + shift[0], block.rows + 0.5 + shift[1]
     rays.directions = plan.camera.directions(x, y)
-    for stage in plan.meetings:
-        stage.run(rays)
-    return shaded_points(plan, rays)
+    return intersect(plan, rays, lights=False)
 
 
 @pytest.mark.parametrize("figure", FIGURES)

@@ -186,7 +186,9 @@ def test_no_ray_stays_in_a_closed_mesh_of_glass(ior: float, place: float, rounds
     }
     glass = {"plain": {**GLASS, "ior": ior, "max_depth": 12}}
     done = waves(scene(shape, materials=glass), eye[:, None], targets - eye[:, None])
-    away = [wave.rays.departure.outside[np.isinf(wave.rays.t)] for wave in done if wave.rays.departure]
+    away = [
+        wave.rays.origin_surfaces.outside[np.isinf(wave.rays.t)] for wave in done if wave.rays.origin_surfaces
+    ]
     assert np.concatenate(away).all()
     assert np.concatenate(away).size >= targets.shape[1]
 

@@ -8,7 +8,7 @@ import pytest
 from accuracy.hard_cases import solids
 from accuracy.hard_cases.documents import Json, bulb, camera, lamp, rectangle, sampled, scene, sun
 from renderer.accelerators.solids import is_closed, solids_of
-from renderer.integrator import shaded_points
+from renderer.integrator import intersect
 from renderer.interaction import Rays
 from renderer.math.arrays import Floats
 from renderer.plan.building import compile_visibility
@@ -127,9 +127,7 @@ def test_what_passes_a_box_is_hidden_by_some_triangle(light: Json, pattern: str,
     targets = rng.uniform(-3, 3, (3, 4000)) * [[1], [0], [1]] + [[0], [-1.5], [0]]
     numbers = np.arange(4000)
     rays = Rays(np.array([[0.0], [-1.4], [0]]), targets - [[0], [-1.4], [0]], numbers, np.zeros_like(numbers))
-    for meeting in plan.meetings:
-        meeting.run(rays)
-    points = shaded_points(plan, rays)
+    points = intersect(plan, rays, lights=False)
     (lighting,) = compile_visibility(plan)
     (stage,) = (shadow for shadow in lighting.shadows if isinstance(shadow, SolidShadows))
     family = lighting.shadows[-1].family  # type: ignore[attr-defined]

@@ -13,7 +13,7 @@ from renderer.accelerators import bvh
 from renderer.accelerators.meeting import TreeMeeting
 from renderer.accelerators.shafts import Shafts, visits_of_shafts
 from renderer.accelerators.trees import FEW, tree_of
-from renderer.integrator import shaded_points
+from renderer.integrator import intersect
 from renderer.interaction import Rays
 from renderer.plan.building import compile_visibility
 from renderer.shapes.family import Meeting
@@ -215,9 +215,7 @@ def hidden_pairs(corners: Floats, light: Json, pattern: str, origins: Floats, ta
     )
     numbers = np.arange(len(origins))
     rays = Rays(origins.T.copy(), (targets - origins).T.copy(), numbers, np.zeros_like(numbers))
-    for stage in plan.meetings:
-        stage.run(rays)
-    points = shaded_points(plan, rays)
+    points = intersect(plan, rays, lights=False)
     (lighting,) = compile_visibility(plan)
     (stage,) = lighting.shadows
     assert isinstance(stage, TreeShadows)

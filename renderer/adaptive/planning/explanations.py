@@ -10,9 +10,9 @@ from renderer.adaptive.lighting import NEAREST, SIDES, PilotLighting
 from renderer.math.arrays import Integers
 from renderer.plan.effects import TEXTURES
 from renderer.plan.plan import Policy, RenderPlan
-from renderer.plan.pointers import escaped
 from renderer.plan.request import Request
 from renderer.plan.stages import Entry, Illumination
+from schemas.pointers import escaped
 
 
 def entries(request: Request, lightings: Iterable[Illumination]) -> Iterator[Entry]:

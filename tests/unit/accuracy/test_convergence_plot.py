@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from accuracy.convergence_plot import DOTS, SIZE, draw
+from accuracy.convergence_plot import SIZE, draw
+from accuracy.plotting import DOTS
 from renderer.errors import MissingExtraError
 
 SVG = "{http://www.w3.org/2000/svg}"

@@ -17,7 +17,7 @@ from benchmarks.references import PATHS
 from benchmarks.settings import Setting
 from benchmarks.stability import ASIDE, PRICED, WAYS
 from benchmarks.textbook.plans import factored, textbook
-from renderer.integrator import camera_rays, shaded_points, workspace
+from renderer.integrator import camera_rays, intersect, workspace
 from renderer.plan.plan import RenderPlan
 from renderer.tiling import blocks, tiles
 
@@ -101,9 +101,7 @@ def test_all_that_is_formed_on_the_way_is_float32(replaced: Replaced) -> None:
     plan = replaced(small("soft"))
     block = next(blocks(tiles(plan, plan.passes[1])[0], plan.passes[1]))
     rays = camera_rays(plan, block, plan.passes[1])
-    for stage in plan.meetings:
-        stage.run(rays)
-    points = shaded_points(plan, rays)
+    points = intersect(plan, rays, lights=False)
     view = plan.lightings[0].view(points, workspace())
     formed = [rays.origins, rays.directions, view.towards]
     formed += [getattr(points, name) for name in ("positions", "normals", "viewers", "colors", "radiance")]

@@ -7,10 +7,10 @@ import pytest
 
 from accuracy.comparison import Policy
 from accuracy.comparison.blocks import Bias, bias
+from accuracy.comparison.comparing import judge
 from accuracy.comparison.diagnosis import diagnose
+from accuracy.comparison.metrics import luma
 from accuracy.comparison.mistakes import moved
-from accuracy.comparison.similarity import luma
-from accuracy.comparison.verdicts import judge
 
 
 def causes(image: np.ndarray, reference: np.ndarray) -> list[str]:

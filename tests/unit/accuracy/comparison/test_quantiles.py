@@ -4,13 +4,9 @@ import mpmath
 import numpy as np
 import pytest
 
-from accuracy.comparison.quantiles import (
-    beyond,
-    normal_equivalent,
-    normal_limit,
-    shared_out,
-    student_limit,
-)
+from accuracy.comparison.blocks import shared_out
+from accuracy.comparison.variances import normal_equivalent, normal_limit
+from renderer.math.intervals import beyond, student
 from renderer.math.numerics import EPS
 
 
@@ -30,7 +26,7 @@ def test_probabilities_of_student_err_by_a_few_roundings_for_each_degree_of_free
 
 @pytest.mark.parametrize("freedom", [1, 5, 51])
 def test_the_limit_is_exceeded_with_its_probability(freedom: int) -> None:
-    assert float(student_beyond(student_limit(1e-3, freedom), freedom)) == pytest.approx(1e-3, rel=1e-9)
+    assert float(student_beyond(student(freedom, 1e-3), freedom)) == pytest.approx(1e-3, rel=1e-9)
 
 
 def test_as_many_tests_as_share_a_level_raise_one_false_alarm_with_it() -> None:

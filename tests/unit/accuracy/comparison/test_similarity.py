@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from accuracy.comparison.similarity import luma, ssim
+from accuracy.comparison.metrics import luma, ssim
 
 
 def literal_ssim(image: np.ndarray, reference: np.ndarray) -> float:

@@ -11,8 +11,8 @@ import renderer
 from accuracy.quotes import places
 from accuracy.quotes.accuracies import Accuracy, Sampled
 from accuracy.quotes.deadlines import Deadline
-from accuracy.quotes.ranges import Range
 from accuracy.quotes.settings import Ladder, compiled
+from renderer.math.intervals import Interval
 from renderer.scenes import LoadedScene
 from schemas.sampling import LightSampling
 from tests.unit.accuracy.quotes.conftest import edge
@@ -75,7 +75,7 @@ def test_a_picture_without_error_has_none() -> None:
     run.weights *= 3
     accuracy = run.accuracy(0)
     assert accuracy is not None
-    assert accuracy.error(64) == Range(0.0, 0.0, 0.0)
+    assert accuracy.error(64) == Interval(0.0, 0.0, 0.0)
     assert accuracy.count(0.001) == 1
 
 
@@ -85,7 +85,7 @@ def test_too_few_blocks_tell_nothing(edge_scene: LoadedScene) -> None:
     assert run.accuracy(0) is run.accuracy(1) is None
 
 
-EXACT = Accuracy({count: Range(*[0.1 / count] * 3) for count in (1, 4, 16)}, power=1.0, unsure=0.2)
+EXACT = Accuracy({count: Interval(*[0.1 / count] * 3) for count in (1, 4, 16)}, power=1.0, unsure=0.2)
 
 
 @pytest.mark.parametrize("count", [1, 4, 9, 16, 100])
@@ -106,5 +106,5 @@ def test_the_count_for_an_error_has_that_error_or_less(error: float) -> None:
 
 
 def test_no_count_brings_down_an_error_that_does_not_fall() -> None:
-    stuck = Accuracy({16: Range(0.1, 0.1, 0.1)}, power=0.0, unsure=0.1)
+    stuck = Accuracy({16: Interval(0.1, 0.1, 0.1)}, power=0.0, unsure=0.1)
     assert stuck.count(0.05) == inf

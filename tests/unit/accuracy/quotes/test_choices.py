@@ -6,17 +6,17 @@ import pytest
 
 from accuracy.quotes.accuracies import Accuracy
 from accuracy.quotes.choices import Adaptive, Fixed, closest, soonest
-from accuracy.quotes.ranges import Range
 from accuracy.quotes.settings import Ladder
 from accuracy.quotes.timings import Timing
+from renderer.math.intervals import Interval
 from schemas.quality import FixedQuality, TargetQuality
 from schemas.sampling import LightSampling
 
 LIGHT = LightSampling(pattern="random", samples=4)
 
 
-def exactly(value: float) -> Range:
-    return Range(value, value, value)
+def exactly(value: float) -> Interval:
+    return Interval(value, value, value)
 
 
 def ladder(pattern: str, *, second: float = 1.0, error: float = 0.1, known: bool = True) -> Fixed:

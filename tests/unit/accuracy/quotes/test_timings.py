@@ -6,9 +6,9 @@ import pytest
 
 import renderer
 from accuracy.quotes.deadlines import Deadline
-from accuracy.quotes.ranges import Range
 from accuracy.quotes.settings import compiled, sobol_ladder
 from accuracy.quotes.timings import Stopwatch, Timing
+from renderer.math.intervals import Interval
 from renderer.scenes import LoadedScene
 
 HOUR = Deadline.after(3600.0)
@@ -51,7 +51,7 @@ def test_until_one_is_timed_later_samples_cost_what_the_first_one_does(watch: St
     watch.firsts = [(2.0, 48 * 40)]
     timing = watch.timing(0)
     assert timing is not None
-    assert timing.first == Range(2.0, 2.0, 2.0)
+    assert timing.first == Interval(2.0, 2.0, 2.0)
     assert timing.later.estimate == 2.0
     assert timing.later.low < 2.0 < timing.later.high
     assert watch.timing(1) is None
@@ -68,7 +68,7 @@ def test_a_second_ladder_is_timed_relative_to_the_first(watch: Stopwatch) -> Non
 
 
 def test_each_further_sample_costs_the_same() -> None:
-    timing = Timing(Range(3.0, 2.0, 5.0), Range(2.0, 1.0, 3.0))
+    timing = Timing(Interval(3.0, 2.0, 5.0), Interval(2.0, 1.0, 3.0))
     assert [timing.cpu_seconds(count).estimate for count in (1, 4, 16)] == [3.0, 9.0, 33.0]
     one = timing.cpu_seconds(1)
     assert one.low < 2.0

@@ -11,10 +11,9 @@ from xml.etree import ElementTree
 
 import pytest
 
-from accuracy.study import answers, page_markdown, plots, report
-from accuracy.study.blocks import Heading, Strip, Table
+from accuracy.study import answers, figures, pages, report
 from accuracy.study.curves import rays, seconds
-from accuracy.study.page_html import page
+from accuracy.study.pages import Heading, Strip, Table
 from accuracy.study.running import Study
 from tests.unit.accuracy.study.scenes import SCENE, TINY, scene
 
@@ -94,10 +93,10 @@ def test_no_curve_is_drawn_without_the_error_of_its_reference(found: Found) -> N
 
 def test_plots_are_whole_documents_and_the_same_for_the_same_results(found: Found) -> None:
     results, files = found
-    svg = plots.error_against(results, seconds, "seconds")
+    svg = figures.error_against(results, seconds, "seconds")
     assert svg.encode() == files["images/seconds.svg"]
     ElementTree.fromstring(svg)  # noqa: S314 - we drew it ourselves
-    assert svg != plots.error_against(results, rays, "rays")
+    assert svg != figures.error_against(results, rays, "rays")
 
 
 def test_every_image_of_the_text_report_is_there(found: Found) -> None:
@@ -139,13 +138,13 @@ def test_a_scene_without_anything_has_a_report_too(tmp_path: Path) -> None:
 
 def test_what_a_stranger_wrote_is_no_markup_in_a_table() -> None:
     table = Table(("a",), [("<img src=x>|`",)])
-    assert "&lt;img src=x&gt;|`" in page("title", [table])
-    assert r"\<img src=x\>\|\`" in page_markdown.page([table])
+    assert "&lt;img src=x&gt;|`" in pages.html("title", [table])
+    assert r"\<img src=x\>\|\`" in pages.markdown([table])
 
 
 def test_pictures_that_do_not_fill_a_line_leave_cells_empty() -> None:
     strip = Strip("below", [(f"{n}.png", b"", str(n)) for n in range(4)])
-    lines = page_markdown.page([Heading("title", 1), strip]).splitlines()
+    lines = pages.markdown([Heading("title", 1), strip]).splitlines()
     assert {line.count("|") for line in lines if line.startswith("|")} == {4}
     assert "| ![3](images/3.png) |  |  |" in lines
 

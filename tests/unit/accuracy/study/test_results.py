@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from accuracy.study import comparisons
+from accuracy.study import results
 from accuracy.study.journal import Journal
 from accuracy.study.program import Program
 from accuracy.study.results import error_of
@@ -67,7 +67,7 @@ def told(tmp_path: Path) -> tuple[list[Task], Journal]:
 
 
 def test_an_effect_costs_the_seconds_that_go_with_it(told: tuple[list[Task], Journal]) -> None:
-    rows = comparisons.effects(*told)
+    rows = results.effects(*told)
     found = {row["effect"]: row["cpu_seconds"]["estimate"] for row in rows}
     assert found == pytest.approx({"light 0": 6.0, "highlights": 1.0, "antialiasing": -1.0})
     assert list(found) == ["light 0", "highlights", "antialiasing"]
@@ -79,7 +79,7 @@ def test_double_precision_is_compared_with_single_seed_by_seed(told: tuple[list[
     settings: list[dict[str, Any]] = [
         {"name": task.name, "rmse_255": {"estimate": 7.0}} for task in told[0] if task.part == "setting"
     ]
-    rows = comparisons.precision(*told, settings)
+    rows = results.precision(*told, settings)
     assert {row["name"] for row in rows} == {"sobol 16 x 1", "uniform 4 x 4"}
     for row in rows:
         assert (row["ratio"]["low"], row["ratio"]["high"]) == pytest.approx((3.02 / 2.02, 3.01 / 2.01))
@@ -87,12 +87,12 @@ def test_double_precision_is_compared_with_single_seed_by_seed(told: tuple[list[
 
 
 def test_the_own_size_is_compared_with_the_same_setting(told: tuple[list[Task], Journal]) -> None:
-    size = comparisons.size(*told)
+    size = results.size(*told)
     assert size is not None
     assert (size["name"], size["ratio"]) == ("sobol 4 x 1", pytest.approx(8.015 / 2.015))
 
 
 def test_what_was_not_rendered_is_not_compared(told: tuple[list[Task], Journal]) -> None:
     _, journal = told
-    assert comparisons.effects([], journal) == comparisons.precision([], journal, []) == []
-    assert comparisons.size([], journal) is None
+    assert results.effects([], journal) == results.precision([], journal, []) == []
+    assert results.size([], journal) is None

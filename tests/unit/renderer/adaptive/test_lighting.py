@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 import renderer
 from accuracy.hard_cases.documents import bulb, lamp, phong, rectangle, scene
 from renderer.adaptive.lighting import CORNERS, SIDES, PilotLighting
-from renderer.integrator import shaded_points, workspace
+from renderer.integrator import intersect, workspace
 from renderer.interaction import Points, Rays
 from renderer.plan.plan import pilot_of
 from schemas.quality import TargetQuality
@@ -45,9 +45,7 @@ def points_on_floor(
     origins = np.stack((x, np.zeros(x.size), z)) - down / np.abs(down[1]) * 0.1
     numbers = np.arange(x.size)
     rays = Rays(origins, down, numbers, np.zeros_like(numbers))
-    for stage in plan.meetings:
-        stage.run(rays)
-    points = shaded_points(plan, rays)
+    points = intersect(plan, rays, lights=False)
     assert points.count == x.size
     assert np.abs(points.positions[1]).max() <= 1e-12
     return points

@@ -13,7 +13,7 @@ from renderer.adaptive.neighbours import borders
 from renderer.adaptive.rays import camera_rays
 from renderer.adaptive.requests import LevelRequest, TileRequest
 from renderer.adaptive.tile_rendering import render_samples
-from renderer.integrator import shaded_points
+from renderer.integrator import intersect
 from renderer.plan.plan import RenderPlan
 from schemas.quality import TargetQuality
 from schemas.tiles import Tile
@@ -42,9 +42,7 @@ def sampled(plan: RenderPlan, rows: NDArray[np.int64], columns: NDArray[np.int64
         across, along = (place + 0.5) / PLACES, place * GOLDEN % 1
         places = np.full(rows.size, across), np.full(rows.size, along)
         rays = camera_rays(plan, columns, rows, np.zeros(rows.size, np.int64), places)
-        for stage in plan.meetings:
-            stage.run(rays)
-        points = shaded_points(plan, rays)
+        points = intersect(plan, rays, lights=False)
         assert points.count == rows.size
         total += points.colors[0]
     return total / PLACES

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from accuracy.quotes.ranges import Range, factor, line, mean, ratio
+from accuracy.estimates import factor, line, mean, ratio
+from renderer.math.intervals import Interval
 
 TRIALS = 2000
 CHANCE = 4 * np.sqrt(0.05 * 0.95 / TRIALS)
@@ -30,7 +31,7 @@ def test_the_mean_of_many_samples_is_held_as_often_as_it_says_whatever_is_usual(
 
 
 def test_nothing_is_unsure_about_all_there_is() -> None:
-    assert mean([1.0, 2.0, 6.0], usual=5.0, covered=1.0) == Range(3.0, 3.0, 3.0)
+    assert mean([1.0, 2.0, 6.0], usual=5.0, covered=1.0) == Interval(3.0, 3.0, 3.0)
 
 
 def test_half_of_all_there_is_leaves_half_of_the_variance() -> None:
@@ -46,21 +47,21 @@ def test_parts_in_one_proportion_leave_only_what_is_usual() -> None:
     same, apart = (ratio(parts, [1.0, 2.0, 4.0], usual=0.2) for parts in ([2.0, 4.0, 8.0], [2.0, 5.0, 7.0]))
     assert same.estimate == apart.estimate == 2.0
     assert same.high < apart.high
-    assert ratio([2.0, 4.0, 8.0], [1.0, 2.0, 4.0], usual=0.0) == Range(2.0, 2.0, 2.0)
+    assert ratio([2.0, 4.0, 8.0], [1.0, 2.0, 4.0], usual=0.0) == Interval(2.0, 2.0, 2.0)
 
 
 def test_independent_factors_add_their_squared_logarithms() -> None:
-    product = Range(1.0, np.exp(-3), np.exp(3)).times(Range(2.0, 2 * np.exp(-4), 2 * np.exp(4)))
+    product = Interval(1.0, np.exp(-3), np.exp(3)).times(Interval(2.0, 2 * np.exp(-4), 2 * np.exp(4)))
     assert (product.low, product.high) == pytest.approx((2 * np.exp(-5), 2 * np.exp(5)), rel=1e-12)
 
 
 def test_what_may_be_nothing_stays_so_in_a_product() -> None:
-    assert Range(1.0, 0.0, 2.0).times(factor(0.1)).low == 0.0
-    assert Range(0.0, 0.0, 0.0).times(factor(0.1)) == Range(0.0, 0.0, 0.0)
+    assert Interval(1.0, 0.0, 2.0).times(factor(0.1)).low == 0.0
+    assert Interval(0.0, 0.0, 0.0).times(factor(0.1)) == Interval(0.0, 0.0, 0.0)
 
 
 def test_terms_that_err_together_add_their_ends() -> None:
-    assert Range(1.0, 0.5, 2.0).plus(Range(3.0, 2.0, 5.0)) == Range(4.0, 2.5, 7.0)
+    assert Interval(1.0, 0.5, 2.0).plus(Interval(3.0, 2.0, 5.0)) == Interval(4.0, 2.5, 7.0)
 
 
 def test_a_factor_holds_in_95_of_100_cases() -> None:

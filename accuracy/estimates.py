@@ -1,0 +1,85 @@
+"""Means, ratios and medians of samples, with intervals that hold in 95 of 100 cases."""
+
+import statistics
+from collections.abc import Sequence
+from math import exp, sqrt
+
+import numpy as np
+import numpy.typing as npt
+
+from renderer.math.arrays import Floats
+from renderer.math.intervals import NORMAL, Interval, student
+
+BELIEVED = 4
+"""How many degrees of freedom the usual deviation counts for: of two or three samples, the deviation is
+chance."""
+
+
+def half_width(values: Sequence[float]) -> float:
+    """Half of the interval of the mean of two values or more that are normal and independent.
+
+    Examples
+    --------
+    >>> round(half_width([1.0, 2.0, 3.0]), 3)
+    2.484
+    """
+    return student(len(values) - 1) * statistics.stdev(values) / sqrt(len(values))
+
+
+def median(values: Sequence[float]) -> Interval:
+    """The median, and the least and the greatest: how measured seconds are reported."""
+    return Interval(statistics.median(values), min(values), max(values))
+
+
+def factor(deviation: float) -> Interval:
+    """A factor of about 1 whose logarithm is normal with this standard deviation."""
+    width = exp(NORMAL * deviation)
+    return Interval(1.0, 1 / width, width)
+
+
+def mean(values: npt.ArrayLike, usual: float, covered: float = 0.0) -> Interval:
+    """The mean of a population from samples of it.
+
+    Parameters
+    ----------
+    values : (n,) array_like
+        Independent samples, or such that lie more evenly than independent ones.
+    usual : float
+        Standard deviation that such samples usually have, relative to their mean. Few samples are believed
+        less than this, many more.
+    covered : float
+        Share of the population that they are: nothing is left to be unsure of where it is 1.
+
+    Returns
+    -------
+    Interval
+        By Student's t. It holds as often as it says where the deviation is at most the usual one or the
+        samples are many.
+    """
+    values = np.asarray(values, dtype=np.float64)
+    middle = max(float(values.mean()), 0.0)
+    return _around(middle, values - values.mean(), usual * middle, max(1 - covered, 0.0))
+
+
+def ratio(parts: npt.ArrayLike, wholes: npt.ArrayLike, usual: float) -> Interval:
+    """The ratio of two means from pairs of samples (n,), as in Cochran, Sampling Techniques, chapter 6.
+
+    `usual` is the deviation of the ratio of a pair, relative to the ratio.
+    """
+    parts, wholes = np.asarray(parts, dtype=np.float64), np.asarray(wholes, dtype=np.float64)
+    middle = float(parts.mean() / wholes.mean())
+    return _around(middle, (parts - middle * wholes) / wholes.mean(), usual * middle, 1.0)
+
+
+def _around(middle: float, residuals: Floats, usual: float, left: float) -> Interval:
+    freedom = residuals.size - 1 + BELIEVED
+    variance = (float(np.sum(residuals**2)) + BELIEVED * usual**2) / freedom
+    half = student(freedom) * sqrt(variance / residuals.size * left)
+    return Interval(middle, max(middle - half, 0.0), middle + half)
+
+
+def line(x: Sequence[float], y: Sequence[float]) -> tuple[float, float]:
+    """Slope and scatter of the straight line that is nearest to points, by least squares."""
+    across, up = np.asarray(x) - np.mean(x), np.asarray(y) - np.mean(y)
+    slope = float(across @ up / (across @ across))
+    return slope, float(np.sqrt(np.mean((up - slope * across) ** 2)))

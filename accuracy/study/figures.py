@@ -1,0 +1,232 @@
+"""Figures of a report: plots as SVG, and rows of pictures side by side."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from accuracy.plotting import BLUE, CYAN, GREEN, PURPLE, RED, YELLOW, drawn, number_plainly
+from accuracy.study import curves
+from accuracy.study.reference import Reference, clipped
+from accuracy.study.settings import METHODS
+from accuracy.study.words import amount, error
+from renderer.images.files import encode_png
+from schemas.display import Display
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from renderer.math.arrays import Floats
+
+COLORS = dict(zip(METHODS, (BLUE, CYAN, RED, YELLOW, GREEN, PURPLE), strict=True))
+
+GREY = "#aaaaaa"
+SIZE = (9.4, 4.6)
+"""Inches."""
+
+TICKS = (1, 2, 5)
+"""Of every power of ten, those that are labelled."""
+
+SECONDS, RAYS, ERROR = "CPU seconds", "rays of all kinds", "RMSE x 255"
+
+Row = curves.Row
+
+GAIN = 16
+"""Times that differences are enlarged: one step of 8 bits is then 16, which is seen beside grey."""
+
+DETAIL = 8
+"""Parts of the shorter side that the enlarged part takes one of."""
+
+LARGE = 256
+"""Pixels of the enlarged part, at least."""
+
+
+def error_against(document: Mapping[str, Any], cost: Callable[[Row], float], name: str) -> str:
+    """Error against seconds or rays: a line through the best settings of each method, the others faint."""
+    spread = "cpu_seconds" if cost is curves.seconds else None
+
+    def fill(axes: Axes) -> None:
+        for method, color in COLORS.items():
+            own = [row for row in document["settings"] if row["method"] == method and row["told"]]
+            best = curves.front(own, cost)
+            axes.scatter(*_places(own, cost), color=color, s=9, alpha=0.35, linewidths=0)
+            if best:
+                _bars(axes, best, cost, spread, color)
+                axes.plot(*_places(best, cost), color=color, marker="o", markersize=4, label=method)
+
+    return _svg(fill, name, SECONDS if spread else RAYS, document)
+
+
+def front(document: Mapping[str, Any]) -> str:
+    """The settings that nothing beats, with their names, and all others grey."""
+    told = [row for row in document["settings"] if row["told"]]
+    best = curves.front(told)
+    names = {row["name"] for row in best}
+    beaten = [row for row in told if row["name"] not in names]
+
+    def fill(axes: Axes) -> None:
+        axes.scatter(*_places(beaten, curves.seconds), color=GREY, s=14, label="beaten by another setting")
+        axes.plot(*_places(best, curves.seconds), color="#222222", linewidth=1, zorder=1)
+        for row in best:
+            place = (curves.seconds(row), curves.error(row))
+            axes.scatter(*place, color=COLORS[row["method"]], s=28, zorder=2)
+            axes.annotate(row["name"], place, xytext=(5, 4), textcoords="offset points", fontsize=7)
+
+    return _svg(fill, "front", SECONDS, document)
+
+
+def light_points(document: Mapping[str, Any], samples: int) -> str:
+    """Error away from edges, where soft shadows are, against light points for so many camera samples."""
+    rows = [row for row in document["settings"] if row["camera_samples"] == samples]
+
+    def fill(axes: Axes) -> None:
+        for method, color in COLORS.items():
+            own = [row for row in rows if row["method"] == method and row["smooth_rmse_255"] > 0]
+            if own:
+                points = [row["light_points"] for row in own]
+                errors = [row["smooth_rmse_255"] for row in own]
+                axes.plot(points, errors, color=color, marker="o", markersize=4, label=method)
+        axes.set_ylabel(f"{ERROR}, away from edges")
+
+    return _svg(fill, "light", "light points for each camera sample", document)
+
+
+def _places(rows: Sequence[Row], cost: Callable[[Row], float]) -> tuple[list[float], list[float]]:
+    return [cost(row) for row in rows], [curves.error(row) for row in rows]
+
+
+def _bars(
+    axes: Axes, rows: Sequence[Row], cost: Callable[[Row], float], spread: str | None, color: str
+) -> None:
+    across = _reach(rows, spread) if spread else None
+    axes.errorbar(
+        *_places(rows, cost),
+        xerr=across,
+        yerr=_reach(rows, "rmse_255"),
+        color=color,
+        fmt="none",
+        elinewidth=1,
+        capsize=2,
+    )
+
+
+def _reach(rows: Sequence[Row], member: str) -> list[list[float]]:
+    """How far intervals reach below and above."""
+    values = [row[member] for row in rows]
+    return [
+        [max(0.0, value["estimate"] - value["low"]) for value in values],
+        [max(0.0, value["high"] - value["estimate"]) for value in values],
+    ]
+
+
+def _svg(fill: Callable[[Axes], None], name: str, across: str, document: Mapping[str, Any]) -> str:
+    """Error against what lies `across`, in logarithms, with the reference's own error and a legend."""
+
+    def fill_figure(figure: Figure) -> None:
+        axes = figure.add_subplot()
+        axes.set(xscale="log", yscale="log", xlabel=across, ylabel=ERROR)
+        for axis in (axes.xaxis, axes.yaxis):
+            number_plainly(axis, TICKS, amount)
+        fill(axes)
+        own = document["reference"]["rmse_255"]
+        label = f"error of the reference itself, {error(own)}"
+        # A picture without noise has a reference without error, which has no place on such an axis.
+        style: dict[str, Any] = {"color": "#222222", "linewidth": 1, "linestyle": "--", "label": label}
+        axes.axhline(own, **style) if own > 0 else axes.plot([], **style)
+        axes.grid(visible=True, which="both", alpha=0.2)
+        axes.legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+    return _inline(drawn(fill_figure, SIZE, salt=name).decode())
+
+
+def _inline(text: str) -> str:
+    """The SVG element alone, as a page takes it in, and as wide as there is room."""
+    element = text[text.index("<svg") :]
+    return re.sub(
+        r'(<svg[^>]*?) width="[^"]*"', r"\1", re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", element)
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Views:
+    """One picture in three ways, each as a PNG file.
+
+    Attributes
+    ----------
+    whole, difference, detail : bytes
+        As displayed; the difference from the reference, `GAIN` times enlarged around grey; a part of
+        the first whose pixels are enlarged.
+    """
+
+    whole: bytes
+    difference: bytes
+    detail: bytes
+
+
+def views(images: Sequence[NDArray[Any]], reference: Reference, display: Display) -> list[Views]:
+    """All pictures, and the reference last; the enlarged part is where they are off most, the same for all.
+
+    Parameters
+    ----------
+    images : sequence of (H, W, 3)
+        Linear.
+    reference : Reference
+    display : Display
+        The scene's.
+    """
+    mean = reference.mean
+    squares = sum(
+        (np.sum((clipped(image) - mean) ** 2, axis=2) for image in images), np.zeros(mean.shape[:2])
+    )
+    part = worst_part(squares, max(4, min(mean.shape[:2]) // DETAIL))
+    return [_views(image, mean, display, part) for image in (*images, mean)]
+
+
+def worst_part(squares: Floats, side: int) -> tuple[slice, slice]:
+    """Rows and columns of the square with that side, on a grid of half of it, that has the largest sum.
+
+    Examples
+    --------
+    >>> squares = np.zeros((8, 8))
+    >>> squares[5, 2] = 1
+    >>> worst_part(squares, 4)
+    (slice(2, 6, None), slice(0, 4, None))
+    """
+    height, width = squares.shape
+    step = max(1, side // 2)
+    corners = [
+        (y, x)
+        for y in range(0, max(1, height - side + 1), step)
+        for x in range(0, max(1, width - side + 1), step)
+    ]
+    y, x = max(corners, key=lambda corner: squares[corner[0] :, corner[1] :][:side, :side].sum())
+    return slice(y, y + side), slice(x, x + side)
+
+
+def _views(image: NDArray[Any], mean: Floats, display: Display, part: tuple[slice, slice]) -> Views:
+    difference = 0.5 + GAIN * (clipped(image) - mean)
+    detail = image[part]
+    times = -(-LARGE // max(detail.shape[:2]))
+    return Views(
+        whole=encode_png(image, display),
+        difference=encode_png(difference, Display(transfer="linear")),
+        detail=encode_png(np.repeat(np.repeat(detail, times, axis=0), times, axis=1), display),
+    )
+
+
+def file_names(name: str) -> Mapping[str, str]:
+    """Names of the three files of a method.
+
+    Examples
+    --------
+    >>> file_names("sobol")["detail"]
+    'sobol-detail.png'
+    """
+    return {"whole": f"{name}.png", "difference": f"{name}-difference.png", "detail": f"{name}-detail.png"}
