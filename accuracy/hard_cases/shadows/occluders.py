@@ -228,8 +228,8 @@ def _five_walls(kind: str, number: int) -> Outcome:
     return total(outcomes)
 
 
-OPEN = -0.99
-"""Third coordinate of the side that has no wall, and a little more: no line between walls is beside it."""
+OPEN = -0.75
+"""Third coordinate above which every ray from the eye to a line reaches its wall, not the side without one."""
 
 
 def _plain_corners(kind: str, place: Place, targets: Floats, dtype: Any) -> int:
