@@ -229,7 +229,7 @@ def _five_walls(kind: str, number: int) -> Outcome:
 
 
 OPEN = -0.75
-"""Third coordinate above which every ray from the eye to a line reaches its wall, not the side without one."""
+"""Third coordinate above which a ray from the eye to a line meets its wall, not the side without one."""
 
 
 def _plain_corners(kind: str, place: Place, targets: Floats, dtype: Any) -> int:
