@@ -248,7 +248,7 @@ def ends_of_the_field_of_view() -> Outcome:
     for fov in (1e-3, 179.99):
         view = view_of(position=[3, 1, 4], look_at=[1, 5, 9], vertical_fov=fov, width=640, height=640)
         x, y = centres(640, 10)
-        plain = in_both(lambda dtype, view=view, x=x, y=y: through_the_screen(view, x, y, dtype))
+        plain = in_both(partial(through_the_screen, view, x, y))
         missing = [
             x.size - len(np.unique(directions[:, np.isfinite(directions).all(axis=0)], axis=1).T)
             for directions in (view.directions(x, y), *plain)
@@ -344,10 +344,9 @@ def focal_length() -> Outcome:
     outcomes = [let_through(bad, "/camera/focal_length")]
     for length in (1e-100, 1e-30, 1e-9, 0.035, 1e9, 1e15):
         found = view_of(focal_length=length).directions(x, y)
-        textbook = in_both(
-            lambda dtype, length=length: off(plain, through_the_screen(plain, x, y, dtype, length), true)
-        )
-        outcomes.append(Outcome(x.size, tally((found != true).any(axis=0)), *textbook))
+        textbook = in_both(partial(through_the_screen, plain, x, y, focal_length=length))
+        wrong = tally((found != true).any(axis=0))
+        outcomes.append(Outcome(x.size, wrong, *(off(plain, each, true) for each in textbook)))
     return total(outcomes)
 
 

@@ -7,7 +7,7 @@ exact numbers or closed forms say; an `exact` answer has 50 digits, whoever asks
 import io
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import wraps
 from typing import Any, ParamSpec, TypeVar
 
@@ -81,8 +81,9 @@ class Outcome:
 def judged(errors: Floats, *textbook: ArrayLike) -> Outcome:
     """Count errors above 1, and NaN, as wrong: the renderer's (N,), and a textbook's in each dtype asked."""
     right = errors[errors <= 1]
-    plain = (tally(~(np.asarray(each) <= 1)) for each in textbook)
-    return Outcome(errors.size, errors.size - right.size, *plain, worst=float(right.max(initial=0.0)))
+    plain = [tally(~(np.asarray(each) <= 1)) for each in textbook]
+    outcome = Outcome(errors.size, errors.size - right.size, *plain)
+    return replace(outcome, worst=float(right.max(initial=0.0)))
 
 
 def total(outcomes: Iterable[Outcome]) -> Outcome:

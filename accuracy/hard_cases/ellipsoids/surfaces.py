@@ -109,7 +109,7 @@ def _poles(turn: int, side: int) -> Outcome:
     read = read_scene(scene(shape))[0].shapes[0]
     true = np.array([exact_coordinates(x, y, side) for x, y in where.tolist()])
 
-    def errors(found: Floats, eps: float) -> Floats:
+    def errors(found: Pairs, eps: float) -> Floats:
         off = np.abs(found - true)
         # The ends of u are one place.
         off[:, 0] = np.minimum(off[:, 0], 1 - off[:, 0])

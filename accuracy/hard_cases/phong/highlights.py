@@ -4,7 +4,7 @@ A floor in the plane y = 0 under a sun, seen from any direction above it: normal
 numbers of the scene, so the exact colour is one formula of them.
 """
 
-from functools import partial
+from functools import partial, reduce
 from typing import Any
 
 import mpmath
@@ -149,7 +149,7 @@ def _step(light: Floats | None, viewers: Floats, expected: Any, quality: FixedQu
     every = lamp_points() if light is None else [light]
 
     def plain(dtype: Any) -> Floats:
-        return sum(plain_highlights(part, viewers, 0.0, dtype) for part in every) / len(every)
+        return reduce(np.add, (plain_highlights(part, viewers, 0.0, dtype) for part in every)) / len(every)
 
     found = highlights(light, viewers, 0.0, quality)
     return Outcome(found.size, *(tally(seen != expected) for seen in (found, *in_both(plain))))

@@ -211,7 +211,7 @@ POINTS = 64
 
 def _five_walls(kind: str, number: int) -> Outcome:
     """Points of lights behind an open room's walls that its corner lines see, and lines that are not hit."""
-    outcomes = []
+    outcomes: list[Outcome] = []
     for chosen, place in places(f"five walls {kind}", offsets=(0.0, 1e7)):
         walls = [shape for wall_ in range(1, 6) for shape in wall(kind, place, wall_, "plain")]
         lights = [

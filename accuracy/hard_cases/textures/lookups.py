@@ -252,11 +252,14 @@ def no_numbers() -> Outcome:
     """1,000 rays at textured triangles on lines or in a point, and 200 at each that spans no coordinates."""
     corners, origins, targets = on_lines()
     codes = np.full((4, 8, 3), 77)
-    uvs = np.random.default_rng(6).uniform(-2, 3, (300, 2))
-    flat = mesh(corners.reshape(-1, 3), np.arange(300).reshape(-1, 3), uvs=uvs)
+    flat = mesh(
+        corners.reshape(-1, 3),
+        np.arange(300).reshape(-1, 3),
+        uvs=np.random.default_rng(6).uniform(-2, 3, (300, 2)),
+    )
     with warnings.catch_warnings(record=True) as raised:
         warnings.simplefilter("always")
-        parts = [_without_coordinates(*each, codes) for each in itertools.product(NOWHERE, MANY_FILTERS)]
+        parts = [_without_coordinates(uvs, filter_, codes) for uvs in NOWHERE for filter_ in MANY_FILTERS]
         plan = mapped(flat, codes=codes, filter_="bilinear", color_texture="map")
         met = points(plan, origins.T.copy(), (targets - origins).T.copy())
     owners = list(corners.repeat(10, axis=0).transpose(1, 0, 2))
@@ -265,7 +268,11 @@ def no_numbers() -> Outcome:
     return total(parts)
 
 
-NOWHERE = ([[0.3, 0.6]] * 3, [[0, 0], [1, 1], [2, 2]], [[0.2, 0.5], [0.2, 0.5], [0.7, 0.5]])
+NOWHERE: tuple[list[list[float]], ...] = (
+    [[0.3, 0.6]] * 3,
+    [[0, 0], [1, 1], [2, 2]],
+    [[0.2, 0.5], [0.2, 0.5], [0.7, 0.5]],
+)
 """Texture coordinates of corners in one place, on a line, and two of them in one place."""
 
 MANY_FILTERS = (*FILTERS, "mipmap")

@@ -250,10 +250,11 @@ def not_finite() -> Outcome:
     return Outcome(900, tally(wrong) + tally(changed) + watch.seen, *plain)
 
 
-def _visited(corners: Floats, rays: Floats, dtype: type[np.floating]) -> Floats:
+def _visited(corners: Floats, rays: Floats, dtype: type[np.floating]) -> Integers:
     """Boxes of triangles that a textbook's test lets each of rays (N, 6) into, (N,)."""
     given = rays.astype(dtype)
-    return sum(exact_sides_slabs(box_of(each, dtype), given[:, :3], given[:, 3:]) for each in corners)
+    boxes = (box_of(each, dtype) for each in corners)
+    return np.sum([exact_sides_slabs(box, given[:, :3], given[:, 3:]) for box in boxes], axis=0)
 
 
 @SECTION.case(
