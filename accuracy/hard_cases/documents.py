@@ -13,7 +13,10 @@ Vector = Sequence[float] | Floats
 """Three numbers."""
 
 
-def written(**fields: Any) -> Json:
+PLAIN = {"material": "plain"}
+
+
+def written(fields: Json) -> Json:
     """An object of the scene language; arrays become lists."""
     return {name: _plain(value) for name, value in fields.items()}
 
@@ -33,7 +36,7 @@ def camera(**changes: Any) -> Json:
         "width": 24,
         "height": 16,
     }
-    return written(**{**usual, **changes})
+    return written({**usual, **changes})
 
 
 def phong(color: Sequence[float] | None = None, **changes: Any) -> Json:
@@ -44,43 +47,45 @@ def phong(color: Sequence[float] | None = None, **changes: Any) -> Json:
 
 def rectangle(corner: Vector, first: Vector, second: Vector, **changes: Any) -> Json:
     """By a corner and two edges."""
-    return written(type="rectangle", corner=corner, edges=[first, second], **{"material": "plain", **changes})
+    return written({"type": "rectangle", "corner": corner, "edges": [first, second], **PLAIN, **changes})
 
 
 def triangle(*vertices: Vector, **changes: Any) -> Json:
     """By its vertices."""
-    return written(type="triangle", vertices=list(vertices), **{"material": "plain", **changes})
+    return written({"type": "triangle", "vertices": list(vertices), **PLAIN, **changes})
 
 
 def mesh(vertices: Any, triangles: Any, **changes: Any) -> Json:
     """By vertices (V, 3) and the numbers of those of each triangle (T, 3)."""
     parts = {"vertices": np.asarray(vertices), "triangles": np.asarray(triangles)}
-    return written(type="mesh", **parts, **{"material": "plain", **changes})
+    return written({"type": "mesh", **parts, **PLAIN, **changes})
 
 
 def sphere(center: Vector, radius: float, **changes: Any) -> Json:
     """By centre and radius."""
-    return written(type="ellipsoid", center=center, radius=radius, **{"material": "plain", **changes})
+    return written({"type": "ellipsoid", "center": center, "radius": radius, **PLAIN, **changes})
 
 
 def ellipsoid(center: Vector, *axes: Vector, **changes: Any) -> Json:
     """By centre and semi-axes."""
-    return written(type="ellipsoid", center=center, axes=list(axes), **{"material": "plain", **changes})
+    return written({"type": "ellipsoid", "center": center, "axes": list(axes), **PLAIN, **changes})
 
 
 def lamp(corner: Vector, first: Vector, second: Vector, color: Any = (0.9, 0.8, 0.7), **more: Any) -> Json:
     """A rectangle light by a corner and two edges."""
-    return written(type="rectangle", corner=corner, edges=[first, second], color=list(color), **more)
+    return written(
+        {"type": "rectangle", "corner": corner, "edges": [first, second], "color": list(color), **more}
+    )
 
 
 def bulb(position: Vector, color: Any = (0.5, 0.6, 0.7)) -> Json:
     """A point light."""
-    return written(type="point", position=position, color=list(color))
+    return written({"type": "point", "position": position, "color": list(color)})
 
 
 def sun(direction: Vector, color: Any = (0.4, 0.3, 0.5)) -> Json:
     """A directional light."""
-    return written(type="directional", direction=direction, color=list(color))
+    return written({"type": "directional", "direction": direction, "color": list(color)})
 
 
 def sampled(
