@@ -83,7 +83,7 @@ def pairs_of_triangles() -> Iterator[Surface]:
 
 
 def pairs_in_whole_numbers() -> Iterator[Surface]:
-    """The same in whole numbers, with rays that meet the edge without any rounding."""
+    """The same in whole numbers, with rays that hit the edge without any rounding."""
     rng = np.random.default_rng(2)
     for _ in range(100):
         a, d = rng.integers(-160, 161, (2, 3))
@@ -134,7 +134,7 @@ def _two_walls(rng: np.random.Generator, edges: Floats) -> Surface:
 
 
 def sheets_in_whole_numbers() -> Iterator[Surface]:
-    """Four parallelograms around a corner, and rays that meet edges and that corner without any rounding."""
+    """Four parallelograms around a corner, and rays that hit edges and that corner without any rounding."""
     rng = np.random.default_rng(6)
     for _ in range(100):
         corner, first, second = rng.integers(-20, 21, (3, 3)) * 8.0

@@ -90,7 +90,7 @@ def solved(vertices: Triple, origins: Pairs, directions: Pairs) -> tuple[Pairs, 
 
 
 def plane_and_sides(vertices: Triple, origins: Pairs, directions: Pairs) -> Pairs:
-    """The place where the ray meets the plane, and whether it lies on the inner side of each edge."""
+    """The place where the ray hits the plane, and whether it lies on the inner side of each edge."""
     a, b, c = vertices
     normal = np.cross(b - a, c - a)
     t = _dot(a - origins, normal) / _dot(directions, normal)
@@ -132,7 +132,7 @@ def _bound_of_t(x: Pairs, y: Pairs, depth: Pairs, weight: Pairs) -> Pairs:
 
 
 def projected_on_edges(edges: Triple, origins: Pairs, directions: Pairs, limit: float = 0.0) -> Pairs:
-    """The place where the ray meets the plane, projected on two edges that are taken for perpendicular."""
+    """The place where the ray hits the plane, projected on two edges that are taken for perpendicular."""
     corner, first, second = edges
     normal = np.cross(first, second)
     slope = _dot(directions, normal)
@@ -152,7 +152,7 @@ def closed_parallelogram(edges: Triple, origins: Pairs, directions: Pairs) -> Pa
 
 
 def normal_form(edges: Triple, origins: Pairs, directions: Pairs) -> Pairs:
-    """Where a ray meets the plane n . x = k of unit normal n."""
+    """Where a ray hits the plane n . x = k of unit normal n."""
     corner, first, second = edges
     product = np.cross(first, second)
     normal = product / np.sqrt(_dot(product, product))[..., None]

@@ -13,7 +13,7 @@ from accuracy.hard_cases.harness import exact
 
 @dataclass(frozen=True)
 class Answer:
-    """What a ray meets.
+    """What a ray hits.
 
     Attributes
     ----------
@@ -127,7 +127,7 @@ class _Line:
 
 @dataclass(frozen=True, slots=True)
 class _Plane:
-    """Where a line meets the plane of a flat shape: u, v and height are those of the place times `slope` > 0.
+    """Where a line hits the plane of a flat shape: u, v and height are those of the place times `slope` > 0.
 
     The normal is on the side that the line comes from. Quotients of whole numbers are rounded once.
     """
@@ -262,5 +262,5 @@ ANSWERS = {"triangle": triangle, "rectangle": rectangle, "ellipsoid": ellipsoid}
 
 
 def answer(shape: Any, origin: Vector, direction: Vector) -> Answer:
-    """What one ray meets on one shape of the scene language."""
+    """What one ray hits of one shape of the scene language."""
     return ANSWERS[shape.type](shape, origin, direction)

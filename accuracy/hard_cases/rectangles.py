@@ -96,7 +96,7 @@ def along_the_plane() -> Outcome:
     "C5: rectangles without area",
     symptom="NaN pixels, or a scene that renders black for no reason said.",
     cause="Edges that are zero or parallel have no normal: 0/0.",
-    remedy="Such a scene is refused with the place and the cure; no ray meets a zero normal anyway.",
+    remedy="Such a scene is refused with the place and the cure; no ray hits a zero normal anyway.",
     expected="An error at the edges or at the tangent; and no hit if such a rectangle gets through.",
 )
 def without_area() -> Outcome:
@@ -120,7 +120,7 @@ def without_area() -> Outcome:
 
 @SECTION.case(
     "C6: rays exactly through edges and corners",
-    symptom="Pinholes in a floor of tiles where rays meet the seams exactly.",
+    symptom="Pinholes in a floor of tiles where rays hit the seams exactly.",
     cause="u = 1 in one tile and u = 0 in the next are rounded to either side.",
     remedy="Both ends of 0 to 1 belong to the rectangle.",
     expected="Four parallelograms around a corner, all of whole numbers, let no ray through their seams.",

@@ -60,7 +60,7 @@ REGRESSION = [
     [-1113.45459, -87.0922699, -56.2431908],
     [-1113.45459, -79.2090149, -56.2431908],
 ]
-"""On one line; pbrt-v4 once met it."""
+"""On one line; pbrt-v4 once reported a hit."""
 
 REGRESSION_RAY = ([-1081.47925, 99.9999542, 87.7701111], [-32.1072998, -183.355865, -144.607635])
 """The ray that did."""
@@ -142,7 +142,7 @@ def many_units() -> Outcome:
     "B5: huge triangles",
     symptom="Far terrain is full of holes or NaN.",
     cause="Products of three coordinates overflow float32, and infinity over infinity is NaN.",
-    remedy="Rays meet shapes in float64, and scenes refuse coordinates beyond 1e15.",
+    remedy="Rays intersect shapes in float64, and scenes refuse coordinates beyond 1e15.",
     expected=ROUNDED + " Coordinates up to 1e15.",
 )
 def huge() -> Outcome:
@@ -179,7 +179,7 @@ def shared_edges() -> Outcome:
 
 @SECTION.case(
     "B6: rays exactly at a shared edge",
-    symptom="Pinholes in regular grids, where rays meet edges exactly.",
+    symptom="Pinholes in regular grids, where rays hit edges exactly.",
     cause="On the edge both weights are zero in truth, and their rounding has any sign.",
     remedy="As for all shared edges: the two roundings are the same but for the sign, and zero is inside.",
     expected="No ray passes between two triangles of whole numbers.",
@@ -221,8 +221,8 @@ def closed_mesh() -> Outcome:
 @SECTION.case(
     "B8: a closed surface of single triangles, near and far",
     symptom="As for a mesh, where a scene lists its triangles one by one.",
-    cause="As for a mesh. The place where the ray meets the plane is rounded, and judged by each edge alone.",
-    remedy="Triangles of a scene are met as those of meshes are.",
+    cause="As for a mesh. The place where the ray hits the plane is rounded, and judged by each edge alone.",
+    remedy="Triangles of a scene are intersected as those of meshes are.",
     expected="As for the mesh, with the same sphere.",
     source=WATERTIGHT,
 )

@@ -75,7 +75,7 @@ def close_starts() -> Outcome:
 
 @SECTION.case(
     "D4: axes a million to one",
-    symptom="Discs and needles made of ellipsoids look torn, or turn up somewhere beside their place.",
+    symptom="Discs and needles made of ellipsoids fall apart, or turn up somewhere beside their place.",
     cause="Where the shape becomes a sphere, the ray is up to 1e18 radii long, and one rounding of its "
     "length is longer than the sphere.",
     remedy="The start's part across the ray is projected twice; rounding of t is taken back along the ray, "
@@ -130,8 +130,7 @@ def nearly_tangent() -> Outcome:
     "D10: ellipsoids behind the start",
     symptom="A ball that was just left, or is behind the camera, shows in front of it.",
     cause="Rounding moves a start just outside to the inside, where one root is positive.",
-    remedy="A start within roundings of the surface is on it, and a ray that leaves from there meets "
-    "nothing.",
+    remedy="A start within roundings of the surface is on it, and a ray that leaves from there hits nothing.",
     expected="Always a miss.",
 )
 def behind() -> Outcome:

@@ -86,7 +86,7 @@ BESIDE = [0.0, 1e-20, 1e-17, 2.0**-53, 2.0**-52, 1e-9]
 
 @SECTION.case(
     "D15: texture coordinates at the poles",
-    symptom="The picture on a ball is torn to rings at its poles, or has a line of wrong texels at its seam.",
+    symptom="The picture on a ball falls into rings at its poles, or has a line of wrong texels at a seam.",
     cause="The arc cosine of 1 - x keeps half the digits of a small x, and is NaN beyond 1; a longitude just "
     "below 0 is 1 modulo 1, a column beyond the last.",
     remedy="Latitude is the angle of (height, distance from the axis), by atan2; longitude is 0 at a pole "
@@ -151,7 +151,7 @@ def by_arc_cosine(shape: Any, origins: Pairs, directions: Pairs) -> Pairs:
     symptom="The outline of a ball is another one in a quick picture than in an exact one.",
     cause="The discriminant decides there, and float32 keeps few digits of it.",
     remedy="Single precision is for light and shadow; which shape a pixel sees is float64 in both.",
-    expected="In both precisions, a pixel shows the ball if exact arithmetic says that its ray meets it, but "
+    expected="In both precisions, a pixel shows the ball if exact arithmetic says that its ray hits it, but "
     "within 16 eps of the outline.",
 )
 def outlines() -> Outcome:
@@ -235,7 +235,7 @@ def accepted() -> list[tuple[Json, bool]]:
     "of -1.",
     remedy="Radii and semi-axes are from 1e-100 to 1e15 long, semi-axes perpendicular to 1e-6. There is a "
     "warning where one is more than 1e8 times as long as another. Any may point the other way.",
-    expected="Refused at its place, in all axes alike. What is rare, but right, is read, and met from its "
+    expected="Refused at its place, in all axes alike. What is rare, but right, is read, and hit from its "
     "centre with t within 1e-10 of itself.",
 )
 def no_ellipsoids() -> Outcome:

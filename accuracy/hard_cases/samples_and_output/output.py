@@ -143,11 +143,11 @@ def toe_of_the_curve() -> Outcome:
     below = -np.geomspace(1e-300, 1e30, 100)
     climbing = np.sort(np.concatenate((below, inside, np.linspace(0.001, 0.01, 10000))))
     powers = in_both(lambda dtype: np.power(below.astype(dtype), dtype(1 / 2.4)))
-    with warnings.catch_warnings(record=True) as told:
+    with warnings.catch_warnings(record=True) as raised:
         warnings.simplefilter("always")
         codes = codes_of(climbing, Display()).astype(int)
     falling = tally(np.diff(codes) < 0)
-    wrong = tally(off) + falling + len(told)
+    wrong = tally(off) + falling + len(raised)
     return Outcome(inside.size + climbing.size, wrong, *(tally(np.isnan(each)) for each in powers))
 
 
@@ -179,13 +179,13 @@ CEILING = ([-1.0, 3.9, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0])
 
 
 def _shown(expected: int, clamped: int, document: Json) -> Outcome:
-    with warnings.catch_warnings(record=True) as told:
+    with warnings.catch_warnings(record=True) as raised:
         warnings.simplefilter("always")
         result = renderer.render(compiled(document))
         codes = displayed(result.image, Display())
     numerics = result.report["numerics"]
     miscounted = abs(numerics["clamped"] - clamped) + numerics["non_finite"]
-    wrong = tally(codes != expected) + miscounted + len(told)
+    wrong = tally(codes != expected) + miscounted + len(raised)
     with np.errstate(all="ignore"):
         plain = plain_codes(result.image, np.float32)
     return Outcome(codes.size, wrong, tally(plain != expected))

@@ -45,7 +45,7 @@ CODE = 1 / 255
 Change = Callable[[Json], Json]
 
 EDGE = (
-    "An edge is a pixel whose rays through its corners, sides and centre do not all meet the same shapes and "
+    "An edge is a pixel whose rays through its corners, sides and centre do not all hit the same shapes and "
     "see the same share of every light, in mirrors and through glass too."
 )
 
@@ -261,7 +261,7 @@ def fused_edge(p: Floats, q: Floats) -> float:
     return fused(float(p[0]), float(q[1]), -float(p[1] * q[0]))
 
 
-def meets(triangle_: Floats, origin: Floats, direction: Floats) -> bool:
+def is_hit(triangle_: Floats, origin: Floats, direction: Floats) -> bool:
     """Woop's test of a triangle (3, 3), with fused edge functions."""
     axis = int(np.argmax(np.abs(direction)))
     others = [(axis + 1) % 3, (axis + 2) % 3]
@@ -295,6 +295,7 @@ def fused_products() -> Outcome:
         pair = np.array([[a, b, c], [across, c, b]])
         wrong += tally(traced([triangle(*corners) for corners in pair], origins, directions).shape < 0)
         plain += sum(
-            not any(meets(corners, *ray) for corners in pair) for ray in zip(origins, directions, strict=True)
+            not any(is_hit(corners, *ray) for corners in pair)
+            for ray in zip(origins, directions, strict=True)
         )
     return Outcome(PAIRS * RAYS, wrong, plain)

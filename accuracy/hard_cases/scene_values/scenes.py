@@ -223,14 +223,14 @@ def _each(vectors: Any, matrix: Floats) -> Floats:
 
 
 NOTHING = -2.0
-"""Stands for what a ray would meet that was not sent."""
+"""Stands for what a ray would hit that was not sent."""
 
 
 def on_edges(plan: renderer.RenderPlan) -> Masks:
     """Pixels (H, W) whose own rays do not all see the same.
 
     Nine rays go through each pixel: through its corners, the middles of its sides, and its centre. They see
-    the same if all of them, and all rays that mirrors and glass send on from them, meet the same triangle or
+    the same if all of them, and all rays that mirrors and glass send on from them, hit the same triangle or
     other shape, and see the same share of every light from there.
     """
     size = plan.width * plan.height

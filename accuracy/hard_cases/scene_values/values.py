@@ -134,7 +134,7 @@ def wall(size: float, distance: float) -> Json:
 
 
 def plain_distance(size: float, distance: float, dtype: Any) -> float:
-    """Where a ray along z meets the wall, by the textbook's formula, n . corner / n . d."""
+    """Where a ray along z hits the wall, by the textbook's formula, n . corner / n . d."""
     half, along, place = dtype(size / 2), dtype(size), dtype(distance)
     normal = np.cross([along, dtype(0), dtype(0)], [dtype(0), along, dtype(0)]).astype(dtype)
     corner = np.array([-half, -half, place], dtype)
@@ -142,7 +142,7 @@ def plain_distance(size: float, distance: float, dtype: Any) -> float:
 
 
 def walls(sizes: list[float], *, refused: bool) -> Outcome:
-    """Walls of these sizes, as far away as they are large: refused, or met where they are to 4 eps."""
+    """Walls of these sizes, as far away as they are large: refused, or hit where they are to 4 eps."""
 
     def is_off(size: float, dtype: Any) -> bool:
         return not abs(plain_distance(size, abs(size), dtype) - abs(size)) <= 4 * eps_of(dtype) * abs(size)
@@ -166,8 +166,8 @@ def _distance_along_z(shape: Json, start: float) -> float:
     symptom="Shapes vanish, or a whole picture is NaN.",
     cause="Squares and cubes of 1e200 are infinite; float32 makes 1e39 infinite, and 16777217 one less.",
     remedy="Coordinates and sizes are float64 and at most 1e15, so that their squares and cubes are finite.",
-    expected="Larger ones are refused at their place; walls of up to 1e15 units are met at their distance to "
-    "4 eps, and a wall at 16777217 is met 1 unit from 16777216.",
+    expected="Larger ones are refused at their place; walls of up to 1e15 units are hit at their distance to "
+    "4 eps, and a wall at 16777217 is hit 1 unit from 16777216.",
     source="IEEE 754",
 )
 def large() -> Outcome:
@@ -183,7 +183,7 @@ def large() -> Outcome:
     symptom="A tiny model is empty, or a direction written in tiny numbers gives NaN.",
     cause="The square of 1e-200 is 0, and so is the length of such a vector; float32 makes 1e-50 itself 0.",
     remedy="Sizes are at least 1e-100; vectors are divided by their largest component and squared then.",
-    expected="Smaller sizes are refused at their place; walls down to 1e-100 units are met to 4 eps; "
+    expected="Smaller sizes are refused at their place; walls down to 1e-100 units are hit to 4 eps; "
     "directions of any length down to 5e-324 have unit vectors right to 4 eps a component.",
     source="Blue 1978, A portable Fortran program to find the Euclidean norm of a vector",
 )

@@ -41,7 +41,7 @@ SECTION = Section("Where lights are")
 @SECTION.case(
     "E4: the light's own surface",
     symptom="A lamp lights with a fine grain, as if it were full of holes.",
-    cause="A light point is rounded off the lamp's plane, and the shadow ray meets the lamp before its end.",
+    cause="A light point is rounded off the lamp's plane, and the shadow ray hits the lamp before its end.",
     remedy="Lights cast no shadow, and a shape in the light's own plane is not between.",
     expected="A lamp set into a ceiling of the same plane is seen whole from 1,000 places, up to 1,000,000 "
     "sizes from the origin.",
@@ -106,7 +106,7 @@ def coplanar() -> Outcome:
 @SECTION.case(
     "E9: a light inside an object",
     symptom="A lamp in a closed ball lights the room.",
-    cause="Only the first of two hits is looked at, or the far one is taken to be behind.",
+    cause="Only the first of two hits counts, or the far one is taken to be behind.",
     remedy="Both hits of an ellipsoid count, and those between the ends block.",
     expected="Exactly the ambient term everywhere outside.",
 )

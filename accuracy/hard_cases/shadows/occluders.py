@@ -90,7 +90,7 @@ def acne() -> Outcome:
 @SECTION.case(
     "E1: a ball in its own shadow",
     symptom="A ball has dark speckles on its lit side, more of them the farther it is from the origin.",
-    cause="A hit is rounded to the inside of the ball, and the way out of it meets the ball again.",
+    cause="A hit is rounded to the inside of the ball, and the way out of it hits the ball again.",
     remedy="A ball shades its own outer side by the sign of one cosine: it is convex.",
     expected="A bulb is seen where the cosine is positive and not where it is negative, within 2^-48 times "
     "the distance from the origin in radii, up to 10,000,000 of them; radii 0.001 to 1,000.",
@@ -229,7 +229,7 @@ def _five_walls(kind: str, number: int) -> Outcome:
 
 
 OPEN = -0.75
-"""Third coordinate above which a ray from the eye to a line meets its wall, not the side without one."""
+"""Third coordinate above which a ray from the eye to a line hits its wall, not the side without one."""
 
 
 def _plain_corners(kind: str, place: Place, targets: Floats, dtype: Any) -> int:

@@ -29,7 +29,7 @@ def self_shadowed(view: View, place: Place, height: float, dtype: Any, step: flo
 
 
 def ball_shades_itself(hits: Floats, place: Place, light: Floats, dtype: Any) -> Masks:
-    """Hits (N,) on a ball in a place from which the way to a light meets the ball at some t > 0."""
+    """Hits (N,) on a ball in a place from which the way to a light hits the ball at some t > 0."""
     away = (hits - place.center).astype(dtype)
     towards = (light - hits).astype(dtype)
     a, b = (towards * towards).sum(axis=1), (away * towards).sum(axis=1)

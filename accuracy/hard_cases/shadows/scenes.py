@@ -95,7 +95,7 @@ class View:
     shapes, lights : list of dict
         Of the scene language.
     floors : int
-        So many of the shapes, the first ones, are what the rays have to meet.
+        So many of the shapes, the first ones, are what the rays have to hit.
     origins, directions : (N, 3) float64
     seen : (N, lights) float64
         Share of each light, 0 to 1.

@@ -220,7 +220,7 @@ def ridge() -> NDArray[Any]:
     cause="Shadow rays start a fixed length above the surface, which is more than the relief is high, or "
     "less than rounding.",
     remedy="Shadow rays start on the surface; the triangle they leave is left out, and its neighbours are "
-    "met by exact edges.",
+    "intersected by exact edges.",
     expected="Behind a ridge of 1e-4 of the surface's size, shadow as far as geometry says, and light "
     "before and beyond, in scenes a thousandth and a thousand times the size.",
 )

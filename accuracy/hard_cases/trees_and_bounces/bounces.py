@@ -151,7 +151,7 @@ SPHERES = [(radius, place) for radius in (1e-6, 1.0, 1e4) for place in (0.0, 1e3
     cause="The start of the inner ray is moved by a length, or hits nearer than a length are dropped; the "
     "other side may be nearer.",
     remedy="No ray is moved: a shape knows the rays that begin on it, and to which side they go.",
-    expected="Every ray meets a ball exactly twice, whatever its size and place; behind a unit ball at the "
+    expected="Every ray hits a ball exactly twice, whatever its size and place; behind a unit ball at the "
     "origin each component of the direction is right to 32 eps, 16 a bounce.",
     source="geometry (a ray through a ball turns by twice the difference of its two angles)",
 )
@@ -194,7 +194,7 @@ def _wrong_turns(behind: Wave, origins: Floats) -> int:
     "H12: the edge of a glass block",
     symptom="A line of wrong pixels along the edge of a glass block that stands in the very middle of "
     "the picture.",
-    cause="At the edge a ray meets two faces in one place, and is bent by both.",
+    cause="At the edge a ray hits two faces in one place, and is bent by both.",
     remedy="A face that a ray passes in the place where it passed another of the same glass, the same way, "
     "bends nothing more.",
     expected="Inside, the direction by Snell's law of the one face or of the other, to 16 eps a component.",
@@ -313,7 +313,7 @@ def facing_corners() -> Outcome:
 
 
 def bounces(ways: Floats, axes: Sequence[int]) -> Floats:
-    """Mirrors across some axes that are met on ways (N, 3) from the eye before another wall, (N,).
+    """Mirrors across some axes that are hit on ways (N, 3) from the eye before another wall, (N,).
 
     By the straight way: the mirror images of a room two units wide have walls at all odd numbers.
     """
@@ -325,7 +325,7 @@ def bounces(ways: Floats, axes: Sequence[int]) -> Floats:
 
 
 def plainly_dark(ways: Floats, axes: Sequence[int], depth: int, dtype: type[np.floating]) -> Masks:
-    """Ways (N, 3) on which a textbook that steps over what is near meets no wall but mirrors."""
+    """Ways (N, 3) on which a textbook that steps over what is near hits no wall but mirrors."""
     along = ways.astype(dtype)
     at = np.broadcast_to(EYE.astype(dtype), along.shape).copy()
     lit = np.zeros(len(along), dtype=bool)

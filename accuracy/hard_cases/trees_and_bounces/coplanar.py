@@ -23,8 +23,8 @@ CORNERS = np.array([[-0.7, -0.9], [1.0, -0.4], [0.1, 0.8]])
 @SECTION.case(
     "H11: shapes that overlap in one plane",
     symptom="Speckles of two colours where a sign lies on a wall or a mesh on a floor, without any gap.",
-    cause="Both are met at one distance but for rounding, by different formulas, and the nearer is taken.",
-    remedy="Shapes that overlap in one plane are found beforehand, and where a ray meets two of them the "
+    cause="Both are hit at one distance but for rounding, by different formulas, and the nearer is taken.",
+    remedy="Shapes that overlap in one plane are found beforehand, and where a ray hits two of them the "
     "first of the scene is taken. Two meshes of over 32 triangles are not compared.",
     expected="The first of the scene at every place of both, in either order, near and far from the origin, "
     "in all units, at angles down to 0.003.",

@@ -20,7 +20,7 @@ Box = tuple[Pairs, Pairs]
 """Least and greatest corner, (3,) each."""
 
 BoxTest = Callable[[Box, Pairs, Pairs], Masks]
-"""A box, origins (N, 3) and directions (N, 3) of one dtype, to whether the rays meet the box (N,)."""
+"""A box, origins (N, 3) and directions (N, 3) of one dtype, to whether the rays hit the box (N,)."""
 
 
 def nearest(
@@ -54,7 +54,7 @@ def nearest(
 def nearest_in_met_boxes(
     corners: Floats, origins: Floats, directions: Floats, meets: BoxTest, dtype: type[np.floating]
 ) -> Floats:
-    """Distance (N,) of the nearest triangle, where only those are asked whose box a test in `dtype` meets."""
+    """Distance (N,) of the nearest triangle, where only those are asked whose box a test in `dtype` hits."""
     start, along = origins.astype(dtype), directions.astype(dtype)
     t = np.full(len(origins), np.inf)
     for triangle in corners:
@@ -148,7 +148,7 @@ def compared(
     "H1: rays in the plane of a box's side",
     symptom="Lines of holes in meshes with axis-parallel faces, where the view is along an axis.",
     cause="0 times infinity is NaN, minimum and maximum hand it on, and the box counts as missed.",
-    remedy="Boxes are widened by the rounding of what they hold: a ray that meets something in a box never "
+    remedy="Boxes are widened by the rounding of what they hold: a ray that hits something in a box never "
     "lies in the plane of its side.",
     expected="Distance and number of the nearest triangle as of asking every one, bit for bit; +0 and -0 "
     "alike.",
@@ -260,7 +260,7 @@ def _visited(corners: Floats, rays: Floats, dtype: type[np.floating]) -> Integer
 @SECTION.case(
     "H10: faces that overlap in one plane",
     symptom="Speckles of two colours where faces overlap, when they are seen from far away.",
-    cause="Boxes behind a known hit are left out, and where a box begins is rounded: a face in it may be met "
+    cause="Boxes behind a known hit are left out, and where a box begins is rounded: a face in it may be hit "
     "before that.",
     remedy="A box is left out only where it begins farther than the hit by gamma(32).",
     expected="Distance and number of the nearest triangle as of asking every one, bit for bit.",
