@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypedDict
 import numpy as np
 
 import renderer
-from accuracy.hard_cases.placed import placed
+from accuracy.hard_cases.scene_values.scenes import placed
 from benchmarks import kernels
 from benchmarks.references import PATHS
 from benchmarks.settings import Setting

@@ -12,7 +12,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from accuracy.hard_cases import MODULES, sections
+from accuracy.hard_cases import sections
 from service.cli import trials
 
 if TYPE_CHECKING:
@@ -63,8 +63,8 @@ def page() -> str:
     """Put the whole page together."""
     counts: Counts = json.loads(COUNTS.read_text(encoding="utf-8"))
     parts = [INTRODUCTION.read_text(encoding="utf-8"), summary(counts), costs(), *pictures()]
-    for module, section in zip(MODULES, sections(), strict=True):
-        parts.append(f"## {section.title}\n\nTested by `tests/numerics/test_{module}_cases.py`.\n")
+    for section in sections():
+        parts.append(f"## {section.title}\n")
         parts += [described(case, counts[section.title][case.name]) for case in section.cases]
     return "\n".join(parts)
 
@@ -156,9 +156,9 @@ def lowered(sentence: str) -> str:
 
 def described(case: Case, counts: dict[str, Any]) -> str:
     """All that is known about a case."""
-    lines = [f"### {marked(capitalised(case.name))}\n"]
+    lines = [f"### {', '.join(case.ids)}: {marked(capitalised(case.name))}\n"]
     lines += [f"- **{title}:** {marked(getattr(case, field))}" for title, field in TEXTS.items()]
-    return "\n".join([*lines, f"- **Tried:** {told(counts)}", ""])
+    return "\n".join([*lines, f"- **Tried:** {counted(counts)}", ""])
 
 
 def capitalised(name: str) -> str:
@@ -171,12 +171,16 @@ def marked(text: str) -> str:
     return _CODE_OR_SIGN.sub(lambda found: found[1] or f"\\{found[2]}", text)
 
 
-def told(counts: dict[str, Any]) -> str:
+def counted(counts: dict[str, Any]) -> str:
     """The counts of one case in a sentence."""
     here = f"{counts['tried']:,} answers, {counts['wrong'] or 'none'} wrong."
     plain = [(counts["textbook"], "float64"), (counts["textbook_single"], "float32")]
     asked = [f"{count:,} in {arithmetic}" for count, arithmetic in plain if count is not None]
-    return f"{here} The textbook gets wrong {' and '.join(asked)}." if asked else here
+    return (
+        f"{here} The textbook gets wrong {' and '.join(asked)}."
+        if asked
+        else f"{here} The textbook is not asked."
+    )
 
 
 if __name__ == "__main__":

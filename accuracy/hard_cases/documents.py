@@ -1,63 +1,91 @@
 """Scenes and their parts as a user writes them, with plain values for what does not matter."""
 
+from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
+from renderer.math.arrays import Floats
+
 Json = dict[str, Any]
+
+Vector = Sequence[float] | Floats
+"""Three numbers."""
+
+
+PLAIN = {"material": "plain"}
+
+
+def written(fields: Json) -> Json:
+    """An object of the scene language; arrays become lists."""
+    return {name: _plain(value) for name, value in fields.items()}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    return [_plain(item) for item in value] if isinstance(value, list) else value
 
 
 def camera(**changes: Any) -> Json:
     """A camera before the origin with 24 x 16 pixels."""
-    return {
+    usual = {
         "position": [0.3, 1.7, 6.1],
         "look_at": [0.1, 1.4, 0],
         "vertical_fov": 44,
         "width": 24,
         "height": 16,
-        **changes,
     }
+    return written({**usual, **changes})
 
 
-def phong(color: list[float] | None = None, **changes: Any) -> Json:
+def phong(color: Sequence[float] | None = None, **changes: Any) -> Json:
     """A matt material."""
     base = {} if "color_texture" in changes else {"color": color or [0.8, 0.7, 0.6]}
     return {"type": "phong", **base, "ambient": 0.2, "diffuse": 0.9, **changes}
 
 
-def rectangle(corner: list[float], first: list[float], second: list[float], **changes: Any) -> Json:
+def rectangle(corner: Vector, first: Vector, second: Vector, **changes: Any) -> Json:
     """By a corner and two edges."""
-    return {"type": "rectangle", "corner": corner, "edges": [first, second], "material": "plain", **changes}
+    return written({"type": "rectangle", "corner": corner, "edges": [first, second], **PLAIN, **changes})
 
 
-def triangle(*vertices: list[float], **changes: Any) -> Json:
+def triangle(*vertices: Vector, **changes: Any) -> Json:
     """By its vertices."""
-    return {"type": "triangle", "vertices": list(vertices), "material": "plain", **changes}
+    return written({"type": "triangle", "vertices": list(vertices), **PLAIN, **changes})
 
 
-def sphere(center: list[float], radius: float, **changes: Any) -> Json:
+def mesh(vertices: Any, triangles: Any, **changes: Any) -> Json:
+    """By vertices (V, 3) and the numbers of those of each triangle (T, 3)."""
+    parts = {"vertices": np.asarray(vertices), "triangles": np.asarray(triangles)}
+    return written({"type": "mesh", **parts, **PLAIN, **changes})
+
+
+def sphere(center: Vector, radius: float, **changes: Any) -> Json:
     """By centre and radius."""
-    return {"type": "ellipsoid", "center": center, "radius": radius, "material": "plain", **changes}
+    return written({"type": "ellipsoid", "center": center, "radius": radius, **PLAIN, **changes})
 
 
-def ellipsoid(center: list[float], *axes: list[float], **changes: Any) -> Json:
+def ellipsoid(center: Vector, *axes: Vector, **changes: Any) -> Json:
     """By centre and semi-axes."""
-    return {"type": "ellipsoid", "center": center, "axes": list(axes), "material": "plain", **changes}
+    return written({"type": "ellipsoid", "center": center, "axes": list(axes), **PLAIN, **changes})
 
 
-def lamp(
-    corner: list[float], first: list[float], second: list[float], color: Any = (0.9, 0.8, 0.7), **more: Any
-) -> Json:
+def lamp(corner: Vector, first: Vector, second: Vector, color: Any = (0.9, 0.8, 0.7), **more: Any) -> Json:
     """A rectangle light by a corner and two edges."""
-    return {"type": "rectangle", "corner": corner, "edges": [first, second], "color": list(color), **more}
+    return written(
+        {"type": "rectangle", "corner": corner, "edges": [first, second], "color": list(color), **more}
+    )
 
 
-def bulb(position: list[float], color: Any = (0.5, 0.6, 0.7)) -> Json:
+def bulb(position: Vector, color: Any = (0.5, 0.6, 0.7)) -> Json:
     """A point light."""
-    return {"type": "point", "position": position, "color": list(color)}
+    return written({"type": "point", "position": position, "color": list(color)})
 
 
-def sun(direction: list[float], color: Any = (0.4, 0.3, 0.5)) -> Json:
+def sun(direction: Vector, color: Any = (0.4, 0.3, 0.5)) -> Json:
     """A directional light."""
-    return {"type": "directional", "direction": direction, "color": list(color)}
+    return written({"type": "directional", "direction": direction, "color": list(color)})
 
 
 def sampled(

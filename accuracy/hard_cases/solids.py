@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from accuracy.hard_cases.documents import Json, rectangle, triangle
+from accuracy.hard_cases.harness import tally
 
 Floats = np.ndarray
 
@@ -37,7 +38,7 @@ def box_corners(corner: list[float], size: float) -> Floats:
 def box_edges(corner: list[float], size: float) -> list[tuple[Floats, Floats]]:
     """Its twelve edges as pairs of corners."""
     corners = box_corners(corner, size)
-    return [(a, b) for a, b in itertools.combinations(corners, 2) if np.count_nonzero(a != b) == 1]
+    return [(a, b) for a, b in itertools.combinations(corners, 2) if tally(a != b) == 1]
 
 
 def turned_box(center: Floats, axes: Floats, size: float) -> list[Json]:
@@ -111,16 +112,6 @@ def globe(center: Sequence[float]) -> tuple[Floats, Floats]:
         faces += [np.column_stack((a, d, c)), np.column_stack((a, c, b))]
     faces.append(np.column_stack((np.full(32, 481), 448 + after, 448 + here)))
     return vertices, np.concatenate(faces)
-
-
-def mesh(vertices: Floats, faces: Floats) -> Json:
-    """One mesh of the scene language."""
-    return {
-        "type": "mesh",
-        "vertices": vertices.tolist(),
-        "triangles": faces.tolist(),
-        "material": "plain",
-    }
 
 
 def _divided(vertices: list[Floats], faces: list[tuple[int, int, int]]) -> list[tuple[int, int, int]]:

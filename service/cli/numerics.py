@@ -22,7 +22,8 @@ MOST_WORKERS = 2
 
 COUNTS = ("tried", "wrong", "textbook", "textbook_single", "worst")
 NOT_ASKED = "–"
-HEADINGS = ("Case", "Tried", "Wrong\nhere", "Textbook\nfloat64", "Textbook\nfloat32", "CPU\nseconds")
+HEADINGS = ("Id", "Case", "Tried", "Wrong\nhere", "Textbook\nfloat64", "Textbook\nfloat32", "CPU\nseconds")
+IN_WORDS = ("Id", "Case")
 
 
 def check_numerics(*, as_json: bool) -> None:
@@ -70,12 +71,17 @@ def as_document(trials: Sequence[Trial]) -> dict[str, Any]:
 
 def _entry(trial: Trial) -> dict[str, Any]:
     counts = asdict(trial.outcome) if trial.outcome else dict.fromkeys(COUNTS)
-    named = {"section": trial.section, "name": trial.case, "right": trial.right}
+    named = {
+        "ids": list(trial.ids),
+        "section": trial.section,
+        "name": trial.case,
+        "right": trial.right,
+    }
     return named | counts | {"error": trial.error or None, "seconds": round(trial.seconds, 3)}
 
 
 def _total(trials: Sequence[Trial]) -> dict[str, Any]:
-    from accuracy.hard_cases.cases import total
+    from accuracy.hard_cases.harness import total
 
     counts = asdict(total(trial.outcome for trial in trials if trial.outcome))
     cases = {"cases": len(trials), "right": sum(trial.right for trial in trials)}
@@ -112,18 +118,22 @@ def _show_table(trials: Sequence[Trial]) -> None:
 
     table = Table(box=box.SIMPLE_HEAD)
     for heading in HEADINGS:
-        table.add_column(heading, justify="left" if heading == "Case" else "right")
+        table.add_column(heading, justify="left" if heading in IN_WORDS else "right")
     section = ""
     for trial in trials:
         if trial.section != section:
             section = trial.section
-            table.add_row(section, style="bold")
+            table.add_row("", section, style="bold")
         table.add_row(*_cells(trial), style=None if trial.right else "red")
     Console(markup=False, highlight=False).print(table)
 
 
 def _cells(trial: Trial) -> tuple[str, ...]:
-    return (trial.case, *_counts(trial.outcome), f"{trial.seconds:.2f}")
+    return (_ids(trial), trial.case, *_counts(trial.outcome), f"{trial.seconds:.2f}")
+
+
+def _ids(trial: Trial) -> str:
+    return ", ".join(trial.ids)
 
 
 def _counts(outcome: Outcome | None) -> Iterable[str]:
@@ -137,7 +147,8 @@ def _closing(trials: Sequence[Trial]) -> Iterator[str]:
     """The wrong cases once more, with what they mean, and the sum last: where a reader looks."""
     for trial in trials:
         if not trial.right:
-            yield f"{output.emphasis('wrong', 'red')} {trial.section}: {trial.case}: {_fault(trial)}"
+            place = f"{_ids(trial)} {trial.section}: {trial.case}"
+            yield f"{output.emphasis('wrong', 'red')} {place}: {_fault(trial)}"
     total = _total(trials)
     wrong = total["cases"] - total["right"]
     verdict = output.emphasis(f"{wrong} wrong", "red") if wrong else output.emphasis("all right", "green")

@@ -25,6 +25,8 @@ class Trial:
     Attributes
     ----------
     section : str
+    ids : tuple of str
+        The case's numbers in the catalogue, such as A1.
     case : str
     outcome : Outcome or None
         None where the case broke off.
@@ -35,6 +37,7 @@ class Trial:
     """
 
     section: str
+    ids: tuple[str, ...]
     case: str
     outcome: Outcome | None
     error: str
@@ -54,7 +57,7 @@ def attempt(section: Section, case: Case) -> Trial:
         outcome = case.run()
     except Exception as raised:  # noqa: BLE001 - a case that breaks off is an answer too: it is wrong
         error = _told(raised)
-    return Trial(section.title, case.name, outcome, error, time.process_time() - begun)
+    return Trial(section.title, case.ids, case.name, outcome, error, time.process_time() - begun)
 
 
 def one_after_another(catalogue: Iterable[Section]) -> Iterator[Trial]:

@@ -5,7 +5,7 @@ from typing import Any
 from hypothesis import strategies as st
 
 from accuracy.hard_cases.documents import Json, camera, phong, sampled
-from accuracy.hard_cases.placed import placed
+from accuracy.hard_cases.scene_values.scenes import placed
 from schemas.errors import SceneError
 from schemas.reading import read_scene
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 import renderer
 from accuracy.hard_cases.documents import Json, camera, phong, sampled
-from accuracy.hard_cases.placed import placed
+from accuracy.hard_cases.scene_values.scenes import placed
 from renderer.film import compose
 from renderer.tiling import tiles
 from tests.images import pictures

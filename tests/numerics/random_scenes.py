@@ -9,7 +9,6 @@ import numpy as np
 
 import renderer
 from accuracy.hard_cases import oracle
-from accuracy.hard_cases.answers import Answer
 from accuracy.hard_cases.documents import (
     Json,
     bulb,
@@ -22,6 +21,7 @@ from accuracy.hard_cases.documents import (
     sun,
     triangle,
 )
+from accuracy.hard_cases.oracle import Answer
 from schemas.quality import FixedQuality
 from schemas.reading import read_scene
 from tests.images.parts import plan_of

@@ -7,9 +7,18 @@ import numpy as np
 import pytest
 
 from accuracy.hard_cases.documents import phong, scene
-from accuracy.hard_cases.shadow_rooms import WALLS, inner_lights, outer_lights, room, seen_in_room
-from accuracy.hard_cases.shadow_scenes import PATTERNS, SCALES, Place, places
-from accuracy.hard_cases.sharp_corners import rising
+from accuracy.hard_cases.shadows.occluders import rising
+from accuracy.hard_cases.shadows.scenes import (
+    PATTERNS,
+    SCALES,
+    WALLS,
+    Place,
+    inner_lights,
+    outer_lights,
+    places,
+    room,
+    seen_in_room,
+)
 from renderer.integrator import radiance
 from renderer.interaction import Rays
 from tests.images.parts import DOUBLE, SINGLE, plan_of

@@ -6,9 +6,10 @@ import mpmath
 import numpy as np
 import pytest
 
-from accuracy.hard_cases.bounces import GLASS, through, waves
 from accuracy.hard_cases.documents import Json, bulb, phong, rectangle, scene, sphere, triangle
+from accuracy.hard_cases.harness import exact
 from accuracy.hard_cases.solids import outward
+from accuracy.hard_cases.trees_and_bounces.bounces import GLASS, through, waves
 from renderer.integrator import local_radiance
 from renderer.interaction import Rays
 from renderer.materials.optics import fresnel, reflected, refracted, transmitted_cosine
@@ -16,7 +17,6 @@ from renderer.math.arrays import dot, unit
 from tests.images.parts import DOUBLE, plan_of
 
 EPS = float(np.finfo(np.float64).eps)
-mpmath.mp.dps = 50
 UP = np.array([[0.0], [1.0], [0.0]])
 
 
@@ -30,7 +30,7 @@ def facing(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
     return viewers, normals * np.where(dot(viewers, normals) < 0, -1.0, 1.0)
 
 
-def exact(cosine: float, ratio: float) -> tuple[mpmath.mpf, mpmath.mpf]:
+def shares_of(cosine: float, ratio: float) -> tuple[mpmath.mpf, mpmath.mpf]:
     """Reflected share, and transmitted share by the transmitted amplitudes, of angles in 50 digits."""
     c, n = mpmath.mpf(cosine), mpmath.mpf(ratio)
     inner = mpmath.sqrt(1 - n**2 * (1 - c**2))
@@ -41,11 +41,12 @@ def exact(cosine: float, ratio: float) -> tuple[mpmath.mpf, mpmath.mpf]:
 
 
 @pytest.mark.parametrize("ratio", [1 / 1.5, 1 / 1.33, 1.2, 1.0])
+@exact
 def test_reflected_and_transmitted_shares_sum_to_1_as_fresnel_says(ratio: float) -> None:
     viewers = np.stack((np.sqrt(1 - np.linspace(0.6, 1, 200) ** 2), np.linspace(0.6, 1, 200), np.zeros(200)))
     shares = fresnel(viewers, UP, np.full(200, ratio))
     for cosine, share in zip(viewers[1], shares, strict=True):
-        back, through = exact(cosine, ratio)
+        back, through = shares_of(cosine, ratio)
         assert abs(back + through - 1) < 1e-40
         assert abs(mpmath.mpf(share) - back) <= 4 * EPS
         assert abs(mpmath.mpf(share) + through - 1) <= 4 * EPS
@@ -62,6 +63,7 @@ def test_along_the_surface_all_is_reflected_but_by_index_1(ratio: float, share: 
 
 
 @pytest.mark.parametrize("ratio", [1 / 2.4, 1 / 1.5, 1.0, 1.3])
+@exact
 def test_refracted_directions_obey_snell_in_the_plane_of_incidence(ratio: float) -> None:
     """Each component within 16 eps of the direction in 50 digits, where the root is not near 0."""
     viewers, normals = facing(200, 3)

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from accuracy.hard_cases import MODULES, sections
+from accuracy.hard_cases import sections
 from benchmarks.stability import COMPARED, OFFSETS, PRICED, WAYS
 from tests.architecture.sources import ROOT
 
@@ -38,11 +38,6 @@ def test_the_page_tells_the_price_and_the_errors_of_what_the_benchmark_measures(
         (setting.scene, offset) for setting in COMPARED for offset in OFFSETS
     ]
     assert generator["WAYS"] == tuple(WAYS)
-
-
-@pytest.mark.parametrize("module", MODULES)
-def test_the_file_of_tests_that_the_page_names_is_there(module: str) -> None:
-    assert (ROOT / "tests" / "numerics" / f"test_{module}_cases.py").is_file()
 
 
 def test_signs_of_formulas_are_no_markdown(generator: dict[str, Any]) -> None:

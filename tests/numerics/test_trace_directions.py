@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from accuracy.hard_cases import flat_tolerances, oracle, round_tolerances
+from accuracy.hard_cases import oracle
 from accuracy.hard_cases.documents import bulb, ellipsoid, lamp, rectangle, scene, sphere, triangle
-from accuracy.hard_cases.scoring import Found, Tolerance
+from accuracy.hard_cases.scoring import Found, Tolerance, flat_details, round_details, rounded
 from renderer.accelerators.trees import FEW
 from schemas.quality import FixedQuality
 from schemas.quantities import FARTHEST, LONGEST, SHORTEST
@@ -29,8 +29,8 @@ def of_any_length(directions: np.ndarray, seed: int) -> np.ndarray:
 def tolerances(part: Part) -> tuple[Tolerance, Any]:
     """Those of the hard cases: roundings of the largest number, over the cosine."""
     if part.kind == "ellipsoid":
-        return round_tolerances.along_the_ray(8, np.float64), round_tolerances.details
-    return flat_tolerances.rounded(np.float64), flat_tolerances.details
+        return rounded(np.float64), round_details
+    return rounded(np.float64), flat_details
 
 
 def test_the_mesh_is_met_through_a_tree() -> None:

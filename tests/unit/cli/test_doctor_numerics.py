@@ -22,8 +22,8 @@ RIGHT = Outcome(tried=1200, wrong=0, textbook=7, textbook_single=340, worst=0.25
 
 def section_of(**cases: Callable[[], Outcome]) -> Section:
     section = Section("Doors")
-    for name, run in cases.items():
-        section.case(name.replace("_", " "), **TEXTS)(run)
+    for number, (name, run) in enumerate(cases.items(), start=1):
+        section.case(f"Z{number}: {name.replace('_', ' ')}", **TEXTS)(run)
     return section
 
 
@@ -61,8 +61,8 @@ def test_every_case_is_a_line_with_its_counts_and_the_sum_comes_last(doctor: Doc
     code, out = doctor(FINE)
     lines = [line.split("\t") for line in out.splitlines()]
     assert code == ExitCode.DONE
-    assert lines[0][:-1] == ["Doors", "opens", "1,200", "0", "7", "340"]
-    assert lines[1][:-1] == ["Doors", "without formula", "5", "0", "–", "–"]
+    assert lines[0][:-1] == ["Doors", "Z1", "opens", "1,200", "0", "7", "340"]
+    assert lines[1][:-1] == ["Doors", "Z2", "without formula", "5", "0", "–", "–"]
     assert lines[2][0].startswith("2 cases, 1,205 answers")
     assert lines[2][0].endswith("all right.")
     assert "7 wrong in float64 and 340 in float32" in lines[3][0]
@@ -71,7 +71,7 @@ def test_every_case_is_a_line_with_its_counts_and_the_sum_comes_last(doctor: Doc
 def test_a_wrong_answer_makes_the_exit_code_1_and_is_told_again_at_the_end(doctor: Doctor) -> None:
     code, out = doctor(section_of(jams=lambda: Outcome(tried=40, wrong=3)))
     assert code == ExitCode.BELOW_THRESHOLD == 1
-    assert "wrong Doors: jams: 3 of 40 answers" in out
+    assert "wrong Z1 Doors: jams: 3 of 40 answers" in out
     assert "1 wrong" in out.splitlines()[-2]
 
 
@@ -89,7 +89,7 @@ def test_a_case_that_breaks_off_is_wrong_with_its_message_and_the_others_go_on(d
 
 def test_a_message_of_a_broken_case_is_shown_to_people_too(doctor: Doctor) -> None:
     _, out = doctor(FAULTY)
-    assert "wrong Doors: breaks off: ZeroDivisionError: the door has no handle" in out
+    assert "wrong Z3 Doors: breaks off: ZeroDivisionError: the door has no handle" in out
     assert "2 wrong" in out.splitlines()[-2]
 
 
@@ -100,6 +100,7 @@ def test_json_is_one_document_with_all_counts_and_their_sum(doctor: Doctor) -> N
     first = document["cases"][0]
     assert first.pop("seconds") >= 0
     assert first == {
+        "ids": ["Z1"],
         "section": "Doors",
         "name": "opens",
         "right": True,

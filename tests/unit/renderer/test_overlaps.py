@@ -10,6 +10,7 @@ from accuracy.hard_cases.documents import (
     Json,
     bulb,
     lamp,
+    mesh,
     phong,
     rectangle,
     sampled,
@@ -17,7 +18,7 @@ from accuracy.hard_cases.documents import (
     sphere,
     triangle,
 )
-from accuracy.hard_cases.solids import mesh, triangles_of
+from accuracy.hard_cases.solids import triangles_of
 from tests.images.parts import image_of, plan_of, png
 
 FLOOR = rectangle([-2, 0.1, -2], [0, 0, 4], [4, 0, 0])

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 
 import schemas.textures as language
-from accuracy.hard_cases.documents import Json, rectangle, sphere
-from accuracy.hard_cases.rays_seen import Files, png
-from accuracy.hard_cases.relief import hills, mesh, open_edges, relief_scene
+from accuracy.hard_cases.documents import Json, mesh, rectangle, sphere
+from accuracy.hard_cases.harness import Files, png
+from accuracy.hard_cases.textures.relief import hills, open_edges, relief_scene
 from renderer.cameras import pinhole
 from renderer.math.arrays import Floats
 from renderer.shapes import displacement

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from accuracy.hard_cases import exact_vectors
-from accuracy.hard_cases import flat_families as families
+from accuracy.hard_cases import families, oracle
 from accuracy.hard_cases.documents import triangle
 from renderer.shapes.frames import frame_of_normals, frame_of_texture
 from renderer.shapes.triangles import unit_normals
@@ -20,8 +19,8 @@ SHAPES = [families.ordinary, families.tiny, families.huge, families.offset, fami
 
 
 def exact_normal(vertices: list[list[float]]) -> tuple[float, ...]:
-    a, b, c = (exact_vectors.exact(vertex) for vertex in vertices)
-    return exact_vectors.unit(exact_vectors.cross(exact_vectors.minus(b, a), exact_vectors.minus(c, a)))
+    a, b, c = (oracle.rational(vertex) for vertex in vertices)
+    return oracle.unit(oracle.cross(oracle.minus(b, a), oracle.minus(c, a)))
 
 
 @pytest.mark.parametrize("family", SHAPES, ids=[family.__name__ for family in SHAPES])
@@ -36,11 +35,11 @@ def test_normals_are_those_of_the_exact_triangle(family: Any) -> None:
 
 def sine_of_widest_angle(vertices: list[list[float]]) -> float:
     """The angle between the two shortest edges, from whole numbers."""
-    corners, _ = exact_vectors.whole(vertices)
-    edges = [exact_vectors.minus(p, q) for p, q in itertools.combinations(corners, 2)]
-    first, second, _ = sorted(exact_vectors.dot(edge, edge) for edge in edges)
-    product = exact_vectors.cross(edges[0], edges[1])
-    return math.sqrt(exact_vectors.dot(product, product) / (first * second))
+    corners, _ = oracle.whole(vertices)
+    edges = [oracle.minus(p, q) for p, q in itertools.combinations(corners, 2)]
+    first, second, _ = sorted(oracle.dot(edge, edge) for edge in edges)
+    product = oracle.cross(edges[0], edges[1])
+    return math.sqrt(oracle.dot(product, product) / (first * second))
 
 
 def test_the_normal_turns_with_the_order_of_the_vertices() -> None:

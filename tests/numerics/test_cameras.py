@@ -1,0 +1,76 @@
+"""Cameras: what the counts of the hard cases do not say of them."""
+
+import numpy as np
+import pytest
+
+from accuracy.hard_cases.cameras import centres, view_of
+from accuracy.hard_cases.documents import Json, camera, scene
+from accuracy.hard_cases.scene_values.pictures import wrong_pixels
+from accuracy.hard_cases.scene_values.scenes import SCENES, image_of, on_edges, placed, plan_of
+from renderer.cameras import pinhole
+from schemas.cameras import Camera
+from schemas.errors import SceneError
+from schemas.reading import read_scene
+from tests.images.parts import DOUBLE, SINGLE
+
+
+@pytest.mark.parametrize("tilt", [0, 1e-12, 0.99e-9, 1.01e-9, 1e-8])
+def test_another_up_is_taken_exactly_where_a_warning_says_so(tilt: float) -> None:
+    """Along -z the first axis, x, is taken in its place; tilted along y, up is y."""
+    view = camera(position=[0, 0, 0], look_at=[0, 0, -1], up=[0, tilt, -1])
+    document, warnings = read_scene(scene(camera=view))
+    up = pinhole.build(document.camera).up.ravel().tolist()
+    told = [warning.pointer for warning in warnings if warning.code == "up_parallel_to_view"]
+    assert (up, told) == (([1, 0, 0], ["/camera/up"]) if tilt < 1e-9 else ([0, 1, 0], []))
+
+
+def test_right_up_and_backward_are_a_right_handed_basis() -> None:
+    view = pinhole.build(Camera(position=(3, 1, 4), look_at=(1, 5, 9), up=(0.1, 1, -0.3)))
+    assert np.linalg.det(np.hstack((view.right, view.up, -view.forward))) == pytest.approx(1, abs=1e-15)
+
+
+@pytest.mark.parametrize("quality", [SINGLE, DOUBLE], ids=["single", "double"])
+@pytest.mark.parametrize("name", SCENES)
+def test_camera_and_scene_far_from_the_origin_give_the_same_picture_but_for_edges(
+    name: str, quality: object
+) -> None:
+    document = SCENES[name]()
+    moved = image_of(placed(document, offset=2.0**23), quality)
+    assert wrong_pixels(moved, image_of(document, quality), on_edges(plan_of(document)), 0.001) == 0
+
+
+LENS: Json = {"position": [0, 0, 0], "look_at": [0, 0, -1e-101], "lens_radius": 0.1}
+
+
+def test_a_lens_that_would_be_focused_on_the_camera_itself_is_refused_with_the_cure() -> None:
+    with pytest.raises(SceneError) as caught:
+        read_scene(scene(camera=camera(**LENS)))
+    (problem,) = caught.value.errors
+    assert problem.pointer == "/camera"
+    assert "Give a 'focus_distance'" in problem.detail
+
+
+@pytest.mark.parametrize("cure", [{"focus_distance": 3}, {"lens_radius": 0}, {"look_at": [0, 0, -1e-99]}])
+def test_each_cure_of_such_a_lens_works(cure: Json) -> None:
+    read_scene(scene(camera=camera(**{**LENS, **cure})))
+
+
+@pytest.mark.parametrize("missing", ["position", "look_at"])
+def test_a_lens_beside_a_missing_place_is_told_of_the_place_alone(missing: str) -> None:
+    view = camera(**LENS)
+    del view[missing]
+    with pytest.raises(SceneError) as caught:
+        read_scene(scene(camera=view))
+    assert [problem.pointer for problem in caught.value.errors] == ["/camera"]
+    assert missing in caught.value.errors[0].detail
+
+
+def test_opposite_places_of_any_picture_differ_in_sign_alone() -> None:
+    """Within pixels too, in eighths of them."""
+    for width, height in ((24, 16), (641, 3), (7, 4096)):
+        view = view_of(width=width, height=height)
+        x, y = (centre + 3 / 8 for centre in centres(width, height))
+        across, down = view.screen(x, y)
+        back, up = view.screen(width - x, height - y)
+        assert (across == -back).all()
+        assert (down == -up).all()
