@@ -7,8 +7,18 @@ from typing import Any
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import Json, bulb, ellipsoid, phong, rectangle, scene, sphere, triangle
-from accuracy.hard_cases.solids import icosphere, mesh
+from accuracy.hard_cases.documents import (
+    Json,
+    bulb,
+    ellipsoid,
+    mesh,
+    phong,
+    rectangle,
+    scene,
+    sphere,
+    triangle,
+)
+from accuracy.hard_cases.solids import icosphere
 from accuracy.inspection import inspect, inspection_plan
 from renderer.accelerators import trees
 from renderer.accelerators.trees import Kept
