@@ -8,7 +8,7 @@ from renderer.adaptive.allocation import cover_sizes
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.guides import DARKEST, surroundings
 from renderer.adaptive.lattice import Picture, cells_of, fill
-from renderer.adaptive.levels import LOOKED, SAMPLED
+from renderer.adaptive.levels import PREVIEWED, SAMPLED
 from renderer.adaptive.neighbours import borders, highest, outline, spread
 from renderer.adaptive.rays import of_labels
 from renderer.math.arrays import Masks
@@ -69,10 +69,10 @@ def refine_preview(estimate: Estimate) -> None:
     half = stride // 2
     finer = np.s_[::half, ::half]
     estimate.want[...] = 0
-    estimate.want[finer][fill(estimate.values[:, *finer], estimate.labels[finer], cells)] = LOOKED
+    estimate.want[finer][fill(estimate.values[:, *finer], estimate.labels[finer], cells)] = PREVIEWED
     estimate.stride = half
     if half == 1:
-        estimate.want[(_edges(estimate) | _shadow_edges(estimate)) & (estimate.have < LOOKED)] = LOOKED
+        estimate.want[(_edges(estimate) | _shadow_edges(estimate)) & (estimate.have < PREVIEWED)] = PREVIEWED
 
 
 def fine(estimate: Estimate) -> Masks:

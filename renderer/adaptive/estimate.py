@@ -14,7 +14,7 @@ from renderer.adaptive import strata
 from renderer.adaptive.between import NODE, Ways
 from renderer.adaptive.findings import Findings, findings_of
 from renderer.adaptive.lattice import Picture
-from renderer.adaptive.levels import COUNTS, COVERAGES, COVERED, LOOKED, SAMPLED, Levels
+from renderer.adaptive.levels import COUNTS, COVERAGES, COVERED, PREVIEWED, SAMPLED, Levels
 from renderer.adaptive.rays import Labels
 from renderer.adaptive.requests import LevelRequest
 from renderer.adaptive.samples import Samples
@@ -283,7 +283,7 @@ class Estimate:
             # Slices of all pixels: an index for each of them takes ten times as long.
             y, x = slice(tile.y0, tile.y1), slice(tile.x0, tile.x1)
         picture = self.values[:, y, x].copy()
-        coming = (self.want[y, x] == LOOKED) & (self.have[y, x] < LOOKED)
+        coming = (self.want[y, x] == PREVIEWED) & (self.have[y, x] < PREVIEWED)
         if coming.any():
             above, beside = rows // (2 * stride) * (2 * stride), columns // (2 * stride) * (2 * stride)
             picture = np.where(coming, self.values[:, above, beside], picture)
@@ -307,7 +307,7 @@ class Estimate:
 
         Those of a probe count, though it may show its pilot sample.
         """
-        rays: Integers = COUNTS[self.have] + COVERAGES[self.coverage] + (self.have == LOOKED)
+        rays: Integers = COUNTS[self.have] + COVERAGES[self.coverage] + (self.have == PREVIEWED)
         return rays
 
     def rays_wanted(self) -> int:
@@ -330,7 +330,7 @@ class Estimate:
         pixels = np.flatnonzero(self.requested.rising)
         have, want, cover = have[pixels], want[pixels], cover[pixels] * (cover > coverage)[pixels]
         samples = np.maximum(COUNTS[want] - COUNTS[have], 0)
-        return pixels, samples + COVERAGES[cover] + ((want == LOOKED) & (have < LOOKED))
+        return pixels, samples + COVERAGES[cover] + ((want == PREVIEWED) & (have < PREVIEWED))
 
     def layers(self, names: Iterable[str]) -> Layers:
         """Those layers of a request that describe samples."""

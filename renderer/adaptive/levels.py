@@ -13,7 +13,7 @@ from renderer.math.arrays import Floats, Integers
 Levels = NDArray[np.uint8]
 """(H, W) uint8."""
 
-LOOKED, COVERED, SAMPLED = 1, 2, 3
+PREVIEWED, COVERED, SAMPLED = 1, 2, 3
 """Level of a pixel with a pilot sample, of one at a border, and the first level with samples."""
 
 HIGHEST = 17

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from renderer.adaptive import blur, blur_decisions, decisions
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.lattice import stride_for
-from renderer.adaptive.levels import LOOKED
+from renderer.adaptive.levels import PREVIEWED
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +22,7 @@ class PilotSamples:
     def first_level(self, error: float) -> int:
         """What the first pass wants of a node."""
         del error
-        return LOOKED
+        return PREVIEWED
 
     def advance(self, estimate: Estimate) -> bool:
         """Decide what the next pass wants; False if the picture is done."""

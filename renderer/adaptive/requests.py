@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.adaptive.guides import Surroundings
-from renderer.adaptive.levels import LOOKED, SAMPLED, Levels
+from renderer.adaptive.levels import PREVIEWED, SAMPLED, Levels
 from renderer.adaptive.time_limits import TimeLimit
 from renderer.math.arrays import Masks
 from renderer.plan.plan import RenderPlan, adaptive_part
@@ -34,7 +34,7 @@ class LevelRequest:
     @property
     def previewed(self) -> Masks:
         """Pixels that get a pilot sample."""
-        return (self.want == LOOKED) & (self.have < LOOKED)
+        return (self.want == PREVIEWED) & (self.have < PREVIEWED)
 
     @property
     def covered(self) -> Masks:

@@ -88,6 +88,7 @@ SWITCHED_OFF: dict[tuple[str, str], Patches] = {
     ("D6", "starts inside"): IN_SINGLE,
     ("D7", "exactly tangent rays"): QUADRATIC,
     ("D8", "nearly tangent rays"): IN_SINGLE,
+    ("D8", "outlines in both precisions"): IN_SINGLE,
     ("D9", "starts on the surface"): QUADRATIC,
     ("D10", "ellipsoids behind the start"): IN_SINGLE,
     ("D11", "directions of any length"): QUADRATIC,
@@ -148,6 +149,10 @@ SWITCHED_OFF: dict[tuple[str, str], Patches] = {
     ("H9", "glass of index 1"): {
         "renderer.materials.optics.transmitted_cosine": without.plain_transmitted_cosine
     },
+    ("H10", "faces that overlap in one plane"): {
+        "renderer.accelerators.bvh.AHEAD": 1.0,
+        "renderer.accelerators.meeting.AHEAD": 1.0,
+    },
     ("H11", "shapes that overlap in one plane"): {
         "renderer.plan.overlaps.overlapping": lambda *_: (np.zeros(0, dtype=np.int64),) * 2
     },
@@ -156,6 +161,10 @@ SWITCHED_OFF: dict[tuple[str, str], Patches] = {
             **PATTERNS,
             "rotated": without.not_wrapped,
         }
+    },
+    ("H13", "corners of facing mirrors"): {"renderer.departures.NEAR": 0.0},
+    ("I2", "an edge through a pixel"): {
+        "renderer.integrator.PATTERNS": {**PATTERNS, "rotated": without.shrunk}
     },
     ("I3", "random numbers and tiles"): {"renderer.samplers.patterns.bits": without.in_turn(1)},
     ("I4", "a million samples"): {

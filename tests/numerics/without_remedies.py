@@ -216,6 +216,12 @@ def not_wrapped(key: Any, index: Any, count: int) -> tuple[Floats, Floats]:
     return (2 * a - b) / np.sqrt(5.0) + 0.5, (a + 2 * b) / np.sqrt(5.0) + 0.5
 
 
+def shrunk(key: Any, index: Any, count: int) -> tuple[Floats, Floats]:
+    """The turned grid made small enough for the pixel."""
+    a, b = (part - 0.5 for part in not_wrapped(key, index, count))
+    return a * np.sqrt(5.0) / 3 + 0.5, b * np.sqrt(5.0) / 3 + 0.5
+
+
 def in_turn(seed: int) -> Callable[..., Any]:
     """Random bits from one generator, in the order of the questions."""
     rng = np.random.default_rng(seed)

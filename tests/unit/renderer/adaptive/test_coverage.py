@@ -15,7 +15,7 @@ from accuracy.hard_cases.documents import Json, bulb, camera, lamp, phong, recta
 from renderer.adaptive import coverage
 from renderer.adaptive.coverage import UNEVEN, USUAL, Cover, border_rays, cover
 from renderer.adaptive.guides import surroundings
-from renderer.adaptive.levels import COVERAGES, FIBONACCI, LOOKED
+from renderer.adaptive.levels import COVERAGES, FIBONACCI, PREVIEWED
 from renderer.adaptive.rays import camera_rays
 from renderer.adaptive.requests import LevelRequest, TileRequest
 from renderer.adaptive.tile_rendering import render_samples
@@ -68,7 +68,7 @@ def pilot_samples(plan: RenderPlan) -> Pilots:
     """Values (3, H, W), labels (H, W) and colours (3, H, W)."""
     size = plan.height, plan.width
     found = render_samples(
-        plan, TileRequest(whole(plan), LevelRequest.first(np.full(size, LOOKED, dtype=np.uint8)))
+        plan, TileRequest(whole(plan), LevelRequest.first(np.full(size, PREVIEWED, dtype=np.uint8)))
     )
     return found.pilots.reshape(3, *size), found.labels.reshape(size), found.colors.reshape(3, *size)
 

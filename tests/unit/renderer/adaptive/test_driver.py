@@ -13,7 +13,7 @@ from tests.images import pictures
 
 TARGET = TargetQuality(mode="target", error=4 / 255)
 
-EMPTY = scene(camera=camera(width=512, height=256))
+EMPTY = scene(camera=camera(width=513, height=257))
 ROOM = pictures.of_room(camera=camera(width=40, height=30))
 LENS = pictures.of_room(camera=camera(width=40, height=30, lens_radius=0.15, focus_distance=5))
 

@@ -12,7 +12,7 @@ from renderer.adaptive.decisions import advance
 from renderer.adaptive.early_passes import PROBED
 from renderer.adaptive.estimate import FIRST_AIM, NEXT_AIM
 from renderer.adaptive.guides import surroundings
-from renderer.adaptive.levels import COUNTS, COVERAGES, COVERED, LOOKED, SAMPLED
+from renderer.adaptive.levels import COUNTS, COVERAGES, COVERED, PREVIEWED, SAMPLED
 from renderer.adaptive.requests import LevelRequest, TileRequest
 from renderer.adaptive.strata import expected_errors
 from renderer.tiling import tiles
@@ -64,7 +64,7 @@ class Drawn:
     def told(self, tile: Tile, levels: LevelRequest) -> Samples:
         inside = np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]
         have, want = levels.have, levels.want
-        previewed = (want == LOOKED) & (have < LOOKED)
+        previewed = (want == PREVIEWED) & (have < PREVIEWED)
         more = np.argwhere((want > COVERED) & (have < want))
         halves, squares = np.empty((2, 3, len(more)), np.float32), np.empty(len(more), np.float32)
         for number, (y, x) in enumerate(more):
@@ -100,7 +100,7 @@ def taken(passes: Passes, size: int | None = None, order: int = 0) -> tuple[Esti
 def rising() -> Passes:
     """Levels of four passes, and coverages of a third of the pixels; each pixel skips some passes."""
     random = np.random.default_rng(1)
-    levels = [random.choice([0, LOOKED, SAMPLED], (16, 24)).astype(np.uint8)]
+    levels = [random.choice([0, PREVIEWED, SAMPLED], (16, 24)).astype(np.uint8)]
     borders = random.random((16, 24)) < 1 / 3
     covers = [borders * random.choice([0, 2], (16, 24)).astype(np.uint8)]
     for _ in range(3):
@@ -130,7 +130,7 @@ def test_several_passes_tell_what_one_pass_with_all_their_samples_does() -> None
     previewed = np.zeros_like(covered)
     have = np.zeros_like(levels[0])
     for level, cover in zip(levels, covers, strict=True):
-        previewed |= (level == LOOKED) & (have < LOOKED)
+        previewed |= (level == PREVIEWED) & (have < PREVIEWED)
         have = np.maximum(np.maximum(have, level), COVERED * (cover > 0))
     assert (previewed & covered).any()
     assert (estimate.values[:, previewed & ~covered] == drawn.pilots[:, previewed & ~covered]).all()
@@ -216,16 +216,16 @@ def test_the_first_pass_looks_at_a_lattice_and_each_next_one_at_a_finer_one() ->
         asked = estimate.want > estimate.have
         y, x = np.nonzero(asked)
         assert asked.any()
-        assert (estimate.want[asked] == LOOKED).all()
+        assert (estimate.want[asked] == PREVIEWED).all()
         assert not (y % stride).any()
         assert not (x % stride).any()
         if stride < 4:
             fresh = (y % (2 * stride) > 0) | (x % (2 * stride) > 0)
             assert (fresh if stride > 1 else fresh | edges_of(estimate)[asked]).all()
         passes(estimate, 1)
-    assert (estimate.have[edges_of(estimate)] == LOOKED).all()
+    assert (estimate.have[edges_of(estimate)] == PREVIEWED).all()
     assert (estimate.have == 0).any()
-    assert (estimate.values[:, estimate.have == LOOKED] > 0).any()
+    assert (estimate.values[:, estimate.have == PREVIEWED] > 0).any()
 
 
 def test_after_the_looks_come_the_borders_and_then_the_probes() -> None:
@@ -275,7 +275,7 @@ def test_each_node_of_the_lattice_fills_its_square_until_finer_ones_come() -> No
     advance(estimate)
     assert (estimate.image()[::4, ::4] == coarse[::4, ::4]).all()
     # What is interpolated is there at once; what comes shows the node that it lies beside.
-    coming = (estimate.want == LOOKED) & (estimate.have == 0)
+    coming = (estimate.want == PREVIEWED) & (estimate.have == 0)
     assert (estimate.image()[coming] == coarse[coming]).all()
     half = Tile(0, 0, 0, 512, 101)
     part = np.s_[half.y0 : half.y1, half.x0 : half.x1]
@@ -334,7 +334,7 @@ def test_in_the_middle_of_a_pass_pixels_that_wait_for_samples_err_like_the_looks
     probes tell of no error.
     """
     estimate = begun(plan_of())
-    estimate.values[...], estimate.have[...] = 1 / 4, LOOKED
+    estimate.values[...], estimate.have[...] = 1 / 4, PREVIEWED
     estimate.shown[:10] = True
     estimate.have[6:12], estimate.halves[:, :, 10:12] = SAMPLED, 1 / 4
     estimate.halves[:, :, 6:10] = [[[[3 / 4]]] * 3, [[[1 / 2]]] * 3]

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from renderer.adaptive.levels import COVERAGES, COVERED, LOOKED, SAMPLED
+from renderer.adaptive.levels import COVERAGES, COVERED, PREVIEWED, SAMPLED
 from tests.unit.renderer.adaptive.test_estimate import begun, found, passes, plan_of, rising, taken, whole
 
 
 def rays_at(level: int, coverage: int) -> int:
     """Camera rays of what a pixel shows at some level and coverage."""
-    samples = {0: 0, LOOKED: 1, COVERED: 0}.get(level, 2 ** (level - 1))
+    samples = {0: 0, PREVIEWED: 1, COVERED: 0}.get(level, 2 ** (level - 1))
     return samples + 2 * (0, 2, 3, 5, 8, 13, 21, 34, 55, 89, 144, 233, 377, 610, 987)[coverage]
 
 

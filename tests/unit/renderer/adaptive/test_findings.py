@@ -12,7 +12,7 @@ from accuracy.hard_cases.documents import camera, scene, sphere
 from renderer.adaptive import Estimate, Samples
 from renderer.adaptive.decisions import FIND, NEAR, WORTH, advance
 from renderer.adaptive.findings import UNMODELLED, errors_of, findings_of
-from renderer.adaptive.levels import COUNTS, LOOKED, SAMPLED
+from renderer.adaptive.levels import COUNTS, PREVIEWED, SAMPLED
 from renderer.adaptive.states import State
 from renderer.adaptive.strata import COUNT, STEPS, SUSPECT, typical_error
 from schemas.quality import TargetQuality
@@ -32,7 +32,7 @@ def known(seed: int = 1) -> tuple[dict[str, Any], Numbers, Numbers]:
     halves = truth + noise * random.normal(size=(2, *SIZE))
     shown = np.zeros(SIZE, bool)
     shown[:, :20] = True
-    have = np.where(random.random(SIZE) < 0.4, SAMPLED + 1, LOOKED).astype(np.uint8)
+    have = np.where(random.random(SIZE) < 0.4, SAMPLED + 1, PREVIEWED).astype(np.uint8)
     have[shown] = random.choice([SAMPLED, SAMPLED + 2, SAMPLED + 5], SIZE)[shown]
     pilots = np.repeat((truth + random.uniform(-0.05, 0.05, SIZE))[None], 3, axis=0).astype(np.float32)
     arrays = {
@@ -256,7 +256,7 @@ def test_each_probe_is_told_with_the_noise_of_its_error() -> None:
 
 def test_a_picture_without_samples_tells_what_is_expected_of_it() -> None:
     arrays, _, _ = known()
-    arrays["have"][...] = LOOKED
+    arrays["have"][...] = PREVIEWED
     told = findings_of(**arrays)
     pilots = arrays["strata"][~arrays["shown"]]
     assert told.total == pytest.approx(float(typical_error(pilots).sum()), rel=1e-12)
@@ -277,7 +277,7 @@ def probed(chance: float = CHANCE) -> Estimate:
     document = scene(sphere([0, 0, 0], 1), camera=camera(width=96, height=64))
     estimate = Estimate.begin(renderer.compile_scene(document, TargetQuality(mode="target", error=4 / 255)))
     estimate.state = State.BORDERS
-    estimate.values[...], estimate.have[...], estimate.probe_probability[...] = GREY, LOOKED, chance
+    estimate.values[...], estimate.have[...], estimate.probe_probability[...] = GREY, PREVIEWED, chance
     assert advance(estimate)
     return estimate
 

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from accuracy.hard_cases.documents import Json, bulb, phong, rectangle
 from renderer.adaptive.guides import Nearby, guide, surroundings
-from renderer.adaptive.levels import LOOKED, SAMPLED
+from renderer.adaptive.levels import PREVIEWED, SAMPLED
 from renderer.adaptive.requests import LevelRequest, TileRequest
 from renderer.adaptive.tile_rendering import render_samples
 from renderer.plan.plan import RenderPlan, adaptive_part
@@ -104,7 +104,7 @@ def whole_samples(plan: RenderPlan, level: int, size: int) -> tuple[Numbers, Num
     around, want = surroundings(whole(plan), *pilots), np.full((plan.height, plan.width), level, np.uint8)
     none = np.zeros_like(want)
     plain = render_samples(plan, TileRequest(whole(plan), LevelRequest.first(want)))
-    levels = LevelRequest(none + np.uint8(LOOKED), want, none, none + np.uint8(size))
+    levels = LevelRequest(none + np.uint8(PREVIEWED), want, none, none + np.uint8(size))
     found = render_samples(plan, TileRequest(whole(plan), levels, around))
     known = found.known if size else pilots[0].reshape(3, -1) * found.controlled
     both = plain.halves.mean(axis=0, dtype=np.float64), known + found.halves.mean(axis=0, dtype=np.float64)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 import renderer
 from accuracy.hard_cases.documents import bulb, camera, phong, rectangle, scene
-from renderer.adaptive.levels import LOOKED
+from renderer.adaptive.levels import PREVIEWED
 from renderer.adaptive.neighbours import borders
 from renderer.adaptive.rays import camera_rays
 from renderer.adaptive.requests import LevelRequest, TileRequest
@@ -54,7 +54,7 @@ def test_means_of_pixels_are_as_exact_as_the_target_asks(error: float) -> None:
     plan = board(error)
     none = np.zeros((SIDE, SIDE), np.uint8)
     found = render_samples(
-        plan, TileRequest(Tile(0, 0, 0, SIDE, SIDE), LevelRequest.first(none + np.uint8(LOOKED)))
+        plan, TileRequest(Tile(0, 0, 0, SIDE, SIDE), LevelRequest.first(none + np.uint8(PREVIEWED)))
     )
     labels = found.labels.reshape(none.shape)
     rows, columns = np.nonzero((labels == 0) & ~borders(labels))

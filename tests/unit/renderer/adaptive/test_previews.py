@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from renderer.adaptive.levels import COVERED, LOOKED, SAMPLED
+from renderer.adaptive.levels import COVERED, PREVIEWED, SAMPLED
 from renderer.adaptive.requests import LevelRequest
 from renderer.adaptive.samples import Samples, preview
 from schemas.tiles import Tile
@@ -52,7 +52,7 @@ def shown(
 def test_first_looks_fill_the_squares_of_their_lattice() -> None:
     tile, have = Tile(0, 8, 8, 20, 16), np.zeros((8, 12))
     want = np.zeros((8, 12))
-    want[::4, ::4] = LOOKED
+    want[::4, ::4] = PREVIEWED
     pilots = np.arange(6.0).repeat(3).reshape(6, 3)
     wanted = np.arange(6.0).reshape(2, 3).repeat(4, 0).repeat(4, 1)
     assert np.array_equal(shown(tile, samples(pilots), have, want), wanted)
@@ -61,16 +61,16 @@ def test_first_looks_fill_the_squares_of_their_lattice() -> None:
 def test_a_lattice_begins_at_the_corner_of_the_picture_wherever_a_tile_does() -> None:
     tile, have = Tile(0, 5, 0, 11, 4), np.zeros((4, 6))
     want = np.zeros((4, 6))
-    want[0, 3] = LOOKED  # the pixel (8, 0): on a lattice of 8 its square ends beyond the tile
+    want[0, 3] = PREVIEWED  # the pixel (8, 0): on a lattice of 8 its square ends beyond the tile
     found = shown(tile, samples([[1, 1, 1]]), have, want, before=0.25)
     assert np.array_equal(found, [[0.25, 0.25, 0.25, 1, 1, 1]] * 4)
 
 
 def test_looks_on_a_finer_lattice_leave_the_coarser_one_as_it_was() -> None:
     tile, have = Tile(0, 0, 0, 4, 4), np.zeros((4, 4))
-    have[::4, ::4] = LOOKED
+    have[::4, ::4] = PREVIEWED
     want = np.zeros((4, 4))
-    want[0, 2] = want[2, 2] = LOOKED
+    want[0, 2] = want[2, 2] = PREVIEWED
     found = shown(tile, samples([[1, 1, 1], [2, 2, 2]]), have, want, before=0.5)
     wanted = [[0.5, 0.5, 1, 1], [0.5, 0.5, 1, 1], [0.5, 0.5, 2, 2], [0.5, 0.5, 2, 2]]
     assert np.array_equal(found, wanted)
@@ -78,7 +78,7 @@ def test_looks_on_a_finer_lattice_leave_the_coarser_one_as_it_was() -> None:
 
 @pytest.mark.parametrize(
     ("have", "value"),
-    [(0, 0.75), (LOOKED, 0.75), (COVERED, 0.75), (SAMPLED, 0.625)],
+    [(0, 0.75), (PREVIEWED, 0.75), (COVERED, 0.75), (SAMPLED, 0.625)],
     ids=["unseen", "looked", "covered", "sampled"],
 )
 def test_samples_take_the_place_of_looks_and_join_other_samples(have: int, value: float) -> None:
@@ -95,7 +95,7 @@ def test_pixels_of_which_nothing_is_wanted_stay() -> None:
 
 
 def test_pixels_at_borders_take_the_place_of_their_looks_and_leave_the_others() -> None:
-    tile, have = Tile(0, 0, 0, 3, 2), np.array([[LOOKED, LOOKED, 0], [LOOKED, COVERED, LOOKED]])
+    tile, have = Tile(0, 0, 0, 3, 2), np.array([[PREVIEWED, PREVIEWED, 0], [PREVIEWED, COVERED, PREVIEWED]])
     cover = np.array([[0, 1, 5], [2, 0, 0]])
     covers = samples(covers=[[1, 1, 1], [2, 2, 2], [3, 3, 3]])
     found = shown(tile, covers, have, np.zeros((2, 3)), before=0.5, cover=cover)
@@ -113,7 +113,7 @@ def test_differences_from_a_control_variate_are_not_seen_before_their_pass_is_me
     """They are near 0, whatever the pixel shows."""
     tile, have, want = (
         Tile(0, 0, 0, 3, 1),
-        np.array([[SAMPLED, COVERED, LOOKED]]),
+        np.array([[SAMPLED, COVERED, PREVIEWED]]),
         np.full((1, 3), SAMPLED + 1),
     )
     found = samples(halves=np.ones((2, 3, 3)), controlled=[True, False, True])

@@ -11,7 +11,7 @@ from accuracy.hard_cases.documents import Json, camera, phong, scene, sphere
 from renderer.adaptive import Estimate, strata
 from renderer.adaptive.decisions import advance
 from renderer.adaptive.early_passes import BENT, PROBED, cover_borders
-from renderer.adaptive.levels import COVERED, LOOKED
+from renderer.adaptive.levels import COVERED, PREVIEWED
 from renderer.adaptive.neighbours import borders
 from renderer.adaptive.states import State
 from renderer.adaptive.strata import (
@@ -85,19 +85,19 @@ def test_a_bend_in_a_single_row_is_seen() -> None:
 def test_a_stratum_is_one_and_a_half_octaves_of_expected_error(step: int) -> None:
     low = 2.0 ** (-36 + 1.5 * step)
     inside = np.array([[low * 2**0.01, low * 2**0.75, low * 2**1.49]], np.float32)
-    found = strata.strata_of(inside, np.full((1, 3), LOOKED, np.uint8), np.zeros((1, 3), bool))
+    found = strata.strata_of(inside, np.full((1, 3), PREVIEWED, np.uint8), np.zeros((1, 3), bool))
     assert (found == step + STEPS * EVEN).all()
 
 
 def test_nothing_and_too_much_are_in_the_first_and_last_strata_of_their_kind() -> None:
-    expected, have = np.array([[0, 9]], np.float32), np.full((1, 2), LOOKED, np.uint8)
+    expected, have = np.array([[0, 9]], np.float32), np.full((1, 2), PREVIEWED, np.uint8)
     found = strata.strata_of(expected, have, np.zeros((1, 2), bool))
     assert found.tolist() == [[STEPS * EVEN, STEPS * EVEN + STEPS - 1]]
 
 
 def test_each_pixel_is_of_the_kind_that_it_shows() -> None:
     """What is interpolated is not known to show something fine."""
-    have = np.array([[0, LOOKED, COVERED]] * 2, np.uint8)
+    have = np.array([[0, PREVIEWED, COVERED]] * 2, np.uint8)
     needs_sampling = np.array([[False] * 3, [True] * 3])
     found = strata.strata_of(np.zeros((2, 3), np.float32), have, needs_sampling) // STEPS
     assert found.tolist() == [[INTERPOLATED, EVEN, BORDER], [INTERPOLATED, NEEDS_SAMPLING, NEEDS_SAMPLING]]
@@ -124,7 +124,7 @@ def previewed() -> Estimate:
     loaded = renderer.load_scene(document, assets=Files({"picture.png": png(codes(4, 4))}))
     estimate = Estimate.begin(renderer.compile_scene(loaded, TARGET))
     estimate.state = State.BORDERS
-    estimate.values[...], estimate.have[...] = 0.25, LOOKED
+    estimate.values[...], estimate.have[...] = 0.25, PREVIEWED
     return estimate
 
 
@@ -175,7 +175,7 @@ def test_a_shadow_that_ends_beside_a_border_is_expected_though_the_border_shows_
     estimate.values[:, 8] = 0.75
     assert advance(estimate)
     expected = np.array([[0.5**2 / 12, 0]], dtype=np.float32)
-    sharp, even = strata.strata_of(expected, np.full((1, 2), LOOKED, np.uint8), np.zeros((1, 2), bool))[0]
+    sharp, even = strata.strata_of(expected, np.full((1, 2), PREVIEWED, np.uint8), np.zeros((1, 2), bool))[0]
     assert (estimate.strata[9, 5:-5] == sharp).all()
     assert (estimate.strata[11:-2, 5:-5] == even).all()
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from accuracy.hard_cases.documents import bulb, camera, rectangle
 from renderer.adaptive.coverage import cover
 from renderer.adaptive.guides import packed, surroundings, unpacked
-from renderer.adaptive.levels import LOOKED
+from renderer.adaptive.levels import PREVIEWED
 from renderer.adaptive.requests import LevelRequest, TileRequest
 from renderer.adaptive.tile_rendering import render_samples
 from renderer.plan.plan import RenderPlan
@@ -82,7 +82,7 @@ def in_tiles(plan: RenderPlan, pilots: Pilots, side: int, had: int) -> Maps:
     rows, columns = np.indices((plan.height, plan.width))
     cover_map = np.where((rows + columns) % 3, had + 1 + (rows + 2 * columns) % 4, had).astype(np.uint8)
     had_map, none = np.full_like(cover_map, had), np.zeros_like(cover_map)
-    every = LevelRequest(none + np.uint8(LOOKED), none, had_map, cover_map)
+    every = LevelRequest(none + np.uint8(PREVIEWED), none, had_map, cover_map)
     found = {
         name: np.full((count, *none.shape), np.nan, dtype=np.float32)
         for name, count in (("covers", 3), ("known", 3), ("spread", 1), ("doubts", 1))
