@@ -34,8 +34,8 @@ QUADRATIC = {"renderer.shapes.ellipsoids.Ellipsoids.meet": without.quadratic(np.
 IN_SINGLE = {"renderer.shapes.ellipsoids.Ellipsoids.meet": without.quadratic(np.float32)}
 UNWRAPPED = {"renderer.textures.image.WRAPS": dict.fromkeys(WRAPS, lambda index, _: index)}
 NO_SIDES = {
-    "renderer.visibility.polygons.snapped": without.trusted,
-    "renderer.visibility.sides.snapped": without.trusted,
+    "renderer.visibility.polygons.settled": without.trusted,
+    "renderer.visibility.sides.settled": without.trusted,
 }
 
 SWITCHED_OFF: dict[tuple[str, str], Patches] = {
@@ -162,7 +162,7 @@ SWITCHED_OFF: dict[tuple[str, str], Patches] = {
             "rotated": without.not_wrapped,
         }
     },
-    ("H13", "corners of facing mirrors"): {"renderer.departures.NEAR": 0.0},
+    ("H13", "corners of facing mirrors"): {"renderer.self_intersection.NEAR": 0.0},
     ("I2", "an edge through a pixel"): {
         "renderer.integrator.PATTERNS": {**PATTERNS, "rotated": without.shrunk}
     },

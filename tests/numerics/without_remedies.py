@@ -12,7 +12,7 @@ import numpy as np
 from accuracy.hard_cases import formulas
 from renderer.images.colors import srgb_from_linear
 from renderer.interaction import Points, Rays
-from renderer.math.arrays import Floats, dot, unit
+from renderer.math.arrays import Floats, Masks, dot, unit
 from renderer.math.numerics import gamma
 from renderer.samplers import PATTERNS
 from renderer.shapes import ellipsoids, woop
@@ -258,7 +258,7 @@ def shown(*, clipped: bool, rounded: bool) -> Callable[..., Any]:
     return displayed
 
 
-def trusted(distances: Floats, bounds: Floats, sides: Floats) -> Floats:
-    """Signed distances as they were computed."""
+def trusted(distances: Floats, bounds: Floats, sides: Floats, own: Masks) -> Floats:
+    """Signed distances as they were computed, 0 on a point's own surface."""
     del bounds, sides
-    return distances
+    return np.where(own, 0.0, distances)
