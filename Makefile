@@ -32,6 +32,7 @@ check: .venv/installed-check  ## lint, format, types, which package may import w
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python tools/check_words.py
 	$(BIN)/hadolint Dockerfile scenes/assignment/gradescope/Dockerfile
 	$(BIN)/python -m benchmarks.audit
 

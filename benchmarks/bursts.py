@@ -95,7 +95,7 @@ def scene(number: int) -> dict[str, Any]:
 
 
 def burst(users: int, jobs_each: int, scene_of: Callable[[int], dict[str, Any]], **settings: Any) -> Burst:
-    """Have every user send all his jobs at once, and wait until they are finished."""
+    """Have every user send all jobs at once, and wait until they are finished."""
     with TemporaryDirectory() as folder:
         chosen = Settings(data=Path(folder), port=0, log_level="error", **settings)
         secrets = keys_for(chosen, users)
@@ -172,7 +172,7 @@ def _told(found: Sequence[tuple[Sent, dict[str, Any]]], begun: float) -> Burst:
 
 
 def _first_tile(sent: Sent, job: dict[str, Any]) -> float:
-    # Who joins a render, or is answered from the store, sees what there is as soon as he is accepted.
+    # Who joins a render, or is answered from the store, sees what there is as soon as the job is accepted.
     shown: float = min(_moment(job["started_at"]) + job["first_tile"], _moment(job["finished_at"]))
     return max(shown, sent.accepted) - sent.sent
 

@@ -145,7 +145,7 @@ class Bodies:
         return self._request(request)
 
     def quality(self) -> Any:
-        """A wish for quality."""
+        """A requested quality."""
         number = self.random.choice(NUMBERS)
         return self.random.choice(
             (

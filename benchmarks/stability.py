@@ -71,7 +71,7 @@ class PictureErrors(TypedDict):
 
 
 class Stability(TypedDict):
-    """The price, and what is had for it."""
+    """The cost, and what it buys."""
 
     prices: Prices
     errors: list[PictureErrors]

@@ -42,7 +42,7 @@ CHESS_POINTS = 4
 LIGHT_SAMPLES = 4
 """Light points, and camera samples, of the two comparisons that vary the other one."""
 
-WISH_255 = 1.0
+SHOWN_255 = 1.0
 """Error of the sentences, in units of 1/255: a step of 8 bits."""
 
 DIGITS = 5
@@ -78,21 +78,21 @@ def page(measured: Mapping[str, Results]) -> str:
 def _sentences(measured: Mapping[str, Results]) -> Iterator[str]:
     for name, results in measured.items():
         lines = _lines(results)
-        costs = {method: curves.cost_at(line, WISH_255) for method, line in lines.items()}
+        costs = {method: curves.cost_at(line, SHOWN_255) for method, line in lines.items()}
         reached = {method: cost for method, cost in costs.items() if cost is not None}
         told = ", ".join(
             f"{words.seconds(cost)} with {'target quality' if method == TARGET else method}"
             for method, cost in sorted(reached.items(), key=lambda item: item[1])
         )
-        wish = words.error(WISH_255)
-        yield f"**{name}**: an error of {wish} takes {told or 'longer than was tried'}."
+        requested = words.error(SHOWN_255)
+        yield f"**{name}**: an error of {requested} takes {told or 'longer than was tried'}."
     yield from (f"**chess**: {sentence}" for sentence in _ratios(measured["chess"]))
     for name, results in measured.items():
         answers = {row["question"]: row["answer"] for row in results["answers"]}
         yield f"**{name}**, which effect costs most? {answers['Which effect costs most?']}"
-    dearest = max((row for results in measured.values() for row in results["precision"]), key=_ratio)
+    slowest = max((row for results in measured.values() for row in results["precision"]), key=_ratio)
     yield (
-        f"Double precision takes at most {words.figure(_ratio(dearest))} times as long ({dearest['name']}) "
+        f"Double precision takes at most {words.figure(_ratio(slowest))} times as long ({slowest['name']}) "
         f"and changes pictures by at most {words.error(_largest_change(measured))}."
     )
 

@@ -97,7 +97,7 @@ def anchor(title: str) -> str:
 
 
 def costs() -> str:
-    """What stability costs in time, and what is had for it."""
+    """What stability costs in time, and what that buys."""
     measured = json.loads(COSTS.read_text(encoding="utf-8"))
     prices, errors = measured["stability"]["prices"], measured["stability"]["errors"]
     ratios = {way: sorted(ratio(price, way) for price in prices["pictures"]) for way in WAYS[1:]}

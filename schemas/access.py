@@ -1,4 +1,4 @@
-"""Who asks a service, and what he may do."""
+"""Users of a service, and what each may do."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from schemas.jobs import Message
 
 
 class Role(StrEnum):
-    """What a user may do beyond submitting jobs and having them to himself.
+    """What a user may do beyond submitting jobs that nobody else sees.
 
     ``staff`` sees the jobs of all, ``admin`` also stops and removes them.
     """

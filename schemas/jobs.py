@@ -216,7 +216,7 @@ class Job(Message):
     state: JobState
     paused: bool = Field(
         default=False,
-        description="Whether it stands still: until it is resumed no tiles are handed out.",
+        description="Whether it is paused: until it is resumed no tiles are handed out.",
     )
     cancelling: bool = Field(
         default=False,

@@ -46,9 +46,9 @@ class PlanDocument(_Part):
     """The whole plan, as it is printed and served."""
 
     stages: tuple[PlanStage, ...] = Field(description="What runs, in order.")
-    first_looks: tuple[PlanStage, ...] = Field(
+    pilot_samples: tuple[PlanStage, ...] = Field(
         default=(),
-        description="What the first looks of target quality do in another way; none with fixed quality.",
+        description="What the pilot samples of target quality do differently; none with fixed quality.",
     )
     left_out: tuple[LeftOut, ...] = Field(description="What does not run, and why.")
     cost: PlanCost = Field(description="What it is expected to cost.")

@@ -22,7 +22,7 @@ class QuoteRequest(Closed):
     )
     target_error: Annotated[float, Field(strict=True, ge=1e-6, le=1)] | None = Field(
         default=None,
-        description="A wished error, as in a quality of mode `target`: `for_error` reaches it soonest.",
+        description="A requested error, as in a quality of mode `target`: `for_error` reaches it soonest.",
     )
     seconds: Annotated[float, Field(strict=True, gt=0, le=86400)] | None = Field(
         default=None, description="A given time: `for_seconds` is what comes closest in it."

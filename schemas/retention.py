@@ -1,4 +1,4 @@
-"""What travels when somebody asks the service to let go what it keeps."""
+"""What travels when somebody asks the service to delete what it keeps."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ def quote(
     quality : Quality, optional
         What is asked for, in place of the scene's own sampling.
     target_error : float, optional
-        A wished error, 1e-6 to 1.
+        A requested error, 1e-6 to 1.
     seconds : float, optional
         A given time.
     workers : int

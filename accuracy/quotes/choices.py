@@ -1,4 +1,4 @@
-"""The cheapest setting for a wished error, and the best one for a given time."""
+"""The cheapest setting for a requested error, and the best one for a given time."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -125,8 +125,8 @@ class Adaptive:
             return 0.0
         finer = max((known for known in errors[:-1] if known <= error), default=errors[0])
         coarser = errors[errors.index(finer) + 1]
-        dearest, cheapest = (self.points[known][0].estimate for known in (finer, coarser))
-        return min(max(log(dearest / cheapest) / log(coarser / finer), 0.0), FALLS)
+        costliest, cheapest = (self.points[known][0].estimate for known in (finer, coarser))
+        return min(max(log(costliest / cheapest) / log(coarser / finer), 0.0), FALLS)
 
     def for_error(self, error: float) -> Priced | None:
         """What reaches an error."""

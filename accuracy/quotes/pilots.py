@@ -51,7 +51,7 @@ class Pilot:
     scene : LoadedScene
     quality : Quality or None
         What is asked for.
-    wished : float or None
+    requested : float or None
         An error that matters more than others.
     plan : RenderPlan
         Of the quality that is asked for.
@@ -63,7 +63,7 @@ class Pilot:
 
     scene: LoadedScene
     quality: Quality | None
-    wished: float | None
+    requested: float | None
     plan: RenderPlan
     ladders: list[Ladder] = field(init=False)
     asked: int = field(init=False)
@@ -135,7 +135,7 @@ class Pilot:
 
     def _errors(self) -> list[float]:
         """Target errors that are asked for."""
-        return [error for error in (self.target and self.target.error, self.wished) if error]
+        return [error for error in (self.target and self.target.error, self.requested) if error]
 
     def _confidence(self) -> float:
         """That of all target errors: the one asked for, or the usual one."""

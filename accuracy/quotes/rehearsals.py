@@ -36,8 +36,8 @@ KINDS = {State.PREVIEW: LOOKS, State.LATTICE: LOOKS, State.BORDERS: BORDERS}
 """By the state of a picture; all others sample."""
 
 USUAL = {LOOKS: 3.0, BORDERS: 0.3, SAMPLES: 1.0}
-"""CPU seconds of their rays over those of one with few light points in a block, about: first looks have many
-light points, and few rays at borders are lit."""
+"""CPU seconds of their rays over those of one with few light points in a block, about: pilot samples have
+many light points, and few rays at borders are lit."""
 
 SPARE = 1.3
 """Times the predicted seconds that have to be left for a pass."""
@@ -56,14 +56,14 @@ FURTHER = 4
 """Looks of the next finer lattice for each of this one."""
 
 ROUNDS, OF_MORE = 1.15, 0.5
-"""Times the samples foretold that are taken. Samples come in rounds, and each may find what was not
+"""Times the predicted samples that are taken. Samples come in rounds, and each may find what was not
 expected. A part of a picture asks for too many: its error is less sure than that of the whole."""
 
 PASSES = 0.08
 """CPU seconds of the passes themselves, however few rays they have."""
 
-FORETOLD, OF_A_PART = 0.15, 0.3
-"""Standard deviations of the logarithm of the CPU time where its samples are foretold, by the whole picture
+PREDICTED, OF_A_PART = 0.15, 0.3
+"""Standard deviations of the logarithm of the CPU time where its samples are predicted, by the whole picture
 and by a part of it. See `python -m benchmarks quotes`."""
 
 
@@ -83,7 +83,7 @@ class Rehearsal:
     whole : bool
         Whether the whole picture was rendered to its end.
     found : float or None
-        CPU seconds of the whole picture: those that it took, or that are foretold.
+        CPU seconds of the whole picture: those that it took, or that are predicted.
     unsure : float
         Standard deviation of their logarithm.
     """
@@ -106,20 +106,20 @@ class Rehearsal:
         if trial.looks() <= WHOLE * deadline.left:
             self._finish(trial)
         elif deadline.left > 0:
-            self._foretell(plan, trial)
+            self._predict(plan, trial)
 
     def _finish(self, trial: "Trial") -> None:
         """Render the whole picture, as far as that goes."""
         while trial.more and (not trial.probed or trial.lasts() * SPARE <= trial.deadline.left):
             trial.step()
             if trial.probed and not trial.late:
-                self._tell(trial.cpu_seconds + trial.prices[SAMPLES] * ROUNDS * trial.outlook(), FORETOLD)
+                self._tell(trial.cpu_seconds + trial.prices[SAMPLES] * ROUNDS * trial.outlook(), PREDICTED)
         if not trial.more and not trial.late:
             self.whole = True
             self._tell(trial.cpu_seconds, 0.0)
 
-    def _foretell(self, plan: RenderPlan, whole: "Trial") -> None:
-        """Render a part of the picture up to its probes, and take its rays to be as dear as elsewhere."""
+    def _predict(self, plan: RenderPlan, whole: "Trial") -> None:
+        """Render a part of the picture up to its probes, and take its rays to cost as much as elsewhere."""
         prices = whole.prices | {LOOKS: whole.prices[LOOKS] * DENSER}
         share = PART * whole.deadline.left / max(prices[LOOKS] * _all_looks(plan), 1e-9)
         seen = squares(plan, max(share, SMALLEST))
@@ -235,7 +235,7 @@ class Trial:
         return self.lasts() * DENSER * sum(FURTHER**pass_ for pass_ in range(stride.bit_length()))
 
     def lasts(self) -> float:
-        """CPU seconds of the next pass, if its rays are as dear as those of the last of its kind."""
+        """CPU seconds of the next pass, if its rays cost as much as those of the last of its kind."""
         return self.wanted * self.prices[self.kind]
 
     def outlook(self) -> int:

@@ -14,7 +14,7 @@ from accuracy.study.words import error, figure, seconds
 
 Document = Mapping[str, Any]
 
-WISHES_255 = (4.0, 2.0, 1.0, 0.5, 0.25)
+ERRORS_255 = (4.0, 2.0, 1.0, 0.5, 0.25)
 """Errors that people ask for, in units of 1/255: from a quick look to less than 8 bits can tell."""
 
 PATIENCE = 10.0
@@ -25,7 +25,7 @@ NOTHING = 0.1
 change the error by a half per cent."""
 
 FARTHEST = 8.0
-"""Times the seconds of the dearest setting up to which its error is extrapolated."""
+"""Times the seconds of the most expensive setting up to which its error is extrapolated."""
 
 
 def answers(document: Document) -> list[dict[str, str]]:
@@ -67,11 +67,11 @@ def _how_long(document: Document) -> Iterator[str]:
     if not front:
         yield "No setting was tried whose error the reference can tell."
         return
-    for wish in WISHES_255:
-        # What reaches the wish within its interval cannot be told from what keeps it.
-        enough = [row for row in front if row["rmse_255"]["low"] <= wish]
+    for requested in ERRORS_255:
+        # What reaches the requested within its interval cannot be told from what keeps it.
+        enough = [row for row in front if row["rmse_255"]["low"] <= requested]
         if enough:
-            yield f"{error(wish)}: {seconds(curves.seconds(enough[0]))} with {enough[0]['name']}."
+            yield f"{error(requested)}: {seconds(curves.seconds(enough[0]))} with {enough[0]['name']}."
     yield f"The smallest error tried is {error(curves.error(front[-1]))}."
 
 

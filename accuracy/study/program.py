@@ -81,7 +81,7 @@ class Program:
         return first, second
 
     def rounds(self, judges: tuple[Task, Task]) -> list[Task]:
-        """All that is timed: a round for each seed, and in each what is cheap before what is dear."""
+        """All that is timed: a round for each seed, and in each the cheap settings first."""
         tasks = []
         for seed in range(1, self.scale.seeds + 1):
             settings = [self._setting(setting, seed, judges) for setting in self.settings]

@@ -30,7 +30,7 @@ SETTING_COLUMNS = (
 
 
 def settings(document: Document) -> Table:
-    """Every setting, cheap before dear, those that another one beats in grey."""
+    """Every setting, the cheapest first, those that another one beats in grey."""
     rows = sorted(document["settings"], key=lambda row: row["cpu_seconds"]["estimate"])
     own = figure(document["reference"]["rmse_255"])
     return Table(

@@ -1,4 +1,4 @@
-"""Events on a simulated clock, which stands still for nothing but the service's own decisions.
+"""Events on a simulated clock, which stops for nothing but the service's own decisions.
 
 Accepting a job and a round of the dispatcher are real: they take turns at the database, and what they need of
 the processor passes on the clock too. Rendering is not: a tile ends when its time is over.

@@ -53,7 +53,7 @@ class Workload:
         return np.cumsum(self._random(0).exponential(1.0 / self.rate, self.jobs))
 
     def senders(self) -> NDArray[np.int64]:
-        """Draw the numbers of the users who send them, (jobs,), 0 for him who sends most."""
+        """Draw the numbers of the users who send them, (jobs,), 0 for the one who sends most."""
         if self.even:
             return self._random(1).permutation(np.arange(self.jobs) % self.users)
         shares = 1.0 / np.arange(1, self.users + 1)

@@ -23,7 +23,7 @@ THREADS = 4
 
 
 def measure(many: int = 300, visits: int = 5) -> Iterator[Promise]:
-    """Count the tiles of the one that are finished between another's submission and his first tile."""
+    """Count the tiles of the one that are finished between another's submission and its first tile."""
     with TemporaryDirectory() as folder:
         settings = Settings(data=Path(folder) / "data", port=0, workers=1, log_level="debug")
         busy, *visitors = keys_for(settings, 1 + visits).values()
@@ -60,7 +60,7 @@ def tiles_between(lines: Sequence[dict[str, Any]], jobs: Sequence[str], crowd: S
 
 
 def _visited(url: str, busy: str, visitors: Sequence[str], many: int) -> tuple[list[str], list[str], int]:
-    """Give the jobs of the one, those of his visitors, and how many of his were left at the end."""
+    """Give the jobs of the one, those of the visitors, and how many of the first were left at the end."""
     with _client(url, busy) as client, ThreadPoolExecutor(THREADS) as pool:
         own = list(pool.map(lambda number: _submitted(client, scene(number)), range(many)))
         visited = [_visit(url, key, many + number) for number, key in enumerate(visitors)]

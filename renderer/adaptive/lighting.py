@@ -23,7 +23,8 @@ NEAREST = 4
 
 CORNERS = 4
 """Light points along each side that tell who sees all of a light. The outermost lie on its edges, so that
-for convex occluders larger than the gaps between them nobody is taken to see a light that he sees in part."""
+for convex occluders larger than the gaps between them no point that sees a part of the light is taken to see
+none of it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

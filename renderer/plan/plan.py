@@ -133,7 +133,7 @@ class RenderPlan:
         shadow = sum(lighting.emitter.count for lighting in self.lightings if lighting.casts)
         return PlanDocument(
             stages=tuple(_stage(entry, total) for entry in self.entries),
-            first_looks=tuple(_stage(entry, 0.0) for entry in pilot.entries) if pilot else (),
+            pilot_samples=tuple(_stage(entry, 0.0) for entry in pilot.entries) if pilot else (),
             left_out=self.left_out,
             cost=PlanCost(camera_rays=rays, shadow_rays=rays * shadow, cpu_seconds=total),
         )

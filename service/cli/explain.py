@@ -174,8 +174,8 @@ def _priced(plan: RenderPlan) -> PlanDocument:
 def _plain(plan: PlanDocument) -> Iterable[str]:
     for stage in plan.stages:
         yield f"runs\t{stage.name}\t{_share(stage.share)}\t{_pointers(stage.pointers)}\t{stage.detail}"
-    for stage in plan.first_looks:
-        yield f"first looks\t{stage.name}\t\t{_pointers(stage.pointers)}\t{stage.detail}"
+    for stage in plan.pilot_samples:
+        yield f"pilot samples\t{stage.name}\t\t{_pointers(stage.pointers)}\t{stage.detail}"
     for out in plan.left_out:
         yield f"left out\t{out.effect}\t\t{_pointers(out.pointers)}\t{out.reason}"
     yield f"cost\t{_cost(plan)}"
@@ -189,8 +189,8 @@ def _show_tables(plan: PlanDocument) -> None:
     runs = Table("What runs", "Time", "Asked for by", "What it does", box=box.SIMPLE_HEAD)
     for stage in plan.stages:
         runs.add_row(stage.name, _share(stage.share), _pointers(stage.pointers, "\n"), stage.detail)
-    looks = Table("First looks", "Asked for by", "What they do", box=box.SIMPLE_HEAD)
-    for stage in plan.first_looks:
+    looks = Table("Pilot samples", "Asked for by", "What they do", box=box.SIMPLE_HEAD)
+    for stage in plan.pilot_samples:
         looks.add_row(stage.name, _pointers(stage.pointers, "\n"), stage.detail)
     left_out = Table("Left out", "Named by", "Why", box=box.SIMPLE_HEAD)
     for out in plan.left_out:
@@ -198,7 +198,7 @@ def _show_tables(plan: PlanDocument) -> None:
     # Names of materials may look like markup.
     console = Console(markup=False, highlight=False)
     console.print(runs)
-    if plan.first_looks:
+    if plan.pilot_samples:
         console.print(looks)
     if plan.left_out:
         console.print(left_out)

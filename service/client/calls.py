@@ -122,12 +122,12 @@ def cancel_job(job_id: str) -> Call[Job]:
 
 
 def pause_job(job_id: str) -> Call[Job]:
-    """Let a job stand still; a job that has ended stays as it is."""
+    """Pause a job; a job that has ended stays as it is."""
     return Call("POST", _job_path(job_id) + "/pause", _model(Job), job_id=job_id)
 
 
 def resume_job(job_id: str) -> Call[Job]:
-    """Let a job that stands still go on."""
+    """Resume a paused job."""
     return Call("POST", _job_path(job_id) + "/resume", _model(Job), job_id=job_id)
 
 
@@ -142,7 +142,7 @@ def pin_job(job_id: str, *, pinned: bool) -> Call[Job]:
 
 
 def prune(body: Mapping[str, Any]) -> Call[Pruned]:
-    """Let go what the rules do not keep, or tell what that would be."""
+    """Delete what the rules do not keep, or report what that would be."""
     return _post("/v1/prune", body, Pruned)
 
 

@@ -69,7 +69,7 @@ class Bucket:
             self._store = S3Store(
                 parts.netloc,
                 prefix=parts.path.strip("/") or None,
-                # Whoever names an endpoint says himself whether it is to be spoken to without TLS.
+                # The address of an endpoint says whether it is to be spoken to without TLS.
                 client_options={"allow_http": endpoint.startswith("http://"), "connect_timeout": "3s"},
                 retry_config={"max_retries": 2, "retry_timeout": timedelta(seconds=RETRY_SECONDS)},
             )

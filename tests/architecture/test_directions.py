@@ -13,7 +13,9 @@ def _in_the_root(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
 
 
-@pytest.mark.parametrize("path", [m for m in modules() if m.parts[:3] == ("service", "api", "routes")], ids=str)
+@pytest.mark.parametrize(
+    "path", [m for m in modules() if m.parts[:3] == ("service", "api", "routes")], ids=str
+)
 def test_a_route_never_names_what_renders(path: Path) -> None:
     named = {
         node.attr

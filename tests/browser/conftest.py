@@ -58,7 +58,7 @@ def chromium(launched: tuple[Browser, asyncio.AbstractEventLoop]) -> Iterator[Br
     """The browser, as long as tests of the page run.
 
     Between two calls Playwright leaves its event loop marked as the running one of this thread, although it
-    stands still; tests elsewhere run loops of their own.
+    waits; tests elsewhere run loops of their own.
     """
     browser, loop = launched
     _mark_running(loop)

@@ -141,7 +141,7 @@ def test_what_is_too_dear_to_be_tried_is_priced_by_the_plan_and_can_be_tried_aga
     page: Page, shoot: Shoot
 ) -> None:
     opened(page)
-    editor(page).fill(small("basic", name="too dear to try"))
+    editor(page).fill(small("basic", name="too expensive to try"))
     # A single block of it takes longer than a quote may.
     ask_for_samples(page, 2048, 4096)
     quote = page.get_by_role("region", name="Quote")

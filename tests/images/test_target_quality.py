@@ -113,10 +113,10 @@ def test_no_more_is_done_than_twice_what_was_asked_for() -> None:
     assert np.median(ratios) >= 0.5
 
 
-def test_errors_in_a_penumbra_have_no_bands_at_the_strides_of_the_first_looks() -> None:
+def test_errors_in_a_penumbra_have_no_bands_at_the_strides_of_the_pilot_samples() -> None:
     """Errors of pixels 2, 4 and 8 apart know nothing of each other.
 
-    With the interpolation of first looks allowed to err by twenty times the target, the score is 15
+    With the interpolation of pilot samples allowed to err by twenty times the target, the score is 15
     in pictures of 64 x 64 pixels.
     """
     scores = [

@@ -216,6 +216,6 @@ def test_keys_are_made_listed_and_revoked(tmp_path: Path) -> None:
     opened = Database(Settings(data=tmp_path).database_url)
     with opened.reading() as session:
         assert keys.principal_of_key(session, key) is None
-        # The last key is gone, and the doors stay shut.
+        # The last key is gone, and authentication stays on.
         assert keys.any_made(session)
     opened.close()

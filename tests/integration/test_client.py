@@ -362,7 +362,7 @@ def test_a_submission_whose_answer_was_lost_is_one_job_however_often_it_was_sent
     assert named == [job.id]
 
 
-def test_what_is_wished_of_a_job_reaches_the_service(server: RunningServer) -> None:
+def test_what_is_requested_of_a_job_reaches_the_service(server: RunningServer) -> None:
     document = scene(16, 8) | {"background": [0.2, 0.1, 0.3]}
     with Client(server.url) as client:
         first = client.submit(document, labels={"who": "ada"}, priority=3, wait=5)

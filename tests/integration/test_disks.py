@@ -97,7 +97,7 @@ def full(disk: Path) -> Iterator[Callable[[], None]]:
 
 @contextmanager
 def read_only(disk: Path) -> Iterator[None]:
-    """Let nobody write to what he has not opened yet.
+    """Let nobody write to a file that is not open yet.
 
     A file system is not made read-only while somebody has a file of it open to write, as a database has.
     """

@@ -96,7 +96,7 @@ def test_many_jobs_of_one_user_do_not_delay_anothers_one(workers: Workers) -> No
     workers.add("ann", 300)
     workers.turns(20)
     workers.add("bob")
-    # He is next, and then gets every other tile, until his five are done.
+    # The newcomer is next, and then gets every other tile, until all five are done.
     assert workers.turns(12) == ["bob", "ann"] * 5 + ["ann", "ann"]
 
 
@@ -109,7 +109,7 @@ def test_users_get_the_same_cpu_seconds_and_not_the_same_number_of_tiles(workers
         cpu_seconds = 4.0 if owner == "ann" else 1.0
         spent[owner] += cpu_seconds
         workers.finish(cpu_seconds)
-    # Nobody is ahead by more than one tile of the dearer kind, before and after.
+    # Nobody is ahead by more than one tile of the more expensive kind, before and after.
     assert abs(spent["ann"] - spent["bob"]) <= 2 * 4.0
 
 

@@ -173,9 +173,9 @@ def test_sending_a_file_tells_nothing_of_others_who_have_sent_it(world: World) -
     )
     assert first == second
     assert set(answers[0].headers) == set(answers[1].headers)
-    # Now it is his, too.
+    # Now both own it.
     assert world.ask("bob", "GET", f"/v1/assets/{world.things['sha256']}").content == known
-    # Bytes that he does not have stay another's: a name alone is not enough.
+    # Bytes that one does not have stay another's: a name alone is not enough.
     wrong = world.ask("bob", "PUT", f"/v1/assets/{world.mesh.removeprefix('sha256:')}", content=new)
     unknown = world.ask("bob", "PUT", f"/v1/assets/{'1' * 64}", content=new)
     assert (wrong.status_code, wrong.text) == (unknown.status_code, unknown.text)

@@ -181,7 +181,7 @@ def test_the_picture_and_layers_of_centres_are_there_while_it_runs(client: httpx
     client.delete(f"/v1/jobs/{job}")
     assert running
     few = renderer.render(renderer.compile_scene(document, layers=["shape"]), workers=1)
-    # First looks fill squares of 8 x 8 pixels: on average they are right.
+    # Pilot samples fill squares of 8 x 8 pixels: on average they are right.
     assert abs(float(partial.mean()) - float(few.image.mean())) < 0.1 * float(few.image.mean())
     assert np.array_equal(np.load(io.BytesIO(shapes.content)), few.layers["shape"])
     assert errors.json()["code"] == "picture_not_ready"

@@ -153,8 +153,8 @@ def by_arc_cosine(where: Floats) -> tuple[Floats, Floats]:
         return np.arctan2(y, x) / (2 * np.pi) % 1, np.arccos(-z * (1 + 2.0**-52)) / np.pi
 
 
-def free_to_leave(family: Any, shape: int, departure: Any, found: Any, power: Floats) -> Any:
-    del family, shape, departure
+def free_to_leave(family: Any, shape: int, start: Any, found: Any, power: Floats) -> Any:
+    del family, shape, start
     return power, np.ones(found.size, dtype=bool)
 
 

@@ -25,7 +25,7 @@ def entries(request: Request, lightings: Iterable[Illumination]) -> Iterator[Ent
     lightings
         Those of the pilot samples; lights without an area do as always, and have no line.
     """
-    yield Entry("first looks", "camera", _lattice(request), ("/camera",))
+    yield Entry("pilot samples", "camera", _lattice(request), ("/camera",))
     for lighting in lightings:
         if isinstance(lighting, PilotLighting):
             yield from _light(request, lighting)

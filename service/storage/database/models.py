@@ -78,7 +78,7 @@ class RenderRow(Base):
     pass whose tiles are merged into the picture, the work before it being ``counted_work`` and
     ``counted_share`` of all. Any other has an entry for each of its passes in ``pass_costs``, and where these
     cannot tell the error of the picture, the reason in ``error_unknown``. ``focus`` is the rectangle that is
-    wanted first. While it stands still it has ``paused_at``; ``paused_seconds`` are those of pauses before.
+    wanted first. While it is paused it has ``paused_at``; ``paused_seconds`` are those of pauses before.
     ``traceparent`` is the span of the request that it came with, where anybody collects spans.
     """
 
@@ -220,7 +220,7 @@ class RequestRow(Base):
 class ShareRow(Base):
     """What was rendered for a user, in CPU seconds as ``fairness.py`` counts them.
 
-    ``turn`` is what it was when he was served last; ``active`` says that something of him may wait.
+    ``turn`` is what it was when the user was served last; ``active`` says that steps of the user may wait.
     """
 
     __tablename__ = "shares"

@@ -1,4 +1,4 @@
-"""The plan of target quality tells what its first looks do in another way."""
+"""The plan of target quality tells what its pilot samples do in another way."""
 
 import json
 from pathlib import Path
@@ -25,7 +25,7 @@ def told(document: Json, error: float = 2.0**-8, **options: Any) -> PlanDocument
 
 
 def details(document: Json, error: float = 2.0**-8, **options: Any) -> dict[str, str]:
-    return {look.name: look.detail for look in told(document, error, **options).first_looks}
+    return {look.name: look.detail for look in told(document, error, **options).pilot_samples}
 
 
 def furnished(**changes: Any) -> Json:
@@ -38,16 +38,16 @@ def resolved(pointer: str, document: Any) -> Any:
     return document
 
 
-def test_fixed_quality_has_no_first_looks() -> None:
+def test_fixed_quality_has_no_pilot_samples() -> None:
     fixed = FixedQuality(mode="fixed")
-    assert renderer.compile_scene(furnished(), fixed).describe().first_looks == ()
+    assert renderer.compile_scene(furnished(), fixed).describe().pilot_samples == ()
 
 
 def test_looks_are_told_in_order_with_who_asked() -> None:
     materials = {"plain": phong(color_texture="board")}
     document = furnished(textures={"board": BOARD, "other": BOARD}, materials=materials)
-    assert [(look.name, look.pointers) for look in told(document).first_looks] == [
-        ("first looks", ("/camera",)),
+    assert [(look.name, look.pointers) for look in told(document).pilot_samples] == [
+        ("pilot samples", ("/camera",)),
         ("view of light 0", ("/lights/0",)),
         ("light 0 seen whole", ("/lights/0",)),
         ("light 0 seen in part", ("/lights/0",)),
@@ -60,8 +60,8 @@ def test_looks_are_told_in_order_with_who_asked() -> None:
 def test_every_look_at_a_gallery_scene_points_at_lines_that_are_there(path: Path) -> None:
     document = json.loads(path.read_bytes())
     plan = renderer.compile_scene(path, TargetQuality(mode="target", error=0.004)).describe()
-    assert bool(plan.first_looks) == (document["camera"].get("lens_radius", 0) == 0)
-    for look in plan.first_looks:
+    assert bool(plan.pilot_samples) == (document["camera"].get("lens_radius", 0) == 0)
+    for look in plan.pilot_samples:
         assert all(resolved(pointer, document) is not None for pointer in look.pointers)
 
 
@@ -73,7 +73,7 @@ def test_nobody_asks_who_sees_a_light_that_nothing_can_hide() -> None:
 
 def test_a_light_without_an_area_is_looked_at_as_always() -> None:
     found = details(scene(FLOOR, BALL, lights=[bulb([0, 3, 0])]))
-    assert found.keys() == {"first looks", "borders", "shadow edges"}
+    assert found.keys() == {"pilot samples", "borders", "shadow edges"}
 
 
 @pytest.mark.parametrize(
@@ -98,16 +98,16 @@ def test_borders_are_told_with_the_fewest_rays_they_get() -> None:
 def test_edges_of_hard_shadows_on_flat_shapes_are_asked_for_by_lights() -> None:
     sheet = rectangle([-0.5, 1, -0.5], [0, 0, 1], [1, 0, 0])
     document = scene(FLOOR, sheet, lights=[bulb([0, 3, 0])])
-    edges = told(document).first_looks[-1]
+    edges = told(document).pilot_samples[-1]
     assert (edges.name, edges.pointers) == ("shadow edges", ("/lights/0",))
     assert int(edges.detail.split()[0]) > 0
     assert "shadow edges" not in details(scene(FLOOR, lights=[bulb([0, 3, 0])]))
 
 
 @pytest.mark.parametrize(("width", "apart"), [(64, None), (256, 2), (512, 4), (4096, 8)])
-def test_first_looks_of_larger_pictures_lie_farther_apart(width: int, apart: int | None) -> None:
+def test_pilot_samples_of_larger_pictures_lie_farther_apart(width: int, apart: int | None) -> None:
     """About 128 x 128 of them, none more than 8 pixels apart."""
-    found = details(furnished(camera=camera(width=width, height=width)))["first looks"]
+    found = details(furnished(camera=camera(width=width, height=width)))["pilot samples"]
     assert found.startswith(
         "one ray through the middle of " + (f"pixels {apart} pixels apart" if apart else "each pixel")
     )
@@ -133,7 +133,7 @@ def test_the_finest_grid_on_a_light_goes_with_its_brightness_and_the_sharpest_hi
 
 def test_a_lens_asks_for_a_lattice_of_samples_and_for_no_pilot_samples() -> None:
     plan = told(furnished(camera=camera(lens_radius=0.1, focus_distance=5.0)))
-    assert plan.first_looks == ()
+    assert plan.pilot_samples == ()
     (stage,) = [stage for stage in plan.stages if stage.name == "lattice of samples"]
     assert stage.pointers == ("/camera/lens_radius", "/camera/focus_distance")
     assert stage.effect == "camera.lens"

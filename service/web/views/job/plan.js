@@ -43,13 +43,13 @@ export function mount(root, watch) {
   return () => {};
 }
 
-function rest({ first_looks: looks, left_out: out }, lines) {
+function rest({ pilot_samples: looks, left_out: out }, lines) {
   return [
     looks.length
       ? h(
           "details",
           {},
-          h("summary", {}, `The first looks of target quality: ${looks.length} stages`),
+          h("summary", {}, `The pilot samples of target quality: ${looks.length} stages`),
           h(
             "ol",
             { className: "stages" },
@@ -111,7 +111,7 @@ function omission({ effect, reason, pointers }, lines) {
 
 /** Make what turns pointers into buttons that show their lines. */
 function makeLines(scene, plan, editor) {
-  const all = [...plan.stages, ...plan.first_looks, ...plan.left_out].flatMap(({ pointers }) => pointers.map(inScene));
+  const all = [...plan.stages, ...plan.pilot_samples, ...plan.left_out].flatMap(({ pointers }) => pointers.map(inScene));
   const where = places(scene, all);
   const document = JSON.parse(scene);
 

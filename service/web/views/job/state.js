@@ -12,7 +12,7 @@ const STATES = {
   expired: ["–", "expired"],
 };
 
-/** The states by which jobs are found: one that stands still is queued or running meanwhile. */
+/** The states by which jobs are found: one that is paused is queued or running meanwhile. */
 export const NAMES = Object.keys(STATES).filter((name) => name !== "paused");
 
 /** What a job is to people: a pause says more than the state in which it is held. */

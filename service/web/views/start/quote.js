@@ -113,7 +113,7 @@ function told(quote, forTime, onUse, again) {
   ];
 }
 
-/** What the plan says of a quality that is too dear to be tried, or that a busy machine did not come to. */
+/** What the plan says of a quality that is too expensive to be tried, or that a busy machine did not come to. */
 function untried(quote, again) {
   const time = `about ${seconds(quote.price.cpu_seconds / quote.workers)}`;
   const rest = `with ${workers(quote.workers)}, by the plan alone: there was no time to try it`;

@@ -59,7 +59,7 @@ def test_workers_share_the_cpu_seconds_of_fixed_samples(told: Quote) -> None:
             assert offer.seconds.estimate == pytest.approx(offer.cpu_seconds.estimate / 2)
 
 
-def test_the_wished_error_is_kept_and_the_given_time_too(told: Quote) -> None:
+def test_the_requested_error_is_kept_and_the_given_time_too(told: Quote) -> None:
     assert told.for_error is not None
     assert told.for_error.error is not None
     assert told.for_error.error.estimate <= 0.01

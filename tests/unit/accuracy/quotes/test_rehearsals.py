@@ -64,10 +64,10 @@ def test_what_is_to_follow_is_told_once_there_are_probes(ball_scene: LoadedScene
     trial = Trial(plan, None, HOUR, RAY)
     while not trial.probed:
         trial.step()
-    foretold = trial.rays.total() + trial.outlook()
+    predicted = trial.rays.total() + trial.outlook()
     while trial.more:
         trial.step()
-    assert 0.25 < foretold / trial.rays.total() < 4.0
+    assert 0.25 < predicted / trial.rays.total() < 4.0
     assert trial.outlook() == 0
 
 

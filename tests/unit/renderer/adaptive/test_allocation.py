@@ -136,7 +136,7 @@ def test_many_pixels_reach_the_goal_and_not_much_more(goal: float) -> None:
     assert (np.diff(found.pixels[:80]) >= 0).all()
 
 
-def test_first_looks_stay_where_they_are_as_good_as_samples() -> None:
+def test_pilot_samples_stay_where_they_are_as_good_as_samples() -> None:
     survey = surveyed([1000, 1000], [1e-9, 0.04], [1e-3, 1e-3])
     found = allocate(np.zeros(0), np.zeros(0, np.uint8), survey, 2.0, *NO_COVERS)
     assert found.strata[0] == 0

@@ -134,12 +134,12 @@ def test_detail_does_not_depend_on_tiles(tile_size: int) -> None:
     ids=["mirror", "bump map on a normal map"],
 )
 def test_what_more_than_images_varies_on_is_sampled(material: Json) -> None:
-    names = [stage.name for stage in plan_of(panel(material)).describe().first_looks]
+    names = [stage.name for stage in plan_of(panel(material)).describe().pilot_samples]
     assert "detail of plain" not in names
 
 
 def test_the_plan_names_the_textures_that_asked_for_detail() -> None:
-    stages = plan_of(panel(MATERIALS["color and normal"])).describe().first_looks
+    stages = plan_of(panel(MATERIALS["color and normal"])).describe().pilot_samples
     (stage,) = [stage for stage in stages if stage.name == "detail of plain"]
     assert stage.pointers == ("/materials/plain/color_texture", "/materials/plain/normal_map")
-    assert not any(stage.name.startswith("detail") for stage in plan_of(panel({})).describe().first_looks)
+    assert not any(stage.name.startswith("detail") for stage in plan_of(panel({})).describe().pilot_samples)

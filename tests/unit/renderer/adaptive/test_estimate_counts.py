@@ -45,7 +45,7 @@ def test_the_rays_of_the_next_pass_are_those_that_pixels_lack() -> None:
 
 
 @pytest.mark.parametrize("number", range(3))
-def test_a_pass_sends_the_rays_that_were_foretold(number: int) -> None:
+def test_a_pass_sends_the_rays_that_were_predicted(number: int) -> None:
     """Of looks, probes and samples; at borders each ray may have met what no look has, which is looked at."""
     estimate = begun(plan_of())
     passes(estimate, (0, 2, 3)[number])

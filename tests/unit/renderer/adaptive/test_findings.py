@@ -331,7 +331,7 @@ def test_a_find_makes_suspects_of_all_around_it_if_it_is_clear_of_its_noise(
 def test_a_find_is_worth_a_search_if_what_it_speaks_for_errs_by_a_share_of_the_budget(
     part: float, expected: bool
 ) -> None:
-    """It speaks for the pixels that are to one probe; the others err by a little more than was wished."""
+    """It speaks for the pixels that are to one probe; the others err by a little more than was requested."""
     estimate = probed()
     others, least = 1.2 * estimate.target**2, WORTH * estimate.budget * CHANCE
     assert part * least > FIND * others

@@ -1,4 +1,4 @@
-"""The first look at a light: who sees all of it, who sees none, and how near its mean comes."""
+"""The pilot sample at a light: who sees all of it, who sees none, and how near its mean comes."""
 
 from typing import Any
 
@@ -29,7 +29,7 @@ def plan_of(*shapes: Any, error: float = 4 / 255, **changes: Any) -> renderer.Re
     return pilot_of(renderer.compile_scene(document, TargetQuality(mode="target", error=error)))
 
 
-def first_look(plan: renderer.RenderPlan) -> PilotLighting:
+def pilot_sample(plan: renderer.RenderPlan) -> PilotLighting:
     (look,) = plan.lightings
     assert isinstance(look, PilotLighting)
     return look
@@ -54,7 +54,7 @@ def points_on_floor(
 def added(plan: renderer.RenderPlan, points: Points) -> tuple[Numbers, int]:
     """What the light adds to the points, (3, N), and the shadow rays that it took."""
     before = points.radiance.copy()
-    rays = first_look(plan).run(points, workspace())
+    rays = pilot_sample(plan).run(points, workspace())
     return points.radiance - before, rays
 
 
@@ -142,7 +142,7 @@ def test_only_who_sees_a_part_of_a_light_asks_for_many_shadow_rays() -> None:
     x, z = places(5, 400, 3)
     part = beyond(x, z, 0.5) & ~beyond(x, z, 1.5)
     assert 50 < part.sum() < 300
-    many = first_look(plan).partial.emitter.count
+    many = pilot_sample(plan).partial.emitter.count
     _, rays = added(plan, points_on_floor(plan, x, z))
     assert rays == CORNERS * CORNERS * 400 + many * part.sum()
 
@@ -151,7 +151,7 @@ def test_only_who_sees_a_part_of_a_light_asks_for_many_shadow_rays() -> None:
     ("error", "many"), [(1.0, 8), (2.0**-6, 16), (2.0**-8, 64), (2.0**-10, 256), (1e-6, 1024)]
 )
 def test_a_smaller_error_asks_for_more_points_in_a_penumbra(error: float, many: int) -> None:
-    assert first_look(plan_of(FLOOR, SCREEN, error=error)).partial.emitter.count == many
+    assert pilot_sample(plan_of(FLOOR, SCREEN, error=error)).partial.emitter.count == many
 
 
 @pytest.mark.parametrize("error", [2.0**-6, 2.0**-8, 2.0**-10])
@@ -162,7 +162,7 @@ def test_in_a_penumbra_the_mean_is_as_near_as_stratified_points_come(error: floa
     Where it hides a share f of a cell, uniform on 0..1, the point has variance f (1 - f), in the mean 1 / 6.
     """
     plan = plan_of(FLOOR, SCREEN, error=error)
-    n = first_look(plan).partial.emitter.count
+    n = pilot_sample(plan).partial.emitter.count
     x, z = places(6, 300, 1.5)
     part = beyond(x, z, 0.5)
     points = points_on_floor(plan, x[part], z[part])
@@ -178,12 +178,12 @@ def test_a_corner_of_a_light_that_is_hidden_is_found() -> None:
     for inside, expected in ((1 - 1e-6, 4), (1 + 1e-6, 0)):
         points = points_on_floor(plan, edge * inside, np.array([1.5, 0.2, 1.5, -1.5]) * inside)
         _, rays = added(plan, points)
-        assert rays == CORNERS * CORNERS * 4 + first_look(plan).partial.emitter.count * expected
+        assert rays == CORNERS * CORNERS * 4 + pilot_sample(plan).partial.emitter.count * expected
 
 
 def test_who_is_nearer_to_a_light_takes_a_finer_grid() -> None:
     plan = plan_of(FLOOR, error=1 / 1024)
-    look = first_look(plan)
+    look = pilot_sample(plan)
     points = points_on_floor(plan, np.array([0.0, 3.0, 8.5]), np.array([0.0, 1.0, 8.5]))
     view = look.probe.view(points, workspace())
     cells = np.array(SIDES)[look.sides(view, np.arange(3))]
@@ -197,7 +197,7 @@ def test_a_single_shape_casts_no_shadow_and_asks_for_no_shadow_rays() -> None:
     points = points_on_floor(plan, x, z)
     found, rays = added(plan, points)
     assert rays == 0
-    assert not first_look(plan).casts
+    assert not pilot_sample(plan).casts
     assert np.abs(found - exact(points)).max() <= 1 / 255
 
 

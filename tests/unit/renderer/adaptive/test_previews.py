@@ -49,7 +49,7 @@ def shown(
     return preview(tile, found, LevelRequest(*(map_.astype(np.uint8) for map_ in levels)), picture)[:, :, 0]
 
 
-def test_first_looks_fill_the_squares_of_their_lattice() -> None:
+def test_pilot_samples_fill_the_squares_of_their_lattice() -> None:
     tile, have = Tile(0, 8, 8, 20, 16), np.zeros((8, 12))
     want = np.zeros((8, 12))
     want[::4, ::4] = PREVIEWED
