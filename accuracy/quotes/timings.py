@@ -91,13 +91,13 @@ class Stopwatch:
         """Begin with nothing timed."""
         self.pairs = [[] for _ in self.plans]
 
-    def run(self, requested: Deadline, deadline: Deadline) -> None:
-        """Time blocks until the requested deadline; longer where costs are not known well enough by then."""
+    def run(self, goal: Deadline, deadline: Deadline) -> None:
+        """Time blocks until the goal; longer where costs are not known well enough by then."""
         plan = self.plans[0]
         for side in within(deadline, [self._side]):
             cells = places.cells(plan.width, plan.height, side, plan.seed)
             for _ in within(deadline, self._units(cells)):
-                if requested.left < 0 and self._known():
+                if goal.left < 0 and self._known():
                     return
 
     def _known(self) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import httpx2
 from playwright.sync_api import Page, expect
 
@@ -137,12 +139,13 @@ def test_the_price_is_told_before_anything_is_rendered(page: Page, client: httpx
     assert "only priced" not in [job["name"] for job in client.get("/v1/jobs").json()["jobs"]]
 
 
-def test_what_is_too_dear_to_be_tried_is_priced_by_the_plan_and_can_be_tried_again(
+def test_what_is_too_expensive_to_be_tried_is_priced_by_the_plan_and_can_be_tried_again(
     page: Page, shoot: Shoot
 ) -> None:
     opened(page)
-    editor(page).fill(small("basic", name="too expensive to try"))
-    # A single block of it takes longer than a quote may.
+    (lamp,) = json.loads(small("basic"))["lights"]
+    # With so many lights a single block takes longer than a quote may.
+    editor(page).fill(small("basic", name="too expensive to try", lights=[lamp] * 24))
     ask_for_samples(page, 2048, 4096)
     quote = page.get_by_role("region", name="Quote")
     expect(quote).to_contain_text("by the plan alone", timeout=PATIENCE)
