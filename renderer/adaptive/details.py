@@ -25,10 +25,11 @@ that fall like the number of places to the power -3 / 2."""
 FALL = -1.7
 """Power of the number of places that the squared error goes with: between -3 / 2 of edges and -2."""
 
-ALLOWED = 0.15, 0.4, 0.6
+ALLOWED = 0.15, 0.8, 0.8
 """Deviation, in requested errors, of pixels that a single place is enough for: at least, at an error of 1/255
 and in proportion to it, and at most. What is left at 0.25/255 must not call for samples: with 0.25 there, the
-shadow of a ball on a relief took 6.6 CPU seconds instead of 1.0."""
+shadow of a ball on a relief took 6.6 CPU seconds instead of 1.0. With 0.4 and 0.6 instead of 0.8, a picture
+of a texture took 5 to 30 % longer from 2/255 to 0.25/255, and was 1.02 to 1.1 times as near."""
 
 SIZES = np.array(list(LATTICES))
 

@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 import numpy as np
 
 from renderer.accelerators.trees import in_tree
-from renderer.adaptive.lighting import CORNERS, SIDES, PilotLighting, ProbingEmitter, finest
+from renderer.adaptive.lighting import SIDES, PilotLighting, ProbingEmitter, corners_for, finest
 from renderer.adaptive.planning import details, explanations
 from renderer.adaptive.shadow_edges import shadow_edge_places
 from renderer.cameras import Pinhole
@@ -147,7 +147,7 @@ def _pilot_lighting(
     emitter = lighting.emitter
     grid = replace(emitter, pattern="uniform")
     values = {item.name: getattr(grid, item.name) for item in fields(Emitter)}
-    probing = ProbingEmitter(**values | {"count": CORNERS * CORNERS})
+    probing = ProbingEmitter(**values | {"count": corners_for(target.error) ** 2})
     shadows = tuple(shadow_stages(request, probing)) if lighting.shadows else ()
     return PilotLighting(
         probe=replace(lighting, emitter=probing, shadows=shadows, terms=()),

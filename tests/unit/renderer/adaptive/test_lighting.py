@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 import renderer
-from accuracy.hard_cases.documents import bulb, lamp, phong, rectangle, scene
-from renderer.adaptive.lighting import CORNERS, SIDES, PilotLighting
+from accuracy.hard_cases.documents import bulb, lamp, phong, rectangle, scene, sphere
+from renderer.adaptive.lighting import SIDES, PilotLighting, corners_for
 from renderer.integrator import intersect, workspace
 from renderer.interaction import Points, Rays
 from renderer.plan.plan import pilot_of
@@ -108,7 +108,7 @@ def test_who_sees_all_of_a_light_gets_its_mean_within_a_quarter_of_the_error(err
     points = points_on_floor(plan, x[outside], z[outside])
     found, rays = added(plan, points)
     assert np.abs(found - exact(points)).max() <= error / 4
-    assert rays == CORNERS * CORNERS * points.count
+    assert rays == corners_for(error) ** 2 * points.count
 
 
 @pytest.mark.parametrize(
@@ -134,7 +134,7 @@ def test_who_sees_nothing_of_a_light_gets_none_of_it() -> None:
     points = points_on_floor(plan, x, z)
     found, rays = added(plan, points)
     assert not found.any()
-    assert rays == CORNERS * CORNERS * 100
+    assert rays == corners_for(4 / 255) ** 2 * 100
 
 
 def test_only_who_sees_a_part_of_a_light_asks_for_many_shadow_rays() -> None:
@@ -144,7 +144,7 @@ def test_only_who_sees_a_part_of_a_light_asks_for_many_shadow_rays() -> None:
     assert 50 < part.sum() < 300
     many = pilot_sample(plan).partial.emitter.count
     _, rays = added(plan, points_on_floor(plan, x, z))
-    assert rays == CORNERS * CORNERS * 400 + many * part.sum()
+    assert rays == corners_for(4 / 255) ** 2 * 400 + many * part.sum()
 
 
 @pytest.mark.parametrize(
@@ -178,7 +178,37 @@ def test_a_corner_of_a_light_that_is_hidden_is_found() -> None:
     for inside, expected in ((1 - 1e-6, 4), (1 + 1e-6, 0)):
         points = points_on_floor(plan, edge * inside, np.array([1.5, 0.2, 1.5, -1.5]) * inside)
         _, rays = added(plan, points)
-        assert rays == CORNERS * CORNERS * 4 + pilot_sample(plan).partial.emitter.count * expected
+        assert rays == corners_for(4 / 255) ** 2 * 4 + pilot_sample(plan).partial.emitter.count * expected
+
+
+def beside_ball(points: Points, radius: float) -> Numbers:
+    """The light of `LAMP`, but for what a ball halfway up hides: its span of each of many lines along u."""
+    x, _, z = points.positions
+    v = ((np.arange(512) + 0.5) / 512 - 0.5)[:, None]
+    power = x**2 + 2.25 + z**2 - radius**2
+    a, b = x**2 - power, z * (v - z) - 4.5
+    c = b**2 - power * (9 + (v - z) ** 2)
+    root = np.sqrt(np.maximum((x * b) ** 2 - a * c, 0))
+    ends = np.sort(np.stack([(-x * b - root) / a + x, (-x * b + root) / a + x]), axis=0)
+    ends = np.where(root > 0, np.clip(ends, -0.5, 0.5), 0.0)
+    nodes, shares = np.polynomial.legendre.leggauss(8)
+    half = (ends[1] - ends[0]) / 2
+    u = (ends[0] + ends[1]) / 2 + nodes[:, None, None] * half
+    cosines = 3 / np.sqrt((u - x) ** 2 + 9 + (v - z) ** 2)
+    hidden = (half * (shares[:, None, None] * cosines).sum(axis=0)).mean(axis=0)
+    return exact(points) - COLOR * (0.9 * np.array([[0.8], [0.7], [0.6]]) * hidden)
+
+
+@pytest.mark.parametrize("error", [0.5 / 255, 0.25 / 255, 0.1 / 255])
+def test_a_ball_that_reaches_between_two_probes_darkens_by_what_it_hides(error: float) -> None:
+    """At the border of its penumbra, where with four probes along a side none of them is hidden."""
+    plan = plan_of(FLOOR, sphere([0, 1.5, 0], 0.35), error=error)
+    x, z = np.random.default_rng(8).uniform([[1.29], [-0.05]], [[1.3], [0.05]], (2, 400))
+    points = points_on_floor(plan, x, z)
+    found, _ = added(plan, points)
+    expected = beside_ball(points, 0.35)
+    assert (exact(points) - expected).mean(axis=1).max() > 0.4 / 255
+    assert np.abs((found - expected).mean(axis=1)).max() <= error / 4
 
 
 def test_who_is_nearer_to_a_light_takes_a_finer_grid() -> None:
@@ -207,7 +237,7 @@ def test_who_looks_at_the_back_of_a_light_gets_none_of_it() -> None:
     for turned in towards:
         plan = plan_of(FLOOR, SCREEN, rectangle([-9, 9, -9], [18, 0, 0], [0, 0, 18]), lights=[turned])
         found.append(added(plan, points_on_floor(plan, np.array([2.0, 0.0]), np.array([2.0, 0.0]))))
-    assert sorted(rays for _, rays in found) == [0, CORNERS * CORNERS * 2]
+    assert sorted(rays for _, rays in found) == [0, corners_for(4 / 255) ** 2 * 2]
     assert sorted(bool(light.any()) for light, _ in found) == [False, True]
 
 
