@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from renderer.film import Film
 from renderer.interaction import Points, Rays, points_of
-from renderer.layers import Layers, record
+from renderer.layers import Layers, Spread, record
 from renderer.lights.emitters import PIXEL_DIMENSIONS
 from renderer.math.arrays import Floats, put
 from renderer.math.streams import keys
@@ -82,7 +82,7 @@ def render_tile(plan: RenderPlan, tile: Tile, pass_: Pass) -> TileResult:
     counts: Counter[str] = Counter(camera=0, shadow=0, mirror=0, transmission=0, **dict.fromkeys(WORK, 0))
     film = Film(tile, pass_)
     layers = plan.layers_in(pass_)
-    sampled = {layer.name: layer.statistic.of(tile, pass_) for layer in layers if layer.statistic}
+    sampled = {layer.name: Spread(tile, pass_) for layer in layers if layer.sampled}
     for block in blocks(tile, pass_):
         samples = radiance(plan, camera_rays(plan, block, pass_), counts)
         for part in sampled.values():
@@ -182,8 +182,8 @@ def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str], surfaces: Surfa
         counts[wave.count_as] += wave.rays.t.size
         if wave.depth == 0 and surfaces is not None:
             surfaces.take(points)
-        for spawner in plan.spawners:
-            waves.extend(spawner.run(points, wave))
+        for stage in plan.scattering:
+            waves.extend(stage.run(points, wave))
     return result
 
 

@@ -11,7 +11,7 @@ from renderer.layers import Layer
 from renderer.lights.surfaces import LightSurfaces, Unshaded
 from renderer.math.arrays import Integers, Masks
 from renderer.plan.geometry import SceneGeometry
-from renderer.plan.stages import Entry, Illumination, PointStage, Spawner
+from renderer.plan.stages import Entry, Illumination, PointStage, ScatteringStage
 from renderer.scenes import LoadedScene
 from schemas.plans import LeftOut, PlanCost, PlanDocument, PlanStage
 from schemas.quality import Quality
@@ -56,7 +56,7 @@ class RenderPlan:
         For rays: hits with shapes, and lights that the camera sees.
     surfaces, lightings : tuples of stages
         For points, and for points and one light.
-    spawners : tuple of stages
+    scattering : tuple of stages
         Send new rays from points.
     unshaded : Unshaded
     materials : (shapes,) int64
@@ -89,7 +89,7 @@ class RenderPlan:
     visible_lights: tuple[LightSurfaces, ...]
     surfaces: tuple[PointStage, ...]
     lightings: tuple[Illumination, ...]
-    spawners: tuple[Spawner, ...]
+    scattering: tuple[ScatteringStage, ...]
     unshaded: Unshaded
     materials: Integers
     bent: bool

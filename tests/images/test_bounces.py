@@ -111,7 +111,7 @@ def test_strength_0_is_left_out_and_leaves_the_bytes_as_they_are(part: str) -> N
     asked = {**document, "materials": {**COLORED, "plain": phong(**{part: 0})}}
     assert image_of(asked).tobytes() == image_of(document).tobytes()
     plan = plan_of(asked)
-    assert plan.spawners == ()
+    assert plan.scattering == ()
     left = [(item.effect, item.pointers) for item in plan.left_out]
     assert (f"materials.phong.{part}", (f"/materials/plain/{part}",)) in left
 
@@ -283,7 +283,7 @@ def test_what_is_left_out_of_faint_paths_is_less_than_the_bound_that_ends_them(s
         material.update(mirror=0.02, transmission=0.02, max_depth=6)
     document["camera"].update(width=4, height=3)
     plan = plan_of(document, DOUBLE, files={"bumps.png": png(BUMPS)})
-    endless = replace(plan, spawners=tuple(replace(stage, faintest=0.0) for stage in plan.spawners))
+    endless = replace(plan, scattering=tuple(replace(stage, faintest=0.0) for stage in plan.scattering))
     rays = [renderer.render(each).report["rays"] for each in (plan, endless)]
     ended = sum(rays[1].values()) - sum(rays[0].values())
     assert ended > 0

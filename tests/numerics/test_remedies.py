@@ -110,7 +110,7 @@ SWITCHED_OFF: dict[tuple[str, str], Patches] = {
         "renderer.lights.view.LightView.cosines": without.cosines_of_any_sign,
     },
     ("F3", "very sharp highlights"): {"renderer.plan.lights.SHARP": 1e30},
-    ("F5", "shading normals that face away"): {"renderer.materials.horizon._at_horizon": without.left_black},
+    ("F5", "shading normals that face away"): {"renderer.materials.maps._at_horizon": without.left_black},
     ("F7", "straight into the mirrored light"): {"renderer.materials.phong._powers": without.plain_powers},
     ("G1", "the borders of an image"): UNWRAPPED,
     ("G2", "tiny negative coordinates"): UNWRAPPED,
@@ -154,7 +154,7 @@ SWITCHED_OFF: dict[tuple[str, str], Patches] = {
         "renderer.accelerators.meeting.AHEAD": 1.0,
     },
     ("H11", "shapes that overlap in one plane"): {
-        "renderer.plan.overlaps.overlapping": lambda *_: (np.zeros(0, dtype=np.int64),) * 2
+        "renderer.plan.shapes.overlapping": lambda *_: (np.zeros(0, dtype=np.int64),) * 2
     },
     ("I1", "a turned grid that leaves the pixel"): {
         "accuracy.hard_cases.samples_and_output.samples.PATTERNS": {
@@ -170,7 +170,7 @@ SWITCHED_OFF: dict[tuple[str, str], Patches] = {
     ("I4", "a million samples"): {
         "accuracy.hard_cases.samples_and_output.samples.halving_sum": without.summed_in_order
     },
-    ("I5", "samples that are nearly equal"): {"renderer.layers.spread.Spread.add": without.plain_spread},
+    ("I5", "samples that are nearly equal"): {"renderer.layers.Spread.add": without.plain_spread},
     ("I6", "numbers that are no brightness"): {OUTPUT: without.shown(clipped=False, rounded=True)},
     ("I7", "all codes there and back"): {OUTPUT: without.shown(clipped=True, rounded=False)},
     ("I8", "the toe of the curve"): {OUTPUT: without.shown(clipped=False, rounded=True)},

@@ -1,4 +1,4 @@
-"""Transparent materials: light goes through by Snell's law, and is reflected by Fresnel's formulas."""
+"""Rays that leave mirrors, and glass by Snell's law and Fresnel's formulas."""
 
 from dataclasses import dataclass
 
@@ -8,6 +8,35 @@ from renderer.interaction import Points
 from renderer.materials.optics import fresnel, reflected, refracted
 from renderer.math.arrays import Floats, Integers, Masks
 from renderer.waves import Wave, leaving
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MirrorRays:
+    """Stage: a reflected ray from every point of a mirror.
+
+    Attributes
+    ----------
+    strengths : (materials,) float64
+    depths : (materials,) int64
+        Most bounces of a path, where it bounces.
+    faintest : float
+        Weight up to which no picture shows a path.
+    """
+
+    strengths: Floats
+    depths: Integers
+    faintest: float
+
+    def run(self, points: Points, wave: Wave) -> tuple[Wave, ...]:
+        """Rays from the points of a wave whose materials are mirrors."""
+        materials = points.materials
+        chosen = np.flatnonzero((self.strengths[materials] > 0) & (self.depths[materials] > wave.depth))
+        directions = reflected(
+            points.viewers[:, chosen], points.shading_normals[:, chosen], points.normals[:, chosen]
+        )
+        shares = self.strengths[materials[chosen]]
+        outside = ~points.flipped[chosen]
+        return leaving(wave, points, chosen, directions, shares, outside, "mirror", self.faintest)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
