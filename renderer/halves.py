@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from renderer.cameras.thin_lens import LENS_DIMENSIONS, ThinLens, disk, shuffled
+from renderer.cameras import LENS_DIMENSIONS, ThinLens, disk, shuffled
 from renderer.lights.emitters import PIXEL_DIMENSIONS, Emitter
 from renderer.lights.samples import LightPoints, Scatter
 from renderer.math.arrays import Floats, Integers
@@ -40,11 +40,6 @@ class SequenceEmitter(Emitter):
         return Scatter((a - 0.5).astype(dtype), (b - 0.5).astype(dtype))
 
 
-def in_sequence(emitter: Emitter) -> SequenceEmitter:
-    """The same light with its points in a sequence."""
-    return SequenceEmitter(**{item.name: getattr(emitter, item.name) for item in fields(emitter)})
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class SequenceLens(ThinLens):
     """A lens with a sequence of places a half: those of one set in turns would be far from independent."""
@@ -53,6 +48,11 @@ class SequenceLens(ThinLens):
         """Places on the lens of radius 1, (N,) and (N,)."""
         key = keys(self.seed, LENS_DIMENSIONS, pixels, samples % HALVES)
         return disk(*PATTERNS["sobol"](key, shuffled(key, samples // HALVES), self.antialiasing.samples))
+
+
+def in_sequence(light: Emitter) -> SequenceEmitter:
+    """The same light with its points in a sequence a half."""
+    return SequenceEmitter(**{item.name: getattr(light, item.name) for item in fields(light)})
 
 
 def lens_in_sequence(lens: ThinLens) -> SequenceLens:

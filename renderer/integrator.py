@@ -3,10 +3,9 @@
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,14 +23,8 @@ from renderer.waves import camera_wave
 from renderer.workspace import FEWEST_POINTS, PAIRS, Workspace
 from schemas.tiles import Pass, Tile
 
-
-class LitStage(Protocol):
-    """One light's work on points."""
-
-    def run(self, points: Points, workspace: Workspace) -> int:
-        """Work on a chunk of points; gives the number of shadow rays."""
-        ...
-
+Light = Callable[[Points, Workspace], int]
+"""One light's work on a chunk of points; gives the number of shadow rays."""
 
 WORK = ("shading_points", "texture_lookups")
 """What is counted beside rays."""
@@ -78,7 +71,7 @@ def render_tile(plan: RenderPlan, tile: Tile, pass_: Pass) -> TileResult:
     pass_ : Pass
         One of `plan.passes`.
     """
-    begun = _cpu_seconds()
+    begun = time.process_time()
     counts: Counter[str] = Counter(camera=0, shadow=0, mirror=0, transmission=0, **dict.fromkeys(WORK, 0))
     film = Film(tile, pass_)
     layers = plan.layers_in(pass_)
@@ -92,7 +85,7 @@ def render_tile(plan: RenderPlan, tile: Tile, pass_: Pass) -> TileResult:
     records = record(layers, tile, partial(centre_points, plan, counts))
     records |= {name: part.record for name, part in sampled.items()}
     work = {name: counts.pop(name) for name in WORK}
-    return TileResult(film.image(), dict(counts), work, _cpu_seconds() - begun, records)
+    return TileResult(film.image(), dict(counts), work, time.process_time() - begun, records)
 
 
 def render_layers(plan: RenderPlan, tile: Tile) -> tuple[Layers, dict[str, int]]:
@@ -192,7 +185,7 @@ def local_radiance(plan: RenderPlan, rays: Rays, counts: Counter[str]) -> tuple[
     points = intersect(plan, rays)
     result = plan.unshaded.radiance(rays.shapes)
     _count(points, counts)
-    counts["shadow"] += shade(plan, points, plan.lightings)
+    counts["shadow"] += shade(plan, points, [lighting.run for lighting in plan.lightings])
     put(result, points.rays, points.radiance)
     return result, points
 
@@ -212,13 +205,13 @@ def intersect(plan: RenderPlan, rays: Rays, *, lights: bool = True) -> Points:
     return points
 
 
-def shade(plan: RenderPlan, points: Points, lightings: Iterable[LitStage]) -> int:
+def shade(plan: RenderPlan, points: Points, lights: Sequence[Light]) -> int:
     """Let lights work on points, in chunks that make about `PAIRS` pairs; gives the number of shadow rays."""
     rays, step = 0, max(FEWEST_POINTS, PAIRS // plan.light_points)
     for start in range(0, points.count, step):
         chunk = points.between(start, min(start + step, points.count))
-        for lighting in lightings:
-            rays += lighting.run(chunk, workspace())
+        for light in lights:
+            rays += light(chunk, workspace())
     return rays
 
 
@@ -232,7 +225,3 @@ def workspace() -> Workspace:
     if not hasattr(_local, "workspace"):
         _local.workspace = Workspace()
     return _local.workspace
-
-
-def _cpu_seconds() -> float:
-    return time.process_time()

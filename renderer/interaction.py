@@ -1,9 +1,12 @@
 """Rays of one block, what they meet, and the points to be shaded."""
 
+from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass, field, fields
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from renderer.math.arrays import Floats, Integers, Masks, taken, unit
 from renderer.math.streams import Keys
@@ -213,25 +216,20 @@ class Points:
 
     def between(self, start: int, stop: int) -> "Points":
         """The points start..stop as views: what is added to their radiance is added to ours."""
-
-        def cut(name: str) -> Any:
-            value = getattr(self, name)
-            if value is None or isinstance(value, int) or value.shape[-1] == 1:
-                return value
-            return value[..., start:stop]
-
-        return Points(**{item.name: cut(item.name) for item in fields(self)})
+        return self._cut(lambda values: values[..., start:stop])
 
     def part(self, index: Integers) -> "Points":
         """Copies of some points (m,)."""
+        return self._cut(lambda values: np.take(values, index, axis=-1))
 
-        def cut(name: str) -> Any:
-            value = getattr(self, name)
-            if value is None or isinstance(value, int) or value.shape[-1] == 1 != self.count:
-                return value
-            return np.take(value, index, axis=-1)
-
-        return Points(**{item.name: cut(item.name) for item in fields(self)})
+    def _cut(self, cut: Callable[[NDArray[Any]], NDArray[Any]]) -> "Points":
+        """All arrays cut alike, but origins that all points share."""
+        part = copy(self)
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if isinstance(value, np.ndarray) and value.shape[-1] == self.count:
+                setattr(part, item.name, cut(value))
+        return part
 
 
 def points_of(rays: Rays, materials: Integers, *, bent: bool) -> Points:

@@ -14,8 +14,7 @@ from renderer.lights.samples import Grid, LightPoints, Scatter
 from renderer.math.arrays import Floats, Integers, column, cross, dot, lengths, magnitude, unit
 from renderer.math.numerics import SURFACE
 from renderer.math.streams import Keys, keys
-from renderer.samplers import FIXED, PATTERNS
-from renderer.samplers.patterns import strata
+from renderer.samplers import FIXED, PATTERNS, strata
 from renderer.shapes.frames import frame_of_normals
 from renderer.shapes.rectangles import edges_of
 from schemas.sampling import LightSampling

@@ -12,10 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from renderer.assets import MISSING, AssetError, AssetSource, content_of, limits_of
+from renderer.assets import MISSING, AssetError, AssetSource, changed_filters, content_of, limits_of
 from renderer.math.arrays import Floats, Integers
 from renderer.meshes import gltf, gltf_packing
-from renderer.warning_filters import changed_filters
 from schemas.file_kinds import recognise
 from schemas.limits import how_to_raise, limits_in_force
 from schemas.quantities import LARGEST

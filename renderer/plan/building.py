@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import schemas.cameras as language
 from renderer import tiling
-from renderer.cameras import Pinhole, pinhole, thin_lens
+from renderer.cameras import Pinhole, build_lens, build_pinhole
 from renderer.halves import lens_in_sequence
 from renderer.layers import LAYERS, Layer
 from renderer.lights import surfaces as light_surfaces
@@ -83,12 +83,12 @@ def _camera(request: Request) -> Pinhole:
     for name in ("lens_radius", "focus_distance"):
         if name in camera.model_fields_set:
             request.leave_out("camera.lens", "/camera/lens_radius is 0", f"/camera/{name}")
-    return pinhole.build(camera)
+    return build_pinhole(camera)
 
 
 def _lens(request: Request, camera: language.Camera) -> Pinhole:
     """A lens asks for two more sample dimensions."""
-    lens = thin_lens.build(camera, request.sampling.antialiasing, request.sampling.seed)
+    lens = build_lens(camera, request.sampling.antialiasing, request.sampling.seed)
     pointers = tuple(f"/camera/{name}" for name in ("lens_radius", "focus_distance") if getattr(camera, name))
     detail = f"a place on the lens for each ray, in focus at a distance of {lens.focus:.6g}"
     request.list_stage("lens", "camera.lens", detail, pointers, COSTS.lens)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from renderer.assets import AssetError, AssetSource
-from renderer.cameras import pinhole
+from renderer.cameras import build_pinhole
 from renderer.errors import SceneError
 from renderer.plan.effects import SHAPES, TEXTURES, ShapeEffect
 from renderer.scenes import LoadedScene
@@ -174,7 +174,7 @@ class _Making:
         if not parts:
             return []
         try:
-            return [displacement.build(parts, pinhole.build(document.camera), self.scene.assets)]
+            return [displacement.build(parts, build_pinhole(document.camera), self.scene.assets)]
         except AssetError as error:
             raise _unusable(error) from error
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from renderer.cameras import pinhole
+from renderer.cameras import build_pinhole
 from renderer.materials import phong
 from renderer.materials.maps import BumpMap, ColorTexture, Horizon, NormalMap
 from renderer.materials.phong import Ambient, Colors, Phong
@@ -71,7 +71,7 @@ def _footprints(request: Request) -> list[Footprints]:
         else "what a pixel covers in textures"
     )
     request.list_stage("ray footprints", "textures.footprints", detail, pointers, COSTS.footprint)
-    return [footprint_stage.build(pinhole.build(request.document.camera), samples)]
+    return [footprint_stage.build(build_pinhole(request.document.camera), samples)]
 
 
 def _textures_of(request: Request, part: str) -> dict[str, Masks]:

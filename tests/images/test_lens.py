@@ -18,7 +18,7 @@ from accuracy.hard_cases.documents import (
     sun,
     triangle,
 )
-from renderer.cameras import thin_lens
+from renderer.cameras import ThinLens
 from renderer.integrator import camera_rays, radiance
 from renderer.lights.emitters import PIXEL_DIMENSIONS
 from renderer.math.streams import keys
@@ -37,7 +37,7 @@ def lens_points(pattern: str, samples: int, pixels: int = 1) -> np.ndarray:
     lens = plan_of(
         scene(camera=camera(lens_radius=1), sampling=sampled(samples=samples, pattern=pattern))
     ).camera
-    assert isinstance(lens, thin_lens.ThinLens)
+    assert isinstance(lens, ThinLens)
     pixel, sample = np.indices((pixels, samples)).reshape(2, -1)
     return np.stack(lens.places(pixel, sample)).reshape(2, pixels, samples)
 

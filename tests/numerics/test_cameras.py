@@ -7,7 +7,7 @@ from accuracy.hard_cases.cameras import centres, view_of
 from accuracy.hard_cases.documents import Json, camera, scene
 from accuracy.hard_cases.scene_values.pictures import wrong_pixels
 from accuracy.hard_cases.scene_values.scenes import SCENES, image_of, on_edges, placed, plan_of
-from renderer.cameras import pinhole
+from renderer.cameras import build_pinhole
 from schemas.cameras import Camera
 from schemas.errors import SceneError
 from schemas.reading import read_scene
@@ -19,13 +19,13 @@ def test_another_up_is_taken_exactly_where_a_warning_says_so(tilt: float) -> Non
     """Along -z the first axis, x, is taken in its place; tilted along y, up is y."""
     view = camera(position=[0, 0, 0], look_at=[0, 0, -1], up=[0, tilt, -1])
     document, warnings = read_scene(scene(camera=view))
-    up = pinhole.build(document.camera).up.ravel().tolist()
+    up = build_pinhole(document.camera).up.ravel().tolist()
     told = [warning.pointer for warning in warnings if warning.code == "up_parallel_to_view"]
     assert (up, told) == (([1, 0, 0], ["/camera/up"]) if tilt < 1e-9 else ([0, 1, 0], []))
 
 
 def test_right_up_and_backward_are_a_right_handed_basis() -> None:
-    view = pinhole.build(Camera(position=(3, 1, 4), look_at=(1, 5, 9), up=(0.1, 1, -0.3)))
+    view = build_pinhole(Camera(position=(3, 1, 4), look_at=(1, 5, 9), up=(0.1, 1, -0.3)))
     assert np.linalg.det(np.hstack((view.right, view.up, -view.forward))) == pytest.approx(1, abs=1e-15)
 
 

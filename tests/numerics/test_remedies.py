@@ -39,20 +39,16 @@ NO_SIDES = {
 }
 
 SWITCHED_OFF: dict[tuple[str, str], Patches] = {
-    ("A1", "up along the view"): {"renderer.cameras.pinhole.parallel": lambda *_: False},
-    ("A1", "length of up"): {"renderer.cameras.pinhole.unit": without.plain_unit},
-    ("A2", "view nearly along up"): {"renderer.cameras.pinhole.basis": without.once_perpendicular},
-    ("A3", "a camera that looks at where it stands"): {"renderer.cameras.pinhole.unit": without.plain_unit},
-    ("A4", "field of view at its ends"): {"renderer.cameras.pinhole.Pinhole.directions": without.in_single},
-    ("A5", "a camera far from the origin"): {
-        "renderer.cameras.pinhole.Pinhole.directions": without.between_places
-    },
+    ("A1", "up along the view"): {"renderer.cameras.parallel": lambda *_: False},
+    ("A1", "length of up"): {"renderer.cameras.unit": without.plain_unit},
+    ("A2", "view nearly along up"): {"renderer.cameras.basis": without.once_perpendicular},
+    ("A3", "a camera that looks at where it stands"): {"renderer.cameras.unit": without.plain_unit},
+    ("A4", "field of view at its ends"): {"renderer.cameras.Pinhole.directions": without.in_single},
+    ("A5", "a camera far from the origin"): {"renderer.cameras.Pinhole.directions": without.between_places},
     ("A6", "pictures of one row, one column, one pixel"): {
-        "renderer.cameras.pinhole.Pinhole.screen": without.plain_screen
+        "renderer.cameras.Pinhole.screen": without.plain_screen
     },
-    ("A8", "a lens far from the origin"): {
-        "renderer.cameras.pinhole.Pinhole.directions": without.between_places
-    },
+    ("A8", "a lens far from the origin"): {"renderer.cameras.Pinhole.directions": without.between_places},
     ("A9", "the middle of the lens"): {
         "accuracy.hard_cases.cameras.disk": lambda a, b: plain_disk(2 * a - 1, 2 * b - 1)
     },
@@ -166,7 +162,7 @@ SWITCHED_OFF: dict[tuple[str, str], Patches] = {
     ("I2", "an edge through a pixel"): {
         "renderer.integrator.PATTERNS": {**PATTERNS, "rotated": without.shrunk}
     },
-    ("I3", "random numbers and tiles"): {"renderer.samplers.patterns.bits": without.in_turn(1)},
+    ("I3", "random numbers and tiles"): {"renderer.samplers.bits": without.in_turn(1)},
     ("I4", "a million samples"): {
         "accuracy.hard_cases.samples_and_output.samples.halving_sum": without.summed_in_order
     },

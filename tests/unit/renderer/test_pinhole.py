@@ -5,17 +5,17 @@ import math
 import numpy as np
 import pytest
 
-from renderer.cameras import pinhole
+from renderer.cameras import Pinhole, build_pinhole
 from schemas.cameras import Camera
 
 EPS = 2.0**-52
 
 
-def built(**changes: object) -> pinhole.Pinhole:
-    return pinhole.build(Camera.model_validate({"position": [0, 0, 5], "look_at": [0, 0, 0], **changes}))
+def built(**changes: object) -> Pinhole:
+    return build_pinhole(Camera.model_validate({"position": [0, 0, 5], "look_at": [0, 0, 0], **changes}))
 
 
-def centres(view: pinhole.Pinhole) -> np.ndarray:
+def centres(view: Pinhole) -> np.ndarray:
     x, y = np.meshgrid(np.arange(view.width) + 0.5, np.arange(view.height) + 0.5)
     return view.directions(x.ravel(), y.ravel()).T.reshape(view.height, view.width, 3)
 

@@ -8,7 +8,7 @@ import schemas.textures as language
 from accuracy.hard_cases.documents import Json, mesh, rectangle, sphere
 from accuracy.hard_cases.harness import Files, png
 from accuracy.hard_cases.textures.relief import hills, open_edges, relief_scene
-from renderer.cameras import pinhole
+from renderer.cameras import build_pinhole
 from renderer.math.arrays import Floats
 from renderer.shapes import displacement
 from renderer.shapes.displacement import Displaced
@@ -29,7 +29,7 @@ def built(shapes: list[Json], reliefs: list[Heights] | None = None) -> list[Floa
     read = read_scene({**relief_scene(shapes[0], 30, 0.3), "shapes": shapes})[0]
     given: list[Any] = reliefs or [heights()] * len(shapes)
     parts = [Displaced(i, shape, given[i]) for i, shape in enumerate(read.shapes)]
-    family = displacement.build(parts, pinhole.build(read.camera), Files())
+    family = displacement.build(parts, build_pinhole(read.camera), Files())
     return [family.vertices[:, :, family.numbers == i] for i in range(len(shapes))]
 
 
