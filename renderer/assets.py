@@ -27,7 +27,7 @@ FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "PPM")
 
 
 class AssetError(ValueError):
-    """A file that a scene names cannot be had or used.
+    """A file that a scene names cannot be read or used.
 
     Parameters
     ----------

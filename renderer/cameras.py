@@ -74,13 +74,13 @@ class Pinhole:
         return np.zeros_like(forward)
 
 
-def basis(look: Floats, up: Floats) -> tuple[Floats, Floats, Floats]:
+def basis(view: Floats, up: Floats) -> tuple[Floats, Floats, Floats]:
     """Right, up and forward, each (3, 1), from the viewing direction and a vector that is up, of any lengths.
 
     Orthonormal to 4 eps even where the first product is short: right is made perpendicular once more, and
     up is derived again. Both are off by at most 5 eps over the sine of the angle between view and up.
     """
-    forward = unit(look)
+    forward = unit(view)
     right = unit(cross(forward, unit(up)))
     right = unit(right - forward * dot(right, forward))
     return right, unit(cross(right, forward)), forward
@@ -91,11 +91,11 @@ def upward(camera: language.Camera) -> Floats:
 
     That is the world axis with the smallest component of the view.
     """
-    look = difference(camera.look_at, camera.position)
-    if not parallel(look, camera.up):
+    view = difference(camera.look_at, camera.position)
+    if not parallel(view, camera.up):
         return column(camera.up)
     axis = np.zeros((3, 1))
-    axis[int(np.argmin(np.abs(look)))] = 1.0
+    axis[int(np.argmin(np.abs(view)))] = 1.0
     return axis
 
 

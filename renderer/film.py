@@ -81,7 +81,7 @@ def non_finite(image: Image) -> int:
 def clamped(parts: Sequence[tuple[Pass, Image]]) -> int:
     """How many pixels of a tile are shown darker than they are, as some pass was beyond float32.
 
-    Their mean may well be within it: of each pass the picture only knows what it became.
+    Their mean may well be within it: of each pass only the clamped values are kept.
     """
     return int(np.count_nonzero(np.any([(pixels >= BRIGHTEST).any(axis=2) for _, pixels in parts], axis=0)))
 

@@ -1,9 +1,9 @@
 """Where the samples of an adaptive picture lie.
 
 Sample number i belongs to half i % 2 and is number i // 2 of it. Each half of a pixel is one Sobol sequence
-in the pixel, one on the lens and one on every light, scrambled by itself, so that the two know nothing of
-each other and their difference tells the error of their mean. The light points of a half go on from sample
-to sample, in an order of their own, so that no place in the pixel goes with a place on the light.
+in the pixel, one on the lens and one on every light, scrambled by itself, so that the two are
+independent and their difference gives the error of their mean. The light points of a half continue from
+sample to sample, in an order of their own, so that no place in the pixel goes with a place on the light.
 """
 
 from dataclasses import dataclass, fields
@@ -28,7 +28,7 @@ def places(seed: int, pixels: Integers, samples: Integers) -> tuple[Floats, Floa
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SequenceEmitter(Emitter):
-    """A light whose points go on from sample to sample of a half."""
+    """A light whose points continue from sample to sample of a half."""
 
     def points(
         self, pixels: Integers, samples: Integers, paths: Keys, dtype: np.dtype[np.floating]
@@ -42,7 +42,7 @@ class SequenceEmitter(Emitter):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SequenceLens(ThinLens):
-    """A lens with a sequence of places a half: those of one set in turns would be far from independent."""
+    """A lens with a sequence of places a half: halves of one set would be far from independent."""
 
     def places(self, pixels: Integers, samples: Integers) -> tuple[Floats, Floats]:
         """Places on the lens of radius 1, (N,) and (N,)."""

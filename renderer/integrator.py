@@ -41,10 +41,10 @@ class TileResult:
     pixels : (h, w, 3) float32
         Linear mean over the pass's samples; for the preview one value a stride x stride block.
     counts : dict
-        Rays by kind: camera, shadow, mirror, transmission; layers where they were asked for.
+        Rays by kind: camera, shadow, mirror, transmission; layers where they were requested.
     work : dict
-        `shading_points`: points where rays met shapes. `texture_lookups`: textures looked up at them; a bump
-        map takes four for a point. Both with what layers asked for.
+        `shading_points`: points where rays hit shapes. `texture_lookups`: textures looked up at them; a bump
+        map takes four for a point. Both with those of layers.
     cpu_seconds : float
         Of this thread's process.
     layers : dict of str to array
@@ -89,7 +89,7 @@ def render_tile(plan: RenderPlan, tile: Tile, pass_: Pass) -> TileResult:
 
 
 def render_layers(plan: RenderPlan, tile: Tile) -> tuple[Layers, dict[str, int]]:
-    """Fill the layers of a tile that tell what the centres of its pixels show, and count what that takes."""
+    """Fill the layers of a tile that show the centres of its pixels, and count what that takes."""
     counts: Counter[str] = Counter()
     return record(plan.layers, tile, partial(centre_points, plan, counts)), dict(counts)
 
@@ -116,7 +116,7 @@ def camera_rays(plan: RenderPlan, block: Block, pass_: Pass) -> Rays:
 
 
 def centre_points(plan: RenderPlan, counts: Counter[str], block: Block) -> Points:
-    """The points that the rays through the centres of a block's pixels meet."""
+    """The points that the rays through the centres of a block's pixels hit."""
     x0, y0, x1, y1 = block.bounds
     x, y = (index.astype(np.float64) + 0.5 for index in (block.columns, block.rows))
     rays = Rays(
@@ -134,7 +134,7 @@ def centre_points(plan: RenderPlan, counts: Counter[str], block: Block) -> Point
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surfaces:
-    """What is known of the surfaces that N camera rays meet, beside their radiance.
+    """What is known of the surfaces that N camera rays hit, beside their radiance.
 
     Attributes
     ----------
@@ -161,7 +161,7 @@ class Surfaces:
 def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str], surfaces: Surfaces | None = None) -> Floats:
     """Radiance (3, N) along camera rays (N,), over all bounces.
 
-    Into `surfaces` goes what is known of those that the camera rays meet.
+    Into `surfaces` goes what is known of those that the camera rays hit.
 
     A wave's successors are worked on before its neighbours: few wait at a time, and what belongs to one ray
     is added in an order that depends on its own path alone.
@@ -181,7 +181,7 @@ def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str], surfaces: Surfa
 
 
 def local_radiance(plan: RenderPlan, rays: Rays, counts: Counter[str]) -> tuple[Floats, Points]:
-    """Radiance (3, N) of what rays meet without what comes by further rays, and the points met."""
+    """Radiance (3, N) of what rays hit without what comes by further rays, and the points hit."""
     points = intersect(plan, rays)
     result = plan.unshaded.radiance(rays.shapes)
     _count(points, counts)

@@ -1,4 +1,4 @@
-"""Rays of one block, what they meet, and the points to be shaded."""
+"""Rays of one block, what they hit, and the points to be shaded."""
 
 from collections.abc import Callable
 from copy import copy
@@ -8,12 +8,12 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.math.arrays import Floats, Integers, Masks, taken, unit
+from renderer.math.arrays import Floats, Integers, Masks, put, taken, unit
 from renderer.math.streams import Keys
 from renderer.self_intersection import OriginSurfaces
 
 MISS = -1
-"""Shape number of a ray that meets nothing."""
+"""Shape number of a ray that hits nothing."""
 
 EMITTER = 1 << 40
 """Shape numbers from here on name lights that the camera sees."""
@@ -112,7 +112,7 @@ class RayStage(Protocol):
 
 @dataclass(slots=True, eq=False)
 class Points:
-    """Places where rays met shapes: what shading needs of them, M points.
+    """Places where rays hit shapes: what shading needs of them, M points.
 
     Attributes
     ----------
@@ -121,9 +121,9 @@ class Points:
     pixels, samples : (M,) int64
         Those of the ray.
     paths : (M,) uint64
-        Name of the bounces before; 0 where the camera looks at the point.
+        Name of the bounces before; 0 where the camera sees the point.
     path_lengths : (M,) float64
-        Length of the path before the ray, scene units; 0 where the camera looks at the point.
+        Length of the path before the ray, scene units; 0 where the camera sees the point.
     origins : (3, 1) or (3, M) float64
     previous_origins : (3, 1) or (3, M) float64
         The origins, but for rays that went nowhere (`OriginSurfaces.origins_before_hits`).
@@ -160,7 +160,7 @@ class Points:
         What offsets by a sample's share of the pixel, two of them, add to (u, v): coordinate, offset, point.
         None where no stage asked for them.
     doubts : (M,) float64
-        Squared error to expect of the radiance, because what varies within the pixel was met at a few places.
+        Squared error to expect of the radiance, because what varies within the pixel has few samples.
     lookups : int
         Texture look-ups made for the points so far.
     """
@@ -201,6 +201,14 @@ class Points:
         """Number of points M."""
         return self.rays.shape[0]
 
+    def face_rays(self, chosen: Integers, normals: Floats, flipped: Masks) -> Floats:
+        """Set the normals of some points, (3, M), outward ones turned where rays came from behind."""
+        facing = normals * np.where(flipped, -1.0, 1.0)
+        self.flipped[chosen] = flipped
+        put(self.normals, chosen, facing)
+        put(self.shading_normals, chosen, facing)
+        return facing
+
     def previous_origins_at(self, index: Integers) -> Floats:
         """Previous origins of some points, (3, 1) if all share one."""
         every = self.previous_origins
@@ -233,7 +241,7 @@ class Points:
 
 
 def points_of(rays: Rays, materials: Integers, *, bent: bool) -> Points:
-    """The points where rays met shapes, with room for what the stages fill in.
+    """The points where rays hit shapes, with room for what the stages fill in.
 
     Parameters
     ----------

@@ -32,7 +32,7 @@ class Layer:
         Names of its numbers. With one channel the layer has shape (H, W), else (H, W, channels).
     dtype : float32 or int32
     ground : float
-        Value of a pixel whose ray meets no shape.
+        Value of a pixel whose ray hits no shape.
     values : callable or None
         From points (M) to their values, (M,) or (channels, M). None if every pixel has the value `ground`,
         or is formed from the camera samples, so that no ray is needed.
@@ -127,7 +127,7 @@ TABLE = (
     Layer("depth", "distances from the camera", ("Z",), REAL, np.inf, depth),
     Layer("position", "places in the world", XYZ, REAL, np.nan, attrgetter("positions")),
     Layer("normal", "geometric normals on the camera's side", XYZ, REAL, np.nan, attrgetter("normals")),
-    Layer("shading_normal", "normals as light meets them", XYZ, REAL, np.nan, attrgetter("shading_normals")),
+    Layer("shading_normal", "normals that shading uses", XYZ, REAL, np.nan, attrgetter("shading_normals")),
     Layer("albedo", "colours of surfaces", RGB, REAL, 0.0, attrgetter("colors")),
     Layer("uv", "texture coordinates", UV, REAL, np.nan, attrgetter("coordinates")),
     Layer("shape", "indices into the scene's shapes", ID, WHOLE, MISS, attrgetter("shapes")),
@@ -152,7 +152,7 @@ def record(layers: Sequence[Layer], tile: Tile, points_in: Callable[[Block], Poi
     layers : sequence of Layer
     tile : Tile
     points_in : callable
-        From a block to the points that the rays through the centres of its pixels meet, one ray a pixel.
+        From a block to the points that the rays through the centres of its pixels hit, one ray a pixel.
         Called only if some layer needs them.
     """
     sheets = {layer.name: layer.blank(tile.height, tile.width) for layer in layers if not layer.sampled}
@@ -198,6 +198,6 @@ class LayerBuffers:
         self._open.clear()
 
     def finished(self) -> Layers:
-        """The layers; pixels that are not recorded look like those that show no shape."""
+        """The layers; pixels that are not recorded have the values of those that show no shape."""
         self.settle()
         return self._buffers

@@ -40,7 +40,7 @@ def keys(seed: int, *counters: NDArray[np.integer] | int) -> Keys:
 
 
 def branch(paths: Keys, kind: int) -> Keys:
-    """Names of paths that go on by a bounce of some kind, (N,); no two histories share one, but by chance."""
+    """Names of paths continued by a bounce of some kind, (N,); no two histories share one, but by chance."""
     with np.errstate(over="ignore"):
         return _mixed(paths + _GOLDEN * np.uint64(kind + 1))
 

@@ -66,7 +66,7 @@ def glb_of(name: str, content: bytes, assets: AssetSource) -> bytes:
     Raises
     ------
     AssetError
-        If it is damaged, or a buffer cannot be had.
+        If it is damaged, or a buffer cannot be read.
     """
 
     def read(uri: str) -> bytes:
@@ -171,7 +171,7 @@ def _load(kind: str, content: bytes) -> Any:
         raise AssetError("Reading mesh files needs trimesh: pip install 'penumbra-render[mesh]'.") from error
     try:
         with changed_filters():
-            # NumPy tells by this that an OBJ has words where it should have numbers.
+            # NumPy reports by this that an OBJ has words where it should have numbers.
             warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)
             loaded: Any = trimesh.load(io.BytesIO(content), file_type=kind, process=False)
         return loaded.to_geometry() if isinstance(loaded, trimesh.Scene) else loaded

@@ -8,9 +8,10 @@ import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
+from pydantic import BaseModel
 
 import schemas.lights
 import schemas.shapes
@@ -44,15 +45,7 @@ Occluder = Callable[[Any, Emitter, PairType, bool], list[LightStage]]
 """Takes a family, a light, the type of pair work and whether to cull."""
 
 
-class Effect(Protocol):
-    """What a table says about one kind."""
-
-    def refuse(self, kind: type) -> str | None:
-        """What does not agree with the class of the scene language, in words; None if all does."""
-        ...
-
-
-E = TypeVar("E", bound=Effect)
+E = TypeVar("E")
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +69,7 @@ class ShapeEffect:
     cast: Occluder
     meshed: bool
 
-    def refuse(self, kind: type) -> str | None:
+    def disagreement(self, kind: type[BaseModel]) -> str | None:
         """The methods that the family lacks."""
         del kind
         if not inspect.isabstract(self.family):
@@ -105,10 +98,10 @@ class LightEffect:
     falls_by: str
     surface: bool
 
-    def refuse(self, kind: type) -> str | None:
-        """Fields that the renderer would not look at, or looks for in vain."""
+    def disagreement(self, kind: type[BaseModel]) -> str | None:
+        """A field that only one of scene language and renderer has."""
         for name, served in (("falloff", self.falloff is not None), ("visible", self.surface)):
-            if served != (name in kind.model_fields):  # type: ignore[attr-defined]
+            if served != (name in kind.model_fields):
                 has, lacks = ("renderer", "scene language") if served else ("scene language", "renderer")
                 return f"the {has} has a '{name}' for it, and the {lacks} has none"
         return None
@@ -136,12 +129,8 @@ class TextureEffect:
     heights: Callable[[Any], ImageTexture] | None
     mean: Callable[[Any], Any] | None
 
-    def refuse(self, kind: type) -> None:
-        """Nothing: all is said by the fields."""
-        del kind
 
-
-def registered(union: Any, effects: Mapping[type, E]) -> dict[type, E]:
+def registered(union: Any, effects: Mapping[type[BaseModel], E]) -> dict[type[BaseModel], E]:
     """A table of effects, checked.
 
     Parameters
@@ -160,9 +149,8 @@ def registered(union: Any, effects: Mapping[type, E]) -> dict[type, E]:
     if missing:
         raise TypeError(f"No effect is registered for {_listed(missing)}: add a line in {__name__}.")
     for kind, effect in effects.items():
-        refused = effect.refuse(kind)
-        if refused:
-            raise TypeError(f"{kind.__name__} cannot be registered: {refused}.")
+        if isinstance(effect, ShapeEffect | LightEffect) and (wrong := effect.disagreement(kind)):
+            raise TypeError(f"{kind.__name__} cannot be registered: {wrong}.")
     return dict(effects)
 
 

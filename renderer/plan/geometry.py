@@ -77,7 +77,7 @@ class SceneGeometry:
     left_out : tuple of LeftOut
         Shapes and displacements that nothing is built of.
     degenerate, retried : int
-        Triangles without area, and triangles so thin that exact arithmetic had to tell if they have one.
+        Triangles without area, and triangles so thin that exact arithmetic had to decide if they have one.
     """
 
     families: tuple[Family, ...]

@@ -18,7 +18,6 @@ from renderer.plan.scattering import transparent
 from renderer.plan.stages import Lighting, LightStage
 from renderer.shapes import Family
 from renderer.shapes.family import MARGIN
-from schemas.pointers import escaped
 
 
 def emitter_of(request: Request, number: int) -> Emitter:
@@ -50,7 +49,7 @@ def emitters(request: Request) -> list[Emitter]:
 def _unseen(emitter: Emitter, families: Iterable[Family]) -> bool:
     """Whether a light shines to one side only, and all shapes lie behind its plane.
 
-    Shapes that reach up to the plane within a hair are left to the rule for points (`facing`), which finds
+    Shapes that reach up to the plane within `MARGIN` are left to the rule for points (`facing`), which finds
     them unlit: rounding may put a point beyond its shape.
     """
     if not emitter.one_sided:
@@ -150,7 +149,7 @@ def _falloff(request: Request, emitter: Emitter, pointer: str) -> list[LightStag
 
 def _terms(request: Request, emitter: Emitter, table: Phong, pointer: str) -> list[LightStage]:
     terms: list[LightStage] = []
-    matt = tuple(f"/materials/{escaped(n)}" for n, s in zip(request.names, table.diffuse, strict=True) if s)
+    matt = request.material_pointers(np.flatnonzero(table.diffuse))
     if matt:
         terms.append(Diffuse(table))
         detail, each = "cosines at light points", COSTS.diffuse * emitter.count
@@ -158,7 +157,7 @@ def _terms(request: Request, emitter: Emitter, table: Phong, pointer: str) -> li
     double = np.dtype(np.float64)
     for above, upto, dtype in ((-1.0, SHARP, request.dtype), (SHARP, np.inf, double)):
         shiny = (table.specular > 0) & (table.shininess > above) & (table.shininess <= upto)
-        asking = tuple(f"/materials/{escaped(request.names[i])}" for i in np.flatnonzero(shiny))
+        asking = request.material_pointers(np.flatnonzero(shiny))
         if asking:
             terms.append(Highlight(table, above, upto, dtype))
             detail, share = f"cosines to powers, {dtype}", len(asking) / len(request.names)

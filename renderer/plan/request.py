@@ -1,5 +1,6 @@
 """What is to be compiled, and the plan in the making."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,6 +13,7 @@ from renderer.shapes import Family
 from renderer.textures import Texture
 from renderer.textures.heights import Heights
 from schemas.plans import LeftOut
+from schemas.pointers import escaped
 from schemas.quality import Quality, TargetQuality
 from schemas.sampling import Antialiasing, LightSampling, Sampling
 from schemas.scene import Scene
@@ -30,7 +32,7 @@ class Request:
     culling : bool
         Whether conservative tests may leave out work.
     layers : tuple of str
-        Names of what shall be told about each pixel beside its colour.
+        Names of what shall be recorded about each pixel beside its colour.
     details : frozenset of str
         Materials whose textures are not looked up at points, but shaded all over pixels.
     entries, left_out : list
@@ -69,7 +71,7 @@ class Request:
 
     @property
     def target(self) -> TargetQuality | None:
-        """The error asked for, if it is one."""
+        """The target quality, if it is one."""
         return self.quality if isinstance(self.quality, TargetQuality) else None
 
     @property
@@ -82,6 +84,10 @@ class Request:
     ) -> None:
         """List a stage that is expected to cost `each` nanoseconds a camera ray."""
         self.entries.append(Entry(name, effect, detail, pointers, self.rays * each * 1e-9))
+
+    def material_pointers(self, chosen: Iterable[int], part: str = "") -> tuple[str, ...]:
+        """Pointers to shown materials by their numbers, or to a part of each that begins with ``/``."""
+        return tuple(f"/materials/{escaped(self.names[number])}{part}" for number in chosen)
 
     def leave_out(self, effect: str, reason: str, *pointers: str) -> None:
         """List what does not run."""

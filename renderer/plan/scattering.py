@@ -26,7 +26,7 @@ def stages(request: Request) -> tuple[ScatteringStage, ...]:
     detail = "refracted rays, and reflected ones by Fresnel's formulas"
     if _asked(request, "transmission", "transmitted rays", detail, rays=3):
         strengths, indices = _numbers(request, "transmission"), _numbers(request, "ior")
-        found.append(TransmittedRays(strengths, indices, depths, material_numbers(request), faintest))
+        found.append(TransmittedRays(strengths, depths, faintest, indices, material_numbers(request)))
     return tuple(found)
 
 

@@ -99,11 +99,11 @@ def _firsts(family: FlatFamily, flat: list[FlatFamily]) -> Iterator[First]:
             yield from _trees_first(other, own, others[~after], begins[-1])
     first, before = np.concatenate(shapes), np.concatenate(places)
     for shape in np.unique(first):
-        yield First(partial(family.meet, int(shape)), _marked(before[first == shape], begins[-1]))
+        yield First(partial(family.intersect, int(shape)), _marked(before[first == shape], begins[-1]))
 
 
 def _trees_first(tree: Triangles, shapes: Integers, triangles: Integers, count: int) -> Iterator[First]:
-    """Triangles in trees that come before shapes met one by one, of pairs of both (P,)."""
+    """Triangles in trees that come before shapes tested one by one, of pairs of both (P,)."""
     for shape in np.unique(shapes):
         part = tree.part(np.unique(triangles[shapes == shape]))
         yield First(meeting_of(part).run, _marked(shape, count))

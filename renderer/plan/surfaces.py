@@ -40,7 +40,7 @@ def surfaces(request: Request, table: Phong) -> tuple[list[PointStage], bool]:
         for family in request.families
     ]
     stages.extend(footprints)
-    pointers = tuple(f"/materials/{escaped(name)}" for name in request.names)
+    pointers = request.material_pointers(range(len(request.names)))
     detail = "each point takes its material's parameters"
     request.list_stage("materials", "materials.phong", detail, pointers)
     stages.append(Colors(table))
@@ -65,11 +65,8 @@ def _footprints(request: Request) -> list[Footprints]:
     pointers = tuple(
         f"/textures/{escaped(name)}/filter" for name in request.document.textures if name in asking
     )
-    detail = (
-        f"what 1 / {samples} of a pixel covers in textures"
-        if samples > 1
-        else "what a pixel covers in textures"
-    )
+    share = f"1 / {samples} of a pixel" if samples > 1 else "a pixel"
+    detail = f"what {share} covers in textures"
     request.list_stage("ray footprints", "textures.footprints", detail, pointers, COSTS.footprint)
     return [footprint_stage.build(build_pinhole(request.document.camera), samples)]
 
@@ -86,7 +83,7 @@ def _textures_of(request: Request, part: str) -> dict[str, Masks]:
 
 def _texture(request: Request, name: str, part: str, used: Masks) -> Texture:
     texture = request.document.textures[name]
-    asking = tuple(f"/materials/{escaped(request.names[i])}/{part}" for i in np.flatnonzero(used))
+    asking = request.material_pointers(np.flatnonzero(used), f"/{part}")
     detail = "colours by texture coordinates" if part == "color_texture" else "bends shading normals"
     each = COSTS.lookup * len(asking) / len(request.names)
     effect = f"textures.{texture.type}" if part == "color_texture" else "materials.phong.normal_map"
@@ -111,7 +108,7 @@ def _bumps(request: Request) -> list[BumpMap]:
 
 
 def _bump(request: Request, name: str, height: float, materials: list[int]) -> BumpMap:
-    asking = tuple(f"/materials/{escaped(request.names[i])}/bump_map" for i in materials)
+    asking = request.material_pointers(materials, "/bump_map")
     each = LOOKUPS_A_SLOPE * COSTS.lookup * len(asking) / len(request.names)
     detail, pointers = "tilts shading normals by heights", (f"/textures/{escaped(name)}", *asking)
     request.list_stage(f"bump map {name}", "materials.phong.bump_map", detail, pointers, each)
@@ -136,11 +133,7 @@ def _horizon(request: Request) -> list[Horizon]:
 
 
 def _ambient(request: Request, table: Phong) -> list[Ambient]:
-    asking = tuple(
-        f"/materials/{escaped(name)}"
-        for name, share in zip(request.names, table.ambient, strict=True)
-        if share
-    )
+    asking = request.material_pointers(np.flatnonzero(table.ambient))
     if not any(request.document.ambient):
         request.leave_out("ambient", "/ambient is black", "/ambient")
     elif not asking:

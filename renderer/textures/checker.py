@@ -16,7 +16,7 @@ from renderer.math.arrays import Floats, column, taken
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CheckerTexture:
-    """Two colours in turns.
+    """Two colours that alternate.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class BoxCheckerTexture:
     """The exact mean of a checker board over a box in texture space.
 
     The box has sides along u and v and goes around the footprint, which is a parallelogram. Over a box the
-    board is a product of two square waves, +1 and -1 in turns, and so is its mean.
+    board is a product of two square waves, +1 and -1 alternating, and so is its mean.
 
     Attributes
     ----------
@@ -142,8 +142,8 @@ class AveragedChecker:
         reach = (np.abs(sides[:, 0]) + np.abs(sides[:, 1])) / 2
         first, last = np.floor(centers - reach), np.floor(centers + reach)
         waves = _signs(first[0] + first[1])
-        torn = np.flatnonzero((first[0] != last[0]) | (first[1] != last[1]))
-        waves[torn] = self._means(taken(centers, torn), taken(sides, torn))
+        several = np.flatnonzero((first[0] != last[0]) | (first[1] != last[1]))
+        waves[several] = self._means(taken(centers, several), taken(sides, several))
         return self.board.mixed(waves)
 
     def _means(self, centers: Floats, sides: Floats) -> Floats:

@@ -90,19 +90,10 @@ def test_a_planar_mirror_shows_the_scene_turned_over_at_its_plane(light: str) ->
     mirrored = samples_of(plan_of(scene(*furniture(1), hidden, lights=lit(1), **view), DOUBLE))
     behind = samples_of(plan_of(scene(*furniture(-1), lights=lit(-1), **view), DOUBLE))
     assert len(np.unique(behind.reshape(-1, 3).round(6), axis=0)) > 20
-    reached = by_mirror(scene(*furniture(1), hidden, lights=lit(1), **view))
+    plan = plan_of(scene(*furniture(1), hidden, lights=lit(1), **view), DOUBLE)
+    reached = by_first_shape(plan, 3)
     assert reached.sum() > 100
     assert np.abs(mirrored - behind)[reached].max() <= 1e-9
-
-
-def by_mirror(document: Json) -> np.ndarray:
-    """Camera samples (H, W, 1) whose rays meet the mirror first."""
-    plan = plan_of(document, DOUBLE)
-    rays = np.stack(np.meshgrid(np.arange(plan.width) + 0.5, np.arange(plan.height) + 0.5), axis=-1)
-    directions = plan.camera.directions(rays[..., 0].ravel(), rays[..., 1].ravel())
-    origins = np.broadcast_to(plan.camera.position, directions.shape)
-    hits = renderer.trace(plan, origins.T, directions.T)
-    return (hits.shape == len(document["shapes"]) - 1).reshape(plan.height, plan.width, 1)
 
 
 @pytest.mark.parametrize("part", ["mirror", "transmission"])
@@ -147,12 +138,6 @@ def test_no_pixel_depends_on_tiles_or_on_how_points_are_grouped(
     monkeypatch.setattr("renderer.integrator.PAIRS", 256)
     monkeypatch.setattr("renderer.tiling.BLOCK_RAYS", 512)
     assert renderer.render(plan, tile_size=16).image.tobytes() == whole.tobytes()
-
-
-@pytest.mark.slow
-def test_no_pixel_depends_on_workers() -> None:
-    plan = plan_of(glassy())
-    assert renderer.render(plan, workers=2).image.tobytes() == renderer.render(plan).image.tobytes()
 
 
 def test_bounces_have_light_points_of_their_own() -> None:

@@ -126,19 +126,6 @@ def test_a_light_point_that_touches_the_surface_gives_nothing(height: float, qua
     assert seen(floor_seen_at_the_origin(light, points=9), quality) < 1e-6
 
 
-@PRECISIONS
-@pytest.mark.parametrize("exponent", [-66, -20, 20, 40])
-def test_a_scaled_scene_under_an_area_light_is_the_same_bit_for_bit(exponent: int, quality: object) -> None:
-    def drawn(unit: float) -> np.ndarray:
-        light = physical([-0.5 * unit, unit, 0], [unit, 0, 0], [0, 0.5 * unit, unit])
-        floor = rectangle([-9 * unit, 0, -9 * unit], [0, 0, 18 * unit], [18 * unit, 0, 0])
-        view = camera(position=[0, unit, -3 * unit], look_at=[0, 0, 0])
-        document = scene(floor, lights=[light], camera=view, sampling=sampled(points=9, light="stratified"))
-        return image_of(document, quality)  # type: ignore[arg-type]
-
-    assert np.array_equal(drawn(1.0), drawn(2.0**exponent))
-
-
 def test_a_tiny_scene_under_a_point_light_is_as_bright_as_float32_can_say() -> None:
     light = {"type": "point", "position": [0, 1e-20, 0], "color": [1, 1, 1], "falloff": "physical"}
     floor = rectangle([-1e-20, 0, -1e-20], [0, 0, 2e-20], [2e-20, 0, 0])

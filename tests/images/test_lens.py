@@ -1,7 +1,6 @@
 """Depth of field against the closed forms of a thin lens."""
 
 import math
-from collections import Counter
 
 import numpy as np
 import pytest
@@ -19,13 +18,10 @@ from accuracy.hard_cases.documents import (
     triangle,
 )
 from renderer.cameras import ThinLens
-from renderer.integrator import camera_rays, radiance
 from renderer.lights.emitters import PIXEL_DIMENSIONS
 from renderer.math.streams import keys
 from renderer.samplers import PATTERNS as PATTERN_FUNCTIONS
-from renderer.tiling import blocks
-from schemas.tiles import Pass, Tile
-from tests.images.parts import image_of, plan_of, samples_of
+from tests.images.parts import image_of, plan_of
 
 PATTERNS = ["center", "uniform", "rotated", "random", "stratified", "sobol"]
 SIGMAS = 4
@@ -169,21 +165,6 @@ def crowd(**lens: object) -> dict:
 def test_a_lens_sees_the_same_with_culling_and_without(radius: float, focus: float) -> None:
     document = crowd(lens_radius=radius, focus_distance=focus)
     assert np.array_equal(image_of(document), image_of(document, culling=False))
-
-
-def test_a_picture_through_a_lens_depends_on_no_tile() -> None:
-    plan = plan_of(crowd(lens_radius=0.4))
-    whole = samples_of(plan)
-    parts = np.full_like(whole, np.nan)
-    for first, last in ((0, 3), (3, 16)):
-        for tile in (Tile(0, 0, 0, 7, 48), Tile(1, 7, 0, 64, 48)):
-            pass_ = Pass(1, 1, first, last)
-            for block in blocks(tile, pass_):
-                values = radiance(plan, camera_rays(plan, block, pass_), Counter())
-                parts[block.rows, block.columns, first:last] = values.reshape(3, -1, last - first).transpose(
-                    1, 2, 0
-                )
-    assert np.array_equal(whole, parts)
 
 
 def test_a_lens_that_reaches_into_an_ellipsoid_sees_its_shadow_from_inside() -> None:

@@ -28,10 +28,10 @@ CASES = {(case.ids[0], case.name): case for section in sections() for case in se
 OUTPUT = "accuracy.hard_cases.samples_and_output.output.displayed"
 TRIANGLES = {"renderer.shapes.woop.hits": without.hits_by(0.0)}
 LIMITED = {"renderer.shapes.woop.hits": without.hits_by(formulas.SMALL)}
-PROJECTED = {"renderer.shapes.rectangles.Rectangles.meet": without.projected(0.0)}
-PROJECTED_WITH_LIMIT = {"renderer.shapes.rectangles.Rectangles.meet": without.projected(formulas.SMALL)}
-QUADRATIC = {"renderer.shapes.ellipsoids.Ellipsoids.meet": without.quadratic(np.float64)}
-IN_SINGLE = {"renderer.shapes.ellipsoids.Ellipsoids.meet": without.quadratic(np.float32)}
+PROJECTED = {"renderer.shapes.rectangles.Rectangles.intersect": without.projected(0.0)}
+PROJECTED_WITH_LIMIT = {"renderer.shapes.rectangles.Rectangles.intersect": without.projected(formulas.SMALL)}
+QUADRATIC = {"renderer.shapes.ellipsoids.Ellipsoids.intersect": without.quadratic(np.float64)}
+IN_SINGLE = {"renderer.shapes.ellipsoids.Ellipsoids.intersect": without.quadratic(np.float32)}
 UNWRAPPED = {"renderer.textures.image.WRAPS": dict.fromkeys(WRAPS, lambda index, _: index)}
 NO_SIDES = {
     "renderer.visibility.polygons.settled": without.trusted,
@@ -72,7 +72,7 @@ SWITCHED_OFF: dict[tuple[str, str], Patches] = {
     ("C6", "rays exactly through edges and corners"): PROJECTED,
     ("C7", "long and narrow rectangles"): PROJECTED,
     ("C8", "rectangles of any size"): {
-        "renderer.shapes.rectangles.Rectangles.meet": without.projected(formulas.SMALL)
+        "renderer.shapes.rectangles.Rectangles.intersect": without.projected(formulas.SMALL)
     },
     ("C9", "edges that agree but for rounding"): {"renderer.shapes.rectangles.gamma": lambda _: 0.0},
     ("C10", "rays that start on a rectangle"): {"renderer.shapes.rectangles.gamma": lambda _: 0.0},

@@ -1,7 +1,5 @@
-"""Image textures between, on and beyond their texels."""
+"""Image textures: which way up they are, and what comes before filtering, which hard cases G1 to G4 judge."""
 
-import math
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -40,73 +38,6 @@ def test_at_its_centre_a_texel_has_its_own_value(filter_: str, wrap: str) -> Non
         for column in range(5):
             found = value(source, (column + 0.5) / 5, 1 - (row + 0.5) / 3)
             assert found == pytest.approx(codes[row, column], abs=1e-4)
-
-
-def wrapped(wrap: str, index: int, size: int) -> int:
-    if wrap == "clamp":
-        return min(max(index, 0), size - 1)
-    index %= size if wrap == "repeat" else 2 * size
-    return index if index < size else 2 * size - 1 - index
-
-
-PLACES = [
-    *(Fraction(k, 16) for k in range(-40, 57)),
-    Fraction(-1, 2**30),
-    Fraction(1) - Fraction(1, 2**30),
-    Fraction(2**20) + Fraction(1, 4),
-    Fraction(-(2**20)) + Fraction(1, 8),
-]
-
-
-@pytest.mark.parametrize("wrap", WRAPS)
-@pytest.mark.parametrize("ramp", [[10, 200], [0, 255, 30, 90, 140], [77]], ids=["two", "five", "one"])
-def test_bilinear_is_exact_between_texels_and_beyond_the_borders(ramp: list[int], wrap: str) -> None:
-    """Against rational numbers."""
-    source = texture([ramp], filter="bilinear", wrap=wrap)
-    for u in PLACES:
-        x = u * len(ramp) - Fraction(1, 2)
-        i = math.floor(x)
-        a, b = (ramp[wrapped(wrap, k, len(ramp))] for k in (i, i + 1))
-        assert value(source, float(u)) == pytest.approx(float(a + (x - i) * (b - a)), abs=1e-4)
-
-
-@pytest.mark.parametrize("wrap", WRAPS)
-def test_nearest_takes_the_texel_that_holds_the_place(wrap: str) -> None:
-    ramp = [0, 255, 30, 90, 140]
-    source = texture([ramp], filter="nearest", wrap=wrap)
-    for u in PLACES:
-        expected = ramp[wrapped(wrap, math.floor(u * 5), 5)]
-        assert value(source, float(u)) == pytest.approx(expected, abs=1e-4)
-
-
-@pytest.mark.parametrize(
-    "u", [-1e-9, -1e-17, -0.0, 0.0, 1.0, 1 - 2.0**-25, -1.0, -1.5, 1e9 + 0.25, -1e15, 1e15]
-)
-@pytest.mark.parametrize("filter_", FILTERS)
-@pytest.mark.parametrize("wrap", WRAPS)
-def test_no_coordinate_leaves_the_image(filter_: str, wrap: str, u: float) -> None:
-    codes = np.arange(256).reshape(1, 256)
-    found = value(texture(codes, filter=filter_, wrap=wrap), u)
-    assert 0 <= found <= 255.0001
-    if wrap == "clamp":
-        assert found == pytest.approx(0 if u <= 0 else 255, abs=1e-4)
-
-
-def test_under_repeat_one_is_zero_again() -> None:
-    codes = np.arange(256).reshape(1, 256)
-    for filter_ in FILTERS:
-        source = texture(codes, filter=filter_, wrap="repeat")
-        assert value(source, 1.0) == value(source, 0.0) == value(source, -3.0)
-    assert value(texture(codes, filter="bilinear", wrap="repeat"), -1e-9) == pytest.approx(127.5, abs=1e-3)
-
-
-@pytest.mark.parametrize("size", [(1, 1), (1, 7), (7, 1), (2, 2), (3, 5)])
-@pytest.mark.parametrize("filter_", FILTERS)
-@pytest.mark.parametrize("wrap", WRAPS)
-def test_a_constant_stays_constant_bit_for_bit(filter_: str, wrap: str, size: tuple[int, int]) -> None:
-    source = texture(np.full(size, 77), filter=filter_, wrap=wrap)
-    coordinates = np.random.default_rng(1).uniform(-3, 4, (2, 2000))
-    assert (source.at(coordinates) == float(np.float32(77) / np.float32(255))).all()
 
 
 def test_colours_are_filtered_after_they_are_made_linear() -> None:
