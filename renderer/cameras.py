@@ -82,6 +82,7 @@ def basis(view: Floats, up: Floats) -> tuple[Floats, Floats, Floats]:
     """
     forward = unit(view)
     right = unit(cross(forward, unit(up)))
+    # A short product points wherever rounding took it: what lies along the view is taken out once more.
     right = unit(right - forward * dot(right, forward))
     return right, unit(cross(right, forward)), forward
 

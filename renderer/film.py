@@ -37,6 +37,7 @@ class Film:
 
         They are added in `radiance` itself, which is overwritten.
         """
+        # By halves, in an order that the number of samples alone decides: no pixel depends on its block.
         total = halving_sum(radiance.reshape(-1, self._samples).T).reshape(3, columns.size)
         x, y = (columns - self._tile.x0) // self._stride, (rows - self._tile.y0) // self._stride
         self._mean[y, x] = (total / self._samples).T

@@ -18,6 +18,7 @@ from renderer.math.streams import Keys, keys
 from renderer.samplers import PATTERNS
 
 HALVES = 2
+"""Their difference estimates the error of their mean; more parts would be shorter and spread worse."""
 
 
 def places(seed: int, pixels: Integers, samples: Integers) -> tuple[Floats, Floats]:

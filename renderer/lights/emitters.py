@@ -193,6 +193,7 @@ def _emitter(
         along=cross(normal, across),
         normal=normal,
         color=column(light.color),
+        # Edges that are perpendicular but for rounding may take the shorter formulas of a grid.
         orthogonal=abs(dot(second, across).item()) <= SURFACE * lengths(second).item(),
         one_sided=not getattr(light, "two_sided", True),
         count=sampling.samples,

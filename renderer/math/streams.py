@@ -14,6 +14,7 @@ Bits = NDArray[np.uint32]
 """32 random bits an element."""
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+"""2**64 over the golden ratio, made odd: the increment of SplitMix64."""
 
 
 def _mixed(key: Keys) -> Keys:

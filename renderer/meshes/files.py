@@ -25,6 +25,7 @@ _OBJ_GROUP = re.compile(rb"(?m)^[ \t]*(?:mtllib|usemtl|o|g|s)(?:[ \t].*)?$")
 # No other mesh format is JSON.
 _JSON = re.compile(rb"(?:\xef\xbb\xbf)?\s*\{")
 _BEGINNING = 1 << 16
+"""Bytes in which the header of a PLY file states its counts: ordinary ones have a few hundred."""
 _FORMATS = "Use OBJ, PLY or glTF (GLB, or .gltf with its buffers)."
 _GLTF = frozenset({"glb", "gltf"})
 
@@ -97,6 +98,7 @@ def needs_other_files(content: bytes, most: int) -> bool:
 
 
 _LONGEST_SHOWN = 100
+"""Characters of a URI in a message; a data URI may have millions."""
 _BESIDE = "Put it beside the mesh, or save the mesh as GLB."
 
 

@@ -246,6 +246,7 @@ def _pixels(start: Floats, end: Floats, camera: Pinhole) -> Floats:
     """Lengths of segments as the camera sees them from the nearer end, pixels."""
     nearest = np.minimum(lengths(start - camera.position), lengths(end - camera.position))
     length = lengths(end - start)
+    # An edge through the camera would be infinitely many pixels long.
     away = np.maximum(nearest, length / 64)
     return length / np.where(away > 0, away, 1.0) / (2 * camera.half_height) * camera.height
 

@@ -139,6 +139,7 @@ def triangles_of(number: int, vertices: Floats, surface: Surface, *, smooth: boo
     rows = surface.triangles
     corners = np.stack([np.take(vertices, row, axis=1) for row in rows])
     thin = too_thin_to_tell(corners)
+    # A rounding beside the line they would be slivers that rays hit; as points nothing does.
     corners = np.where(_without_area(corners, surface, thin), corners[0], corners)
     normals = unit_normals(corners)
     count = rows.shape[1]

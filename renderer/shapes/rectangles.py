@@ -92,6 +92,7 @@ class Rectangles(FlatFamily):
         span = np.abs(slope)
         u, v = -side * dot(moment, second), side * dot(moment, first)
         depth = -side * dot(from_anchor, product)
+        # A difference, a product of two edges and a sum of three: at most eight roundings lead to the depth.
         rounding = gamma(8) * dot(np.abs(from_anchor), _absolute_cross(first, second))
         if rays.origin_surfaces is not None:
             start = rays.origin_surfaces

@@ -44,3 +44,14 @@ def test_a_tangent_points_where_the_first_texture_coordinate_grows() -> None:
         solved = np.linalg.solve((texture[1:] - texture[0]), np.array([first, second]))
         assert np.dot(tangent[:, 0], solved[0]) == pytest.approx(np.linalg.norm(solved[0]), rel=1e-9)
         assert abs(np.dot(tangent[:, 0], normal[:, 0])) <= 8 * EPS
+
+
+@pytest.mark.parametrize(
+    "texture", [[[0, 0], [0, 0], [0, 0]], [[0, 0], [1, 1], [2, 2]], [[0, 1], [0, 2], [0, 3]]]
+)
+def test_texture_coordinates_without_area_give_no_tangent(texture: list[list[float]]) -> None:
+    vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype=float)[:, :, None]
+    _, valid = frame_of_texture(
+        vertices, np.array(texture, dtype=float)[:, :, None], np.array([[0], [0], [1.0]])
+    )
+    assert not valid.any()
