@@ -107,7 +107,7 @@ def test_strength_0_is_left_out_and_leaves_the_bytes_as_they_are(part: str) -> N
     assert (f"materials.phong.{part}", (f"/materials/plain/{part}",)) in left
 
 
-def test_the_plan_names_who_asked_for_rays() -> None:
+def test_the_plan_names_what_asked_for_rays() -> None:
     materials = {"plain": phong(mirror=0.5), "red": {**GLASS}}
     entries = {entry.name: entry for entry in plan_of(scene(*furniture(1), materials=materials)).entries}
     assert entries["mirror rays"].pointers == ("/materials/plain/mirror",)
@@ -187,7 +187,7 @@ def test_normal_mapped_mirrors_send_no_ray_below_their_surface() -> None:
 
 
 def by_first_shape(plan: renderer.RenderPlan, shape: int) -> np.ndarray:
-    """Pixels (H, W) whose centre meets a shape first."""
+    """Pixels (H, W) whose centre hits a shape first."""
     x, y = np.meshgrid(np.arange(plan.width) + 0.5, np.arange(plan.height) + 0.5)
     directions = plan.camera.directions(x.ravel(), y.ravel())
     hits = renderer.trace(plan, np.broadcast_to(plan.camera.position, directions.shape).T, directions.T)
@@ -276,7 +276,7 @@ def test_what_is_left_out_of_faint_paths_is_less_than_the_bound_that_ends_them(s
 
 
 def test_inside_of_a_mirror_ball_every_ray_comes_to_its_limit() -> None:
-    """The mirror meets its own inner side at every bounce, and never at distance 0."""
+    """The mirror is hit on its own inner side at every bounce, and never at distance 0."""
     document = scene(
         sphere([0, 0, 0], 2),
         materials={"plain": phong(mirror=1, max_depth=9)},

@@ -1,4 +1,4 @@
-"""The layer `error`: the standard error that the spread of the camera samples gives, whoever renders them."""
+"""The layer `error`: the standard error that the spread of the camera samples gives, in every engine."""
 
 from fractions import Fraction
 from typing import Any

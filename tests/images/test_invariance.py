@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from numpy.typing import NDArray
 
 import renderer
 from accuracy.hard_cases.documents import Json, camera, mesh, phong, sampled, scene
@@ -15,14 +14,10 @@ from accuracy.hard_cases.solids import outward
 from renderer.film import compose
 from renderer.tiling import tiles
 from tests.images import pictures
-from tests.images.parts import DOUBLE, SINGLE, image_of, plan_of, png
+from tests.images.parts import DOUBLE, SINGLE, image_of, plan_of, png, same
 from tests.images.random_scenes import accepted, scenes
 
 FILES = {"picture.png": png(pictures.codes(6, 5)), "bumps.png": png(pictures.bumps())}
-
-
-def same(a: NDArray[Any], b: NDArray[Any]) -> bool:
-    return a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()
 
 
 def wide(document: Json, width: int, height: int) -> Json:

@@ -64,7 +64,7 @@ def test_halves_of_the_pixel_do_not_go_with_halves_of_the_lens() -> None:
     inside, _ = PATTERN_FUNCTIONS["sobol"](keys(0, PIXEL_DIMENSIONS, pixel), sample, 16)
     left = inside.reshape(500, 16) < 0.5
     both = (left & (lens_points("sobol", 16, pixels=500)[0] < 0)).sum(axis=1)
-    # Eight of sixteen samples each; Sobol points in the same order would meet in all eight or in none.
+    # Eight of sixteen samples each; Sobol points in the same order would coincide in all eight or in none.
     assert abs(both.mean() - 4) <= SIGMAS * 2 / np.sqrt(500)
     assert ((both > 0) & (both < 8)).mean() > 0.8
 
@@ -78,7 +78,7 @@ def test_the_places_of_a_pixel_are_spread_over_the_lens(pattern: str) -> None:
         assert np.bincount(pixel % 4, minlength=4).min() >= 2
 
 
-def test_rays_of_a_place_on_the_picture_meet_in_the_plane_in_focus() -> None:
+def test_rays_of_a_place_on_the_picture_join_in_the_plane_in_focus() -> None:
     view = camera(lens_radius=0.7, focus_distance=3.5)
     plan = plan_of(scene(camera=view, sampling=sampled(samples=16, pattern="stratified")))
     lens = plan.camera
@@ -189,7 +189,7 @@ def test_a_lens_of_radius_0_is_left_out_and_changes_no_bit() -> None:
     ]
 
 
-def test_a_lens_is_a_stage_of_those_who_asked_for_it() -> None:
+def test_a_lens_is_a_stage_of_the_lines_that_ask_for_it() -> None:
     stages = plan_of(crowd(lens_radius=0.1, focus_distance=2)).describe().stages
     asked = [stage.pointers for stage in stages if stage.effect == "camera.lens"]
     assert asked == [("/camera/lens_radius", "/camera/focus_distance")]

@@ -53,7 +53,7 @@ def test_a_mesh_is_the_picture_of_its_triangles() -> None:
 
 
 def test_few_triangles_are_the_picture_of_the_same_in_a_tree() -> None:
-    """Twelve triangles are met one by one; with others far away, through a tree."""
+    """Twelve triangles are tested one by one; with others far away, through a tree."""
     vertices, faces = solids.icosphere([0.0, 1.0, 0.0], 1.0, 0)
     hidden = mesh(VERTICES * 0.1 + [0, 0, 500.0], name="behind the camera and the light")
     few, many = lit(FLOOR, mesh(vertices, faces)), lit(FLOOR, mesh(vertices, faces), hidden)

@@ -20,8 +20,8 @@ def test_another_up_is_taken_exactly_where_a_warning_says_so(tilt: float) -> Non
     view = camera(position=[0, 0, 0], look_at=[0, 0, -1], up=[0, tilt, -1])
     document, warnings = read_scene(scene(camera=view))
     up = build_pinhole(document.camera).up.ravel().tolist()
-    told = [warning.pointer for warning in warnings if warning.code == "up_parallel_to_view"]
-    assert (up, told) == (([1, 0, 0], ["/camera/up"]) if tilt < 1e-9 else ([0, 1, 0], []))
+    warned = [warning.pointer for warning in warnings if warning.code == "up_parallel_to_view"]
+    assert (up, warned) == (([1, 0, 0], ["/camera/up"]) if tilt < 1e-9 else ([0, 1, 0], []))
 
 
 def test_right_up_and_backward_are_a_right_handed_basis() -> None:
@@ -46,7 +46,7 @@ def test_each_cure_of_such_a_lens_works(cure: Json) -> None:
 
 
 @pytest.mark.parametrize("missing", ["position", "look_at"])
-def test_a_lens_beside_a_missing_place_is_told_of_the_place_alone(missing: str) -> None:
+def test_a_lens_beside_a_missing_place_is_no_second_problem(missing: str) -> None:
     view = camera(**LENS)
     del view[missing]
     with pytest.raises(SceneError) as caught:

@@ -42,7 +42,7 @@ def family(corners: Floats) -> Triangles:
     return build(list(range(len(shapes))), shapes, Files())
 
 
-def met(corners: Floats, origins: Floats, directions: Floats, *, tree: bool) -> Rays:
+def hits_of(corners: Floats, origins: Floats, directions: Floats, *, tree: bool) -> Rays:
     shapes = family(corners)
     numbers = np.arange(len(origins))
     rays = Rays(np.array(origins).T.copy(), np.array(directions).T.copy(), numbers, np.zeros_like(numbers))
@@ -52,7 +52,7 @@ def met(corners: Floats, origins: Floats, directions: Floats, *, tree: bool) -> 
 
 def both_ways(corners: Floats, origins: Floats, directions: Floats) -> Rays:
     """The rays' hits, after it was seen that both ways agree in every bit."""
-    found, true = (met(corners, origins, directions, tree=tree) for tree in (True, False))
+    found, true = (hits_of(corners, origins, directions, tree=tree) for tree in (True, False))
     for name in ("t", "shapes", "primitives", "coordinates"):
         np.testing.assert_array_equal(getattr(found, name), getattr(true, name))
     return found
@@ -107,7 +107,7 @@ def test_axis_parallel_rays_in_the_planes_of_boxes(place: list[float]) -> None:
     signed = directions * np.where(directions == 0, rng.choice([-1.0, 1.0], (6000, 3)), 1)
     assert np.signbit(signed[signed == 0]).any()
     found = both_ways(corners, origins, signed)
-    np.testing.assert_array_equal(found.t, met(corners, origins, directions, tree=True).t)
+    np.testing.assert_array_equal(found.t, hits_of(corners, origins, directions, tree=True).t)
     assert np.isfinite(found.t).any()
 
 
@@ -189,7 +189,7 @@ def test_visits_keep_the_order_of_rays_where_distances_say_nothing(distance: flo
         assert order.tolist() == [0, 1, 2, 3]
 
 
-def test_points_and_slivers_are_met_by_nothing() -> None:
+def test_points_and_slivers_are_hit_by_nothing() -> None:
     rng = np.random.default_rng(5)
     points = np.repeat(rng.normal(size=(40, 1, 3)), 3, axis=1)
     ends = rng.integers(-8, 9, (40, 2, 3)) / 4
@@ -245,7 +245,7 @@ def test_shadows_are_those_of_every_triangle(light: Json, pattern: str, size: fl
 
 
 def test_points_go_all_ways() -> None:
-    """The scenes above have points whose shafts meet few nodes at every level, and points that meet many."""
+    """Above are points whose shafts reach few nodes at every level, and points whose shafts reach many."""
     rng = np.random.default_rng(6)
     shapes = family(soup(rng, 2000, 0.4))
     points = rng.uniform(-2, 2, (3, 500))
@@ -293,7 +293,7 @@ def fan(number: int) -> Triangles:
 
 @pytest.mark.usefixtures("restless")
 def test_each_of_many_threads_gets_what_was_made_of_its_family() -> None:
-    """All of them are done at the same moment, and push each other's values out."""
+    """All of them are done at the same time, and push each other's values out."""
     together = threading.Barrier(THREADS)
 
     def made(family: Triangles) -> bytes:

@@ -92,7 +92,7 @@ def test_the_length_of_a_suns_direction_says_nothing(length: float) -> None:
 
 @pytest.mark.parametrize("quality", [SINGLE, DOUBLE], ids=["single", "double"])
 @pytest.mark.parametrize("light", ["uniform", "random", "stratified", "sobol"])
-def test_a_lamp_too_small_to_tell_from_a_bulb_lights_like_one(light: str, quality: Any) -> None:
+def test_a_lamp_as_small_as_a_bulb_lights_like_one(light: str, quality: Any) -> None:
     document = scene(WALL, camera=VIEW, lights=[bulb([1, 1, 3])], sampling=sampled(1, 16, light=light))
     speck = document | {
         "lights": [lamp([1, 1, 3], [1e-9, 0, 0], [0, 1e-9, 0], [0.5, 0.6, 0.7], visible=False)]

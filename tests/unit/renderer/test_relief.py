@@ -2,30 +2,17 @@
 
 from __future__ import annotations
 
-import io
 import math
 from typing import Any
 
 import numpy as np
 import pytest
-from PIL import Image
 
 import renderer
 from renderer.shapes import displacement
+from tests.images import parts
 
 SIZE = 64
-
-
-class Files:
-    """Height maps made on the spot, (rows, columns) values 0 to 1, row 0 on the side v = 1."""
-
-    def __init__(self, **maps: np.ndarray) -> None:
-        self.maps = maps
-
-    def read(self, name: str) -> bytes:
-        buffer = io.BytesIO()
-        Image.fromarray(np.floor(self.maps[name] * 65535 + 0.5).astype(np.uint16)).save(buffer, format="PNG")
-        return buffer.getvalue()
 
 
 def constant(value: float) -> np.ndarray:
@@ -79,7 +66,9 @@ def scene(shape: dict[str, Any], *, wrap: str = "clamp", size: int = 24, **mater
 
 
 def plan_of(heights: np.ndarray, document: dict[str, Any]) -> renderer.RenderPlan:
-    return renderer.compile_scene(renderer.load_scene(document, assets=Files(map=heights)))
+    """Heights (rows, columns) from 0 to 1, row 0 on the side v = 1."""
+    codes = np.floor(heights * 65535 + 0.5).astype(np.uint16)
+    return parts.plan_of(document, files={"map": parts.png(codes)})
 
 
 def picture(heights: np.ndarray, document: dict[str, Any]) -> np.ndarray:

@@ -39,7 +39,7 @@ def on_seam(corners: Floats) -> Floats:
     return np.unique(places[places[:, 0] == 0], axis=0)
 
 
-def test_tiles_of_one_plane_meet_in_the_means_of_their_heights() -> None:
+def test_tiles_of_one_plane_join_at_the_means_of_their_heights() -> None:
     """The hills do not repeat: alone, the tiles end at other heights."""
     left, right = (on_seam(part) for part in built([LEFT, RIGHT]))
     np.testing.assert_array_equal(left, right)
@@ -66,7 +66,7 @@ def test_balls_of_one_relief_are_what_they_are_alone() -> None:
         np.testing.assert_array_equal(part, built([shape])[0])
 
 
-def test_the_two_faces_of_a_plate_move_apart_and_meet_at_its_rim() -> None:
+def test_the_two_faces_of_a_plate_move_apart_and_join_at_its_rim() -> None:
     front = rectangle([-1, -1, 0], [2, 0, 0], [0, 2, 0])
     back = rectangle([-1, -1, 0], [0, 2, 0], [2, 0, 0])
     for side, corners in zip((1, -1), built([front, back]), strict=True):

@@ -1,4 +1,4 @@
-"""A whole picture: its report, and how a failure is told."""
+"""A whole picture: its report, and how a failure is reported."""
 
 from typing import Any
 
@@ -89,9 +89,9 @@ def test_a_tile_that_fails_is_named_with_what_repeats_it(error: Exception) -> No
     object.__setattr__(plan, "meetings", (Broken(error),))
     with pytest.raises(renderer.RenderError) as caught:
         renderer.render(plan, tile_size=10)
-    told = str(caught.value)
+    message = str(caught.value)
     for part in ("pixels 0..10 x 0..10", "samples 0..1", "seed 12", type(error).__name__, str(error)):
-        assert part in told
+        assert part in message
 
 
 def test_what_on_tile_raises_stops_the_render() -> None:
@@ -106,7 +106,7 @@ def test_what_on_tile_raises_stops_the_render() -> None:
 
 
 @pytest.mark.slow
-def test_a_worker_that_dies_is_told_and_nothing_hangs(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_worker_that_dies_is_reported_and_nothing_hangs(monkeypatch: pytest.MonkeyPatch) -> None:
     """The first task that reaches a worker ends its process."""
     monkeypatch.setattr(rendering, "_attempt", _die)
     with pytest.raises(renderer.RenderError, match="worker process died"):
