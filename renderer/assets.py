@@ -4,7 +4,10 @@ import errno
 import io
 import os
 import struct
+import threading
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -13,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from renderer.warning_filters import changed_filters
 from schemas.file_kinds import recognise
 from schemas.limits import Limits, how_to_raise, limits_in_force
 
@@ -25,7 +27,7 @@ FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "PPM")
 
 
 class AssetError(ValueError):
-    """A file that a scene names cannot be had or used.
+    """A file that a scene names cannot be read or used.
 
     Parameters
     ----------
@@ -201,6 +203,20 @@ def decode_image(content: bytes, max_pixels: int | None = None) -> NDArray[np.fl
 
 _DAMAGE = (OSError, SyntaxError, ValueError, EOFError, LookupError, TypeError, struct.error)
 """What Pillow raises for content that makes no sense, depending on the format."""
+
+
+# Reentrant: a reader of meshes may decode the pictures that they name.
+_filters_lock = threading.RLock()
+
+
+@contextmanager
+def changed_filters() -> Iterator[None]:
+    """Restore the warning filters at the end, as `warnings.catch_warnings` does for one thread alone.
+
+    Filters belong to the process: two threads inside of that would restore each other's, for good.
+    """
+    with _filters_lock, warnings.catch_warnings():
+        yield
 
 
 def _values(image: Image.Image) -> NDArray[np.float32]:

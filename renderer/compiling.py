@@ -28,7 +28,7 @@ def compile_scene(
         Takes the place of the scene's own sampling: `schemas.FixedQuality`, `schemas.TargetQuality`, or a
         dict as a request over HTTP has it.
     layers
-        What to tell about each pixel beside its colour, by names of `schemas.layers.LAYER_NAMES`.
+        What to record about each pixel beside its colour, by names of `schemas.layers.LAYER_NAMES`.
     culling
         Whether conservative tests may leave out work. Images are the same without, and slower.
 

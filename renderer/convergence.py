@@ -17,10 +17,10 @@ from renderer.math.arrays import Floats
 from renderer.math.intervals import NORMAL, Interval, student
 
 FEWEST = 3
-"""Points that a fit needs: a line goes through any two, and nothing would tell how good it is."""
+"""Points that a fit needs: a line goes through any two, and nothing would show how good it is."""
 
 CLOCKS = ("seconds", "cpu_seconds")
-"""The times that a pass tells."""
+"""The times that a pass reports."""
 
 
 class NothingToFitError(ValueError):
@@ -61,7 +61,7 @@ class PowerLaw:
     def falling(self, spent: float, factor: float = 2.0) -> Interval | None:
         """How much longer than `spent` it takes until the newest error is divided by `factor`, in its unit.
 
-        The interval holds the time at which a pass will tell that error in at least 95 of 100 cases, as far
+        The interval holds the time at which a pass will report that error in at least 95 of 100 cases, as far
         as that of the order does: it knows how far passes are off the line (Fieller 1954, Some Problems in
         Interval Estimation). It has no upper end where the error may not fall. None where it does not.
         """
@@ -117,7 +117,7 @@ def power_law(times: npt.ArrayLike, errors: npt.ArrayLike, highs: npt.ArrayLike 
 
 
 def trend(passes: Sequence[Mapping[str, Any]], unknown: str | None = None) -> dict[str, Any]:
-    """What the passes of a picture tell about its convergence.
+    """Estimate the convergence of a picture from its passes.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def _doubt(costs: Mapping[str, Interval | None]) -> str | None:
     if not all(costs.values()):
         return "The error does not fall from pass to pass."
     if any(cost and cost.high == inf for cost in costs.values()):
-        return "The passes are too few, or too far from a power law, to tell how fast the error falls."
+        return "The passes are too few, or too far from a power law, to show how fast the error falls."
     return None
 
 

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from schemas.errors import SceneError
 from schemas.tiles import Tile
 
-__all__ = ["ImageFileError", "MissingExtraError", "RenderError", "SceneError", "told"]
+__all__ = ["ImageFileError", "MissingExtraError", "RenderError", "SceneError", "tile_errors"]
 
 
 class RenderError(RuntimeError):
@@ -28,8 +28,8 @@ class MissingExtraError(ImageFileError):
 
 
 @contextmanager
-def told(seed: int, tile: Tile, what: str) -> Iterator[None]:
-    """Say of an error of arithmetic or memory which pixels, samples and seed it came from."""
+def tile_errors(seed: int, tile: Tile, what: str) -> Iterator[None]:
+    """Name the pixels, samples and seed that an error of arithmetic or memory came from."""
     try:
         yield
     except (ArithmeticError, MemoryError, ValueError) as error:

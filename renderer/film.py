@@ -37,6 +37,7 @@ class Film:
 
         They are added in `radiance` itself, which is overwritten.
         """
+        # By halves, in an order that the number of samples alone decides: no pixel depends on its block.
         total = halving_sum(radiance.reshape(-1, self._samples).T).reshape(3, columns.size)
         x, y = (columns - self._tile.x0) // self._stride, (rows - self._tile.y0) // self._stride
         self._mean[y, x] = (total / self._samples).T
@@ -81,7 +82,7 @@ def non_finite(image: Image) -> int:
 def clamped(parts: Sequence[tuple[Pass, Image]]) -> int:
     """How many pixels of a tile are shown darker than they are, as some pass was beyond float32.
 
-    Their mean may well be within it: of each pass the picture only knows what it became.
+    Their mean may well be within it: of each pass only the clamped values are kept.
     """
     return int(np.count_nonzero(np.any([(pixels >= BRIGHTEST).any(axis=2) for _, pixels in parts], axis=0)))
 

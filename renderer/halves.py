@@ -1,16 +1,16 @@
 """Where the samples of an adaptive picture lie.
 
 Sample number i belongs to half i % 2 and is number i // 2 of it. Each half of a pixel is one Sobol sequence
-in the pixel, one on the lens and one on every light, scrambled by itself, so that the two know nothing of
-each other and their difference tells the error of their mean. The light points of a half go on from sample
-to sample, in an order of their own, so that no place in the pixel goes with a place on the light.
+in the pixel, one on the lens and one on every light, scrambled by itself, so that the two are
+independent and their difference gives the error of their mean. The light points of a half continue from
+sample to sample, in an order of their own, so that no place in the pixel goes with a place on the light.
 """
 
 from dataclasses import dataclass, fields
 
 import numpy as np
 
-from renderer.cameras.thin_lens import LENS_DIMENSIONS, ThinLens, disk, shuffled
+from renderer.cameras import LENS_DIMENSIONS, ThinLens, disk, shuffled
 from renderer.lights.emitters import PIXEL_DIMENSIONS, Emitter
 from renderer.lights.samples import LightPoints, Scatter
 from renderer.math.arrays import Floats, Integers
@@ -18,6 +18,7 @@ from renderer.math.streams import Keys, keys
 from renderer.samplers import PATTERNS
 
 HALVES = 2
+"""Their difference estimates the error of their mean; more parts would be shorter and spread worse."""
 
 
 def places(seed: int, pixels: Integers, samples: Integers) -> tuple[Floats, Floats]:
@@ -28,7 +29,7 @@ def places(seed: int, pixels: Integers, samples: Integers) -> tuple[Floats, Floa
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SequenceEmitter(Emitter):
-    """A light whose points go on from sample to sample of a half."""
+    """A light whose points continue from sample to sample of a half."""
 
     def points(
         self, pixels: Integers, samples: Integers, paths: Keys, dtype: np.dtype[np.floating]
@@ -40,19 +41,19 @@ class SequenceEmitter(Emitter):
         return Scatter((a - 0.5).astype(dtype), (b - 0.5).astype(dtype))
 
 
-def in_sequence(emitter: Emitter) -> SequenceEmitter:
-    """The same light with its points in a sequence."""
-    return SequenceEmitter(**{item.name: getattr(emitter, item.name) for item in fields(emitter)})
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class SequenceLens(ThinLens):
-    """A lens with a sequence of places a half: those of one set in turns would be far from independent."""
+    """A lens with a sequence of places a half: halves of one set would be far from independent."""
 
     def places(self, pixels: Integers, samples: Integers) -> tuple[Floats, Floats]:
         """Places on the lens of radius 1, (N,) and (N,)."""
         key = keys(self.seed, LENS_DIMENSIONS, pixels, samples % HALVES)
         return disk(*PATTERNS["sobol"](key, shuffled(key, samples // HALVES), self.antialiasing.samples))
+
+
+def in_sequence(light: Emitter) -> SequenceEmitter:
+    """The same light with its points in a sequence a half."""
+    return SequenceEmitter(**{item.name: getattr(light, item.name) for item in fields(light)})
 
 
 def lens_in_sequence(lens: ThinLens) -> SequenceLens:

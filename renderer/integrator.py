@@ -3,17 +3,16 @@
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderer.film import Film
 from renderer.interaction import Points, Rays, points_of
-from renderer.layers import Layers, record
+from renderer.layers import Layers, Spread, record
 from renderer.lights.emitters import PIXEL_DIMENSIONS
 from renderer.math.arrays import Floats, put
 from renderer.math.streams import keys
@@ -24,14 +23,8 @@ from renderer.waves import camera_wave
 from renderer.workspace import FEWEST_POINTS, PAIRS, Workspace
 from schemas.tiles import Pass, Tile
 
-
-class LitStage(Protocol):
-    """One light's work on points."""
-
-    def run(self, points: Points, workspace: Workspace) -> int:
-        """Work on a chunk of points; gives the number of shadow rays."""
-        ...
-
+Light = Callable[[Points, Workspace], int]
+"""One light's work on a chunk of points; gives the number of shadow rays."""
 
 WORK = ("shading_points", "texture_lookups")
 """What is counted beside rays."""
@@ -48,10 +41,10 @@ class TileResult:
     pixels : (h, w, 3) float32
         Linear mean over the pass's samples; for the preview one value a stride x stride block.
     counts : dict
-        Rays by kind: camera, shadow, mirror, transmission; layers where they were asked for.
+        Rays by kind: camera, shadow, mirror, transmission; layers where they were requested.
     work : dict
-        `shading_points`: points where rays met shapes. `texture_lookups`: textures looked up at them; a bump
-        map takes four for a point. Both with what layers asked for.
+        `shading_points`: points where rays hit shapes. `texture_lookups`: textures looked up at them; a bump
+        map takes four for a point. Both with those of layers.
     cpu_seconds : float
         Of this thread's process.
     layers : dict of str to array
@@ -78,11 +71,11 @@ def render_tile(plan: RenderPlan, tile: Tile, pass_: Pass) -> TileResult:
     pass_ : Pass
         One of `plan.passes`.
     """
-    begun = _cpu_seconds()
+    begun = time.process_time()
     counts: Counter[str] = Counter(camera=0, shadow=0, mirror=0, transmission=0, **dict.fromkeys(WORK, 0))
     film = Film(tile, pass_)
     layers = plan.layers_in(pass_)
-    sampled = {layer.name: layer.statistic.of(tile, pass_) for layer in layers if layer.statistic}
+    sampled = {layer.name: Spread(tile, pass_) for layer in layers if layer.sampled}
     for block in blocks(tile, pass_):
         samples = radiance(plan, camera_rays(plan, block, pass_), counts)
         for part in sampled.values():
@@ -92,11 +85,11 @@ def render_tile(plan: RenderPlan, tile: Tile, pass_: Pass) -> TileResult:
     records = record(layers, tile, partial(centre_points, plan, counts))
     records |= {name: part.record for name, part in sampled.items()}
     work = {name: counts.pop(name) for name in WORK}
-    return TileResult(film.image(), dict(counts), work, _cpu_seconds() - begun, records)
+    return TileResult(film.image(), dict(counts), work, time.process_time() - begun, records)
 
 
 def render_layers(plan: RenderPlan, tile: Tile) -> tuple[Layers, dict[str, int]]:
-    """Fill the layers of a tile that tell what the centres of its pixels show, and count what that takes."""
+    """Fill the layers of a tile that show the centres of its pixels, and count what that takes."""
     counts: Counter[str] = Counter()
     return record(plan.layers, tile, partial(centre_points, plan, counts)), dict(counts)
 
@@ -123,7 +116,7 @@ def camera_rays(plan: RenderPlan, block: Block, pass_: Pass) -> Rays:
 
 
 def centre_points(plan: RenderPlan, counts: Counter[str], block: Block) -> Points:
-    """The points that the rays through the centres of a block's pixels meet."""
+    """The points that the rays through the centres of a block's pixels hit."""
     x0, y0, x1, y1 = block.bounds
     x, y = (index.astype(np.float64) + 0.5 for index in (block.columns, block.rows))
     rays = Rays(
@@ -141,7 +134,7 @@ def centre_points(plan: RenderPlan, counts: Counter[str], block: Block) -> Point
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surfaces:
-    """What is known of the surfaces that N camera rays meet, beside their radiance.
+    """What is known of the surfaces that N camera rays hit, beside their radiance.
 
     Attributes
     ----------
@@ -168,7 +161,7 @@ class Surfaces:
 def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str], surfaces: Surfaces | None = None) -> Floats:
     """Radiance (3, N) along camera rays (N,), over all bounces.
 
-    Into `surfaces` goes what is known of those that the camera rays meet.
+    Into `surfaces` goes what is known of those that the camera rays hit.
 
     A wave's successors are worked on before its neighbours: few wait at a time, and what belongs to one ray
     is added in an order that depends on its own path alone.
@@ -182,17 +175,17 @@ def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str], surfaces: Surfa
         counts[wave.count_as] += wave.rays.t.size
         if wave.depth == 0 and surfaces is not None:
             surfaces.take(points)
-        for spawner in plan.spawners:
-            waves.extend(spawner.run(points, wave))
+        for stage in plan.scattering:
+            waves.extend(stage.run(points, wave))
     return result
 
 
 def local_radiance(plan: RenderPlan, rays: Rays, counts: Counter[str]) -> tuple[Floats, Points]:
-    """Radiance (3, N) of what rays meet without what comes by further rays, and the points met."""
+    """Radiance (3, N) of what rays hit without what comes by further rays, and the points hit."""
     points = intersect(plan, rays)
     result = plan.unshaded.radiance(rays.shapes)
     _count(points, counts)
-    counts["shadow"] += shade(plan, points, plan.lightings)
+    counts["shadow"] += shade(plan, points, [lighting.run for lighting in plan.lightings])
     put(result, points.rays, points.radiance)
     return result, points
 
@@ -212,13 +205,13 @@ def intersect(plan: RenderPlan, rays: Rays, *, lights: bool = True) -> Points:
     return points
 
 
-def shade(plan: RenderPlan, points: Points, lightings: Iterable[LitStage]) -> int:
+def shade(plan: RenderPlan, points: Points, lights: Sequence[Light]) -> int:
     """Let lights work on points, in chunks that make about `PAIRS` pairs; gives the number of shadow rays."""
     rays, step = 0, max(FEWEST_POINTS, PAIRS // plan.light_points)
     for start in range(0, points.count, step):
         chunk = points.between(start, min(start + step, points.count))
-        for lighting in lightings:
-            rays += lighting.run(chunk, workspace())
+        for light in lights:
+            rays += light(chunk, workspace())
     return rays
 
 
@@ -232,7 +225,3 @@ def workspace() -> Workspace:
     if not hasattr(_local, "workspace"):
         _local.workspace = Workspace()
     return _local.workspace
-
-
-def _cpu_seconds() -> float:
-    return time.process_time()

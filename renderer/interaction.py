@@ -1,16 +1,19 @@
-"""Rays of one block, what they meet, and the points to be shaded."""
+"""Rays of one block, what they hit, and the points to be shaded."""
 
+from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass, field, fields
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-from renderer.math.arrays import Floats, Integers, Masks, taken, unit
+from renderer.math.arrays import Floats, Integers, Masks, put, taken, unit
 from renderer.math.streams import Keys
 from renderer.self_intersection import OriginSurfaces
 
 MISS = -1
-"""Shape number of a ray that meets nothing."""
+"""Shape number of a ray that hits nothing."""
 
 EMITTER = 1 << 40
 """Shape numbers from here on name lights that the camera sees."""
@@ -109,7 +112,7 @@ class RayStage(Protocol):
 
 @dataclass(slots=True, eq=False)
 class Points:
-    """Places where rays met shapes: what shading needs of them, M points.
+    """Places where rays hit shapes: what shading needs of them, M points.
 
     Attributes
     ----------
@@ -118,9 +121,9 @@ class Points:
     pixels, samples : (M,) int64
         Those of the ray.
     paths : (M,) uint64
-        Name of the bounces before; 0 where the camera looks at the point.
+        Name of the bounces before; 0 where the camera sees the point.
     path_lengths : (M,) float64
-        Length of the path before the ray, scene units; 0 where the camera looks at the point.
+        Length of the path before the ray, scene units; 0 where the camera sees the point.
     origins : (3, 1) or (3, M) float64
     previous_origins : (3, 1) or (3, M) float64
         The origins, but for rays that went nowhere (`OriginSurfaces.origins_before_hits`).
@@ -157,7 +160,7 @@ class Points:
         What offsets by a sample's share of the pixel, two of them, add to (u, v): coordinate, offset, point.
         None where no stage asked for them.
     doubts : (M,) float64
-        Squared error to expect of the radiance, because what varies within the pixel was met at a few places.
+        Squared error to expect of the radiance, because what varies within the pixel has few samples.
     lookups : int
         Texture look-ups made for the points so far.
     """
@@ -198,6 +201,14 @@ class Points:
         """Number of points M."""
         return self.rays.shape[0]
 
+    def face_rays(self, chosen: Integers, normals: Floats, flipped: Masks) -> Floats:
+        """Set the normals of some points, (3, M), outward ones turned where rays came from behind."""
+        facing = normals * np.where(flipped, -1.0, 1.0)
+        self.flipped[chosen] = flipped
+        put(self.normals, chosen, facing)
+        put(self.shading_normals, chosen, facing)
+        return facing
+
     def previous_origins_at(self, index: Integers) -> Floats:
         """Previous origins of some points, (3, 1) if all share one."""
         every = self.previous_origins
@@ -213,29 +224,24 @@ class Points:
 
     def between(self, start: int, stop: int) -> "Points":
         """The points start..stop as views: what is added to their radiance is added to ours."""
-
-        def cut(name: str) -> Any:
-            value = getattr(self, name)
-            if value is None or isinstance(value, int) or value.shape[-1] == 1:
-                return value
-            return value[..., start:stop]
-
-        return Points(**{item.name: cut(item.name) for item in fields(self)})
+        return self._cut(lambda values: values[..., start:stop])
 
     def part(self, index: Integers) -> "Points":
         """Copies of some points (m,)."""
+        return self._cut(lambda values: np.take(values, index, axis=-1))
 
-        def cut(name: str) -> Any:
-            value = getattr(self, name)
-            if value is None or isinstance(value, int) or value.shape[-1] == 1 != self.count:
-                return value
-            return np.take(value, index, axis=-1)
-
-        return Points(**{item.name: cut(item.name) for item in fields(self)})
+    def _cut(self, cut: Callable[[NDArray[Any]], NDArray[Any]]) -> "Points":
+        """All arrays cut alike, but origins that all points share."""
+        part = copy(self)
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if isinstance(value, np.ndarray) and value.shape[-1] == self.count:
+                setattr(part, item.name, cut(value))
+        return part
 
 
 def points_of(rays: Rays, materials: Integers, *, bent: bool) -> Points:
-    """The points where rays met shapes, with room for what the stages fill in.
+    """The points where rays hit shapes, with room for what the stages fill in.
 
     Parameters
     ----------

@@ -28,18 +28,18 @@ Where both errors are normal with variance s they are independent of each other,
 
 
 def unknown_error(plan: RenderPlan) -> str | None:
-    """Why the passes of a plan of fixed quality tell nothing of its error; None if they do."""
+    """Why the passes of a plan of fixed quality give no estimate of its error; None if they do."""
     pattern = plan.antialiasing.pattern
     if pattern != "random":
         return (
-            f"The camera samples of the pattern {pattern!r} depend on each other, so that passes do not tell "
-            "how far they are from the converged picture. Target quality tells it, and so does the pattern "
-            "'random'."
+            f"The camera samples of the pattern {pattern!r} depend on each other, so that passes do not show "
+            "how far they are from the converged picture. Target quality estimates that, and so does the "
+            "pattern 'random'."
         )
     if any(lighting.emitter.shared and lighting.emitter.extent > 0 for lighting in plan.lightings):
         return (
-            "All camera samples look at the same points of a light, so that no pass tells what lies between "
-            "them. Target quality tells the error, and so do other patterns of light samples than 'uniform'."
+            "All camera samples use the same points of a light, so that no pass shows what lies between "
+            "them. Target quality estimates the error, and so do other patterns than 'uniform'."
         )
     if len(plan.passes) < FEWEST_PASSES:
         return "There is one camera sample in each pixel, and so no other pass to compare it with."

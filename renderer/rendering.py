@@ -13,7 +13,7 @@ from renderer.adaptive.adaptive_render import render_adaptively
 from renderer.arguments import LARGEST_TILE, MOST_WORKERS, check_callable, check_plan, checked_count
 from renderer.compiling import at_quality
 from renderer.convergence import trend
-from renderer.errors import told
+from renderer.errors import tile_errors
 from renderer.film import Image, clamped, compose, enlarge, non_finite
 from renderer.integrator import TileResult, render_tile
 from renderer.layers import LayerBuffers
@@ -40,7 +40,7 @@ class _Picture:
     passes: list[dict[str, Any]] = field(default_factory=list)
 
     def take(self, tile: Tile, pass_: Pass, result: TileResult) -> Image:
-        """Keep a result; gives the tile as it looks now."""
+        """Keep a result; gives the tile so far."""
         self.counts.update(result.counts)
         self.work.update(result.work)
         self.cpu_seconds += result.cpu_seconds
@@ -148,7 +148,7 @@ _Task = tuple[Tile, Pass]
 
 def _attempt(plan: RenderPlan, task: _Task) -> TileResult:
     tile, pass_ = task
-    with told(plan.seed, tile, f"samples {pass_.first}..{pass_.last}"):
+    with tile_errors(plan.seed, tile, f"samples {pass_.first}..{pass_.last}"):
         return render_tile(plan, tile, pass_)
 
 

@@ -1,4 +1,4 @@
-"""What rendering a picture tells while it goes on, and gives at its end."""
+"""What rendering a picture reports while it runs, and gives at its end."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -48,7 +48,7 @@ class RenderResult:
     image : (H, W, 3) float32
         Linear radiance.
     layers : dict of str to (H, W) or (H, W, channels) array
-        What the plan was asked to tell about each pixel beside its colour; float32 or int32.
+        What the plan records about each pixel beside its colour; float32 or int32.
     report : dict
         Seconds, rays, work, samples, numerics and the plan, as `penumbra render --json` prints them.
     """

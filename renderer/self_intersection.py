@@ -1,7 +1,7 @@
 r"""Self-intersection: which side of a surface that it touches a ray begins on, decided without an epsilon.
 
 A hit is rebuilt on its surface, but float64 puts it a rounding above or below that, and likewise above or
-below every surface that meets it in an edge or a corner. Where the computed distance may have either sign,
+below every surface that shares an edge or a corner with it. Where the computed distance may have either sign,
 the path decides instead::
 
              o       q          o: previous origin; q: next hit, or a point of a light
@@ -15,7 +15,7 @@ the path decides instead::
    distance is 0. A convex one is hit again, and shades, only from inside; its normal decides that.
 2. *Another surface within the bound* is touched. The path came from `o` and did not pass it, so x stands on
    the side of o: `NEARER` bounds away, next to nothing, so that a ray which hits it there goes nowhere.
-3. *If o is within its bound too*, nothing tells the sides apart: the distance is 0 and the surface is not
+3. *If o is within its bound too*, nothing distinguishes the sides: the distance is 0 and the surface is not
    hit.
 4. *Beyond the bound* the computed sign holds.
 
@@ -41,7 +41,7 @@ A segment at an angle of 1e-6 to the plane passes it no farther than that roundi
 NEAR = 2.0**-40
 """A ray shorter than this share of its origin's magnitudes ends where it began.
 
-Hundreds of roundings, so that they tell the sides of all planes at its end from a longer one's origin.
+Hundreds of roundings, so that the origin of a longer one is on a definite side of all planes at its end.
 """
 
 
@@ -84,7 +84,7 @@ class OriginSurfaces:
         """Previous origins of the hits of some rays, (3, M): their `origins`, unless they went nowhere.
 
         In a corner of mirrors a ray may end where it began but for rounding, `ways` (3, M) from there: its
-        origin is then on no side of the walls that meet there, and the ray before tells.
+        origin is then on no side of the walls that join there, and the ray before decides.
         """
         near = magnitude(ways) <= NEAR * self.sizes[index]
         return np.where(near, self.previous_origins_at(index), origins)

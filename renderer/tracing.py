@@ -1,6 +1,7 @@
-"""Rays of one's own: what they hit, and how much of each light is seen from there."""
+"""Rays that a caller gives: what they hit, and how much of each light is seen from there."""
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -131,24 +132,16 @@ def _trace_block(
     hits.uv[found] = points.coordinates.T
     hits.shape[found] = points.shapes
     hits.primitive[found] = points.primitives
-    shares = hits.visibility.T
-    shade(plan, points, [_SeenShares(light, seen, block) for light, seen in zip(lights, shares, strict=True)])
+    pairs = zip(lights, hits.visibility.T, strict=True)
+    shade(plan, points, [partial(_fill_shares, light, seen, block) for light, seen in pairs])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _SeenShares:
-    """Stage: fills `seen` (N,) with the share of a light's points that is seen from the hits of rays."""
-
-    light: Lighting
-    seen: Floats
-    block: Integers
-
-    def run(self, points: Points, workspace: Workspace) -> int:
-        """Fill in the shares at some points; gives the number of shadow rays."""
-        view = self.light.view(points, workspace)
-        if view.count:
-            visible = view.above_horizon(view.of_points(points.normals))
-            if view.blocked is not None:
-                visible &= ~view.blocked
-            self.seen[self.block[points.rays[view.chosen]]] = visible.mean(axis=0)
-        return view.count * view.light_points.count
+def _fill_shares(light: Lighting, seen: Floats, block: Integers, points: Points, workspace: Workspace) -> int:
+    """Fill `seen` (N,) with the share of a light's points that is seen from some hits of rays `block`."""
+    view = light.view(points, workspace)
+    if view.count:
+        visible = view.above_horizon(view.of_points(points.normals))
+        if view.blocked is not None:
+            visible &= ~view.blocked
+        seen[block[points.rays[view.chosen]]] = visible.mean(axis=0)
+    return view.count * view.light_points.count

@@ -10,7 +10,7 @@ from renderer.math.streams import branch
 from renderer.self_intersection import OriginSurfaces
 
 KINDS = ("mirror", "reflection", "refraction")
-"""Ways in which a path goes on; the place of each names its random numbers."""
+"""Ways in which a path continues; the place of each names its random numbers."""
 
 COUNTED_AS = {"mirror": "mirror", "reflection": "transmission", "refraction": "transmission"}
 """The kind of ray that the report counts each as."""
@@ -56,7 +56,7 @@ def leaving(
     kind: str,
     faintest: float,
 ) -> tuple[Wave, ...]:
-    """Rays from some of the points that a wave has hit, without those that nobody could see.
+    """Rays from some of the points that a wave has hit, without those that no picture shows.
 
     Parameters
     ----------
@@ -101,8 +101,8 @@ def leaving(
 def _previous_origins(points: Points, start: Integers, outside: Masks) -> Floats:
     """Where the rays before those that leave points `start` (M,) came from, (3, 1) or (3, M).
 
-    A ray that enters at an edge of glass may meet the face beside it at once. When it has passed both, it is
-    on no side of either, and meets them no more.
+    A ray that enters at an edge of glass may hit the face beside it at once. When it has passed both, it is
+    on no side of either, and hits them no more.
     """
     previous = points.previous_origins_at(start)
     if points.previous_origins is points.origins:

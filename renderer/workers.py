@@ -74,7 +74,7 @@ class Workers(Generic[Task, Result]):
     def each(self, tasks: Iterable[Task]) -> Iterator[tuple[Task, Result]]:
         """Do tasks, and give each with its result as soon as that is there.
 
-        Who stops asking before the last result closes the workers: they go on with what they were given.
+        A caller that stops before the last result must close the workers: they continue what they were given.
 
         Raises
         ------
@@ -96,7 +96,7 @@ class Workers(Generic[Task, Result]):
                 yield task, result
 
     def close(self) -> None:
-        """End all workers at once: nobody waits for their tasks any more, which may take minutes."""
+        """End all workers at once: no one waits for their tasks any more, which may take minutes."""
         for process in self._members.values():
             process.kill()
         for connection, process in self._members.items():
@@ -163,7 +163,7 @@ def _deferred() -> Iterator[None]:
 
 
 def _give(connection: Connection, held: deque[Task], waiting: deque[tuple[Task, memoryview]]) -> None:
-    """Give a worker its next task, if there is one and it can be told without waiting for the worker."""
+    """Give a worker its next task, if there is one and sending it does not wait for the worker."""
     if not waiting or (held and len(waiting[0][1]) > SMALL):
         return
     task, message = waiting.popleft()
@@ -192,7 +192,7 @@ def _died() -> RenderError:
 
 def _work(connection: Connection, do: Callable[[Task], Result]) -> None:
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    with suppress(EOFError, BrokenPipeError):  # nobody asks any more
+    with suppress(EOFError, BrokenPipeError):  # the parent has closed the pipe
         while True:
             connection.send(_answer(do, connection.recv()))
 

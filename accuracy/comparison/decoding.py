@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from renderer.assets import changed_filters
 from renderer.errors import ImageFileError, MissingExtraError
 from renderer.images.exr import decode_exr
 from renderer.math.arrays import Floats
-from renderer.warning_filters import changed_filters
 from schemas.limits import how_to_raise, limits_in_force
 
 PNG, NPY, EXR = b"\x89PNG\r\n\x1a\n", b"\x93NUMPY", b"\x76\x2f\x31\x01"

@@ -35,8 +35,7 @@ from accuracy.hard_cases.harness import (
 )
 from accuracy.hard_cases.oracle import Triple, cross, minus, rational, unit
 from accuracy.hard_cases.oracle import dot as exact_dot
-from renderer.cameras import Pinhole, pinhole
-from renderer.cameras.thin_lens import disk
+from renderer.cameras import Pinhole, build_pinhole, disk
 from renderer.math.arrays import Floats, dot
 
 SECTION = Section("Cameras")
@@ -57,7 +56,7 @@ class Pose:
 def basis_of(pose: Pose) -> Floats:
     """Right, up and forward as rows (3, 3), as the renderer finds them."""
     written = {"position": pose.position, "look_at": pose.look_at, "up": pose.up}
-    view = pinhole.build(language.Camera.model_validate(written))
+    view = build_pinhole(language.Camera.model_validate(written))
     return np.hstack((view.right, view.up, view.forward)).T
 
 

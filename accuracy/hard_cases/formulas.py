@@ -7,8 +7,7 @@ import mpmath
 import numpy as np
 
 from accuracy.hard_cases.harness import exact, in_both
-from renderer.cameras import Pinhole
-from renderer.cameras.thin_lens import ThinLens
+from renderer.cameras import Pinhole, ThinLens
 from renderer.math.arrays import Floats, Integers, Masks, Pairs, dot
 
 Triple = Sequence[Pairs]

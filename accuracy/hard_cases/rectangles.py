@@ -113,7 +113,7 @@ def without_area() -> Outcome:
     family = from_edges(np.arange(100), *(part.T.copy() for part in (corners, first, second)))
     rays = rays_of(origins.T.copy(), (corners - origins).T.copy())
     for number in range(100):
-        family.meet(number, rays)
+        family.intersect(number, rays)
     plain = by_dtype(projected_on_edges, (corners, first, second), origins, corners - origins)
     return Outcome(201, accepted + tally(~np.isinf(rays.t)), *(tally(~np.isinf(t)) for t in plain))
 

@@ -74,7 +74,7 @@ def walk(plan: RenderPlan, x: int, y: int) -> tuple[Leg, bool]:
 
 
 def _going_on(plan: RenderPlan, leg: Leg) -> list[tuple[str, Wave]]:
-    waves = [wave for spawner in plan.spawners for wave in spawner.run(leg.points, leg.wave)]
+    waves = [wave for stage in plan.scattering for wave in stage.run(leg.points, leg.wave)]
     return [(_kind(leg.points, wave), wave) for wave in waves]
 
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 class TextbookTriangles(Triangles):
     """Triangles in float32."""
 
-    def meet(self, shape: int, rays: Rays) -> None:
+    def intersect(self, shape: int, rays: Rays) -> None:
         """Hits by Moeller and Trumbore (1997).
 
         Their triple products are turned so that only the direction differs from ray to ray.
@@ -54,7 +54,7 @@ class TextbookTriangles(Triangles):
 class TextbookRectangles(Rectangles):
     """Rectangles in float32."""
 
-    def meet(self, shape: int, rays: Rays) -> None:
+    def intersect(self, shape: int, rays: Rays) -> None:
         """Hits with the plane, projected on edges that are taken for perpendicular."""
         anchor, first, second, normal = (
             part[:, shape : shape + 1] for part in (self.anchors, self.first, self.second, self.normals)
@@ -80,7 +80,7 @@ class TextbookRectangles(Rectangles):
 class TextbookEllipsoids(Ellipsoids):
     """Ellipsoids in float32."""
 
-    def meet(self, shape: int, rays: Rays) -> None:
+    def intersect(self, shape: int, rays: Rays) -> None:
         """Roots of the quadratic a t^2 + 2 b t + c of the ray in the unit sphere's frame."""
         rows = self.inverse[:, :, shape, None]
         relative = rays.origins - self.centers[:, shape, None]

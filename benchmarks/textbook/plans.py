@@ -55,7 +55,7 @@ def factored(plan: RenderPlan) -> RenderPlan:
 
 
 def _with(plan: RenderPlan, for_lights: ForLights) -> RenderPlan:
-    if plan.bent or plan.spawners:
+    if plan.bent or plan.scattering:
         raise ValueError("no textbook formulas for smooth normals, normal maps, mirrors and glass.")
     return dataclasses.replace(
         plan,

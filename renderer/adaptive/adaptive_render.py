@@ -17,7 +17,7 @@ from renderer.adaptive.requests import TileRequest
 from renderer.adaptive.samples import Samples
 from renderer.adaptive.tile_rendering import render_request
 from renderer.adaptive.time_limits import LAST_SECONDS, OutOfTimeError, TimeLimit, reserve
-from renderer.errors import told
+from renderer.errors import tile_errors
 from renderer.film import BRIGHTEST, non_finite
 from renderer.integrator import WORK
 from renderer.layers import LayerBuffers
@@ -171,7 +171,7 @@ class AdaptiveRender:
 
 def attempt(plan: RenderPlan, request: TileRequest) -> Samples | None:
     """Render what is asked of a tile, None if its time is over; errors name the tile."""
-    with told(plan.seed, request.tile, f"levels up to {request.levels.want.max()}"):
+    with tile_errors(plan.seed, request.tile, f"levels up to {request.levels.want.max()}"):
         try:
             return render_request(plan, request)
         except OutOfTimeError:

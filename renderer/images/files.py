@@ -49,9 +49,7 @@ def displayed(image: NDArray[np.floating], display: Display) -> NDArray[np.uint8
 
 def encode_png(image: NDArray[np.floating], display: Display) -> bytes:
     """A PNG file of a linear image (H, W, 3)."""
-    buffer = io.BytesIO()
-    Image.fromarray(displayed(image, display)).save(buffer, format="PNG", compress_level=4)
-    return buffer.getvalue()
+    return _png(Image.fromarray(displayed(image, display)))
 
 
 def encode_thumbnail(image: NDArray[np.floating], display: Display, width: int) -> bytes:
@@ -61,16 +59,18 @@ def encode_thumbnail(image: NDArray[np.floating], display: Display, width: int) 
     """
     small = Image.fromarray(displayed(image, display))
     small.thumbnail((width, image.shape[0]), Image.Resampling.BOX)
+    return _png(small)
+
+
+def _png(picture: Image.Image) -> bytes:
     buffer = io.BytesIO()
-    small.save(buffer, format="PNG", compress_level=4)
+    picture.save(buffer, format="PNG", compress_level=4)
     return buffer.getvalue()
 
 
 def encode_npy(image: NDArray[np.floating]) -> bytes:
     """A NumPy file of a linear image, float32."""
-    buffer = io.BytesIO()
-    np.save(buffer, image.astype(np.float32), allow_pickle=False)
-    return buffer.getvalue()
+    return encode_layer(image.astype(np.float32))
 
 
 def encode_layer(values: NDArray[Any]) -> bytes:

@@ -14,8 +14,7 @@ from renderer.lights.samples import Grid, LightPoints, Scatter
 from renderer.math.arrays import Floats, Integers, column, cross, dot, lengths, magnitude, unit
 from renderer.math.numerics import SURFACE
 from renderer.math.streams import Keys, keys
-from renderer.samplers import FIXED, PATTERNS
-from renderer.samplers.patterns import strata
+from renderer.samplers import FIXED, PATTERNS, strata
 from renderer.shapes.frames import frame_of_normals
 from renderer.shapes.rectangles import edges_of
 from schemas.sampling import LightSampling
@@ -145,54 +144,16 @@ def build_rectangle(
     else:
         centre = column(light.center)
         _, first, second = edges_of(centre, column(light.normal), column(light.tangent), light.size)
-    across, normal = unit(first), unit(cross(unit(first), unit(second)))
-    along = cross(normal, across)
-    orthogonal = abs(dot(second, across).item()) <= SURFACE * lengths(second).item()
-    return Emitter(
-        number=number,
-        centre=centre,
-        first=first,
-        second=second,
-        weight=1.0,
-        across=across,
-        along=along,
-        normal=normal,
-        color=column(light.color),
-        orthogonal=orthogonal,
-        one_sided=not light.two_sided,
-        count=sampling.samples,
-        pattern=sampling.pattern,
-        seed=seed,
-        size=float((magnitude(centre) + magnitude(first) + magnitude(second)).item()),
-    )
-
-
-def _single(number: int, centre: Floats, weight: float, color: Floats, seed: int) -> Emitter:
-    normal = unit(centre) if weight == 0 else column((0.0, 0.0, 1.0))
-    across = frame_of_normals(normal)
-    return Emitter(
-        number=number,
-        centre=centre,
-        first=_NOTHING,
-        second=_NOTHING,
-        weight=weight,
-        across=across,
-        along=cross(normal, across),
-        normal=normal,
-        color=color,
-        orthogonal=True,
-        one_sided=False,
-        count=1,
-        pattern="uniform",
-        seed=seed,
-        size=float(magnitude(centre).item()) if weight else 0.0,
-    )
+    axes = unit(first), unit(cross(unit(first), unit(second)))
+    return _emitter(number, light, sampling, seed, centre, axes, edges=(first, second))
 
 
 def build_point(number: int, light: language.PointLight, sampling: LightSampling, seed: int) -> Emitter:
     """A point light."""
     del sampling
-    return _single(number, column(light.position), 1.0, column(light.color), seed)
+    normal = column((0.0, 0.0, 1.0))
+    axes = frame_of_normals(normal), normal
+    return _emitter(number, light, _ONE_POINT, seed, column(light.position), axes)
 
 
 def build_directional(
@@ -200,4 +161,43 @@ def build_directional(
 ) -> Emitter:
     """A light at infinity."""
     del sampling
-    return _single(number, -unit(column(light.direction)), 0.0, column(light.color), seed)
+    centre = -unit(column(light.direction))
+    normal = unit(centre)
+    axes = frame_of_normals(normal), normal
+    return _emitter(number, light, _ONE_POINT, seed, centre, axes, weight=0.0)
+
+
+_ONE_POINT = LightSampling(pattern="uniform", samples=1)
+
+
+def _emitter(
+    number: int,
+    light: language.Light,
+    sampling: LightSampling,
+    seed: int,
+    centre: Floats,
+    axes: tuple[Floats, Floats],
+    *,
+    edges: tuple[Floats, Floats] = (_NOTHING, _NOTHING),
+    weight: float = 1.0,
+) -> Emitter:
+    """A light with given axes, across and normal."""
+    (first, second), (across, normal) = edges, axes
+    return Emitter(
+        number=number,
+        centre=centre,
+        first=first,
+        second=second,
+        weight=weight,
+        across=across,
+        along=cross(normal, across),
+        normal=normal,
+        color=column(light.color),
+        # Edges that are perpendicular but for rounding may take the shorter formulas of a grid.
+        orthogonal=abs(dot(second, across).item()) <= SURFACE * lengths(second).item(),
+        one_sided=not getattr(light, "two_sided", True),
+        count=sampling.samples,
+        pattern=sampling.pattern,
+        seed=seed,
+        size=weight * float((magnitude(centre) + magnitude(first) + magnitude(second)).item()),
+    )

@@ -12,13 +12,13 @@ from renderer.shapes.rectangles import Rectangles, from_edges
 TIE = 2.0**-40
 """A light this close behind a shape, relative to the distance, lies in it and is seen.
 
-Thousands of roundings wide, a hair to look at.
+Thousands of roundings wide, and far below a pixel.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class LightSurfaces:
-    """Stage: rays that meet visible lights.
+    """Stage: rays that hit visible lights.
 
     Attributes
     ----------
@@ -29,10 +29,10 @@ class LightSurfaces:
     rectangles: Rectangles
 
     def run(self, rays: Rays) -> None:
-        """Let lights take the rays that nothing nearer has met."""
+        """Let lights take the rays that nothing nearer has stopped."""
         behind = rays.anew()
         for light in range(self.rectangles.numbers.size):
-            self.rectangles.meet(light, behind)
+            self.rectangles.intersect(light, behind)
         seen = np.flatnonzero(np.isfinite(behind.t) & (behind.t <= rays.t * (1 + TIE)))
         rays.t[seen] = behind.t[seen]
         rays.shapes[seen] = behind.shapes[seen]
@@ -49,7 +49,7 @@ def build(emitters: list[Emitter]) -> LightSurfaces:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Unshaded:
-    """Radiance of rays that met no shape.
+    """Radiance of rays that hit no shape.
 
     Attributes
     ----------

@@ -173,6 +173,7 @@ class LightView:
     def positive_cosines(self, vectors: Floats) -> Masks | None:
         """Pairs with m . l > 0 for vectors m (3, n); None where all are, with room for rounding."""
         constant, by_u, by_v = terms = self.terms(vectors)
+        # Pair work rounds these terms to float32, and its sums: 2**-18 is 64 such roundings of a term of 1.
         if np.all(constant - np.abs(by_u) / 2 - np.abs(by_v) / 2 > 2.0**-18):
             return None
         return self.light_points.affine(terms, self.pairs("positive"), self.workspace) > 0

@@ -127,6 +127,7 @@ class Highlight:
         """Points whose mirrored viewer sees some place of the light, or nearly so."""
         mirror, emitter = _mirror(view), view.emitter
         spread = np.abs(dot(mirror, emitter.first)) + np.abs(dot(mirror, emitter.second))
+        # Wider by 64 roundings of float32: pair work decides what is nearly at the border.
         return dot(mirror, view.towards) + spread / 2 > -spread * 2.0**-18
 
 

@@ -90,7 +90,7 @@ def magnitude(v: Floats) -> Floats:
 
 
 def vectors(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    """What somebody gives as N vectors, as an array (N, 3) of float64; an empty list is no vectors.
+    """A caller's N vectors as an array (N, 3) of float64; an empty list is no vectors.
 
     Raises
     ------

@@ -4,7 +4,7 @@ from renderer.math.arrays import Integers
 
 
 def codes(columns: Integers, rows: Integers) -> Integers:
-    """Numbers (N,) of cells: the bits of columns and rows (N,) in turns, those of columns lowest.
+    """Numbers (N,) of cells: the bits of columns and rows (N,) interleaved, those of columns lowest.
 
     The lower 16 bits of each count.
     """

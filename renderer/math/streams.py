@@ -14,6 +14,7 @@ Bits = NDArray[np.uint32]
 """32 random bits an element."""
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+"""2**64 over the golden ratio, made odd: the increment of SplitMix64."""
 
 
 def _mixed(key: Keys) -> Keys:
@@ -40,7 +41,7 @@ def keys(seed: int, *counters: NDArray[np.integer] | int) -> Keys:
 
 
 def branch(paths: Keys, kind: int) -> Keys:
-    """Names of paths that go on by a bounce of some kind, (N,); no two histories share one, but by chance."""
+    """Names of paths continued by a bounce of some kind, (N,); no two histories share one, but by chance."""
     with np.errstate(over="ignore"):
         return _mixed(paths + _GOLDEN * np.uint64(kind + 1))
 

@@ -12,10 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from renderer.assets import MISSING, AssetError, AssetSource, content_of, limits_of
+from renderer.assets import MISSING, AssetError, AssetSource, changed_filters, content_of, limits_of
 from renderer.math.arrays import Floats, Integers
 from renderer.meshes import gltf, gltf_packing
-from renderer.warning_filters import changed_filters
 from schemas.file_kinds import recognise
 from schemas.limits import how_to_raise, limits_in_force
 from schemas.quantities import LARGEST
@@ -26,6 +25,7 @@ _OBJ_GROUP = re.compile(rb"(?m)^[ \t]*(?:mtllib|usemtl|o|g|s)(?:[ \t].*)?$")
 # No other mesh format is JSON.
 _JSON = re.compile(rb"(?:\xef\xbb\xbf)?\s*\{")
 _BEGINNING = 1 << 16
+"""Bytes in which the header of a PLY file states its counts: ordinary ones have a few hundred."""
 _FORMATS = "Use OBJ, PLY or glTF (GLB, or .gltf with its buffers)."
 _GLTF = frozenset({"glb", "gltf"})
 
@@ -67,7 +67,7 @@ def glb_of(name: str, content: bytes, assets: AssetSource) -> bytes:
     Raises
     ------
     AssetError
-        If it is damaged, or a buffer cannot be had.
+        If it is damaged, or a buffer cannot be read.
     """
 
     def read(uri: str) -> bytes:
@@ -98,6 +98,7 @@ def needs_other_files(content: bytes, most: int) -> bool:
 
 
 _LONGEST_SHOWN = 100
+"""Characters of a URI in a message; a data URI may have millions."""
 _BESIDE = "Put it beside the mesh, or save the mesh as GLB."
 
 
@@ -172,7 +173,7 @@ def _load(kind: str, content: bytes) -> Any:
         raise AssetError("Reading mesh files needs trimesh: pip install 'penumbra-render[mesh]'.") from error
     try:
         with changed_filters():
-            # NumPy tells by this that an OBJ has words where it should have numbers.
+            # NumPy reports by this that an OBJ has words where it should have numbers.
             warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)
             loaded: Any = trimesh.load(io.BytesIO(content), file_type=kind, process=False)
         return loaded.to_geometry() if isinstance(loaded, trimesh.Scene) else loaded

@@ -13,7 +13,7 @@ from renderer.meshes.gltf import ATTRIBUTES, GltfFile, Json, damage_reported, us
 from renderer.meshes.gltf_containers import embedded, file_name, is_embedded, join_glb
 
 ReadFile = Callable[[str], bytes]
-"""Gives the content of a file that is named relative to the mesh; AssetError where it cannot be had."""
+"""Gives the content of a file that is named relative to the mesh; AssetError where it cannot be read."""
 
 _NODE = ("children", "matrix", "mesh", "rotation", "scale", "translation")
 _ACCESSOR = ("byteOffset", "componentType", "count", "normalized", "type")
@@ -27,7 +27,7 @@ def packed(file: GltfFile, read: ReadFile) -> bytes:
     Raises
     ------
     AssetError
-        If a buffer cannot be had, or is shorter than what is to be in it.
+        If a buffer cannot be read, or is shorter than what is to be in it.
     """
     with damage_reported():
         document, used = file.document, used_accessors(file.document)

@@ -4,15 +4,16 @@ What a scene does not call for is not built: no light without colour, no texture
 highlight of strength 0. What is built carries the lines of the scene that asked for it.
 """
 
+from dataclasses import replace
+
 import schemas.cameras as language
 from renderer import tiling
-from renderer.cameras import Pinhole, pinhole, thin_lens
+from renderer.cameras import Pinhole, build_lens, build_pinhole
 from renderer.halves import lens_in_sequence
+from renderer.layers import LAYERS, Layer
 from renderer.lights import surfaces as light_surfaces
 from renderer.math.arrays import column
-from renderer.plan import cost, lights, overlaps, shapes, surfaces
-from renderer.plan import layers as layer_stages
-from renderer.plan import scattering as spawners
+from renderer.plan import cost, lights, scattering, shapes, surfaces
 from renderer.plan.cost import COSTS
 from renderer.plan.plan import RenderPlan
 from renderer.plan.request import Request
@@ -25,11 +26,14 @@ def build_plan(request: Request) -> RenderPlan:
     shapes.list_geometry(request)
     emitters = lights.emitters(request)
     meetings = [shapes.meeting(request, family, camera) for family in request.families]
-    meetings += overlaps.stages(request)
+    meetings += shapes.overlaps(request)
     visible = lights.visible_lights(request)
     table = surfaces.phong_table(request)
     points, bent = surfaces.surfaces(request, table)
-    bounces = spawners.spawners(request)
+    bounces = scattering.stages(request)
+    lightings = tuple(lights.lighting(request, emitter, table) for emitter in emitters)
+    layers = _layers(request)
+    surfaces.leave_out_unused(request)
     antialiasing = request.sampling.antialiasing
     return RenderPlan(
         scene=request.scene,
@@ -42,8 +46,8 @@ def build_plan(request: Request) -> RenderPlan:
         meetings=tuple(meetings),
         visible_lights=tuple(visible),
         surfaces=tuple(points),
-        lightings=tuple(lights.lighting(request, emitter, table) for emitter in emitters),
-        spawners=bounces,
+        lightings=lightings,
+        scattering=bounces,
         unshaded=light_surfaces.Unshaded(
             column(request.document.background),
             light_surfaces.colors([light.color for light in request.document.lights]),
@@ -51,14 +55,14 @@ def build_plan(request: Request) -> RenderPlan:
         materials=surfaces.material_numbers(request),
         bent=bent,
         dtype=request.dtype,
-        layers=layer_stages.layers(request),
+        layers=layers,
         culling=request.culling,
         numerics={
             "degenerate_dropped": request.geometry.degenerate,
             "retried": request.geometry.retried,
         },
-        entries=tuple(request.listing.entries),
-        left_out=(*request.listing.left_out, *surfaces.unused(request)),
+        entries=tuple(request.entries),
+        left_out=tuple(request.left_out),
     )
 
 
@@ -72,22 +76,35 @@ def _camera(request: Request) -> Pinhole:
     detail = f"rays through {samples.samples} {samples.pattern} places in each pixel"
     if request.target:
         detail = f"rays through {samples.pattern} places in pixels, as many as the error asks for"
-    request.listing.add(
-        "camera rays", "camera", detail, ("/camera",), cost.seconds(request.rays, COSTS.camera)
-    )
+    request.list_stage("camera rays", "camera", detail, ("/camera",), COSTS.camera)
     camera = request.document.camera
     if camera.lens_radius > 0:
         return _lens(request, camera)
     for name in ("lens_radius", "focus_distance"):
         if name in camera.model_fields_set:
-            request.listing.leave_out("camera.lens", "/camera/lens_radius is 0", (f"/camera/{name}",))
-    return pinhole.build(camera)
+            request.leave_out("camera.lens", "/camera/lens_radius is 0", f"/camera/{name}")
+    return build_pinhole(camera)
 
 
 def _lens(request: Request, camera: language.Camera) -> Pinhole:
     """A lens asks for two more sample dimensions."""
-    lens = thin_lens.build(camera, request.sampling.antialiasing, request.sampling.seed)
+    lens = build_lens(camera, request.sampling.antialiasing, request.sampling.seed)
     pointers = tuple(f"/camera/{name}" for name in ("lens_radius", "focus_distance") if getattr(camera, name))
     detail = f"a place on the lens for each ray, in focus at a distance of {lens.focus:.6g}"
-    request.listing.add("lens", "camera.lens", detail, pointers, cost.seconds(request.rays, COSTS.lens))
+    request.list_stage("lens", "camera.lens", detail, pointers, COSTS.lens)
     return lens_in_sequence(lens) if request.target else lens
+
+
+def _layers(request: Request) -> tuple[Layer, ...]:
+    """The layers of a request; those that need to know what a pixel shows ask for rays of their own."""
+    count = request.sampling.antialiasing.samples
+    chosen = tuple(
+        replace(LAYERS[name], ground=count) if name == "samples" else LAYERS[name] for name in request.layers
+    )
+    if any(layer.values for layer in chosen):
+        hits = COSTS.shape * cost.near_shapes(sum(family.numbers.size for family in request.families))
+        each = (COSTS.camera + hits + COSTS.point) / count
+        request.list_stage("rays of layers", "layers", "one ray through the centre of each pixel", each=each)
+    for layer in chosen:
+        request.list_stage(f"layer {layer.name}", f"layers.{layer.name}", layer.detail)
+    return chosen

@@ -15,12 +15,12 @@ class Costs:
     Attributes
     ----------
     camera, lens, shape, point, lookup : float
-        A camera ray, its place on a lens, a ray against a shape that its block may meet, a point's geometry,
+        A camera ray, its place on a lens, a ray against a shape that its block may hit, a point's geometry,
         a texture look-up.
     footprint : float
         What a sample covers in a texture.
     faced, bounce : float
-        A point and a light, apart from pairs; a further ray with all that it meets.
+        A point and a light, apart from pairs; a further ray with all that it hits.
     diffuse, highlight, falloff, shadow : float
         A pair of point and light point.
     raster : float
@@ -49,19 +49,15 @@ class Costs:
 
 
 COSTS = Costs()
+"""Measured by `make bench`, as the first lines of this module say."""
 
 
-def seconds(count: float, nanoseconds: float) -> float:
-    """CPU seconds of `count` elements."""
-    return count * nanoseconds * 1e-9
-
-
-def met(shapes: int) -> float:
+def near_shapes(shapes: int) -> float:
     """Shapes that a block of rays has to be tested against, of so many: near ones, mostly."""
     return min(shapes, 2.0 + shapes / 8.0)
 
 
-def met_in_tree(triangles: int) -> float:
+def through_tree(triangles: int) -> float:
     """Nanoseconds a ray, against that many triangles in a tree."""
     return COSTS.tree * math.log2(triangles)
 

@@ -1,44 +1,51 @@
 """Which module serves which part of the scene language, and all that plan building asks of it.
 
-A kind that lacks something is refused when it is registered, before any scene is read: a shape that nobody
-has told how it casts shadows must not be a picture without them.
+A kind that lacks something is refused when it is registered, before any scene is read: a shape without
+a way to cast shadows must not be a picture without them.
 """
 
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
+
+import numpy as np
+from pydantic import BaseModel
 
 import schemas.lights
 import schemas.shapes
 import schemas.textures
+from renderer.accelerators.boxes import Boxes
+from renderer.accelerators.trees import in_tree, inside_of, tree_of
 from renderer.assets import AssetSource
 from renderer.lights import emitters
 from renderer.lights.emitters import Emitter
 from renderer.lights.falloff import Falloff
-from renderer.plan.occlusion import Occluder, cast_by_ellipsoids, cast_by_polygons, cast_by_triangles
 from renderer.plan.stages import LightStage
 from renderer.shapes import Family, ellipsoids, meshes, rectangles, triangles
 from renderer.shapes.ellipsoids import Ellipsoids
+from renderer.shapes.polygons import FlatFamily
 from renderer.shapes.rectangles import Rectangles
 from renderer.shapes.triangles import Triangles
 from renderer.textures import Texture, checker, heights, mipmap
 from renderer.textures.image import ImageTexture
+from renderer.visibility.ellipsoids import EllipsoidShadows
+from renderer.visibility.polygon_grids import GridPolygonShadows
+from renderer.visibility.polygon_scatter import ScatterPolygonShadows
+from renderer.visibility.solids import SolidShadows
+from renderer.visibility.trees import TreeShadows
 from schemas.unions import members
 
 Color = tuple[float, float, float]
 
+PairType = np.dtype[np.floating]
 
-class Effect(Protocol):
-    """What a table says about one kind."""
-
-    def refuse(self, kind: type) -> str | None:
-        """What does not agree with the class of the scene language, in words; None if all does."""
-        ...
+Occluder = Callable[[Any, Emitter, PairType, bool], list[LightStage]]
+"""Takes a family, a light, the type of pair work and whether to cull."""
 
 
-E = TypeVar("E", bound=Effect)
+E = TypeVar("E")
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +69,7 @@ class ShapeEffect:
     cast: Occluder
     meshed: bool
 
-    def refuse(self, kind: type) -> str | None:
+    def disagreement(self, kind: type[BaseModel]) -> str | None:
         """The methods that the family lacks."""
         del kind
         if not inspect.isabstract(self.family):
@@ -91,10 +98,10 @@ class LightEffect:
     falls_by: str
     surface: bool
 
-    def refuse(self, kind: type) -> str | None:
-        """Fields that the renderer would not look at, or looks for in vain."""
+    def disagreement(self, kind: type[BaseModel]) -> str | None:
+        """A field that only one of scene language and renderer has."""
         for name, served in (("falloff", self.falloff is not None), ("visible", self.surface)):
-            if served != (name in kind.model_fields):  # type: ignore[attr-defined]
+            if served != (name in kind.model_fields):
                 has, lacks = ("renderer", "scene language") if served else ("scene language", "renderer")
                 return f"the {has} has a '{name}' for it, and the {lacks} has none"
         return None
@@ -122,12 +129,8 @@ class TextureEffect:
     heights: Callable[[Any], ImageTexture] | None
     mean: Callable[[Any], Any] | None
 
-    def refuse(self, kind: type) -> None:
-        """Nothing: all is said by the fields."""
-        del kind
 
-
-def registered(union: Any, effects: Mapping[type, E]) -> dict[type, E]:
+def registered(union: Any, effects: Mapping[type[BaseModel], E]) -> dict[type[BaseModel], E]:
     """A table of effects, checked.
 
     Parameters
@@ -146,9 +149,8 @@ def registered(union: Any, effects: Mapping[type, E]) -> dict[type, E]:
     if missing:
         raise TypeError(f"No effect is registered for {_listed(missing)}: add a line in {__name__}.")
     for kind, effect in effects.items():
-        refused = effect.refuse(kind)
-        if refused:
-            raise TypeError(f"{kind.__name__} cannot be registered: {refused}.")
+        if isinstance(effect, ShapeEffect | LightEffect) and (wrong := effect.disagreement(kind)):
+            raise TypeError(f"{kind.__name__} cannot be registered: {wrong}.")
     return dict(effects)
 
 
@@ -169,6 +171,39 @@ def _brighter_field(texture: schemas.textures.CheckerTexture) -> Color:
 
 def _boxed(texture: schemas.textures.CheckerTexture) -> schemas.textures.CheckerTexture:
     return texture.model_copy(update={"filter": "box"})
+
+
+def cast_by_polygons(
+    family: FlatFamily, emitter: Emitter, dtype: PairType, culling: bool
+) -> list[LightStage]:
+    """Shadows of few flat primitives, tested one by one."""
+    kind = GridPolygonShadows if emitter.shared else ScatterPolygonShadows
+    return [kind(family.occluders(), emitter, dtype, culling)]
+
+
+def cast_by_triangles(
+    family: Triangles, emitter: Emitter, dtype: PairType, culling: bool
+) -> list[LightStage]:
+    """Shadows of triangles: few are tested one by one, many through a tree."""
+    if not in_tree(family):
+        return cast_by_polygons(family, emitter, dtype, culling)
+    solids = _cast_by_solids(family, emitter, dtype) if culling else []
+    return [*solids, TreeShadows(family, tree_of(family), emitter, dtype)]
+
+
+def _cast_by_solids(family: Triangles, emitter: Emitter, dtype: PairType) -> list[LightStage]:
+    """What closed meshes hide for sure, of which the tree need not be asked."""
+    solids = [solid for solid in inside_of(family) if emitter.is_apart_from(solid.low, solid.high)]
+    if not solids:
+        return []
+    return [SolidShadows(Boxes.joined([solid.boxes for solid in solids]), emitter, dtype)]
+
+
+def cast_by_ellipsoids(
+    family: Ellipsoids, emitter: Emitter, dtype: PairType, culling: bool
+) -> list[LightStage]:
+    """Shadows of ellipsoids."""
+    return [EllipsoidShadows(family, emitter, dtype, culling)]
 
 
 _TRIANGLE = ShapeEffect(triangles.build, Triangles, cast_by_triangles, meshed=False)

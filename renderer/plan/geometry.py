@@ -1,18 +1,18 @@
 """What is built of a scene whatever its sampling: shapes in families, and textures; plans share it."""
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from renderer.assets import AssetError
-from renderer.cameras import pinhole
+from renderer.assets import AssetError, AssetSource
+from renderer.cameras import build_pinhole
 from renderer.errors import SceneError
-from renderer.plan.effects import SHAPES, ShapeEffect
-from renderer.plan.textures import Textures
+from renderer.plan.effects import SHAPES, TEXTURES, ShapeEffect
 from renderer.scenes import LoadedScene
 from renderer.shapes import Family, displacement
 from renderer.shapes.displacement import Displaced
+from renderer.textures import Texture
+from renderer.textures.heights import Heights
 from schemas.geometry import no_area
 from schemas.materials import PhongMaterial
 from schemas.plans import LeftOut
@@ -20,9 +20,44 @@ from schemas.pointers import escaped
 from schemas.problems import Problem
 from schemas.scene import Scene
 from schemas.shapes import Shape, Triangle
+from schemas.textures import Texture as Written
 
-if TYPE_CHECKING:
-    from renderer.textures.heights import Heights
+
+class Textures:
+    """The textures that have been built from a scene's files, by what the scene says of them."""
+
+    def __init__(self, assets: AssetSource) -> None:
+        self._assets = assets
+        self._built: dict[Written, Texture] = {}
+
+    def named(self, document: Scene, name: str, *, stored: bool) -> Texture:
+        """A texture of a scene; `stored` for data, which is read as the file holds it.
+
+        Raises
+        ------
+        SceneError
+            If its file is missing or no picture.
+        """
+        written = document.textures[name]
+        if stored:
+            written = written.model_copy(update={"encoding": "linear"})
+        try:
+            return self._of(written)
+        except AssetError as error:
+            pointer = f"/textures/{escaped(name)}/asset"
+            raise SceneError((Problem(pointer=pointer, detail=str(error), code="asset"),)) from error
+
+    def _of(self, written: Written) -> Texture:
+        """Two threads may build the same texture; both get one of them in the end."""
+        if written not in self._built:
+            self._built.setdefault(written, TEXTURES[type(written)].build(written, self._assets))
+        return self._built[written]
+
+    def heights(self, document: Scene, name: str, scale: float) -> Heights:
+        """A texture of a scene as heights; raises as `named` does."""
+        effect = TEXTURES[type(document.textures[name])]
+        assert effect.heights is not None, "the scene language takes heights of images alone"
+        return Heights(effect.heights(self.named(document, name, stored=True)), scale)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,7 +77,7 @@ class SceneGeometry:
     left_out : tuple of LeftOut
         Shapes and displacements that nothing is built of.
     degenerate, retried : int
-        Triangles without area, and triangles so thin that exact arithmetic had to tell if they have one.
+        Triangles without area, and triangles so thin that exact arithmetic had to decide if they have one.
     """
 
     families: tuple[Family, ...]
@@ -139,7 +174,7 @@ class _Making:
         if not parts:
             return []
         try:
-            return [displacement.build(parts, pinhole.build(document.camera), self.scene.assets)]
+            return [displacement.build(parts, build_pinhole(document.camera), self.scene.assets)]
         except AssetError as error:
             raise _unusable(error) from error
 

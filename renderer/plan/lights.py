@@ -18,7 +18,6 @@ from renderer.plan.scattering import transparent
 from renderer.plan.stages import Lighting, LightStage
 from renderer.shapes import Family
 from renderer.shapes.family import MARGIN
-from schemas.pointers import escaped
 
 
 def emitter_of(request: Request, number: int) -> Emitter:
@@ -35,14 +34,13 @@ def emitters(request: Request) -> list[Emitter]:
         m for m in map(request.document.materials.get, request.names) if m and (m.diffuse or m.specular)
     ]
     for number, light in enumerate(request.document.lights):
-        pointer, effect = (f"/lights/{number}",), f"lights.{light.type}"
+        pointer, effect = f"/lights/{number}", f"lights.{light.type}"
         if not any(light.color):
-            request.listing.leave_out(effect, f"/lights/{number} is black", pointer)
+            request.leave_out(effect, f"/lights/{number} is black", pointer)
         elif not answering:
-            request.listing.leave_out(effect, "no material that is shown answers light", pointer)
+            request.leave_out(effect, "no material that is shown answers light", pointer)
         elif _unseen(emitter := emitter_of(request, number), request.families):
-            reason = f"/lights/{number} faces away from every shape"
-            request.listing.leave_out(effect, reason, pointer)
+            request.leave_out(effect, f"/lights/{number} faces away from every shape", pointer)
         else:
             shining.append(emitter)
     return shining
@@ -51,7 +49,7 @@ def emitters(request: Request) -> list[Emitter]:
 def _unseen(emitter: Emitter, families: Iterable[Family]) -> bool:
     """Whether a light shines to one side only, and all shapes lie behind its plane.
 
-    Shapes that reach up to the plane within a hair are left to the rule for points (`facing`), which finds
+    Shapes that reach up to the plane within `MARGIN` are left to the rule for points (`facing`), which finds
     them unlit: rounding may put a point beyond its shape.
     """
     if not emitter.one_sided:
@@ -70,14 +68,8 @@ def visible_lights(request: Request) -> list[light_surfaces.LightSurfaces]:
         return []
     seen = [emitter_of(request, i) for i in numbers]
     pointers = tuple(f"/lights/{i}" for i in numbers)
-    price = cost.seconds(request.rays, COSTS.shape * len(numbers))
-    request.listing.add(
-        "visible lights",
-        "lights.rectangle",
-        "rays that meet a light see its flat colour",
-        pointers,
-        price,
-    )
+    detail, each = "rays that hit a light see its flat colour", COSTS.shape * len(numbers)
+    request.list_stage("visible lights", "lights.rectangle", detail, pointers, each)
     return [light_surfaces.build(seen)]
 
 
@@ -86,13 +78,7 @@ def lighting(request: Request, emitter: Emitter, table: Phong) -> Lighting:
     pointer = f"/lights/{emitter.number}"
     effect = f"lights.{request.document.lights[emitter.number].type}"
     detail = f"{emitter.count} {emitter.pattern} points" if emitter.count > 1 else "one point"
-    request.listing.add(
-        f"points of light {emitter.number}",
-        effect,
-        detail,
-        (pointer,),
-        cost.seconds(request.rays, COSTS.faced),
-    )
+    request.list_stage(f"points of light {emitter.number}", effect, detail, (pointer,), COSTS.faced)
     shadows = _shadows(request, emitter)
     terms = [*_falloff(request, emitter, pointer), *_terms(request, emitter, table, pointer)]
     return Lighting(emitter, tuple(shadows), tuple(terms), request.dtype)
@@ -110,15 +96,13 @@ def _shadows(request: Request, emitter: Emitter) -> list[LightStage]:
     """A light asks for shadow rays against every family, unless there is but one shape."""
     pointer = f"/lights/{emitter.number}"
     if _shades_nothing(request):
-        request.listing.leave_out(
-            "shadow rays", "a single convex shape has nothing to cast its shadow on", (pointer,)
-        )
+        request.leave_out("shadow rays", "a single convex shape has nothing to cast its shadow on", pointer)
         return []
     stages = shadow_stages(request, emitter)
     for family in request.families:
-        price = cost.seconds(request.rays, _shading(family, emitter.count))
-        detail = f"shadow rays from points to light {emitter.number}"
-        request.listing.add(f"shadows of {family.plural}", f"shapes.{family.kind}", detail, (pointer,), price)
+        name, detail = f"shadows of {family.plural}", f"shadow rays from points to light {emitter.number}"
+        each = _shading(family, emitter.count)
+        request.list_stage(name, f"shapes.{family.kind}", detail, (pointer,), each)
     return stages
 
 
@@ -144,7 +128,7 @@ def _shades_nothing(request: Request) -> bool:
 
 
 def shadow_stages(request: Request, emitter: Emitter) -> list[LightStage]:
-    """What marks the light points that families of shapes block."""
+    """The stages that mark the light points which families of shapes block."""
     return [
         stage
         for family in request.families
@@ -158,30 +142,25 @@ def _falloff(request: Request, emitter: Emitter, pointer: str) -> list[LightStag
     effect = LIGHTS[type(light)]
     if effect.falloff is None or getattr(light, "falloff", "none") == "none":
         return []
-    price = cost.seconds(request.rays * emitter.count, COSTS.falloff)
-    name, pointers = f"falloff of light {emitter.number}", (f"{pointer}/falloff",)
-    request.listing.add(name, "lights.falloff", effect.falls_by, pointers, price)
+    name, each = f"falloff of light {emitter.number}", COSTS.falloff * emitter.count
+    request.list_stage(name, "lights.falloff", effect.falls_by, (f"{pointer}/falloff",), each)
     return [effect.falloff(emitter)]
 
 
 def _terms(request: Request, emitter: Emitter, table: Phong, pointer: str) -> list[LightStage]:
     terms: list[LightStage] = []
-    pairs = request.rays * emitter.count
-    matt = tuple(f"/materials/{escaped(n)}" for n, s in zip(request.names, table.diffuse, strict=True) if s)
+    matt = request.material_pointers(np.flatnonzero(table.diffuse))
     if matt:
         terms.append(Diffuse(table))
-        price = cost.seconds(pairs, COSTS.diffuse)
-        request.listing.add(
-            "diffuse term", "materials.phong", "cosines at light points", (pointer, *matt), price
-        )
+        detail, each = "cosines at light points", COSTS.diffuse * emitter.count
+        request.list_stage("diffuse term", "materials.phong", detail, (pointer, *matt), each)
     double = np.dtype(np.float64)
     for above, upto, dtype in ((-1.0, SHARP, request.dtype), (SHARP, np.inf, double)):
         shiny = (table.specular > 0) & (table.shininess > above) & (table.shininess <= upto)
-        asking = tuple(f"/materials/{escaped(request.names[i])}" for i in np.flatnonzero(shiny))
+        asking = request.material_pointers(np.flatnonzero(shiny))
         if asking:
             terms.append(Highlight(table, above, upto, dtype))
-            price = cost.seconds(pairs * len(asking) / len(request.names), COSTS.highlight)
-            request.listing.add(
-                "highlights", "materials.phong", f"cosines to powers, {dtype}", (pointer, *asking), price
-            )
+            detail, share = f"cosines to powers, {dtype}", len(asking) / len(request.names)
+            each = COSTS.highlight * emitter.count * share
+            request.list_stage("highlights", "materials.phong", detail, (pointer, *asking), each)
     return terms

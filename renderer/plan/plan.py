@@ -11,7 +11,7 @@ from renderer.layers import Layer
 from renderer.lights.surfaces import LightSurfaces, Unshaded
 from renderer.math.arrays import Integers, Masks
 from renderer.plan.geometry import SceneGeometry
-from renderer.plan.stages import Entry, Illumination, PointStage, Spawner
+from renderer.plan.stages import Entry, Illumination, PointStage, ScatteringStage
 from renderer.scenes import LoadedScene
 from schemas.plans import LeftOut, PlanCost, PlanDocument, PlanStage
 from schemas.quality import Quality
@@ -38,7 +38,7 @@ class Policy(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RenderPlan:
-    """All that rendering a scene needs; made by `compile_scene`, changed by nobody.
+    """All that rendering a scene needs; made by `compile_scene`, never changed.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class RenderPlan:
         For rays: hits with shapes, and lights that the camera sees.
     surfaces, lightings : tuples of stages
         For points, and for points and one light.
-    spawners : tuple of stages
+    scattering : tuple of stages
         Send new rays from points.
     unshaded : Unshaded
     materials : (shapes,) int64
@@ -66,14 +66,14 @@ class RenderPlan:
     dtype : float32 or float64
         Of pair work.
     layers : tuple of Layer
-        What is told about each pixel beside its colour.
+        What is recorded about each pixel beside its colour.
     culling : bool
         Whether conservative tests leave out work; images are the same without them.
     numerics : dict
         `degenerate_dropped`: triangles without area, which are left out. `retried`: triangles so thin that
-        exact arithmetic had to tell if they have one.
+        exact arithmetic had to decide if they have one.
     entries, left_out
-        The plan as told to people.
+        The plan as people read it.
     adaptive : AdaptivePlan or None
         What target quality needs beside it; None for fixed quality.
     """
@@ -89,7 +89,7 @@ class RenderPlan:
     visible_lights: tuple[LightSurfaces, ...]
     surfaces: tuple[PointStage, ...]
     lightings: tuple[Illumination, ...]
-    spawners: tuple[Spawner, ...]
+    scattering: tuple[ScatteringStage, ...]
     unshaded: Unshaded
     materials: Integers
     bent: bool
@@ -149,7 +149,7 @@ class AdaptivePlan:
         How it goes about the picture.
     pilot : RenderPlan or None
         What runs for the pilot sample at the middle of each pixel; None through a lens, where pixels are
-        sampled at once. Its entries tell only what it does in another way than samples.
+        sampled at once. Its entries list only what it does in another way than samples.
     averaged : (shapes,) bool
         Shapes whose textures pilot samples average over the pixel.
     detailed : (shapes,) bool
@@ -187,7 +187,7 @@ class AdaptivePlan:
 
     @property
     def unaveraged(self) -> Masks:
-        """Those of them (K,) of which a pilot sample does not tell the mean over its pixel."""
+        """Those of them (K,) of which a pilot sample does not give the mean over its pixel."""
         return self.needs_sampling | self.textured & ~self.averaged
 
 

@@ -1,16 +1,19 @@
 """What is to be compiled, and the plan in the making."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from renderer.plan.effects import SHAPES, TEXTURES
 from renderer.plan.geometry import SceneGeometry, shown_materials
-from renderer.plan.stages import Listing
+from renderer.plan.stages import Entry
 from renderer.scenes import LoadedScene
 from renderer.shapes import Family
 from renderer.textures import Texture
 from renderer.textures.heights import Heights
+from schemas.plans import LeftOut
+from schemas.pointers import escaped
 from schemas.quality import Quality, TargetQuality
 from schemas.sampling import Antialiasing, LightSampling, Sampling
 from schemas.scene import Scene
@@ -29,11 +32,11 @@ class Request:
     culling : bool
         Whether conservative tests may leave out work.
     layers : tuple of str
-        Names of what shall be told about each pixel beside its colour.
+        Names of what shall be recorded about each pixel beside its colour.
     details : frozenset of str
         Materials whose textures are not looked up at points, but shaded all over pixels.
-    listing : Listing
-        The plan as told to people.
+    entries, left_out : list
+        The plan as people read it, in the making.
     sampling : Sampling
         The scene's own, or what `quality` puts in its place.
     dtype : float32 or float64
@@ -50,7 +53,8 @@ class Request:
     culling: bool
     layers: tuple[str, ...] = ()
     details: frozenset[str] = frozenset()
-    listing: Listing = field(default_factory=Listing)
+    entries: list[Entry] = field(default_factory=list)
+    left_out: list[LeftOut] = field(default_factory=list)
     sampling: Sampling = field(init=False)
     dtype: np.dtype[np.floating] = field(init=False)
     names: list[str] = field(init=False)
@@ -67,13 +71,27 @@ class Request:
 
     @property
     def target(self) -> TargetQuality | None:
-        """The error asked for, if it is one."""
+        """The target quality, if it is one."""
         return self.quality if isinstance(self.quality, TargetQuality) else None
 
     @property
     def document(self) -> Scene:
         """The scene as written."""
         return self.scene.document
+
+    def list_stage(
+        self, name: str, effect: str, detail: str, pointers: tuple[str, ...] = (), each: float = 0.0
+    ) -> None:
+        """List a stage that is expected to cost `each` nanoseconds a camera ray."""
+        self.entries.append(Entry(name, effect, detail, pointers, self.rays * each * 1e-9))
+
+    def material_pointers(self, chosen: Iterable[int], part: str = "") -> tuple[str, ...]:
+        """Pointers to shown materials by their numbers, or to a part of each that begins with ``/``."""
+        return tuple(f"/materials/{escaped(self.names[number])}{part}" for number in chosen)
+
+    def leave_out(self, effect: str, reason: str, *pointers: str) -> None:
+        """List what does not run."""
+        self.left_out.append(LeftOut(effect=effect, pointers=pointers, reason=reason))
 
     @property
     def families(self) -> tuple[Family, ...]:

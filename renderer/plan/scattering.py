@@ -1,31 +1,33 @@
-"""Which materials send rays on: mirrors and glass."""
+"""Which materials send rays on, mirrors and glass, and from which weight on no picture shows a path."""
+
+from collections.abc import Iterator
 
 import numpy as np
 
-from renderer.materials.mirror import MirrorRays
-from renderer.materials.transmission import TransmittedRays
+from renderer.materials.bounces import MirrorRays, TransmittedRays
 from renderer.math.arrays import Floats
-from renderer.plan import cost
-from renderer.plan.brightness import faintest_weight
 from renderer.plan.cost import COSTS
+from renderer.plan.effects import TEXTURES
 from renderer.plan.request import Request
-from renderer.plan.stages import Spawner
+from renderer.plan.stages import ScatteringStage
 from renderer.plan.surfaces import material_numbers
+from schemas.lights import Light
+from schemas.materials import PhongMaterial
 from schemas.pointers import escaped
 
 
-def spawners(request: Request) -> tuple[Spawner, ...]:
+def stages(request: Request) -> tuple[ScatteringStage, ...]:
     """Stages that send rays from points; none where no material that is shown asks for them."""
-    stages: list[Spawner] = []
+    found: list[ScatteringStage] = []
     faintest = faintest_weight(request)
     depths = np.array([request.document.materials[name].max_depth for name in request.names], dtype=np.int64)
     if _asked(request, "mirror", "mirror rays", "what mirrors show", rays=1):
-        stages.append(MirrorRays(_numbers(request, "mirror"), depths, faintest))
+        found.append(MirrorRays(_numbers(request, "mirror"), depths, faintest))
     detail = "refracted rays, and reflected ones by Fresnel's formulas"
     if _asked(request, "transmission", "transmitted rays", detail, rays=3):
         strengths, indices = _numbers(request, "transmission"), _numbers(request, "ior")
-        stages.append(TransmittedRays(strengths, indices, depths, material_numbers(request), faintest))
-    return tuple(stages)
+        found.append(TransmittedRays(strengths, depths, faintest, indices, material_numbers(request)))
+    return tuple(found)
 
 
 def transparent(request: Request) -> bool:
@@ -48,9 +50,67 @@ def _asked(request: Request, part: str, stage: str, detail: str, rays: int) -> b
         if getattr(material, part) > 0:
             asking.append(pointer)
         elif part in material.model_fields_set:
-            request.listing.leave_out(f"materials.phong.{part}", f"{pointer} is 0", (pointer,))
+            request.leave_out(f"materials.phong.{part}", f"{pointer} is 0", pointer)
     if asking:
         share = len(asking) / len(request.names)
-        price = cost.seconds(request.rays * share * rays, COSTS.bounce)
-        request.listing.add(stage, f"materials.phong.{part}", detail, tuple(asking), price)
+        request.list_stage(
+            stage, f"materials.phong.{part}", detail, tuple(asking), COSTS.bounce * share * rays
+        )
     return bool(asking)
+
+
+UNSEEN = 2.0**-24
+"""Half the spacing of float32 at 1: a linear picture cannot show less beside white, nor one of 8 bits less
+than 12 stops below it."""
+
+CHANNELS = range(3)
+
+
+def faintest_weight(request: Request) -> float:
+    """Weight up to which a path ends: all that it can still add is at most `UNSEEN`, dimensionless.
+
+    Where no radiance is above 1 it is `UNSEEN` itself, so that a dark scene keeps its digits. It is 0 where
+    nothing bounds the light: physical falloff grows beyond any number towards the light.
+    """
+    document = request.document
+    if any(_falls(light) for light in document.lights if any(light.color)):
+        return 0.0
+    materials = [document.materials[name] for name in request.names]
+    emitted = [document.background, *(light.color for light in document.lights)]
+    brightest = max([*map(max, emitted), *_scattered(request, materials)])
+    return UNSEEN / max(1.0, brightest * _bounces(materials))
+
+
+def _falls(light: Light) -> bool:
+    return getattr(light, "falloff", "none") == "physical"
+
+
+def _scattered(request: Request, materials: list[PhongMaterial]) -> Iterator[float]:
+    """Greatest radiance by the Phong model of each material, all cosines taken as 1."""
+    document = request.document
+    light = [sum(lamp.color[i] for lamp in document.lights) for i in CHANNELS]
+    for material in materials:
+        color = _brightest_color(request, material)
+        yield max(
+            document.ambient[i] * material.ambient * color[i]
+            + light[i] * (material.diffuse * color[i] + material.specular)
+            for i in CHANNELS
+        )
+
+
+def _brightest_color(request: Request, material: PhongMaterial) -> tuple[float, ...]:
+    """Greatest value of each channel."""
+    if material.color is not None:
+        return material.color
+    texture = request.document.textures[material.color_texture or ""]
+    return TEXTURES[type(texture)].brightest(texture)
+
+
+def _bounces(materials: list[PhongMaterial]) -> float:
+    """Sum of the weights of all places along a path that begins with weight 1.
+
+    A bounce sends on no more than the material's `mirror` and `transmission` together.
+    """
+    share = max((material.mirror + material.transmission for material in materials), default=0.0)
+    deepest = max((material.max_depth for material in materials), default=0)
+    return sum(share**bounce for bounce in range(deepest + 1))

@@ -1,7 +1,7 @@
 """What a plan is made of: stages that run, each with the lines of the scene that asked for it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -12,7 +12,6 @@ from renderer.lights.view import LightView, facing
 from renderer.math.arrays import Integers, taken
 from renderer.waves import Wave
 from renderer.workspace import Workspace
-from schemas.plans import LeftOut
 
 
 class PointStage(Protocol):
@@ -31,11 +30,11 @@ class LightStage(Protocol):
         ...
 
 
-class Spawner(Protocol):
+class ScatteringStage(Protocol):
     """Sends new rays from points."""
 
     def run(self, points: Points, wave: Wave) -> Sequence[Wave]:
-        """Rays that leave the points that a wave has met."""
+        """Rays that leave the points that a wave has hit."""
         ...
 
 
@@ -133,21 +132,3 @@ class Entry:
     detail: str
     pointers: tuple[str, ...]
     seconds: float = 0.0
-
-
-@dataclass(slots=True)
-class Listing:
-    """The plan in the making: its entries, and what was left out."""
-
-    entries: list[Entry] = field(default_factory=list)
-    left_out: list[LeftOut] = field(default_factory=list)
-
-    def add(
-        self, name: str, effect: str, detail: str, pointers: tuple[str, ...], seconds: float = 0.0
-    ) -> None:
-        """Note a stage."""
-        self.entries.append(Entry(name, effect, detail, pointers, seconds))
-
-    def leave_out(self, effect: str, reason: str, pointers: tuple[str, ...] = ()) -> None:
-        """Note what does not run."""
-        self.left_out.append(LeftOut(effect=effect, pointers=pointers, reason=reason))

@@ -1,22 +1,20 @@
-"""What happens at the points that rays have met: colours, normals, ambient light."""
+"""What happens at the points that rays have hit: colours, normals, ambient light."""
 
 import numpy as np
 
-from renderer.cameras import pinhole
+from renderer.cameras import build_pinhole
 from renderer.materials import phong
-from renderer.materials.horizon import Horizon
-from renderer.materials.maps import BumpMap, ColorTexture, NormalMap
+from renderer.materials.maps import BumpMap, ColorTexture, Horizon, NormalMap
 from renderer.materials.phong import Ambient, Colors, Phong
 from renderer.math.arrays import Integers, Masks, column
-from renderer.plan import cost
 from renderer.plan.cost import COSTS
 from renderer.plan.request import Request
 from renderer.plan.shapes import location
-from renderer.plan.stages import Listing, PointStage
+from renderer.plan.stages import PointStage
 from renderer.textures import Texture
 from renderer.textures import footprints as footprint_stage
 from renderer.textures.footprints import Footprints
-from schemas.plans import LeftOut
+from renderer.textures.heights import LOOKUPS_A_SLOPE
 from schemas.pointers import escaped
 
 FILTERING = ("mipmap", "box")
@@ -42,10 +40,9 @@ def surfaces(request: Request, table: Phong) -> tuple[list[PointStage], bool]:
         for family in request.families
     ]
     stages.extend(footprints)
-    pointers = tuple(f"/materials/{escaped(name)}" for name in request.names)
-    request.listing.add(
-        "materials", "materials.phong", "each point takes its material's parameters", pointers
-    )
+    pointers = request.material_pointers(range(len(request.names)))
+    detail = "each point takes its material's parameters"
+    request.list_stage("materials", "materials.phong", detail, pointers)
     stages.append(Colors(table))
     for name, used in _textures_of(request, "color_texture").items():
         stages.append(ColorTexture(_texture(request, name, "color_texture", used), used))
@@ -68,14 +65,10 @@ def _footprints(request: Request) -> list[Footprints]:
     pointers = tuple(
         f"/textures/{escaped(name)}/filter" for name in request.document.textures if name in asking
     )
-    detail = (
-        f"what 1 / {samples} of a pixel covers in textures"
-        if samples > 1
-        else "what a pixel covers in textures"
-    )
-    price = cost.seconds(request.rays, COSTS.footprint)
-    request.listing.add("ray footprints", "textures.footprints", detail, pointers, price)
-    return [footprint_stage.build(pinhole.build(request.document.camera), samples)]
+    share = f"1 / {samples} of a pixel" if samples > 1 else "a pixel"
+    detail = f"what {share} covers in textures"
+    request.list_stage("ray footprints", "textures.footprints", detail, pointers, COSTS.footprint)
+    return [footprint_stage.build(build_pinhole(request.document.camera), samples)]
 
 
 def _textures_of(request: Request, part: str) -> dict[str, Masks]:
@@ -90,13 +83,12 @@ def _textures_of(request: Request, part: str) -> dict[str, Masks]:
 
 def _texture(request: Request, name: str, part: str, used: Masks) -> Texture:
     texture = request.document.textures[name]
-    asking = tuple(f"/materials/{escaped(request.names[i])}/{part}" for i in np.flatnonzero(used))
+    asking = request.material_pointers(np.flatnonzero(used), f"/{part}")
     detail = "colours by texture coordinates" if part == "color_texture" else "bends shading normals"
-    price = cost.seconds(request.rays / len(request.names), COSTS.lookup * len(asking))
+    each = COSTS.lookup * len(asking) / len(request.names)
     effect = f"textures.{texture.type}" if part == "color_texture" else "materials.phong.normal_map"
-    request.listing.add(
-        f"{part.replace('_', ' ')} {name}", effect, detail, (f"/textures/{escaped(name)}", *asking), price
-    )
+    stage, pointers = f"{part.replace('_', ' ')} {name}", (f"/textures/{escaped(name)}", *asking)
+    request.list_stage(stage, effect, detail, pointers, each)
     return request.texture(name, stored=part == "normal_map")
 
 
@@ -111,17 +103,15 @@ def _bumps(request: Request) -> list[BumpMap]:
             used.setdefault((material.bump_map, material.bump_height), []).append(i)
         elif material.bump_map is not None:
             pointer = f"/materials/{escaped(name)}/bump_height"
-            request.listing.leave_out("materials.phong.bump_map", "its height is 0", (pointer,))
+            request.leave_out("materials.phong.bump_map", "its height is 0", pointer)
     return [_bump(request, name, height, materials) for (name, height), materials in used.items()]
 
 
 def _bump(request: Request, name: str, height: float, materials: list[int]) -> BumpMap:
-    asking = tuple(f"/materials/{escaped(request.names[i])}/bump_map" for i in materials)
-    price = cost.seconds(request.rays / len(request.names), 4 * COSTS.lookup * len(asking))
-    pointers = (f"/textures/{escaped(name)}", *asking)
-    request.listing.add(
-        f"bump map {name}", "materials.phong.bump_map", "tilts shading normals by heights", pointers, price
-    )
+    asking = request.material_pointers(materials, "/bump_map")
+    each = LOOKUPS_A_SLOPE * COSTS.lookup * len(asking) / len(request.names)
+    detail, pointers = "tilts shading normals by heights", (f"/textures/{escaped(name)}", *asking)
+    request.list_stage(f"bump map {name}", "materials.phong.bump_map", detail, pointers, each)
     return BumpMap(request.heights(name, height), np.isin(np.arange(len(request.names)), materials))
 
 
@@ -138,22 +128,18 @@ def _horizon(request: Request) -> list[Horizon]:
     if not asking:
         return []
     detail = "shading normals that point away from the viewer are bent to the horizon"
-    request.listing.add("normals at the horizon", "materials.phong", detail, tuple(asking))
+    request.list_stage("normals at the horizon", "materials.phong", detail, tuple(asking))
     return [Horizon()]
 
 
 def _ambient(request: Request, table: Phong) -> list[Ambient]:
-    asking = tuple(
-        f"/materials/{escaped(name)}"
-        for name, share in zip(request.names, table.ambient, strict=True)
-        if share
-    )
+    asking = request.material_pointers(np.flatnonzero(table.ambient))
     if not any(request.document.ambient):
-        request.listing.leave_out("ambient", "/ambient is black", ("/ambient",))
+        request.leave_out("ambient", "/ambient is black", "/ambient")
     elif not asking:
-        request.listing.leave_out("ambient", "no material that is shown answers ambient light", ("/ambient",))
+        request.leave_out("ambient", "no material that is shown answers ambient light", "/ambient")
     else:
-        request.listing.add("ambient term", "ambient", "light from everywhere", ("/ambient", *asking))
+        request.list_stage("ambient term", "ambient", "light from everywhere", ("/ambient", *asking))
         return [Ambient(table, column(request.document.ambient))]
     return []
 
@@ -169,17 +155,14 @@ def material_numbers(request: Request) -> Integers:
     return np.array([numbers[shape.material] for shape in request.document.shapes], dtype=np.int64)
 
 
-def unused(request: Request) -> list[LeftOut]:
-    """Materials and textures that no shape shows."""
-    listing = Listing()
+def leave_out_unused(request: Request) -> None:
+    """List materials and textures that no shape shows."""
     for name in request.document.materials:
         if name not in request.names:
-            listing.leave_out(
-                "materials.phong", "no shape has this material", (f"/materials/{escaped(name)}",)
-            )
+            reason = "no shape has this material"
+            request.leave_out("materials.phong", reason, f"/materials/{escaped(name)}")
     parts = {name for part in TEXTURED for name in _textures_of(request, part)}
     for name, texture in request.document.textures.items():
         if name not in parts:
             reason = "no material that is shown uses this texture"
-            listing.leave_out(f"textures.{texture.type}", reason, (f"/textures/{escaped(name)}",))
-    return listing.left_out
+            request.leave_out(f"textures.{texture.type}", reason, f"/textures/{escaped(name)}")

@@ -1,4 +1,4 @@
-"""Shapes in families: all shapes of one kind as arrays, met by blocks of rays."""
+"""Shapes in families: all shapes of one kind as arrays, intersected with blocks of rays."""
 
 from renderer.shapes.family import Family
 

@@ -1,7 +1,7 @@
 """Displaced surfaces: fine meshes whose vertices are moved along the normal by a height map.
 
 Cracks cannot open: vertices at one place share one normal and one height, the means over the faces that
-meet there, and so do shapes along a border that they share (`borders`). What the shape was shaded with stays,
+share it, and so do shapes along a border that they share (`borders`). What the shape was shaded with stays,
 and is turned as the relief turns the surface, so that a smooth mesh stays smooth, a flat one keeps its edges,
 and flat heights give the picture without them.
 """
@@ -184,7 +184,7 @@ def _rectangle(shape: language.Rectangle | language.Parallelogram) -> Surface:
 
 
 def _subdivided(surface: Surface, normals: Floats, count: int, *, smooth: bool) -> Patch:
-    """Every triangle cut into n * n, the same n for all, so that neighbours keep meeting at vertices.
+    """Every triangle cut into n * n, the same n for all, so that neighbours keep sharing vertices.
 
     A vertex on an edge is the sum of two products, in whichever triangle: the same bits from both sides.
     """
@@ -246,6 +246,7 @@ def _pixels(start: Floats, end: Floats, camera: Pinhole) -> Floats:
     """Lengths of segments as the camera sees them from the nearer end, pixels."""
     nearest = np.minimum(lengths(start - camera.position), lengths(end - camera.position))
     length = lengths(end - start)
+    # An edge through the camera would be infinitely many pixels long.
     away = np.maximum(nearest, length / 64)
     return length / np.where(away > 0, away, 1.0) / (2 * camera.half_height) * camera.height
 

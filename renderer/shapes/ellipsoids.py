@@ -69,7 +69,7 @@ class Ellipsoids(Family):
         return np.stack([dot(vectors, row) for row in rows])
 
     def holds(self, place: Floats) -> bool:
-        """Whether a place (3, 1) is inside of an ellipsoid or, within a hair, on it."""
+        """Whether a place (3, 1) is inside of an ellipsoid or, within `MARGIN`, on it."""
         return any(
             lengths(self.to_sphere(place - self.centers[:, shape, None], shape)).item() < 1 + MARGIN
             for shape in range(self.numbers.size)
@@ -91,7 +91,7 @@ class Ellipsoids(Family):
         """None."""
         return 0
 
-    def meet(self, shape: int, rays: Rays) -> None:
+    def intersect(self, shape: int, rays: Rays) -> None:
         """Hits from the closest approach to the centre (Haines et al., Ray Tracing Gems, ch. 7).
 
         The part of the origin across the ray is projected twice: once leaves the rounding of a long
@@ -145,9 +145,9 @@ class Ellipsoids(Family):
     def _departed(
         self, shape: int, start: OriginSurfaces, found: Integers, power: Floats
     ) -> tuple[Floats, Masks]:
-        """Powers whose sign holds, 0 for the rays that leave this ellipsoid, and which rays may meet it.
+        """Powers whose sign holds, 0 for the rays that leave this ellipsoid, and which rays may hit it.
 
-        A ray that leaves it meets it again only from inside, at the far root.
+        A ray that leaves it hits it again only from inside, at the far root.
         """
         own = start.shapes[found] == self.numbers[shape]
         previous = start.previous_origins_at(found) - self.centers[:, shape, None]
@@ -159,17 +159,12 @@ class Ellipsoids(Family):
 
     def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
         """Positions put back on the sphere, normals by the inverse transposed, never by the axes."""
-        direction = taken(points.directions, chosen)
         where = self._on_sphere(points, chosen, shapes)
         axes, inverse = taken(self.axes, shapes), taken(self.inverse, shapes)
         centers = taken(self.centers, shapes)
         put(points.positions, chosen, centers + where[0] * axes[0] + where[1] * axes[1] + where[2] * axes[2])
         normals = unit(where[0] * inverse[0] + where[1] * inverse[1] + where[2] * inverse[2])
-        flipped = dot(direction, normals) > 0
-        points.flipped[chosen] = flipped
-        facing = normals * np.where(flipped, -1.0, 1.0)
-        put(points.normals, chosen, facing)
-        put(points.shading_normals, chosen, facing)
+        points.face_rays(chosen, normals, dot(taken(points.directions, chosen), normals) > 0)
         put(points.coordinates, chosen, taken(points.hits, chosen))
 
     def _on_sphere(self, points: Points, chosen: Integers, shapes: Integers) -> Floats:
@@ -212,7 +207,7 @@ class Ellipsoids(Family):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Lines:
-    """N lines in the frame of a unit sphere: unit directions, and the length these had.
+    """N lines in the frame of a unit sphere: unit directions, and their lengths before.
 
     `along` is the origin's part along the line; `across`, the other part, is the line's place closest to the
     centre, at the distance `closest`.

@@ -1,4 +1,4 @@
-"""What every family of shapes can do, and which of its shapes a block of rays may meet."""
+"""What every family of shapes can do, and which of its shapes a block of rays may hit."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields
@@ -11,7 +11,7 @@ from renderer.interaction import Points, Rays
 from renderer.math.arrays import Floats, Integers, Masks
 
 MARGIN = 2.0**-40
-"""Relative margin of conservative tests: thousands of roundings wide, a hair to look at."""
+"""Relative margin of conservative tests: thousands of roundings wide, and far below a pixel."""
 
 
 WHOLE = np.zeros(1, dtype=np.int64)
@@ -42,7 +42,7 @@ class Outline:
         return cls(along(camera.right), along(camera.up), forward, camera.blur(forward))
 
     def inside(self, screen: Floats) -> Masks:
-        """Shapes that rays through a part of the screen may meet, (K,); never leaves one out that they do.
+        """Shapes that rays through a part of the screen may hit, (K,); never leaves one out that they do.
 
         A ray through (x, y) keeps right = x * forward and up = y * forward, give or take the blur. If all
         corners of a hull lie beyond it on one side of a plane that bounds all rays, so does every point of
@@ -142,7 +142,7 @@ class Family(ABC):
 
     @abstractmethod
     def count_retried(self) -> int:
-        """Number of primitives so thin that exact arithmetic had to tell if they have an area."""
+        """Number of primitives so thin that exact arithmetic had to decide if they have an area."""
 
     def reach(self, direction: Floats) -> Floats:
         """Greatest value of direction . x over the places x of each shape, (K,), for a vector (3, 1).
@@ -154,7 +154,7 @@ class Family(ABC):
         return along.max(axis=0)
 
     @abstractmethod
-    def meet(self, shape: int, rays: Rays) -> None:
+    def intersect(self, shape: int, rays: Rays) -> None:
         """Offer the rays their hits with one shape of the family."""
 
     @abstractmethod
@@ -184,13 +184,13 @@ class Meeting:
     outline: Outline | None
 
     def run(self, rays: Rays) -> None:
-        """Offer hits with every shape of the family that the block may meet."""
+        """Offer hits with every shape of the family that the block may hit."""
         if self.outline is None or rays.screen is None:
             candidates = np.arange(self.family.numbers.shape[0])
         else:
             candidates = np.flatnonzero(self.outline.inside(rays.screen))
         for shape in candidates.tolist():
-            self.family.meet(shape, rays)
+            self.family.intersect(shape, rays)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -35,9 +35,7 @@ def frame_of_texture(vertices: Floats, texture: Floats, normals: Floats) -> tupl
     (3, N) float64, (N,) bool
         A triangle without area in the texture, or whose tangent is all but parallel to the normal, has none.
     """
-    first, second = vertices[1] - vertices[0], vertices[2] - vertices[0]
-    du, dv = texture[1] - texture[0], texture[2] - texture[0]
-    turn = du[0] * dv[1] - du[1] * dv[0]
+    first, second, du, dv, turn = _edges(vertices, texture)
     gradient = (first * dv[1] - second * du[1]) * np.where(turn < 0, -1.0, 1.0)
     along = unit(gradient)
     rest = along - normals * dot(along, normals)
@@ -53,8 +51,13 @@ def derivatives_of_texture(vertices: Floats, texture: Floats) -> tuple[Floats, F
         Vertex, coordinate, point.
     texture : (3, 2, N) float64
     """
-    first, second = vertices[1] - vertices[0], vertices[2] - vertices[0]
-    du, dv = texture[1] - texture[0], texture[2] - texture[0]
-    turn = du[0] * dv[1] - du[1] * dv[0]
+    first, second, du, dv, turn = _edges(vertices, texture)
     share = np.where(turn != 0, 1 / np.where(turn != 0, turn, 1.0), 0.0)
     return (first * dv[1] - second * du[1]) * share, (second * du[0] - first * dv[0]) * share
+
+
+def _edges(vertices: Floats, texture: Floats) -> tuple[Floats, ...]:
+    """Two edges in space, the same in the texture, and twice the signed area that they span there."""
+    first, second = vertices[1] - vertices[0], vertices[2] - vertices[0]
+    du, dv = texture[1] - texture[0], texture[2] - texture[0]
+    return first, second, du, dv, du[0] * dv[1] - du[1] * dv[0]

@@ -134,11 +134,12 @@ def _refuse_too_many(number: int, shape: language.Mesh | language.MeshFile, tota
 def triangles_of(number: int, vertices: Floats, surface: Surface, *, smooth: bool) -> Triangles:
     """The triangles of one mesh whose vertices have been placed.
 
-    Those without area stay as points, so that primitive numbers are those of the file; nothing meets them.
+    Those without area stay as points, so that primitive numbers are those of the file; nothing hits them.
     """
     rows = surface.triangles
     corners = np.stack([np.take(vertices, row, axis=1) for row in rows])
     thin = too_thin_to_tell(corners)
+    # A rounding beside the line they would be slivers that rays hit; as points nothing does.
     corners = np.where(_without_area(corners, surface, thin), corners[0], corners)
     normals = unit_normals(corners)
     count = rows.shape[1]

@@ -1,8 +1,8 @@
-"""Flat shapes that overlap in one plane: which of them is seen must not hang on a rounding.
+"""Flat shapes that overlap in one plane: which of them is seen must not depend on a rounding.
 
-Rays meet such shapes at distances that are equal but for rounding, each formed by another formula. The
+Rays hit such shapes at distances that are equal but for rounding, each formed by another formula. The
 nearest would be the one in some pixels and the other in their neighbours. So the first of the scene is taken
-wherever a ray meets it and one that lies in its plane.
+wherever a ray hits it and one that lies in its plane.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,19 +22,19 @@ class First:
 
     Attributes
     ----------
-    meet : callable
+    intersect : callable
         Offers rays their hits with it.
     before : (P + 1,) bool
         Which flat primitives of the scene it comes before; the last entry stands for all that is not flat.
     """
 
-    meet: Callable[[Rays], None]
+    intersect: Callable[[Rays], None]
     before: Masks
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Overlaps:
-    """Stage: rays that have met one of several shapes in one plane are given the first of them.
+    """Stage: rays that have hit one of several shapes in one plane are given the first of them.
 
     Attributes
     ----------
@@ -47,18 +47,18 @@ class Overlaps:
     firsts: tuple[First, ...]
 
     def run(self, rays: Rays) -> None:
-        """Ask for hits with what comes first, where something is met that it comes before."""
-        met = self.places[rays.shapes] + rays.primitives
+        """Ask for hits with what comes first, where something is hit that it comes before."""
+        hit = self.places[rays.shapes] + rays.primitives
         for first in self.firsts:
-            if not first.before[met].any():
+            if not first.before[hit].any():
                 continue
             again = rays.anew()
-            first.meet(again)
-            taken = np.flatnonzero(np.isfinite(again.t) & first.before[met])
+            first.intersect(again)
+            taken = np.flatnonzero(np.isfinite(again.t) & first.before[hit])
             rays.t[taken], rays.shapes[taken] = again.t[taken], again.shapes[taken]
             rays.primitives[taken] = again.primitives[taken]
             rays.coordinates[:, taken] = again.coordinates[:, taken]
-            met[taken] = self.places[rays.shapes[taken]] + rays.primitives[taken]
+            hit[taken] = self.places[rays.shapes[taken]] + rays.primitives[taken]
 
 
 def places_of(families: Sequence[FlatFamily], shapes: int) -> Integers:
@@ -97,7 +97,7 @@ def overlapping(some: FlatFamily, others: FlatFamily) -> tuple[Integers, Integer
 
 
 def _near(some: FlatFamily, which: int, others: FlatFamily, low: Floats, high: Floats) -> Integers:
-    """Other primitives whose bounds (3, K) meet those of one, and that lie in its plane."""
+    """Other primitives whose bounds (3, K) overlap those of one, and that lie in its plane."""
     corners = some.corners()[:, :, which]
     room = SURFACE * (some.sizes[which] + others.sizes)
     begin, end = corners.min(axis=0)[:, None] - room, corners.max(axis=0)[:, None] + room

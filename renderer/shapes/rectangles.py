@@ -74,12 +74,12 @@ class Rectangles(FlatFamily):
         """The four sides."""
         return (0, 1), (0, 2), (1, 3), (2, 3)
 
-    def meet(self, shape: int, rays: Rays) -> None:
+    def intersect(self, shape: int, rays: Rays) -> None:
         """Hits by triple products.
 
         Projection on the edges would be wrong where they are not perpendicular, even by a rounding.
-        The border is wider by what rounding can move it, so that rectangles that meet at an edge leave no
-        gap, in whichever form they are given. A start closer to the plane than rounding can tell is on it,
+        The border is wider by what rounding can move it, so that rectangles that share an edge leave no
+        gap, in whichever form they are given. A start closer to the plane than rounding decides is on it,
         and on it is no hit, unless the ray before came from the other side (`self_intersection`).
         """
         anchor, first, second, product = (
@@ -92,6 +92,7 @@ class Rectangles(FlatFamily):
         span = np.abs(slope)
         u, v = -side * dot(moment, second), side * dot(moment, first)
         depth = -side * dot(from_anchor, product)
+        # A difference, a product of two edges and a sum of three: at most eight roundings lead to the depth.
         rounding = gamma(8) * dot(np.abs(from_anchor), _absolute_cross(first, second))
         if rays.origin_surfaces is not None:
             start = rays.origin_surfaces
@@ -121,10 +122,7 @@ class Rectangles(FlatFamily):
         put(points.positions, chosen, places)
         put(points.coordinates, chosen, hits)
         flipped = dot(taken(points.directions, chosen), taken(self.products, shapes)) > 0
-        points.flipped[chosen] = flipped
-        facing = taken(self.normals, shapes) * np.where(flipped, -1.0, 1.0)
-        put(points.normals, chosen, facing)
-        put(points.shading_normals, chosen, facing)
+        points.face_rays(chosen, taken(self.normals, shapes), flipped)
 
     def frame(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
         """Directions of the edges."""

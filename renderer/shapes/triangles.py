@@ -1,4 +1,4 @@
-"""Triangles, met by the watertight test of Woop, Benthin and Wald (2013)."""
+"""Triangles, intersected by the watertight test of Woop, Benthin and Wald (2013)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ class Triangles(FlatFamily):
     smooth : (K,) bool
         Whether the vertex normals were given.
     retried : (K,) bool
-        Whether exact arithmetic was asked for its area.
+        Whether exact arithmetic decided that it has an area.
     texture : (3, 2, K) float64
         Texture coordinates of the vertices; (0,0), (1,0), (0,1) unless given.
     """
@@ -50,7 +50,7 @@ class Triangles(FlatFamily):
         """The three sides."""
         return (0, 1), (1, 2), (2, 0)
 
-    def meet(self, shape: int, rays: Rays) -> None:
+    def intersect(self, shape: int, rays: Rays) -> None:
         """Hits with one triangle."""
         one = slice(shape, shape + 1)
         start = None
@@ -71,10 +71,7 @@ class Triangles(FlatFamily):
         put(points.coordinates, chosen, _mean(self.texture, shapes, weights))
         normals = taken(self.normals, shapes)
         flipped = dot(taken(points.directions, chosen), normals) > 0
-        facing = normals * np.where(flipped, -1.0, 1.0)
-        points.flipped[chosen] = flipped
-        put(points.normals, chosen, facing)
-        put(points.shading_normals, chosen, facing)
+        facing = points.face_rays(chosen, normals, flipped)
         if points.bent:
             smooth = unit(_mean(self.vertex_normals, shapes, weights)) * np.where(flipped, -1.0, 1.0)
             put(points.shading_normals, chosen, np.where(self.smooth[shapes], smooth, facing))
@@ -150,7 +147,7 @@ def unit_normals(vertices: Floats) -> Floats:
 
 
 def too_thin_to_tell(vertices: Floats) -> Masks:
-    """Triangles (K,) of which float64 alone cannot tell if they have an area; exact arithmetic has to."""
+    """Triangles (K,) of which float64 alone cannot decide if they have an area; exact arithmetic has to."""
     a, b, c = vertices
     return lengths(cross(unit(b - a), unit(c - a))) <= CLEARLY_AN_AREA
 

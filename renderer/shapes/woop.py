@@ -36,7 +36,7 @@ class Start:
     Attributes
     ----------
     own : (P,) bool
-        Whether the ray leaves this very triangle, which it then never meets.
+        Whether the ray leaves this very triangle, which it then never hits.
     previous_origins : (3, P) or (3, 1) float64
     sizes : (P,) float64
         Magnitudes that formed origin and triangle, scene units.

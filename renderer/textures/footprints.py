@@ -1,6 +1,6 @@
 """How much of a texture a sample stands for: ray differentials (Igehy 1999).
 
-A sample stands for its share of the pixel, 1 / sqrt(samples) of each side. Rays offset by that share meet the
+A sample stands for its share of the pixel, 1 / sqrt(samples) of each side. Rays offset by that share hit the
 tangent plane of the point apart from it, by derivatives in u and v. Only textures that filter ask for this.
 """
 
@@ -36,14 +36,14 @@ class Footprints:
 
     def run(self, points: Points) -> None:
         """Give the points their footprints."""
-        looks = points.paths == 0
+        seen = points.paths == 0
         width = np.sqrt(lengths(self.across) * lengths(self.along))
         size = width * (points.path_lengths + points.t * lengths(points.directions))
         beside = frame_of_normals(points.viewers)
         above = cross(points.viewers, beside)
         offsets = (
-            np.where(looks, points.t * self.across, size * beside),
-            np.where(looks, points.t * self.along, size * above),
+            np.where(seen, points.t * self.across, size * beside),
+            np.where(seen, points.t * self.along, size * above),
         )
         points.footprints = np.stack(
             [_in_texture(points, _on_plane(points, part)) for part in offsets], axis=1

@@ -57,6 +57,7 @@ class ImageTexture:
     def _texel(self, coordinate: Floats, size: int) -> Floats:
         """Place in texels, reduced to two periods first so that a large coordinate keeps its digits."""
         if self.wrap == "clamp":
+            # Beyond a period to either side nothing changes, and whole numbers stay small enough for int64.
             return np.clip(coordinate, -1.0, 2.0) * size
         return (coordinate - 2 * np.floor(coordinate / 2)) * size
 

@@ -6,7 +6,7 @@ import numpy as np
 
 import renderer
 from accuracy.comparison.diagnosis import Cause
-from renderer.cameras import pinhole
+from renderer.cameras import build_pinhole
 from renderer.math.arrays import Floats, Masks
 from renderer.scenes import LoadedScene
 from schemas.quality import FixedQuality
@@ -56,7 +56,7 @@ def penumbrae(scene: LoadedScene) -> Masks:
         light=LightSampling(pattern="uniform", samples=POINTS),
     )
     camera = scene.document.camera
-    eye = pinhole.build(camera)
+    eye = build_pinhole(camera)
     y, x = np.mgrid[: camera.height, : camera.width].reshape(2, -1) + 0.5
     directions = eye.directions(x, y).T
     origins = np.broadcast_to(eye.position.T, directions.shape)

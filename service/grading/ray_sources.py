@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.cameras import pinhole
+from renderer.cameras import build_pinhole
 from renderer.math.arrays import Floats
 from schemas.cameras import Camera
 from schemas.manifests import BallRays, CameraRays, Rays, RaysFile
@@ -59,7 +59,7 @@ def _of_file(name: str, folder: Folder) -> RayList:
 
 def _of_camera(source: CameraRays, camera: Camera) -> RayList:
     """Through the centres of a grid over the picture; directions have length 1."""
-    eye = pinhole.build(camera)
+    eye = build_pinhole(camera)
     columns = (np.arange(source.width) + 0.5) * (camera.width / source.width)
     rows = (np.arange(source.height) + 0.5) * (camera.height / source.height)
     y, x = (grid.ravel() for grid in np.meshgrid(rows, columns, indexing="ij"))

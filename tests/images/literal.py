@@ -228,7 +228,7 @@ class Drawing:
     def nearest(self, origin: V, direction: V, left: int) -> tuple[float, int]:
         """Distance and number of the nearest shape; `left` is the shape that the ray leaves, or -1.
 
-        A plane is not met by the rays that leave it, and an ellipsoid not where they do.
+        A plane is not hit by the rays that leave it, nor an ellipsoid where they do.
         """
         nearest, number = math.inf, -1
         for i, surface in enumerate(self.surfaces):

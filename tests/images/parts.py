@@ -1,35 +1,24 @@
 """Parts of scenes as a user writes them, and the short way from a scene to its pixels."""
 
-import io
 from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 import renderer
+from accuracy.hard_cases.harness import DOUBLE, SINGLE, Files, png
 from renderer.integrator import camera_rays, radiance
 from renderer.tiling import blocks
 from schemas.quality import FixedQuality
 from schemas.tiles import Pass, Tile
 
-DOUBLE = FixedQuality(mode="fixed", precision="double")
-SINGLE = FixedQuality(mode="fixed", precision="single")
+__all__ = ["DOUBLE", "SINGLE", "Files", "image_of", "plan_of", "png", "same", "samples_of"]
 
 
-class Files(dict[str, bytes]):
-    """Files in memory, as an asset source."""
-
-    def read(self, name: str) -> bytes:
-        return self[name]
-
-
-def png(codes: NDArray[np.uint8]) -> bytes:
-    buffer = io.BytesIO()
-    Image.fromarray(codes).save(buffer, format="PNG")
-    return buffer.getvalue()
+def same(a: NDArray[Any], b: NDArray[Any]) -> bool:
+    return a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()
 
 
 def plan_of(

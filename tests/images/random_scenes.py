@@ -1,4 +1,4 @@
-"""Random scenes: few shapes in a small space, many of their numbers equal, so that planes and edges meet."""
+"""Random scenes: few shapes in a small space, with many equal numbers, so that planes and edges coincide."""
 
 from typing import Any
 

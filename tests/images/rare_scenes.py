@@ -177,7 +177,7 @@ def _tent() -> Json:
 
 
 def _grid(chosen: Random) -> Json:
-    """A flat or wavy mesh of 2 n^2 triangles: met one by one up to 32, through a tree beyond."""
+    """A flat or wavy mesh of 2 n^2 triangles: tested one by one up to 32, through a tree beyond."""
     n, height = chosen.choice([1, 4, 5]), chosen.choice([0.0, 0.2])
     steps = [-0.5 + i / n for i in range(n + 1)]
     vertices = [[x, height * chosen.random(), z] for x in steps for z in steps]

@@ -90,19 +90,10 @@ def test_a_planar_mirror_shows_the_scene_turned_over_at_its_plane(light: str) ->
     mirrored = samples_of(plan_of(scene(*furniture(1), hidden, lights=lit(1), **view), DOUBLE))
     behind = samples_of(plan_of(scene(*furniture(-1), lights=lit(-1), **view), DOUBLE))
     assert len(np.unique(behind.reshape(-1, 3).round(6), axis=0)) > 20
-    reached = by_mirror(scene(*furniture(1), hidden, lights=lit(1), **view))
+    plan = plan_of(scene(*furniture(1), hidden, lights=lit(1), **view), DOUBLE)
+    reached = by_first_shape(plan, 3)
     assert reached.sum() > 100
     assert np.abs(mirrored - behind)[reached].max() <= 1e-9
-
-
-def by_mirror(document: Json) -> np.ndarray:
-    """Camera samples (H, W, 1) whose rays meet the mirror first."""
-    plan = plan_of(document, DOUBLE)
-    rays = np.stack(np.meshgrid(np.arange(plan.width) + 0.5, np.arange(plan.height) + 0.5), axis=-1)
-    directions = plan.camera.directions(rays[..., 0].ravel(), rays[..., 1].ravel())
-    origins = np.broadcast_to(plan.camera.position, directions.shape)
-    hits = renderer.trace(plan, origins.T, directions.T)
-    return (hits.shape == len(document["shapes"]) - 1).reshape(plan.height, plan.width, 1)
 
 
 @pytest.mark.parametrize("part", ["mirror", "transmission"])
@@ -111,12 +102,12 @@ def test_strength_0_is_left_out_and_leaves_the_bytes_as_they_are(part: str) -> N
     asked = {**document, "materials": {**COLORED, "plain": phong(**{part: 0})}}
     assert image_of(asked).tobytes() == image_of(document).tobytes()
     plan = plan_of(asked)
-    assert plan.spawners == ()
+    assert plan.scattering == ()
     left = [(item.effect, item.pointers) for item in plan.left_out]
     assert (f"materials.phong.{part}", (f"/materials/plain/{part}",)) in left
 
 
-def test_the_plan_names_who_asked_for_rays() -> None:
+def test_the_plan_names_what_asked_for_rays() -> None:
     materials = {"plain": phong(mirror=0.5), "red": {**GLASS}}
     entries = {entry.name: entry for entry in plan_of(scene(*furniture(1), materials=materials)).entries}
     assert entries["mirror rays"].pointers == ("/materials/plain/mirror",)
@@ -147,12 +138,6 @@ def test_no_pixel_depends_on_tiles_or_on_how_points_are_grouped(
     monkeypatch.setattr("renderer.integrator.PAIRS", 256)
     monkeypatch.setattr("renderer.tiling.BLOCK_RAYS", 512)
     assert renderer.render(plan, tile_size=16).image.tobytes() == whole.tobytes()
-
-
-@pytest.mark.slow
-def test_no_pixel_depends_on_workers() -> None:
-    plan = plan_of(glassy())
-    assert renderer.render(plan, workers=2).image.tobytes() == renderer.render(plan).image.tobytes()
 
 
 def test_bounces_have_light_points_of_their_own() -> None:
@@ -202,7 +187,7 @@ def test_normal_mapped_mirrors_send_no_ray_below_their_surface() -> None:
 
 
 def by_first_shape(plan: renderer.RenderPlan, shape: int) -> np.ndarray:
-    """Pixels (H, W) whose centre meets a shape first."""
+    """Pixels (H, W) whose centre hits a shape first."""
     x, y = np.meshgrid(np.arange(plan.width) + 0.5, np.arange(plan.height) + 0.5)
     directions = plan.camera.directions(x.ravel(), y.ravel())
     hits = renderer.trace(plan, np.broadcast_to(plan.camera.position, directions.shape).T, directions.T)
@@ -283,7 +268,7 @@ def test_what_is_left_out_of_faint_paths_is_less_than_the_bound_that_ends_them(s
         material.update(mirror=0.02, transmission=0.02, max_depth=6)
     document["camera"].update(width=4, height=3)
     plan = plan_of(document, DOUBLE, files={"bumps.png": png(BUMPS)})
-    endless = replace(plan, spawners=tuple(replace(stage, faintest=0.0) for stage in plan.spawners))
+    endless = replace(plan, scattering=tuple(replace(stage, faintest=0.0) for stage in plan.scattering))
     rays = [renderer.render(each).report["rays"] for each in (plan, endless)]
     ended = sum(rays[1].values()) - sum(rays[0].values())
     assert ended > 0
@@ -291,7 +276,7 @@ def test_what_is_left_out_of_faint_paths_is_less_than_the_bound_that_ends_them(s
 
 
 def test_inside_of_a_mirror_ball_every_ray_comes_to_its_limit() -> None:
-    """The mirror meets its own inner side at every bounce, and never at distance 0."""
+    """The mirror is hit on its own inner side at every bounce, and never at distance 0."""
     document = scene(
         sphere([0, 0, 0], 2),
         materials={"plain": phong(mirror=1, max_depth=9)},

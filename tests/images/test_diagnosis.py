@@ -126,7 +126,7 @@ MISTAKES: list[tuple[str, Change]] = [
 
 
 @pytest.mark.parametrize(("cause", "change"), MISTAKES, ids=[cause for cause, _ in MISTAKES])
-def test_a_mistake_is_named_first_and_what_it_left_is_told(
+def test_a_mistake_is_named_first_and_what_it_left_is_reported(
     reference: np.ndarray, correct: np.ndarray, cause: str, change: Change
 ) -> None:
     found = against(reference, np.clip(change(correct), 0, 1))
@@ -182,10 +182,10 @@ def test_a_missing_shape_is_where_they_differ_most_and_has_no_other_cause(refere
     whole = renderer.load_scene(document)
     without = pixels(document | {"shapes": [document["shapes"][0], document["shapes"][2]]})
     found = against(reference, without, shapes=shapes_shown(whole), names=names_of(whole.document))
-    told = found.document()
-    assert told["verdict"] == "mismatch"
-    assert told["diagnosis"] == []
-    assert told["worst_regions"][0]["name"] == "ball (shapes/1)"
+    verdict = found.document()
+    assert verdict["verdict"] == "mismatch"
+    assert verdict["diagnosis"] == []
+    assert verdict["worst_regions"][0]["name"] == "ball (shapes/1)"
 
 
 def test_a_missing_shadow_is_found_on_the_floor_and_is_too_bright(reference: np.ndarray) -> None:

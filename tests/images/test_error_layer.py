@@ -1,4 +1,4 @@
-"""The layer `error`: the standard error that the spread of the camera samples gives, whoever renders them."""
+"""The layer `error`: the standard error that the spread of the camera samples gives, in every engine."""
 
 from fractions import Fraction
 from typing import Any
@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 import renderer
 from accuracy.hard_cases.documents import Json, camera, phong, rectangle, sampled, scene, sphere
-from renderer.layers import LAYERS, LayerBuffers
-from renderer.layers.spread import Spread, merged, standard_errors
+from renderer.layers import LAYERS, LayerBuffers, Spread, merged, standard_errors
 from renderer.tiling import tiles
 from schemas.tiles import Pass, Tile
 from tests.images import pictures

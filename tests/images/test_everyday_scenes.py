@@ -1,9 +1,9 @@
-"""Target quality keeps its promise on scenes that nobody has chosen.
+"""Target quality keeps its promise on scenes that were not chosen.
 
 Consecutive numbers give the scenes; `python -m benchmarks targets` renders more and larger ones. Of all pairs
 of a scene and a target as many may miss as a renderer that misses with the stated probability exceeds once in
 a thousand runs, were pairs independent; those of one scene are not quite. So few pairs find coarse faults
-only: a renderer that misses one target in five passes two runs in three, and the benchmark has to tell. The
+only: a renderer that misses one target in five passes two runs in three, and the benchmark finds it. The
 true error is free of the references' noise (`Reference`).
 """
 

@@ -111,7 +111,7 @@ def test_footprints_are_finite_where_a_ray_runs_along_the_surface() -> None:
     assert np.isfinite(points.footprints).all()
 
 
-def test_a_board_in_a_flat_mirror_is_filtered_as_far_away_as_it_looks() -> None:
+def test_a_board_in_a_flat_mirror_is_filtered_as_far_away_as_it_appears() -> None:
     mirror = rectangle([-50, -50, -60], [100, 0, 0], [0, 100, 0], material="mirror")
     textures = {"board": {"type": "checker", "even": [1, 1, 1], "odd": [0, 0, 0], "repeat": [80, 80]}}
     view = camera(position=[0, 0, 0], look_at=[0, 0, -1], width=16, height=16, vertical_fov=20)
@@ -131,7 +131,7 @@ def test_a_board_in_a_flat_mirror_is_filtered_as_far_away_as_it_looks() -> None:
     assert np.abs(drawn("box") - 0.5).max() < 0.05
 
 
-def test_an_unfiltered_scene_has_no_footprints_and_a_filter_nobody_shows_asks_for_none() -> None:
+def test_an_unfiltered_scene_has_no_footprints_and_a_filter_that_is_not_shown_asks_for_none() -> None:
     plain = horizon("none")
     hidden = horizon("none")
     hidden["textures"] = {**hidden["textures"], "unused": {"type": "checker", "filter": "box"}}

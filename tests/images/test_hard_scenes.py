@@ -1,4 +1,4 @@
-"""The hard scenes look as their README says, which their own geometry tells."""
+"""The hard scenes look as their README says, by their own geometry."""
 
 from __future__ import annotations
 
@@ -181,6 +181,6 @@ def test_the_waves_are_what_the_script_draws() -> None:
     assert abs(kept - make_hard_scenes.waves().astype(int)).max() <= 1
 
 
-def test_the_readme_tells_what_to_notice_in_each() -> None:
-    told = (FOLDER / "README.md").read_text(encoding="utf-8")
-    assert [path.name for path in FILES if f"| [{path.name}]({path.name}) |" not in told] == []
+def test_the_readme_says_what_to_notice_in_each() -> None:
+    readme = (FOLDER / "README.md").read_text(encoding="utf-8")
+    assert [path.name for path in FILES if f"| [{path.name}]({path.name}) |" not in readme] == []

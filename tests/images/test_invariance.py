@@ -6,28 +6,29 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from numpy.typing import NDArray
 
 import renderer
-from accuracy.hard_cases.documents import Json, camera, phong, sampled
+from accuracy.hard_cases.documents import Json, camera, mesh, phong, sampled, scene
 from accuracy.hard_cases.scene_values.scenes import placed
+from accuracy.hard_cases.solids import outward
 from renderer.film import compose
 from renderer.tiling import tiles
 from tests.images import pictures
-from tests.images.parts import DOUBLE, SINGLE, image_of, plan_of, png
+from tests.images.parts import DOUBLE, SINGLE, image_of, plan_of, png, same
 from tests.images.random_scenes import accepted, scenes
 
 FILES = {"picture.png": png(pictures.codes(6, 5)), "bumps.png": png(pictures.bumps())}
-
-
-def same(a: NDArray[Any], b: NDArray[Any]) -> bool:
-    return a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()
 
 
 def wide(document: Json, width: int, height: int) -> Json:
     return {**document, "camera": {**document["camera"], "width": width, "height": height}}
 
 
+BALL = mesh(*outward([0.0, 1.5, 0.0], 1, 2), smooth=True)
+RELIEF: Json = {
+    "textures": {"bumps": {"type": "image", "asset": "bumps.png", "encoding": "linear"}},
+    "materials": {"plain": phong(displacement_map="bumps", displacement_height=0.25)},
+}
 DRAWN: dict[str, Json] = {
     "grid of light points": pictures.of_room(sampling=sampled(4, 16)),
     "sobol": pictures.of_room(sampling=sampled(4, 16, "sobol", "sobol", seed=3)),
@@ -36,12 +37,14 @@ DRAWN: dict[str, Json] = {
     "sharp highlights": pictures.gloss(700),
     "normal map": pictures.carved(),
     "picture": pictures.textured(wrap="mirror"),
+    "falloff": pictures.of_room(lights=[pictures.CEILING_LAMP | {"falloff": "physical"}]),
+    "displaced": scene(pictures.FLOOR, BALL, lights=[pictures.CEILING_LAMP], **RELIEF),
 }
 
 
 BOTH = [
     *((name, SINGLE) for name in DRAWN),
-    *((name, DOUBLE) for name in ("sobol", "random", "sharp highlights")),
+    *((name, DOUBLE) for name in ("sobol", "random", "sharp highlights", "falloff")),
 ]
 IDS = [f"{name}, {quality.precision}" for name, quality in BOTH]
 
@@ -60,14 +63,6 @@ def test_no_pixel_depends_on_its_neighbours(name: str, precision: Any) -> None:
     plan = plan_of(wide(DRAWN[name], 11, 8), precision, files=FILES)
     whole = renderer.render(plan).image
     assert same(renderer.render(plan, tile_size=1).image, whole)
-
-
-@pytest.mark.slow
-def test_no_pixel_depends_on_the_number_of_workers() -> None:
-    plan = plan_of(wide(DRAWN["random"], 75, 53))
-    alone = renderer.render(plan).image
-    for workers in (1, 2):
-        assert same(renderer.render(plan, workers=workers, tile_size=32).image, alone)
 
 
 @pytest.mark.parametrize("name", ["random", "sobol"])
@@ -144,7 +139,7 @@ def test_random_scenes_do_not_depend_on_tiles(document: Json) -> None:
     assert same(renderer.render(plan, tile_size=5).image, renderer.render(plan).image)
 
 
-@pytest.mark.parametrize("exponent", [-40, -20, 20])
+@pytest.mark.parametrize("exponent", [-66, -20, 40])
 @pytest.mark.parametrize("name", DRAWN)
 def test_units_of_another_power_of_two_give_the_same_bytes(name: str, exponent: int) -> None:
     document = DRAWN[name]
@@ -156,22 +151,6 @@ def test_units_of_another_power_of_two_give_the_same_bytes(name: str, exponent: 
 @settings(max_examples=60)
 def test_random_scenes_have_no_unit(document: Json) -> None:
     assert same(image_of(placed(document, 2.0**-30)), image_of(document))
-
-
-@pytest.mark.parametrize("name", ["grid of light points", "sobol", "sharp highlights", "normal map"])
-def test_a_scene_moved_far_away_looks_the_same_but_for_edges(name: str) -> None:
-    """Places are rounded to 2**-32 after the move."""
-    document = wide(DRAWN[name], 75, 53)
-    moved = placed(document, 1.0, 2.0**20)
-    difference = np.abs(image_of(moved, files=FILES) - image_of(document, files=FILES)).max(axis=2)
-    assert np.count_nonzero(difference > 1 / 255) <= 0.001 * difference.size
-
-
-@pytest.mark.parametrize("name", DRAWN)
-def test_single_precision_looks_like_double_but_for_edges(name: str) -> None:
-    document = wide(DRAWN[name], 75, 53)
-    single, double = (image_of(document, precision, files=FILES) for precision in (SINGLE, DOUBLE))
-    assert np.count_nonzero(np.abs(single - double).max(axis=2) > 1 / 255) <= 0.005 * 75 * 53
 
 
 @pytest.mark.parametrize("order", [(0, 2, 1), (1, 0, 2), (2, 1, 0), (1, 2, 0)])

@@ -15,7 +15,7 @@ from renderer.tiling import tiles
 from schemas.layers import LAYER_NAMES
 from schemas.quality import FixedQuality
 from tests.images import pictures
-from tests.images.parts import Files, png
+from tests.images.parts import Files, png, same
 from tests.images.random_scenes import accepted, scenes
 
 FILES = {"picture.png": png(pictures.codes(6, 5)), "bumps.png": png(pictures.bumps())}
@@ -53,10 +53,6 @@ def centre_rays(plan: renderer.RenderPlan) -> tuple[NDArray[np.float64], NDArray
     rows, columns = np.mgrid[: plan.height, : plan.width] + 0.5
     directions = plan.camera.directions(columns.ravel(), rows.ravel())
     return np.broadcast_to(plan.camera.position, directions.shape).T, directions.T
-
-
-def same(a: NDArray[Any], b: NDArray[Any]) -> bool:
-    return a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()
 
 
 @pytest.mark.parametrize("name", DRAWN)

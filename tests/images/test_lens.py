@@ -1,7 +1,6 @@
 """Depth of field against the closed forms of a thin lens."""
 
 import math
-from collections import Counter
 
 import numpy as np
 import pytest
@@ -18,14 +17,11 @@ from accuracy.hard_cases.documents import (
     sun,
     triangle,
 )
-from renderer.cameras import thin_lens
-from renderer.integrator import camera_rays, radiance
+from renderer.cameras import ThinLens
 from renderer.lights.emitters import PIXEL_DIMENSIONS
 from renderer.math.streams import keys
 from renderer.samplers import PATTERNS as PATTERN_FUNCTIONS
-from renderer.tiling import blocks
-from schemas.tiles import Pass, Tile
-from tests.images.parts import image_of, plan_of, samples_of
+from tests.images.parts import image_of, plan_of
 
 PATTERNS = ["center", "uniform", "rotated", "random", "stratified", "sobol"]
 SIGMAS = 4
@@ -37,7 +33,7 @@ def lens_points(pattern: str, samples: int, pixels: int = 1) -> np.ndarray:
     lens = plan_of(
         scene(camera=camera(lens_radius=1), sampling=sampled(samples=samples, pattern=pattern))
     ).camera
-    assert isinstance(lens, thin_lens.ThinLens)
+    assert isinstance(lens, ThinLens)
     pixel, sample = np.indices((pixels, samples)).reshape(2, -1)
     return np.stack(lens.places(pixel, sample)).reshape(2, pixels, samples)
 
@@ -68,7 +64,7 @@ def test_halves_of_the_pixel_do_not_go_with_halves_of_the_lens() -> None:
     inside, _ = PATTERN_FUNCTIONS["sobol"](keys(0, PIXEL_DIMENSIONS, pixel), sample, 16)
     left = inside.reshape(500, 16) < 0.5
     both = (left & (lens_points("sobol", 16, pixels=500)[0] < 0)).sum(axis=1)
-    # Eight of sixteen samples each; Sobol points in the same order would meet in all eight or in none.
+    # Eight of sixteen samples each; Sobol points in the same order would coincide in all eight or in none.
     assert abs(both.mean() - 4) <= SIGMAS * 2 / np.sqrt(500)
     assert ((both > 0) & (both < 8)).mean() > 0.8
 
@@ -82,7 +78,7 @@ def test_the_places_of_a_pixel_are_spread_over_the_lens(pattern: str) -> None:
         assert np.bincount(pixel % 4, minlength=4).min() >= 2
 
 
-def test_rays_of_a_place_on_the_picture_meet_in_the_plane_in_focus() -> None:
+def test_rays_of_a_place_on_the_picture_join_in_the_plane_in_focus() -> None:
     view = camera(lens_radius=0.7, focus_distance=3.5)
     plan = plan_of(scene(camera=view, sampling=sampled(samples=16, pattern="stratified")))
     lens = plan.camera
@@ -171,21 +167,6 @@ def test_a_lens_sees_the_same_with_culling_and_without(radius: float, focus: flo
     assert np.array_equal(image_of(document), image_of(document, culling=False))
 
 
-def test_a_picture_through_a_lens_depends_on_no_tile() -> None:
-    plan = plan_of(crowd(lens_radius=0.4))
-    whole = samples_of(plan)
-    parts = np.full_like(whole, np.nan)
-    for first, last in ((0, 3), (3, 16)):
-        for tile in (Tile(0, 0, 0, 7, 48), Tile(1, 7, 0, 64, 48)):
-            pass_ = Pass(1, 1, first, last)
-            for block in blocks(tile, pass_):
-                values = radiance(plan, camera_rays(plan, block, pass_), Counter())
-                parts[block.rows, block.columns, first:last] = values.reshape(3, -1, last - first).transpose(
-                    1, 2, 0
-                )
-    assert np.array_equal(whole, parts)
-
-
 def test_a_lens_that_reaches_into_an_ellipsoid_sees_its_shadow_from_inside() -> None:
     ball = sphere([0, 0, 0], 1)
     view = camera(
@@ -208,7 +189,7 @@ def test_a_lens_of_radius_0_is_left_out_and_changes_no_bit() -> None:
     ]
 
 
-def test_a_lens_is_a_stage_of_those_who_asked_for_it() -> None:
+def test_a_lens_is_a_stage_of_the_lines_that_ask_for_it() -> None:
     stages = plan_of(crowd(lens_radius=0.1, focus_distance=2)).describe().stages
     asked = [stage.pointers for stage in stages if stage.effect == "camera.lens"]
     assert asked == [("/camera/lens_radius", "/camera/focus_distance")]

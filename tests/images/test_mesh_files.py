@@ -12,8 +12,7 @@ import trimesh
 from trimesh.visual import TextureVisuals
 
 import renderer
-from accuracy.hard_cases import solids
-from accuracy.hard_cases.documents import Json, lamp, rectangle, sampled, scene
+from accuracy.hard_cases.documents import Json, scene
 from renderer.meshes import files as mesh_files
 from renderer.meshes.files import announced, read_mesh
 from renderer.shapes import meshes
@@ -21,24 +20,9 @@ from schemas.errors import SceneError
 from schemas.limits import Limits
 from schemas.reading import read_scene
 from tests.images.parts import Files, image_of, plan_of
+from tests.images.test_meshes import FACES, FLOOR, VERTICES, lit, mesh, mesh_file
 
 ROOT = Path(__file__).parents[2]
-VERTICES, FACES = solids.outward([0.0, 1.0, 0.0], 1.0, 2)
-FLOOR = rectangle([-3, 0, -3], [0, 0, 6], [6, 0, 0])
-LAMP = lamp([1, 4, 1], [1, 0, 0], [0, 0, 1])
-
-
-def mesh(vertices: Any = VERTICES, triangles: Any = FACES, **more: Any) -> Json:
-    vertices, triangles = np.asarray(vertices).tolist(), np.asarray(triangles).tolist()
-    return {"type": "mesh", "vertices": vertices, "triangles": triangles, "material": "plain", **more}
-
-
-def mesh_file(asset: str, **more: Any) -> Json:
-    return {"type": "mesh", "asset": asset, "material": "plain", **more}
-
-
-def lit(*shapes: Json, **changes: Any) -> Json:
-    return scene(*shapes, lights=[LAMP], **{"sampling": sampled(4, 16), **changes})
 
 
 def solid() -> trimesh.Trimesh:

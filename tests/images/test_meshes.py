@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases import solids
+from accuracy.hard_cases import documents, solids
 from accuracy.hard_cases.documents import (
     Json,
     camera,
@@ -30,8 +30,7 @@ LAMP = lamp([1, 4, 1], [1, 0, 0], [0, 0, 1])
 
 
 def mesh(vertices: Any = VERTICES, triangles: Any = FACES, **more: Any) -> Json:
-    vertices, triangles = np.asarray(vertices).tolist(), np.asarray(triangles).tolist()
-    return {"type": "mesh", "vertices": vertices, "triangles": triangles, "material": "plain", **more}
+    return documents.mesh(vertices, triangles, **more)
 
 
 def mesh_file(asset: str, **more: Any) -> Json:
@@ -54,7 +53,7 @@ def test_a_mesh_is_the_picture_of_its_triangles() -> None:
 
 
 def test_few_triangles_are_the_picture_of_the_same_in_a_tree() -> None:
-    """Twelve triangles are met one by one; with others far away, through a tree."""
+    """Twelve triangles are tested one by one; with others far away, through a tree."""
     vertices, faces = solids.icosphere([0.0, 1.0, 0.0], 1.0, 0)
     hidden = mesh(VERTICES * 0.1 + [0, 0, 500.0], name="behind the camera and the light")
     few, many = lit(FLOOR, mesh(vertices, faces)), lit(FLOOR, mesh(vertices, faces), hidden)
@@ -69,19 +68,6 @@ def test_meshes_with_single_triangles_and_everything_else() -> None:
     together = lit(FLOOR, ball, mesh(), *extra)
     apart = lit(FLOOR, ball, mesh(), mesh(VERTICES - [2, 0, 0]))
     np.testing.assert_array_equal(image_of(together), image_of(apart))
-
-
-@pytest.mark.parametrize("tile_size", [1, 7, 64])
-def test_tiles_and_workers_change_nothing(tile_size: int) -> None:
-    plan = plan_of(lit(FLOOR, mesh(smooth=True), mesh(VERTICES * 0.3 + [0.5, 0.3, 2.0])))
-    expected = renderer.render(plan, workers=1).image
-    workers = 2 if tile_size == 7 else 1
-    np.testing.assert_array_equal(renderer.render(plan, tile_size=tile_size, workers=workers).image, expected)
-
-
-def test_culling_changes_nothing() -> None:
-    document = lit(FLOOR, mesh())
-    np.testing.assert_array_equal(image_of(document), image_of(document, culling=False))
 
 
 def test_a_trace_names_the_triangle() -> None:

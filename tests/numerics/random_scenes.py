@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import renderer
-from accuracy.hard_cases import oracle
+from accuracy.hard_cases import documents, oracle
 from accuracy.hard_cases.documents import (
     Json,
     bulb,
@@ -38,7 +38,7 @@ BULB, SUN = np.array([4.2, 3.3, 5.1]), np.array([0.3, -1.0, 0.2])
 
 @dataclass(frozen=True)
 class Part:
-    """What a ray may meet: a shape, or a triangle of the mesh."""
+    """What a ray may hit: a shape, or a triangle of the mesh."""
 
     shape: int
     primitive: int
@@ -89,9 +89,7 @@ def drawn(seed: int) -> Scene:
 
 def mesh(corners: Floats) -> Json:
     """Of triangles (K, 3, 3) that share no vertices."""
-    rows = np.arange(3 * len(corners)).reshape(-1, 3).tolist()
-    vertices = corners.reshape(-1, 3).tolist()
-    return {"type": "mesh", "vertices": vertices, "triangles": rows, "material": "plain"}
+    return documents.mesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
 
 
 def semi_axes(rng: np.random.Generator) -> list[list[float]]:
@@ -107,7 +105,7 @@ def parts_of(document: Json, loose: Floats) -> list[Part]:
 
 
 def nearest(parts: list[Part], origin: Floats, direction: Floats) -> tuple[Part, Answer] | None:
-    """What a ray meets first; it must not pass within roundings of any border."""
+    """What a ray hits first; it must not pass within roundings of any border."""
     answers = [(part, oracle.answer(part.exact, origin, direction)) for part in parts]
     assert min(answer.margin for _, answer in answers) > 16 * EPS
     return min((found for found in answers if found[1].hit), key=lambda found: found[1].t, default=None)

@@ -53,7 +53,7 @@ ORACLES: dict[str, Callable[[], Any]] = {
 
 @pytest.mark.parametrize("ask", ORACLES.values(), ids=ORACLES)
 def test_an_exact_answer_has_50_digits(ask: Callable[[], Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    """More digits change no bit of it, and 15 do: they are too few, and nobody works with them by default."""
+    """More digits change no bit of it, and 15 do: they are too few, and no case works with them."""
     assert mpmath.mp.dps == 15
     fifty = ask()
     monkeypatch.setattr(harness, "DIGITS", 100)

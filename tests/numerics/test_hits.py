@@ -54,21 +54,6 @@ def test_a_ray_through_the_very_middle_of_a_triangle_hits_it() -> None:
     assert found.uv.tolist() == [[1 / 3, 1 / 3]]
 
 
-PARALLEL = [
-    triangle([0, 0, 0], [4, 0, 0], [0, 4, 0]),
-    rectangle([0, 0, 0], [4, 0, 0], [0, 4, 0]),
-]
-
-
-@pytest.mark.parametrize("shape", PARALLEL, ids=["triangle", "rectangle"])
-@pytest.mark.parametrize("height", [0, 1, -3])
-def test_a_ray_parallel_to_a_plane_or_in_it_misses(shape: Any, height: int) -> None:
-    rng = np.random.default_rng(2)
-    origins = np.column_stack((rng.integers(-9, 9, (500, 2)), np.full(500, height)))
-    directions = np.column_stack((rng.integers(-9, 9, (500, 2)), np.zeros(500)))
-    assert (traced([shape], origins, directions).shape == -1).all()
-
-
 def test_a_shape_behind_the_start_is_not_hit() -> None:
     for shape in SHAPES.values():
         assert traced([shape], [[0.1, 0.4, 5.0]], [[0, 0, 1]]).shape == -1

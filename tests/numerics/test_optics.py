@@ -78,13 +78,6 @@ def test_refracted_directions_obey_snell_in_the_plane_of_incidence(ratio: float)
         assert max(abs(mpmath.mpf(got[i]) - wanted[i]) for i in range(3)) <= 16 * EPS
 
 
-def test_index_1_bends_nothing() -> None:
-    viewers, normals = facing(1000, 5)
-    one = np.ones(1000)
-    assert np.abs(refracted(viewers, normals, normals, one) + viewers).max() <= 2 * EPS
-    assert np.all(fresnel(viewers, normals, one) == 0)
-
-
 def test_rays_stay_on_their_side_of_the_true_surface() -> None:
     viewers, normals = facing(5000, 7)
     bent = vectors(5000, 9)

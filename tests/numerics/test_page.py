@@ -1,4 +1,4 @@
-"""docs/numerics.md tells every hard case, in the words of the case."""
+"""docs/numerics.md lists every hard case, in the words of the case."""
 
 import runpy
 from typing import Any
@@ -17,8 +17,8 @@ def generator() -> dict[str, Any]:
 
 def test_every_case_has_counts_and_none_of_them_is_wrong(generator: dict[str, Any]) -> None:
     counts = generator["json"].loads(generator["COUNTS"].read_text(encoding="utf-8"))
-    told = [(section, case) for section, cases in counts.items() for case in cases]
-    assert told == [(section.title, case.name) for section in sections() for case in section.cases], (
+    listed = [(section, case) for section, cases in counts.items() for case in cases]
+    assert listed == [(section.title, case.name) for section in sections() for case in section.cases], (
         "run python docs/generate_numerics_reference.py"
     )
     assert {case["wrong"] for cases in counts.values() for case in cases.values()} == {0}
@@ -29,7 +29,7 @@ def test_the_page_is_made_of_the_texts_of_the_cases_and_their_counts(generator: 
     assert generator["page"]() == page, "run python docs/generate_numerics_reference.py"
 
 
-def test_the_page_tells_the_price_and_the_errors_of_what_the_benchmark_measures(
+def test_the_page_has_the_price_and_the_errors_of_what_the_benchmark_measures(
     generator: dict[str, Any],
 ) -> None:
     measured = generator["json"].loads(generator["COSTS"].read_text(encoding="utf-8"))["stability"]

@@ -13,7 +13,7 @@ from accuracy.hard_cases.documents import lamp, scene
 from renderer.accelerators.meeting import TreeMeeting
 from renderer.accelerators.raster import Raster, RasterMeeting
 from renderer.accelerators.trees import FEW, tree_of
-from renderer.cameras import Pinhole, pinhole
+from renderer.cameras import Pinhole, build_pinhole
 from renderer.interaction import Rays
 from renderer.shapes.triangles import Triangles, build
 from schemas.shapes import Triangle
@@ -28,7 +28,7 @@ EVERYWHERE = pytest.mark.parametrize("place", [[0.0, 0.0, 0.0], FAR], ids=["at t
 
 def camera(place: Any, fov: float = 50.0) -> Pinhole:
     target = np.add(place, [0, 0, 1]).tolist()
-    return pinhole.build(
+    return build_pinhole(
         language.Camera(position=place, look_at=target, vertical_fov=fov, width=WIDTH, height=HEIGHT)
     )
 

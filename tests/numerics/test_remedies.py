@@ -28,10 +28,10 @@ CASES = {(case.ids[0], case.name): case for section in sections() for case in se
 OUTPUT = "accuracy.hard_cases.samples_and_output.output.displayed"
 TRIANGLES = {"renderer.shapes.woop.hits": without.hits_by(0.0)}
 LIMITED = {"renderer.shapes.woop.hits": without.hits_by(formulas.SMALL)}
-PROJECTED = {"renderer.shapes.rectangles.Rectangles.meet": without.projected(0.0)}
-PROJECTED_WITH_LIMIT = {"renderer.shapes.rectangles.Rectangles.meet": without.projected(formulas.SMALL)}
-QUADRATIC = {"renderer.shapes.ellipsoids.Ellipsoids.meet": without.quadratic(np.float64)}
-IN_SINGLE = {"renderer.shapes.ellipsoids.Ellipsoids.meet": without.quadratic(np.float32)}
+PROJECTED = {"renderer.shapes.rectangles.Rectangles.intersect": without.projected(0.0)}
+PROJECTED_WITH_LIMIT = {"renderer.shapes.rectangles.Rectangles.intersect": without.projected(formulas.SMALL)}
+QUADRATIC = {"renderer.shapes.ellipsoids.Ellipsoids.intersect": without.quadratic(np.float64)}
+IN_SINGLE = {"renderer.shapes.ellipsoids.Ellipsoids.intersect": without.quadratic(np.float32)}
 UNWRAPPED = {"renderer.textures.image.WRAPS": dict.fromkeys(WRAPS, lambda index, _: index)}
 NO_SIDES = {
     "renderer.visibility.polygons.settled": without.trusted,
@@ -39,20 +39,16 @@ NO_SIDES = {
 }
 
 SWITCHED_OFF: dict[tuple[str, str], Patches] = {
-    ("A1", "up along the view"): {"renderer.cameras.pinhole.parallel": lambda *_: False},
-    ("A1", "length of up"): {"renderer.cameras.pinhole.unit": without.plain_unit},
-    ("A2", "view nearly along up"): {"renderer.cameras.pinhole.basis": without.once_perpendicular},
-    ("A3", "a camera that looks at where it stands"): {"renderer.cameras.pinhole.unit": without.plain_unit},
-    ("A4", "field of view at its ends"): {"renderer.cameras.pinhole.Pinhole.directions": without.in_single},
-    ("A5", "a camera far from the origin"): {
-        "renderer.cameras.pinhole.Pinhole.directions": without.between_places
-    },
+    ("A1", "up along the view"): {"renderer.cameras.parallel": lambda *_: False},
+    ("A1", "length of up"): {"renderer.cameras.unit": without.plain_unit},
+    ("A2", "view nearly along up"): {"renderer.cameras.basis": without.once_perpendicular},
+    ("A3", "a camera that looks at where it stands"): {"renderer.cameras.unit": without.plain_unit},
+    ("A4", "field of view at its ends"): {"renderer.cameras.Pinhole.directions": without.in_single},
+    ("A5", "a camera far from the origin"): {"renderer.cameras.Pinhole.directions": without.between_places},
     ("A6", "pictures of one row, one column, one pixel"): {
-        "renderer.cameras.pinhole.Pinhole.screen": without.plain_screen
+        "renderer.cameras.Pinhole.screen": without.plain_screen
     },
-    ("A8", "a lens far from the origin"): {
-        "renderer.cameras.pinhole.Pinhole.directions": without.between_places
-    },
+    ("A8", "a lens far from the origin"): {"renderer.cameras.Pinhole.directions": without.between_places},
     ("A9", "the middle of the lens"): {
         "accuracy.hard_cases.cameras.disk": lambda a, b: plain_disk(2 * a - 1, 2 * b - 1)
     },
@@ -76,7 +72,7 @@ SWITCHED_OFF: dict[tuple[str, str], Patches] = {
     ("C6", "rays exactly through edges and corners"): PROJECTED,
     ("C7", "long and narrow rectangles"): PROJECTED,
     ("C8", "rectangles of any size"): {
-        "renderer.shapes.rectangles.Rectangles.meet": without.projected(formulas.SMALL)
+        "renderer.shapes.rectangles.Rectangles.intersect": without.projected(formulas.SMALL)
     },
     ("C9", "edges that agree but for rounding"): {"renderer.shapes.rectangles.gamma": lambda _: 0.0},
     ("C10", "rays that start on a rectangle"): {"renderer.shapes.rectangles.gamma": lambda _: 0.0},
@@ -110,7 +106,7 @@ SWITCHED_OFF: dict[tuple[str, str], Patches] = {
         "renderer.lights.view.LightView.cosines": without.cosines_of_any_sign,
     },
     ("F3", "very sharp highlights"): {"renderer.plan.lights.SHARP": 1e30},
-    ("F5", "shading normals that face away"): {"renderer.materials.horizon._at_horizon": without.left_black},
+    ("F5", "shading normals that face away"): {"renderer.materials.maps._at_horizon": without.left_black},
     ("F7", "straight into the mirrored light"): {"renderer.materials.phong._powers": without.plain_powers},
     ("G1", "the borders of an image"): UNWRAPPED,
     ("G2", "tiny negative coordinates"): UNWRAPPED,
@@ -154,7 +150,7 @@ SWITCHED_OFF: dict[tuple[str, str], Patches] = {
         "renderer.accelerators.meeting.AHEAD": 1.0,
     },
     ("H11", "shapes that overlap in one plane"): {
-        "renderer.plan.overlaps.overlapping": lambda *_: (np.zeros(0, dtype=np.int64),) * 2
+        "renderer.plan.shapes.overlapping": lambda *_: (np.zeros(0, dtype=np.int64),) * 2
     },
     ("I1", "a turned grid that leaves the pixel"): {
         "accuracy.hard_cases.samples_and_output.samples.PATTERNS": {
@@ -166,11 +162,11 @@ SWITCHED_OFF: dict[tuple[str, str], Patches] = {
     ("I2", "an edge through a pixel"): {
         "renderer.integrator.PATTERNS": {**PATTERNS, "rotated": without.shrunk}
     },
-    ("I3", "random numbers and tiles"): {"renderer.samplers.patterns.bits": without.in_turn(1)},
+    ("I3", "random numbers and tiles"): {"renderer.samplers.bits": without.in_turn(1)},
     ("I4", "a million samples"): {
         "accuracy.hard_cases.samples_and_output.samples.halving_sum": without.summed_in_order
     },
-    ("I5", "samples that are nearly equal"): {"renderer.layers.spread.Spread.add": without.plain_spread},
+    ("I5", "samples that are nearly equal"): {"renderer.layers.Spread.add": without.plain_spread},
     ("I6", "numbers that are no brightness"): {OUTPUT: without.shown(clipped=False, rounded=True)},
     ("I7", "all codes there and back"): {OUTPUT: without.shown(clipped=True, rounded=False)},
     ("I8", "the toe of the curve"): {OUTPUT: without.shown(clipped=False, rounded=True)},

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from accuracy.hard_cases import solids
-from accuracy.hard_cases.documents import Json, bulb, camera, lamp, rectangle, sampled, scene, sun
+from accuracy.hard_cases.documents import Json, bulb, camera, lamp, mesh, rectangle, sampled, scene, sun
 from renderer.accelerators.solids import is_closed, solids_of
 from renderer.integrator import intersect
 from renderer.interaction import Rays
@@ -25,10 +25,6 @@ PLACES = pytest.mark.parametrize(
 def ball(center: list[float], radius: float = 1.0, rounds: int = 3) -> Json:
     vertices, faces = solids.outward(center, radius, rounds)
     return mesh(vertices, faces)
-
-
-def mesh(vertices: Floats, faces: Floats) -> Json:
-    return {"type": "mesh", "vertices": vertices.tolist(), "triangles": faces.tolist(), "material": "plain"}
 
 
 def torus(around: int = 40, across: int = 16) -> Json:

@@ -33,12 +33,12 @@ def tolerances(part: Part) -> tuple[Tolerance, Any]:
     return rounded(np.float64), flat_details
 
 
-def test_the_mesh_is_met_through_a_tree() -> None:
+def test_the_mesh_is_hit_through_a_tree() -> None:
     assert TRIANGLES > FEW
 
 
 @SCENES
-def test_rays_of_any_length_meet_what_exact_arithmetic_says(seed: int) -> None:
+def test_rays_of_any_length_hit_what_exact_arithmetic_says(seed: int) -> None:
     given = drawn(seed)
     directions = of_any_length(given.directions, seed)
     hits, kinds = given.hits(directions, DOUBLE), set()
@@ -107,7 +107,7 @@ SHAPES = {
 @pytest.mark.parametrize("length", [SHORTEST, 1.0, LONGEST])
 @pytest.mark.parametrize("distance", [2.0**60, FARTHEST])
 @pytest.mark.parametrize("shape", SHAPES)
-def test_a_ray_from_as_far_as_is_allowed_meets_what_it_looks_at(
+def test_a_ray_from_as_far_as_is_allowed_hits_what_it_aims_at(
     shape: str, distance: float, length: float
 ) -> None:
     hits = traced([SHAPES[shape]], [[0.25, 0.125, distance]], [[0, 0, -length]], lights=[bulb([0, 0, 9])])
@@ -129,7 +129,7 @@ def test_a_ray_from_as_far_as_is_allowed_meets_what_it_looks_at(
         ("directions", 2, [0, 0, -1.01 * LONGEST]),
     ],
 )
-def test_rays_whose_t_no_number_could_tell_are_refused(name: str, row: int, value: list[float]) -> None:
+def test_rays_whose_t_no_number_holds_are_refused(name: str, row: int, value: list[float]) -> None:
     rays: dict[str, Any] = {"origins": [[0.0, 0, 5]] * 3, "directions": [[0.0, 0, -1]] * 3}
     rays[name][row] = value
     with pytest.raises(ValueError, match=rf"component in row {row} of '{name}' must be between"):

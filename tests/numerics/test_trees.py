@@ -1,6 +1,11 @@
-"""What a tree finds is what comes of asking every triangle, bit for bit."""
+"""What a tree finds is what comes of asking every triangle, bit for bit; trees are kept for many threads."""
 
 import itertools
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
 
@@ -8,11 +13,11 @@ import numpy as np
 import pytest
 
 from accuracy.hard_cases import solids
-from accuracy.hard_cases.documents import Json, bulb, lamp, sampled, scene, sun, triangle
+from accuracy.hard_cases.documents import Json, bulb, lamp, mesh, sampled, scene, sun, triangle
 from renderer.accelerators import bvh
 from renderer.accelerators.meeting import TreeMeeting
 from renderer.accelerators.shafts import Shafts, visits_of_shafts
-from renderer.accelerators.trees import FEW, tree_of
+from renderer.accelerators.trees import KEPT, Kept, tree_of
 from renderer.integrator import intersect
 from renderer.interaction import Rays
 from renderer.plan.building import compile_visibility
@@ -31,18 +36,13 @@ PLACES = [[0.0, 0.0, 0.0], FAR]
 EVERYWHERE = pytest.mark.parametrize("place", PLACES, ids=["at the origin", "far away"])
 
 
-def mesh(vertices: Any, triangles: Any, **more: Any) -> Json:
-    vertices, triangles = np.asarray(vertices).tolist(), np.asarray(triangles).tolist()
-    return {"type": "mesh", "vertices": vertices, "triangles": triangles, "material": "plain", **more}
-
-
 def family(corners: Floats) -> Triangles:
     """From triangles (K, 3, 3): triangle, vertex, coordinate."""
     shapes = [Triangle(type="triangle", vertices=rows, material="plain") for rows in corners.tolist()]
     return build(list(range(len(shapes))), shapes, Files())
 
 
-def met(corners: Floats, origins: Floats, directions: Floats, *, tree: bool) -> Rays:
+def hits_of(corners: Floats, origins: Floats, directions: Floats, *, tree: bool) -> Rays:
     shapes = family(corners)
     numbers = np.arange(len(origins))
     rays = Rays(np.array(origins).T.copy(), np.array(directions).T.copy(), numbers, np.zeros_like(numbers))
@@ -52,7 +52,7 @@ def met(corners: Floats, origins: Floats, directions: Floats, *, tree: bool) -> 
 
 def both_ways(corners: Floats, origins: Floats, directions: Floats) -> Rays:
     """The rays' hits, after it was seen that both ways agree in every bit."""
-    found, true = (met(corners, origins, directions, tree=tree) for tree in (True, False))
+    found, true = (hits_of(corners, origins, directions, tree=tree) for tree in (True, False))
     for name in ("t", "shapes", "primitives", "coordinates"):
         np.testing.assert_array_equal(getattr(found, name), getattr(true, name))
     return found
@@ -107,7 +107,7 @@ def test_axis_parallel_rays_in_the_planes_of_boxes(place: list[float]) -> None:
     signed = directions * np.where(directions == 0, rng.choice([-1.0, 1.0], (6000, 3)), 1)
     assert np.signbit(signed[signed == 0]).any()
     found = both_ways(corners, origins, signed)
-    np.testing.assert_array_equal(found.t, met(corners, origins, directions, tree=True).t)
+    np.testing.assert_array_equal(found.t, hits_of(corners, origins, directions, tree=True).t)
     assert np.isfinite(found.t).any()
 
 
@@ -189,7 +189,7 @@ def test_visits_keep_the_order_of_rays_where_distances_say_nothing(distance: flo
         assert order.tolist() == [0, 1, 2, 3]
 
 
-def test_points_and_slivers_are_met_by_nothing() -> None:
+def test_points_and_slivers_are_hit_by_nothing() -> None:
     rng = np.random.default_rng(5)
     points = np.repeat(rng.normal(size=(40, 1, 3)), 3, axis=1)
     ends = rng.integers(-8, 9, (40, 2, 3)) / 4
@@ -245,7 +245,7 @@ def test_shadows_are_those_of_every_triangle(light: Json, pattern: str, size: fl
 
 
 def test_points_go_all_ways() -> None:
-    """The scenes above have points whose shafts meet few nodes at every level, and points that meet many."""
+    """Above are points whose shafts reach few nodes at every level, and points whose shafts reach many."""
     rng = np.random.default_rng(6)
     shapes = family(soup(rng, 2000, 0.4))
     points = rng.uniform(-2, 2, (3, 500))
@@ -258,25 +258,6 @@ def test_points_go_all_ways() -> None:
         assert 0 < few.mean() < 1
 
 
-@EVERYWHERE
-def test_neither_ray_nor_light_leaves_a_closed_mesh(place: list[float]) -> None:
-    vertices, faces = solids.icosphere(place, 1.0, 3)
-    assert len(faces) > FEW
-    targets = solids.edge_places(vertices, faces, [0.0, 0.25, 1 / 3, 0.5])
-    outside = np.add(place, [0.3, 1.9, 0.4]).tolist()
-    corner = np.add(place, [-0.5, -2.5, -0.5]).tolist()
-    rng = np.random.default_rng(7)
-    for points in (1, 16):
-        hits = traced(
-            [mesh(vertices, faces)],
-            *towards((np.array(place) + rng.uniform(-0.3, 0.3, 3)).tolist(), targets),
-            lights=[bulb(outside), lamp(corner, [1, 0, 0], [0, 0, 1], visible=False), sun([1, 2, 3])],
-            points=points,
-        )
-        assert (hits.shape == 0).all()
-        assert (hits.visibility == 0).all()
-
-
 @pytest.mark.parametrize("light", LIGHTS.values(), ids=LIGHTS)
 def test_a_light_that_touches_the_mesh_gives_finite_answers(light: Json) -> None:
     vertices, faces = solids.icosphere([0, 0, 0], 1.0, 2)
@@ -285,3 +266,50 @@ def test_a_light_that_touches_the_mesh_gives_finite_answers(light: Json) -> None
     origin = [at[0] + 0.5, at[1] + 3, at[2] + 0.2]
     hits = traced([mesh(vertices, faces)], *towards(origin, vertices), lights=[light], points=4)
     assert np.isfinite(hits.visibility).all()
+
+
+THREADS = 4 * KEPT
+ROUNDS = 20
+
+BUSY = 0.005
+"""Seconds that every thread works on its value."""
+
+
+@pytest.fixture
+def restless() -> Iterator[None]:
+    """Threads take turns as often as they can."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    yield
+    sys.setswitchinterval(before)
+
+
+def fan(number: int) -> Triangles:
+    """40 triangles around a point, others for each number."""
+    turns = np.linspace(0, 6, 41)
+    rim = np.stack((np.cos(turns), np.sin(turns), np.full(41, float(number))), axis=1)
+    return family(np.stack((np.zeros((40, 3)), rim[:-1], rim[1:]), axis=1))
+
+
+@pytest.mark.usefixtures("restless")
+def test_each_of_many_threads_gets_what_was_made_of_its_family() -> None:
+    """All of them are done at the same time, and push each other's values out."""
+    together = threading.Barrier(THREADS)
+
+    def made(family: Triangles) -> bytes:
+        together.wait()
+        # The barrier lets threads go one by one; busy ones push each other aside anywhere.
+        until = time.perf_counter() + BUSY
+        while time.perf_counter() < until:
+            pass
+        return family.vertices.tobytes()
+
+    families = [fan(number) for number in range(THREADS)]
+    expected = [one.vertices.tobytes() for one in families]
+    with ThreadPoolExecutor(THREADS) as pool:
+        for _ in range(ROUNDS):
+            assert list(pool.map(Kept(made), families)) == expected
+
+
+def test_the_tree_of_the_same_vertices_is_used_again() -> None:
+    assert tree_of(fan(1)) is tree_of(fan(1))

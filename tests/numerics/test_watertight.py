@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from accuracy.hard_cases import oracle, solids
-from accuracy.hard_cases.documents import bulb, lamp, rectangle, scene
+from accuracy.hard_cases.documents import bulb, lamp, mesh, rectangle, scene, sun
+from renderer.accelerators.trees import FEW
 from schemas.reading import read_scene
 from tests.images.parts import DOUBLE, SINGLE
 from tests.numerics.tracing import EPS, towards, traced
@@ -18,30 +19,22 @@ EVERYWHERE = pytest.mark.parametrize("place", PLACES, ids=PLACE_IDS)
 
 
 @EVERYWHERE
-def test_no_ray_leaves_a_closed_mesh(place: list[float]) -> None:
-    vertices, faces = solids.icosphere(place, 1.0, 2)
-    mesh = solids.triangles_of(vertices, faces)
-    rng = np.random.default_rng(3)
+@pytest.mark.parametrize("points", [1, 16])
+def test_neither_ray_nor_light_leaves_a_closed_mesh_in_a_tree(place: list[float], points: int) -> None:
+    vertices, faces = solids.icosphere(place, 1.0, 3)
+    assert len(faces) > FEW
     targets = solids.edge_places(vertices, faces, SHARES)
-    for _ in range(4):
-        start = np.array(place) + rng.uniform(-0.3, 0.3, 3)
-        hits = traced(mesh, *towards(start.tolist(), targets))
-        assert (hits.shape >= 0).all()
-        assert np.abs(np.linalg.norm(hits.position - place, axis=1) - 1).max() < 0.1
-
-
-@EVERYWHERE
-def test_no_ray_leaves_a_closed_box(place: list[float]) -> None:
-    box = solids.box(place, 1.0)
-    rng = np.random.default_rng(4)
-    edges = solids.box_edges(place, 1.0)
-    targets = np.concatenate([a + np.outer(rng.uniform(0, 1, 80), b - a) for a, b in edges])
-    targets = np.concatenate((targets, solids.box_corners(place, 1.0)))
-    for _ in range(10):
-        start = np.array(place) + rng.uniform(0.1, 0.9, 3)
-        hits = traced(box, *towards(start.tolist(), targets))
-        assert (hits.shape >= 0).all()
-        assert np.abs(hits.position - place - 0.5).max() <= 0.5 + 1e-9
+    outside = np.add(place, [0.3, 1.9, 0.4]).tolist()
+    corner = np.add(place, [-0.5, -2.5, -0.5]).tolist()
+    start = np.random.default_rng(7).uniform(-0.3, 0.3, 3) + place
+    hits = traced(
+        [mesh(vertices, faces)],
+        *towards(start.tolist(), targets),
+        lights=[bulb(outside), lamp(corner, [1, 0, 0], [0, 0, 1], visible=False), sun([1, 2, 3])],
+        points=points,
+    )
+    assert (hits.shape == 0).all()
+    assert (hits.visibility == 0).all()
 
 
 @EVERYWHERE

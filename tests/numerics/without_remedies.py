@@ -105,7 +105,7 @@ def along_the_ray(family: Triangles, points: Points, chosen: Any, shapes: Any) -
 def projected(limit: float) -> Callable[[Rectangles, int, Rays], None]:
     """A rectangle's hits by projection on its edges."""
 
-    def meet(family: Rectangles, shape: int, rays: Rays) -> None:
+    def intersect(family: Rectangles, shape: int, rays: Rays) -> None:
         parts = [part[:, shape] for part in (family.anchors, family.first, family.second)]
         begins = np.broadcast_to(rays.origins, rays.directions.shape).T
         with np.errstate(all="ignore"):
@@ -115,13 +115,13 @@ def projected(limit: float) -> Callable[[Rectangles, int, Rays], None]:
         u, v = (places @ edge / (edge @ edge) for edge in parts[1:])
         rays.offer(found, t[found], (u, v), family.numbers[shape : shape + 1], WHOLE)
 
-    return meet
+    return intersect
 
 
 def quadratic(dtype: Any) -> Callable[[Ellipsoids, int, Rays], None]:
     """An ellipsoid's hits by b^2 - 4ac, after one matrix that also moves."""
 
-    def meet(family: Ellipsoids, shape: int, rays: Rays) -> None:
+    def intersect(family: Ellipsoids, shape: int, rays: Rays) -> None:
         one = SimpleNamespace(center=family.centers[:, shape], axes=family.axes[:, :, shape])
         begins = np.broadcast_to(rays.origins, rays.directions.shape).T
         with np.errstate(all="ignore"):
@@ -133,7 +133,7 @@ def quadratic(dtype: Any) -> Callable[[Ellipsoids, int, Rays], None]:
         angles = ellipsoids._angles(where)  # noqa: SLF001
         rays.offer(found, t, angles, family.numbers[shape : shape + 1], WHOLE)
 
-    return meet
+    return intersect
 
 
 LOCATE_ROUND = Ellipsoids.locate

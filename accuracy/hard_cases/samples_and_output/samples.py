@@ -24,7 +24,7 @@ from accuracy.hard_cases.harness import (
     total,
 )
 from renderer.film import Film, compose
-from renderer.layers.spread import Spread, merged, standard_errors
+from renderer.layers import Spread, merged, standard_errors
 from renderer.math.arrays import Floats
 from renderer.math.numerics import halving_sum
 from renderer.math.streams import bits, keys, uniforms

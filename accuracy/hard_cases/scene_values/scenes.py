@@ -255,8 +255,8 @@ def on_edges(plan: renderer.RenderPlan) -> Masks:
             of_all[wave.targets] = row
             nine = of_all.reshape(size, 9)
             differ |= (nine != nine[:, :1]).any(axis=1)
-        for spawner in plan.spawners:
-            waiting.extend(spawner.run(points, wave))
+        for stage in plan.scattering:
+            waiting.extend(stage.run(points, wave))
     return differ.reshape(plan.height, plan.width)
 
 

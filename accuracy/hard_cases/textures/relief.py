@@ -34,7 +34,7 @@ from accuracy.hard_cases.harness import (
     total,
 )
 from accuracy.hard_cases.solids import outward
-from renderer.cameras import pinhole
+from renderer.cameras import build_pinhole
 from renderer.math.arrays import Floats, lengths
 from renderer.shapes import displacement
 from renderer.shapes.displacement import Displaced
@@ -81,7 +81,7 @@ def fine_mesh(document: Json, heights: NDArray[Any], scale: float, group: Sequen
     texture = language.ImageTexture.model_validate({"type": "image", "asset": "map", "encoding": "linear"})
     map_ = Heights(image.build(texture, Files({"map": png(heights)})), scale)
     moved = [Displaced(number, read.shapes[number], map_) for number in group]
-    return displacement.build(moved, pinhole.build(read.camera), Files())
+    return displacement.build(moved, build_pinhole(read.camera), Files())
 
 
 def cube() -> Json:

@@ -59,8 +59,8 @@ def waves(document: Json, origins: Floats, directions: Floats) -> list[Wave]:
         wave = waiting.pop()
         _, points = local_radiance(plan, wave.rays, Counter())
         done.append(wave)
-        for spawner in plan.spawners:
-            waiting.extend(spawner.run(points, wave))
+        for stage in plan.scattering:
+            waiting.extend(stage.run(points, wave))
     return done
 
 

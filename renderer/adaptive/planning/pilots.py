@@ -25,8 +25,7 @@ from renderer.scenes import LoadedScene
 from renderer.shapes import Family
 from renderer.shapes.family import Hulls
 from renderer.textures import footprints
-from renderer.textures.averaged import AveragedChecker
-from renderer.textures.checker import BoxCheckerTexture
+from renderer.textures.checker import AveragedChecker, BoxCheckerTexture
 from renderer.textures.means import MeanColor
 from schemas.quality import FixedQuality, TargetQuality
 from schemas.sampling import Antialiasing, LightSampling

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import renderer
 from renderer.assets import FolderAssets
-from renderer.cameras.pinhole import build
+from renderer.cameras import build_pinhole
 from schemas.quality import FixedQuality
 from schemas.reading import read_scene
 from schemas.vectors import difference, sine_between
@@ -146,7 +146,7 @@ def test_rays_are_those_of_the_courses_camera(
         json.dumps(course(cam_config=camera, image_resolution=size, objects=[]))
     )
     conversion = convert(folder / "camera.json", root=folder, folder=folder)
-    view = build(read_scene(json.dumps(conversion.document).encode())[0].camera)
+    view = build_pinhole(read_scene(json.dumps(conversion.document).encode())[0].camera)
     (width, height), (x, y) = size, (place[0] / 64 * size[0], place[1] / 64 * size[1])
     found = view.directions(np.array([x]), np.array([height - y]))[:, 0]
     true = course_direction(camera, width, height, x, y)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
-from renderer.cameras.pinhole import build
+from renderer.cameras import build_pinhole
 from renderer.meshes.files import read_mesh
 from schemas.reading import read_scene
 from service.converting.errors import ConversionError
@@ -54,7 +54,7 @@ def test_the_default_camera_sees_every_vertex(
     lines += [f"f {' '.join(str(number + 1) for number in range(len(points)))}"]
     (folder / "cloud.obj").write_text("\n".join(lines) + "\n")
     scene = convert(folder / "cloud.obj", root=folder, folder=folder).document
-    camera = build(read_scene(scene)[0].camera)
+    camera = build_pinhole(read_scene(scene)[0].camera)
     offsets = points.T - camera.position
     depth = (camera.forward * offsets).sum(axis=0)
     assert (depth > 0).all()

@@ -109,7 +109,7 @@ def test_whole_numbers_of_numpy_are_whole_numbers(plan: renderer.RenderPlan) -> 
     [lambda: renderer.render("room.json"), lambda: renderer.trace(ROOM, [[0, 0, 5]], [[0, 0, -1]])],  # type: ignore[arg-type]
     ids=["render", "trace"],
 )
-def test_who_gives_a_scene_in_place_of_a_plan_is_sent_to_compile_scene(call: Callable[[], Any]) -> None:
+def test_a_scene_in_place_of_a_plan_is_referred_to_compile_scene(call: Callable[[], Any]) -> None:
     with pytest.raises(TypeError, match="compile_scene"):
         call()
 

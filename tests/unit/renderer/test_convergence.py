@@ -84,25 +84,25 @@ MOST = 4 * math.sqrt(TRIALS * 0.95 * 0.05)
 """Four standard deviations of the number of intervals that hold: one in 30,000 is farther off by chance."""
 
 
-def noisy(points: int, wrong: float, *, told: bool) -> Iterator[tuple[PowerLaw, float, float]]:
+def noisy(points: int, wrong: float, *, with_intervals: bool) -> Iterator[tuple[PowerLaw, float, float]]:
     """Laws through curves of order -0.7 with noise, times of their last points, and their next errors.
 
-    The next error is that at twice the time, with noise as the last one has; both are told by their ratio.
+    The next error is that at twice the time, with noise as the last one has; both are given by their ratio.
     """
-    random = np.random.default_rng([points, int(10 * wrong), told])
+    random = np.random.default_rng([points, int(10 * wrong), with_intervals])
     for _ in range(TRIALS):
         times = np.sort(random.uniform(1, 100, points))
-        deviations = random.uniform(0.02, 0.2, points) if told else np.full(points, 0.1)
+        deviations = random.uniform(0.02, 0.2, points) if with_intervals else np.full(points, 0.1)
         noise = wrong * deviations * random.standard_normal(points)
         errors = 0.3 * times**-0.7 * np.exp(noise)
         highs = highs_of(list(errors), list(deviations))
-        law = power_law(times, errors, highs if told else None)
+        law = power_law(times, errors, highs if with_intervals else None)
         further = wrong * deviations[-1] * random.standard_normal()
         yield law, float(times[-1]), float(2**0.7 * np.exp(noise[-1] - further))
 
 
 KINDS = pytest.mark.parametrize(
-    ("told", "wrong"),
+    ("with_intervals", "wrong"),
     [(True, 1.0), (True, 4.0), (False, 1.0)],
     ids=["intervals that are right", "intervals a quarter as wide as the noise", "no intervals"],
 )
@@ -110,17 +110,21 @@ KINDS = pytest.mark.parametrize(
 
 @pytest.mark.parametrize("points", [3, 4, 8])
 @KINDS
-def test_the_interval_holds_the_order_in_95_of_100_curves(points: int, told: bool, wrong: float) -> None:
-    orders = [law.order for law, _, _ in noisy(points, wrong, told=told)]
+def test_the_interval_holds_the_order_in_95_of_100_curves(
+    points: int, with_intervals: bool, wrong: float
+) -> None:
+    orders = [law.order for law, _, _ in noisy(points, wrong, with_intervals=with_intervals)]
     held = sum(order.low <= -0.7 <= order.high for order in orders)
     assert held >= 0.95 * TRIALS - MOST
 
 
 @pytest.mark.parametrize("points", [3, 4, 8])
 @KINDS
-def test_the_interval_holds_the_cost_in_95_of_100_curves(points: int, told: bool, wrong: float) -> None:
+def test_the_interval_holds_the_cost_in_95_of_100_curves(
+    points: int, with_intervals: bool, wrong: float
+) -> None:
     held = 0
-    for law, spent, factor in noisy(points, wrong, told=told):
+    for law, spent, factor in noisy(points, wrong, with_intervals=with_intervals):
         cost = law.falling(spent, factor) if factor > 1 else None
         # Nothing is claimed where the error did not fall.
         held += cost is None or cost.low <= spent <= cost.high
@@ -129,7 +133,7 @@ def test_the_interval_holds_the_cost_in_95_of_100_curves(points: int, told: bool
 
 @pytest.mark.parametrize("points", [4, 8])
 def test_without_intervals_it_does_not_hold_it_more_often_than_that(points: int) -> None:
-    orders = [law.order for law, _, _ in noisy(points, 1.0, told=False)]
+    orders = [law.order for law, _, _ in noisy(points, 1.0, with_intervals=False)]
     assert sum(order.low <= -0.7 <= order.high for order in orders) <= 0.95 * TRIALS + MOST
 
 
@@ -242,7 +246,7 @@ def test_a_fall_too_slow_for_any_number_has_no_cost() -> None:
     assert found["next_halving"] is None
 
 
-def test_of_unknown_errors_the_reason_given_is_told() -> None:
+def test_of_unknown_errors_the_reason_given_is_reported() -> None:
     found = trend(passes((1, None), (2, None), (3, None)), "For this.")
     assert found == {"order": None, "next_halving": None, "reason": "For this."}
     assert "there are 0" in trend([])["reason"]

@@ -1,4 +1,4 @@
-"""The plan of target quality tells what its pilot samples do in another way."""
+"""The plan of target quality lists what its pilot samples do in another way."""
 
 import json
 from pathlib import Path
@@ -19,13 +19,13 @@ ABOVE = lamp([-1, 3, -1], [2, 0, 0], [0, 0, 2])
 BOARD = {"type": "checker"}
 
 
-def told(document: Json, error: float = 2.0**-8, **options: Any) -> PlanDocument:
+def described(document: Json, error: float = 2.0**-8, **options: Any) -> PlanDocument:
     quality = TargetQuality(mode="target", error=error, **options)
     return renderer.compile_scene(document, quality).describe()
 
 
 def details(document: Json, error: float = 2.0**-8, **options: Any) -> dict[str, str]:
-    return {look.name: look.detail for look in told(document, error, **options).pilot_samples}
+    return {stage.name: stage.detail for stage in described(document, error, **options).pilot_samples}
 
 
 def furnished(**changes: Any) -> Json:
@@ -43,10 +43,10 @@ def test_fixed_quality_has_no_pilot_samples() -> None:
     assert renderer.compile_scene(furnished(), fixed).describe().pilot_samples == ()
 
 
-def test_looks_are_told_in_order_with_who_asked() -> None:
+def test_pilot_samples_are_listed_in_order_with_their_pointers() -> None:
     materials = {"plain": phong(color_texture="board")}
     document = furnished(textures={"board": BOARD, "other": BOARD}, materials=materials)
-    assert [(look.name, look.pointers) for look in told(document).pilot_samples] == [
+    assert [(stage.name, stage.pointers) for stage in described(document).pilot_samples] == [
         ("pilot samples", ("/camera",)),
         ("view of light 0", ("/lights/0",)),
         ("light 0 seen whole", ("/lights/0",)),
@@ -57,21 +57,21 @@ def test_looks_are_told_in_order_with_who_asked() -> None:
 
 
 @pytest.mark.parametrize("path", GALLERY, ids=lambda path: path.stem)
-def test_every_look_at_a_gallery_scene_points_at_lines_that_are_there(path: Path) -> None:
+def test_every_pilot_sample_of_a_gallery_scene_points_at_lines_that_are_there(path: Path) -> None:
     document = json.loads(path.read_bytes())
     plan = renderer.compile_scene(path, TargetQuality(mode="target", error=0.004)).describe()
     assert bool(plan.pilot_samples) == (document["camera"].get("lens_radius", 0) == 0)
-    for look in plan.pilot_samples:
-        assert all(resolved(pointer, document) is not None for pointer in look.pointers)
+    for stage in plan.pilot_samples:
+        assert all(resolved(pointer, document) is not None for pointer in stage.pointers)
 
 
-def test_nobody_asks_who_sees_a_light_that_nothing_can_hide() -> None:
+def test_no_pilot_sample_asks_for_the_view_of_a_light_that_nothing_can_hide() -> None:
     found = details(scene(FLOOR, lights=[ABOVE]))
     assert "light 0 seen whole" in found
     assert not found.keys() & {"view of light 0", "light 0 seen in part"}
 
 
-def test_a_light_without_an_area_is_looked_at_as_always() -> None:
+def test_a_light_without_an_area_is_sampled_as_always() -> None:
     found = details(scene(FLOOR, BALL, lights=[bulb([0, 3, 0])]))
     assert found.keys() == {"pilot samples", "borders", "shadow edges"}
 
@@ -87,7 +87,7 @@ def test_half_the_error_has_twice_the_points_in_penumbrae_down_to_a_floor_where_
     assert found["light 0 seen in part"] == f"{points} sobol points with shadow rays"
 
 
-def test_borders_are_told_with_the_fewest_rays_they_get() -> None:
+def test_borders_are_listed_with_the_fewest_rays_they_get() -> None:
     """Two lattices of two rays. How many more there are is known when the contrasts are."""
     found = details(furnished())["borders"]
     assert found.startswith("rays tell how much of a pixel each shape fills")
@@ -98,7 +98,7 @@ def test_borders_are_told_with_the_fewest_rays_they_get() -> None:
 def test_edges_of_hard_shadows_on_flat_shapes_are_asked_for_by_lights() -> None:
     sheet = rectangle([-0.5, 1, -0.5], [0, 0, 1], [1, 0, 0])
     document = scene(FLOOR, sheet, lights=[bulb([0, 3, 0])])
-    edges = told(document).pilot_samples[-1]
+    edges = described(document).pilot_samples[-1]
     assert (edges.name, edges.pointers) == ("shadow edges", ("/lights/0",))
     assert int(edges.detail.split()[0]) > 0
     assert "shadow edges" not in details(scene(FLOOR, lights=[bulb([0, 3, 0])]))
@@ -132,7 +132,7 @@ def test_the_finest_grid_on_a_light_goes_with_its_brightness_and_the_sharpest_hi
 
 
 def test_a_lens_asks_for_a_lattice_of_samples_and_for_no_pilot_samples() -> None:
-    plan = told(furnished(camera=camera(lens_radius=0.1, focus_distance=5.0)))
+    plan = described(furnished(camera=camera(lens_radius=0.1, focus_distance=5.0)))
     assert plan.pilot_samples == ()
     (stage,) = [stage for stage in plan.stages if stage.name == "lattice of samples"]
     assert stage.pointers == ("/camera/lens_radius", "/camera/focus_distance")
@@ -141,5 +141,5 @@ def test_a_lens_asks_for_a_lattice_of_samples_and_for_no_pilot_samples() -> None
 
 def test_neither_a_pinhole_nor_fixed_quality_samples_a_lattice() -> None:
     lens = furnished(camera=camera(lens_radius=0.1))
-    for plan in (told(furnished()), renderer.compile_scene(lens).describe()):
+    for plan in (described(furnished()), renderer.compile_scene(lens).describe()):
         assert "lattice of samples" not in [stage.name for stage in plan.stages]

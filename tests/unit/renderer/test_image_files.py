@@ -9,11 +9,10 @@ import pytest
 from PIL import Image
 
 from renderer.errors import ImageFileError, RenderError
-from renderer.images.files import displayed, encode_npy, encode_png, write_image
+from renderer.images.files import encode_npy, encode_png, write_image
 from schemas.display import Display
 
-SRGB, LINEAR = Display(), Display(transfer="linear")
-CODES = np.arange(256, dtype=np.uint8)
+SRGB = Display()
 
 
 def gray(values: object) -> np.ndarray:
@@ -24,19 +23,6 @@ def read_back(content: bytes) -> np.ndarray:
     with Image.open(io.BytesIO(content)) as picture:
         assert (picture.format, picture.mode) == ("PNG", "RGB")
         return np.asarray(picture)
-
-
-def test_codes_are_rounded_to_the_nearest() -> None:
-    halves = (np.arange(255) + 0.5) / 255
-    below, above = halves - 1e-6, halves + 1e-6
-    assert (displayed(gray(below), LINEAR)[0, :, 0] == CODES[:-1]).all()
-    assert (displayed(gray(above), LINEAR)[0, :, 0] == CODES[1:]).all()
-
-
-@pytest.mark.parametrize(("stops", "code"), [(1, 255), (0, 128), (-1, 64), (-100, 0), (100, 255)])
-def test_exposure_counts_in_stops(stops: float, code: int) -> None:
-    exposed = displayed(gray([128 / 255]), Display(transfer="linear", exposure=stops))
-    assert exposed[0, 0, 0] == code
 
 
 def test_a_npy_file_holds_the_linear_picture_bit_for_bit() -> None:

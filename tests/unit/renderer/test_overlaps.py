@@ -68,16 +68,16 @@ def test_what_lies_in_an_earlier_shape_changes_no_pixel(later: list[Json], culli
 
 @pytest.mark.parametrize("earlier", [SIGN, rug(3), rug(6)])
 def test_what_comes_first_is_seen_whole(earlier: Json) -> None:
-    """From above, wherever it is met over a floor far below."""
+    """From above, wherever it is hit over a floor far below."""
     below = rectangle([-2, -30, -2], [0, 0, 4], [4, 0, 0])
     both, alone = (plan_of(room(earlier, other)) for other in (FLOOR, below))
-    first, expected = (met(plan) for plan in (both, alone))
+    first, expected = (hit_shapes(plan) for plan in (both, alone))
     assert (expected == 0).sum() > 20
     assert (first[expected == 0] == 0).all()
 
 
-def met(plan: Any) -> Any:
-    """Numbers of the shapes that rays meet straight from above."""
+def hit_shapes(plan: Any) -> Any:
+    """Numbers of the shapes that rays hit straight from above."""
     x, z = np.random.default_rng(1).uniform(-1.5, 1.5, (2, 400))
     origins = np.stack((x, np.full(400, 0.15), z), axis=1)
     return renderer.trace(plan, origins, np.tile([0.0, -1, 0], (400, 1))).shape
@@ -102,7 +102,7 @@ def test_shapes_in_parallel_planes_do_not_overlap() -> None:
 
 
 def test_a_large_mesh_stands_beside_a_few_displaced_triangles() -> None:
-    """Two families of one kind: the one that is met one by one is found among the flat ones."""
+    """Two families of one kind: the one that is tested one by one is found among the flat ones."""
     small = rectangle([1, 0.5, 1], [0, 0, 0.01], [0.01, 0, 0], material="relief")
     relief = phong([0.5, 0.5, 0.5], displacement_map="heights", displacement_height=0.001)
     document = {

@@ -36,12 +36,12 @@ ABOVE = lamp([-1, 3, -1], [2, 0, 0], [0, 0, 2])
 FILES = {"picture.png": png(pictures.codes(6, 5)), "bumps.png": png(pictures.bumps())}
 
 
-def told(document: Json, **options: Any) -> PlanDocument:
+def described(document: Json, **options: Any) -> PlanDocument:
     return plan_of(document, files=FILES, **options).describe()
 
 
 def names(document: Json) -> list[str]:
-    return [stage.name for stage in told(document).stages]
+    return [stage.name for stage in described(document).stages]
 
 
 def resolved(pointer: str, document: Any) -> Any:
@@ -100,13 +100,15 @@ def test_a_scene_with_everything_lists_every_kind_of_stage() -> None:
     ]
 
 
-def test_normals_are_bent_for_those_alone_who_tilt_them() -> None:
+def test_normals_are_bent_only_for_what_tilts_them() -> None:
     facet = ([0, 0, 0], [1, 0, 0], [0, 1, 0])
     smooth = triangle(*facet, normals=[[0, 0, 1], [0, 1, 1], [1, 0, 1]])
     height = {"type": "image", "asset": "bumps.png"}
     tilted = phong(bump_map="bumps", bump_height=0.1)
     document = scene(FLOOR, smooth, textures={"bumps": height}, materials={"plain": tilted})
-    asking = [stage.pointers for stage in told(document).stages if stage.name == "normals at the horizon"]
+    asking = [
+        stage.pointers for stage in described(document).stages if stage.name == "normals at the horizon"
+    ]
     assert asking == [("/shapes/1", "/materials/plain/bump_map")]
     flat = scene(FLOOR, triangle(*facet), materials={"plain": phong()})
     assert "normals at the horizon" not in names(flat)
@@ -156,7 +158,7 @@ def test_an_empty_scene_has_camera_rays_alone() -> None:
     ],
 )
 def test_what_is_left_out_says_why(document: Json, effect: str, pointers: list[str], reason: str) -> None:
-    found = [item for item in told(document).left_out if item.effect == effect]
+    found = [item for item in described(document).left_out if item.effect == effect]
     assert [list(item.pointers) for item in found] == [pointers]
     assert reason in found[0].reason
 
@@ -287,6 +289,6 @@ def test_passes_share_out_every_sample_once(samples: int, rounds: list[int]) -> 
 
 
 def test_more_samples_cost_more() -> None:
-    few, many = (told(pictures.of_room(sampling=sampled(n, 16))).cost for n in (4, 64))
+    few, many = (described(pictures.of_room(sampling=sampled(n, 16))).cost for n in (4, 64))
     assert many.camera_rays == 16 * few.camera_rays
     assert many.cpu_seconds == pytest.approx(16 * few.cpu_seconds)

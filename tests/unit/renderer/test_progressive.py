@@ -1,4 +1,4 @@
-"""Errors told by the differences of passes, and the plans of which they tell anything."""
+"""Errors estimated from the differences of passes, and the plans that allow an estimate."""
 
 from __future__ import annotations
 
@@ -60,28 +60,28 @@ def test_tiles_add_up_to_the_picture() -> None:
     assert other.document() == pytest.approx(one.document(), rel=1e-13)
 
 
-def test_the_error_of_independent_samples_is_told_without_bias_and_within_its_interval() -> None:
+def test_the_error_of_independent_samples_is_estimated_without_bias_and_within_its_interval() -> None:
     """Normal samples of deviation 1/20 about 1/2, ten of which lie between it and the clipping."""
     random = np.random.default_rng(11)
     pixels, trials = 512, 500
-    told, true, held = np.zeros((3, trials))
+    estimated, true, held = np.zeros((3, trials))
     for trial in range(trials):
         samples = random.normal(0.5, 0.05, (4, pixels)).astype(np.float32)
         parts = [samples[:1].mean(axis=0), samples[1:].mean(axis=0)]
         images = [np.repeat(part[None, :, None], 3, axis=2) for part in parts]
         error = errors_of([squares_of(list(zip((FIRST, SECOND), images, strict=True)))], pixels)[2]
-        told[trial] = error.estimate**2
+        estimated[trial] = error.estimate**2
         true[trial] = ((samples.mean(axis=0) - 0.5) ** 2).mean()
         held[trial] = error.low <= np.sqrt(true[trial]) <= error.high
     # Four standard deviations of a mean: one right renderer in 16,000 fails.
-    room = 4 * (told - true).std(ddof=1) / np.sqrt(trials)
-    assert abs((told - true).mean()) < room
-    assert told.mean() == pytest.approx(0.05**2 / 4, abs=4 * told.std(ddof=1) / np.sqrt(trials))
+    room = 4 * (estimated - true).std(ddof=1) / np.sqrt(trials)
+    assert abs((estimated - true).mean()) < room
+    assert estimated.mean() == pytest.approx(0.05**2 / 4, abs=4 * estimated.std(ddof=1) / np.sqrt(trials))
     assert held.mean() > 0.95 - 4 * np.sqrt(0.95 * 0.05 / trials)
 
 
 @pytest.mark.parametrize("pattern", ["uniform", "rotated", "stratified", "sobol"])
-def test_samples_that_depend_on_each_other_tell_no_error(pattern: str) -> None:
+def test_samples_that_depend_on_each_other_give_no_error(pattern: str) -> None:
     plan = plan_of(pictures.of_room(sampling=sampled(4, 4, pattern, "random")))
     reason = unknown_error(plan)
     assert reason is not None
@@ -89,11 +89,11 @@ def test_samples_that_depend_on_each_other_tell_no_error(pattern: str) -> None:
 
 
 @pytest.mark.parametrize("light", ["random", "stratified", "sobol"])
-def test_random_camera_samples_tell_it(light: str) -> None:
+def test_random_camera_samples_give_it(light: str) -> None:
     assert unknown_error(plan_of(pictures.of_room(sampling=sampled(4, 4, "random", light)))) is None
 
 
-def test_the_same_light_points_for_all_samples_tell_no_error() -> None:
+def test_the_same_light_points_for_all_samples_give_no_error() -> None:
     document = pictures.of_room(sampling=sampled(4, 4, "random", "uniform"))
     reason = unknown_error(plan_of(document))
     assert reason is not None
@@ -112,7 +112,7 @@ def report_of(document: dict[str, Any], **options: Any) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("watched", [False, True])
-def test_a_report_tells_what_was_taken_by_the_end_of_each_pass(watched: bool) -> None:
+def test_a_report_says_what_was_taken_by_the_end_of_each_pass(watched: bool) -> None:
     events: list[Any] = []
     document = pictures.of_room(sampling=sampled(16, 4, "random", "random"))
     report = report_of(document, on_tile=events.append if watched else None, tile_size=8)
@@ -144,7 +144,7 @@ def test_a_report_says_why_the_error_is_unknown() -> None:
     }
 
 
-def test_a_report_of_target_quality_tells_its_curve() -> None:
+def test_a_report_of_target_quality_has_its_curve() -> None:
     plan = renderer.compile_scene(pictures.of_room(), TargetQuality(mode="target", error=0.01))
     report = renderer.render(plan).report
     assert report["passes"][-1]["error"] == report["error"]

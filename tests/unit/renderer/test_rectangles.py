@@ -27,18 +27,6 @@ def test_texture_coordinates_grow_along_tangent_and_cotangent(u: float, v: float
     assert hits.normal[0].tolist() == [0, 0, 1]
 
 
-def test_both_forms_describe_the_same_rectangle() -> None:
-    corner_form = rectangle([-1, 1, 3], [4, 0, 0], [0, 2, 0])
-    rng = np.random.default_rng(1)
-    origins, targets = rng.normal(size=(300, 3)) * 6, rng.uniform([-2, 0, 3], [4, 4, 3], (300, 3))
-    a, b = (traced([shape], origins, targets - origins) for shape in (CENTER_FORM, corner_form))
-    assert (a.shape == b.shape).all()
-    assert (a.shape == 0).sum() > 80
-    hit = a.shape == 0
-    assert np.abs(a.uv[hit] - b.uv[hit]).max() <= 64 * EPS
-    assert np.abs(a.t[hit] / b.t[hit] - 1).max() <= 16 * EPS
-
-
 @pytest.mark.parametrize("angle", [1e-8, 1e-4, 1.0])
 def test_edges_are_perpendicular_however_near_the_tangent_is_to_the_normal(angle: float) -> None:
     normal, center = column((0.3, -0.5, 0.8)), column((1.0, 2.0, 3.0))

@@ -2,31 +2,17 @@
 
 from __future__ import annotations
 
-import io
 import math
-from collections import Counter
 from typing import Any
 
 import numpy as np
 import pytest
-from PIL import Image
 
 import renderer
 from renderer.shapes import displacement
+from tests.images import parts
 
 SIZE = 64
-
-
-class Files:
-    """Height maps made on the spot, (rows, columns) values 0 to 1, row 0 on the side v = 1."""
-
-    def __init__(self, **maps: np.ndarray) -> None:
-        self.maps = maps
-
-    def read(self, name: str) -> bytes:
-        buffer = io.BytesIO()
-        Image.fromarray(np.floor(self.maps[name] * 65535 + 0.5).astype(np.uint16)).save(buffer, format="PNG")
-        return buffer.getvalue()
 
 
 def constant(value: float) -> np.ndarray:
@@ -80,7 +66,9 @@ def scene(shape: dict[str, Any], *, wrap: str = "clamp", size: int = 24, **mater
 
 
 def plan_of(heights: np.ndarray, document: dict[str, Any]) -> renderer.RenderPlan:
-    return renderer.compile_scene(renderer.load_scene(document, assets=Files(map=heights)))
+    """Heights (rows, columns) from 0 to 1, row 0 on the side v = 1."""
+    codes = np.floor(heights * 65535 + 0.5).astype(np.uint16)
+    return parts.plan_of(document, files={"map": parts.png(codes)})
 
 
 def picture(heights: np.ndarray, document: dict[str, Any]) -> np.ndarray:
@@ -150,26 +138,6 @@ def test_a_constantly_displaced_ball_is_a_larger_ball_up_to_its_facets() -> None
     assert radius.min() >= 1.2 * math.cos(angle / 2) ** 2
 
 
-@pytest.mark.parametrize("shape", [BALL, CUBE], ids=["ellipsoid", "mesh"])
-def test_a_closed_surface_stays_closed(shape: dict[str, Any]) -> None:
-    family = displaced(shape, hills(), 0.3, size=16).meetings[0].family
-    places = np.unique(family.vertices.transpose(0, 2, 1).reshape(-1, 3), axis=0, return_inverse=True)[1]
-    corners = places.reshape(3, -1)
-    edges: Counter[tuple[int, int]] = Counter()
-    for start, end in ((0, 1), (1, 2), (2, 0)):
-        edges.update(zip(corners[start].tolist(), corners[end].tolist(), strict=True))
-    assert all(count == edges[b, a] == 1 for (a, b), count in edges.items())
-
-
-@pytest.mark.parametrize("shape", [BALL, CUBE], ids=["ellipsoid", "mesh"])
-def test_no_ray_leaves_a_displaced_closed_surface(shape: dict[str, Any]) -> None:
-    plan = displaced(shape, hills(), 0.3, size=32)
-    vertices = plan.meetings[0].family.vertices
-    targets = np.concatenate((vertices[0].T, (vertices[0].T + vertices[1].T) / 2, vertices.mean(axis=0).T))
-    hits = renderer.trace(plan, np.zeros_like(targets), targets)
-    assert np.isfinite(hits.t).all()
-
-
 def test_relief_casts_its_shadow_on_itself() -> None:
     document = scene(PANEL, size=96, displacement_map="map", displacement_height=0.5, ambient=0.5, specular=0)
     image = picture(ridge(), document)
@@ -184,10 +152,3 @@ def test_displacement_stops_at_its_limit(monkeypatch: pytest.MonkeyPatch) -> Non
     for shape in (PANEL, BALL, CUBE):
         family = displaced(shape, hills(), 0.1, size=2000).meetings[0].family
         assert 500 <= family.numbers.size <= 1100
-
-
-def test_a_displaced_picture_does_not_depend_on_tiles() -> None:
-    plan = displaced(BALL, hills(), 0.3)
-    whole = renderer.render(plan, tile_size=24).image
-    for size in (5, 8):
-        assert renderer.render(plan, tile_size=size).image.tobytes() == whole.tobytes()

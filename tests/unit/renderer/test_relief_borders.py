@@ -8,7 +8,7 @@ import schemas.textures as language
 from accuracy.hard_cases.documents import Json, mesh, rectangle, sphere
 from accuracy.hard_cases.harness import Files, png
 from accuracy.hard_cases.textures.relief import hills, open_edges, relief_scene
-from renderer.cameras import pinhole
+from renderer.cameras import build_pinhole
 from renderer.math.arrays import Floats
 from renderer.shapes import displacement
 from renderer.shapes.displacement import Displaced
@@ -29,7 +29,7 @@ def built(shapes: list[Json], reliefs: list[Heights] | None = None) -> list[Floa
     read = read_scene({**relief_scene(shapes[0], 30, 0.3), "shapes": shapes})[0]
     given: list[Any] = reliefs or [heights()] * len(shapes)
     parts = [Displaced(i, shape, given[i]) for i, shape in enumerate(read.shapes)]
-    family = displacement.build(parts, pinhole.build(read.camera), Files())
+    family = displacement.build(parts, build_pinhole(read.camera), Files())
     return [family.vertices[:, :, family.numbers == i] for i in range(len(shapes))]
 
 
@@ -39,7 +39,7 @@ def on_seam(corners: Floats) -> Floats:
     return np.unique(places[places[:, 0] == 0], axis=0)
 
 
-def test_tiles_of_one_plane_meet_in_the_means_of_their_heights() -> None:
+def test_tiles_of_one_plane_join_at_the_means_of_their_heights() -> None:
     """The hills do not repeat: alone, the tiles end at other heights."""
     left, right = (on_seam(part) for part in built([LEFT, RIGHT]))
     np.testing.assert_array_equal(left, right)
@@ -66,7 +66,7 @@ def test_balls_of_one_relief_are_what_they_are_alone() -> None:
         np.testing.assert_array_equal(part, built([shape])[0])
 
 
-def test_the_two_faces_of_a_plate_move_apart_and_meet_at_its_rim() -> None:
+def test_the_two_faces_of_a_plate_move_apart_and_join_at_its_rim() -> None:
     front = rectangle([-1, -1, 0], [2, 0, 0], [0, 2, 0])
     back = rectangle([-1, -1, 0], [0, 2, 0], [2, 0, 0])
     for side, corners in zip((1, -1), built([front, back]), strict=True):

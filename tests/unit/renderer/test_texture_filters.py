@@ -72,7 +72,7 @@ def test_a_box_checker_of_one_colour_has_that_colour_exactly() -> None:
     assert np.array_equal(found, np.array(color)[:, None].repeat(99, axis=1))
 
 
-def test_without_footprints_a_filter_looks_at_the_point() -> None:
+def test_without_footprints_a_filter_takes_the_point() -> None:
     coordinates = np.random.default_rng(4).uniform(-1, 2, (2, 50))
     assert np.array_equal(board().at(coordinates), board(filter="none").at(coordinates))
 

@@ -1,45 +1,15 @@
 """Triangles: normals, weights, and frames for normal maps."""
 
 import itertools
-import math
-import random
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
 
-from accuracy.hard_cases import families, oracle
 from accuracy.hard_cases.documents import triangle
-from renderer.shapes.frames import frame_of_normals, frame_of_texture
+from renderer.shapes.frames import frame_of_texture
 from renderer.shapes.triangles import unit_normals
 from tests.numerics.tracing import EPS, traced
-
-SHAPES = [families.ordinary, families.tiny, families.huge, families.offset, families.sliver, families.needle]
-
-
-def exact_normal(vertices: list[list[float]]) -> tuple[float, ...]:
-    a, b, c = (oracle.rational(vertex) for vertex in vertices)
-    return oracle.unit(oracle.cross(oracle.minus(b, a), oracle.minus(c, a)))
-
-
-@pytest.mark.parametrize("family", SHAPES, ids=[family.__name__ for family in SHAPES])
-def test_normals_are_those_of_the_exact_triangle(family: Any) -> None:
-    """Within 8 eps over the sine of the widest angle: a needle has all digits, a sliver loses some."""
-    chosen = random.Random(1)
-    for _ in range(100):
-        vertices = family(chosen)
-        found = unit_normals(np.array(vertices)[:, :, None])[:, 0]
-        assert np.abs(found - exact_normal(vertices)).max() <= 8 * EPS / sine_of_widest_angle(vertices)
-
-
-def sine_of_widest_angle(vertices: list[list[float]]) -> float:
-    """The angle between the two shortest edges, from whole numbers."""
-    corners, _ = oracle.whole(vertices)
-    edges = [oracle.minus(p, q) for p, q in itertools.combinations(corners, 2)]
-    first, second, _ = sorted(oracle.dot(edge, edge) for edge in edges)
-    product = oracle.cross(edges[0], edges[1])
-    return math.sqrt(oracle.dot(product, product) / (first * second))
 
 
 def test_the_normal_turns_with_the_order_of_the_vertices() -> None:
@@ -61,26 +31,6 @@ def test_texture_coordinates_of_the_vertices_are_mixed_by_weight() -> None:
                 float(sum(w * Fraction(uv[k]) for w, uv in zip(weights, uvs, strict=True))) for k in (0, 1)
             ]
             assert hits.uv[0].tolist() == expected
-
-
-def normals_everywhere() -> np.ndarray:
-    rng = np.random.default_rng(1)
-    tilt = 10 ** rng.uniform(-9, 0, 500)
-    turn = rng.uniform(0, 2 * np.pi, 500)
-    down = np.array([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), -np.cos(tilt)])
-    special = np.array([[0, 0, 1], [0, 0, -1], [1, 0, 0], [0, -1, 0], [0, 0.0, -1.0], [-0.0, 0, -1]]).T
-    regression = np.array([[0.00038527316], [0.00038460016], [-0.99999988079]])
-    anywhere = rng.normal(size=(3, 500))
-    return np.hstack(
-        (down, special, regression / np.linalg.norm(regression), anywhere / np.linalg.norm(anywhere, axis=0))
-    )
-
-
-def test_every_normal_has_a_frame_also_close_to_the_lower_pole() -> None:
-    normals = normals_everywhere()
-    tangents = frame_of_normals(normals)
-    assert np.abs((tangents * normals).sum(axis=0)).max() <= 8 * EPS
-    assert np.abs((tangents**2).sum(axis=0) - 1).max() <= 8 * EPS
 
 
 def test_a_tangent_points_where_the_first_texture_coordinate_grows() -> None:

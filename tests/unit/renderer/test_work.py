@@ -34,7 +34,7 @@ def of(**material: Any) -> Json:
     return {"plain": phong(**material)}
 
 
-def test_where_no_ray_meets_a_shape_nothing_is_counted() -> None:
+def test_where_no_ray_hits_a_shape_nothing_is_counted() -> None:
     assert work(sphere([0, 0, 90], 1)) == (0, 0)
 
 

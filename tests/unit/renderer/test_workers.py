@@ -36,13 +36,13 @@ def test_an_error_comes_back_as_it_was_raised_with_its_place() -> None:
 
 
 @pytest.mark.parametrize("bytes_before", [0, 1, LARGE // 2])
-def test_a_worker_that_dies_in_the_middle_of_an_answer_is_told(bytes_before: int) -> None:
+def test_a_worker_that_dies_in_the_middle_of_an_answer_is_reported(bytes_before: int) -> None:
     """Its answer is cut off after so many bytes, of which this process has read all it could."""
     with Workers(2, partial(_half_an_answer, bytes_before)) as crew, pytest.raises(RenderError, match="died"):
         list(crew.each([0, 1]))
 
 
-def test_workers_that_are_killed_while_nobody_reads_their_answers_are_told() -> None:
+def test_workers_that_are_killed_while_their_answers_are_unread_are_reported() -> None:
     with Workers(2, _zeros) as crew:
         answers = crew.each([LARGE] * 8)
         next(answers)
@@ -54,7 +54,7 @@ def test_workers_that_are_killed_while_nobody_reads_their_answers_are_told() -> 
             list(answers)
 
 
-def test_the_end_does_not_wait_for_answers_that_nobody_wants() -> None:
+def test_the_end_does_not_wait_for_unwanted_answers() -> None:
     with Workers(2, _zeros) as crew:
         next(crew.each([LARGE] * 100))
     assert not multiprocessing.active_children()

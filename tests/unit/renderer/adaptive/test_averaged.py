@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from renderer.textures import checker
-from renderer.textures.averaged import FLATTEST, MOST, AveragedChecker
+from renderer.textures.checker import FLATTEST, MOST, AveragedChecker
 from schemas.textures import CheckerTexture
 from tests.images.parts import Files
 

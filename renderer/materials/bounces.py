@@ -1,4 +1,4 @@
-"""Transparent materials: light goes through by Snell's law, and is reflected by Fresnel's formulas."""
+"""Rays that leave mirrors, and glass by Snell's law and Fresnel's formulas."""
 
 from dataclasses import dataclass
 
@@ -11,32 +11,62 @@ from renderer.waves import Wave, leaving
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class TransmittedRays:
-    """Stage: a reflected and a refracted ray from every point of a transparent material.
+class Bounces:
+    """What rays that leave points depend on, by material.
 
     Attributes
     ----------
     strengths : (materials,) float64
-    indices : (materials,) float64
-        Refractive index inside relative to outside; inside is behind the outward normal.
+        0 for those that send no such rays.
     depths : (materials,) int64
         Most bounces of a path, where it bounces.
-    materials : (shapes,) int64
-        Material of each shape.
     faintest : float
         Weight up to which no picture shows a path.
     """
 
     strengths: Floats
-    indices: Floats
     depths: Integers
-    materials: Integers
     faintest: float
+
+    def chosen(self, points: Points, wave: Wave) -> Integers:
+        """Points (M,) of a wave that rays leave."""
+        materials = points.materials
+        return np.flatnonzero((self.strengths[materials] > 0) & (self.depths[materials] > wave.depth))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MirrorRays(Bounces):
+    """Stage: a reflected ray from every point of a mirror."""
+
+    def run(self, points: Points, wave: Wave) -> tuple[Wave, ...]:
+        """Rays from the points of a wave whose materials are mirrors."""
+        chosen = self.chosen(points, wave)
+        directions = reflected(
+            points.viewers[:, chosen], points.shading_normals[:, chosen], points.normals[:, chosen]
+        )
+        shares = self.strengths[points.materials[chosen]]
+        outside = ~points.flipped[chosen]
+        return leaving(wave, points, chosen, directions, shares, outside, "mirror", self.faintest)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TransmittedRays(Bounces):
+    """Stage: a reflected and a refracted ray from every point of a transparent material.
+
+    Attributes
+    ----------
+    indices : (materials,) float64
+        Refractive index inside relative to outside; inside is behind the outward normal.
+    materials : (shapes,) int64
+        Material of each shape.
+    """
+
+    indices: Floats
+    materials: Integers
 
     def run(self, points: Points, wave: Wave) -> tuple[Wave, ...]:
         """Rays from the points of a wave whose materials are transparent."""
-        materials = points.materials
-        chosen = np.flatnonzero((self.strengths[materials] > 0) & (self.depths[materials] > wave.depth))
+        materials, chosen = points.materials, self.chosen(points, wave)
         strengths, indices = self.strengths[materials[chosen]], self.indices[materials[chosen]]
         viewers, shading = points.viewers[:, chosen], points.shading_normals[:, chosen]
         normals, inside = points.normals[:, chosen], points.flipped[chosen]

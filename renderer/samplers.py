@@ -1,7 +1,11 @@
-"""Sample patterns in the unit square, one function a pattern.
+"""Where samples lie in the unit square, in a pixel or on a light: one function a pattern.
 
 Each takes keys (one a stream, shape broadcasting with `index`), the sample numbers and the number of
-samples in a set, and gives two coordinates in [0, 1). Fixed patterns do not look at the keys.
+samples in a set, and gives two coordinates in [0, 1). Fixed patterns do not use the keys.
+
+Sobol's points are the first two dimensions of his sequence with Owen's scrambling by hashing (Laine, Karras
+2011; Burley 2020, "Practical hash-based Owen scrambling"). Any first 2**m points put one point in each
+elementary interval, scrambled or not.
 """
 
 from collections.abc import Callable
@@ -10,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.math.arrays import Floats
-from renderer.math.streams import Keys, bits, uniforms
-from renderer.samplers import sobol as owen
+from renderer.math.streams import Bits, Keys, bits, uniforms
+
+_U = np.uint32
 
 Pattern = Callable[[Keys, NDArray[np.int64], int], tuple[Floats, Floats]]
 """(keys, sample numbers, samples in a set) -> two coordinates in [0, 1)."""
@@ -58,9 +63,52 @@ def stratified(key: Keys, index: NDArray[np.int64], count: int) -> tuple[Floats,
     return (index % columns + a) / columns, (index // columns + b) / rows
 
 
+def reversed_bits(x: Bits) -> Bits:
+    """The 32 bits in opposite order."""
+    x = x.byteswap()
+    for shift, mask in ((1, 0x55555555), (2, 0x33333333), (4, 0x0F0F0F0F)):
+        upper = x >> _U(shift)
+        upper &= _U(mask)
+        x &= _U(mask)
+        x <<= _U(shift)
+        x |= upper
+    return x
+
+
+def second_dimension(index: Bits) -> Bits:
+    """Sobol's second coordinate, of the primitive polynomial x + 1.
+
+    Its matrix is Pascal's triangle modulo 2, which is a product of five sparse ones: where bit b of a row's
+    number is set, add the bits 2**b places up.
+    """
+    for shift, mask in (
+        (1, 0x55555555),
+        (2, 0x33333333),
+        (4, 0x0F0F0F0F),
+        (8, 0x00FF00FF),
+        (16, 0x0000FFFF),
+    ):
+        index = index ^ ((index >> _U(shift)) & _U(mask))
+    return reversed_bits(index)
+
+
+def scrambled(x: Bits, seed: Bits) -> Bits:
+    """Owen's nested uniform scrambling; `x` and `seed` broadcast."""
+    with np.errstate(over="ignore"):
+        x = reversed_bits(x) + seed
+        x = x ^ (x * _U(0x6C50B47C))
+        x = x ^ (x * _U(0xB82F1E52))
+        x = x ^ (x * _U(0xC7AFE638))
+        x = x ^ (x * _U(0x8D22F6E6))
+    return reversed_bits(x)
+
+
 def sobol(key: Keys, index: NDArray[np.int64], count: int) -> tuple[Floats, Floats]:  # noqa: ARG001
     """Owen-scrambled Sobol points, a scrambling a key."""
-    return owen.points(key, np.asarray(index).astype(np.uint32))
+    number = np.asarray(index).astype(_U)
+    first = scrambled(reversed_bits(number), bits(key, 0))
+    second = scrambled(second_dimension(number), bits(key, 1))
+    return uniforms(first), uniforms(second)
 
 
 PATTERNS: dict[str, Pattern] = {

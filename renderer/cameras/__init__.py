@@ -1,5 +1,0 @@
-"""Cameras: from a place on the picture to a ray."""
-
-from renderer.cameras.pinhole import Pinhole
-
-__all__ = ["Pinhole"]
