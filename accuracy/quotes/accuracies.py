@@ -12,10 +12,10 @@ from math import exp, hypot, inf, log
 
 import numpy as np
 
-from accuracy.estimates import factor, line, mean
 from accuracy.quotes import places
 from accuracy.quotes.deadlines import Deadline, within
 from accuracy.quotes.settings import MEASURED
+from accuracy.statistics import factor, line, mean
 from renderer.integrator import camera_rays, radiance
 from renderer.math.arrays import Floats
 from renderer.math.intervals import Interval

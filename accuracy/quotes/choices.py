@@ -4,10 +4,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from math import ceil, floor, log, log10
 
-from accuracy.estimates import factor
 from accuracy.quotes.accuracies import Accuracy
 from accuracy.quotes.settings import Ladder, target
 from accuracy.quotes.timings import Timing
+from accuracy.statistics import factor
 from renderer.math.intervals import Interval
 from schemas.quality import CONFIDENCE, Quality
 

@@ -11,9 +11,9 @@ from functools import partial
 
 import numpy as np
 
-from accuracy.estimates import factor, mean, ratio
 from accuracy.quotes import places
 from accuracy.quotes.deadlines import Deadline, within
+from accuracy.statistics import factor, mean, ratio
 from renderer.integrator import render_tile
 from renderer.math.intervals import Interval
 from renderer.plan.plan import RenderPlan

@@ -6,7 +6,7 @@ import math
 import statistics
 from typing import TYPE_CHECKING, Any
 
-from accuracy.estimates import half_width, median
+from accuracy.statistics import half_width, median
 from accuracy.study import curves
 from accuracy.study.reference import Reference, clipped
 from accuracy.study.settings import BEST, METHODS, Setting

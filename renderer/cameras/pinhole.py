@@ -50,6 +50,10 @@ class Pinhole:
             self.half_height * ((self.height - 2 * y) / self.height),
         )
 
+    def bounds(self, x0: int, y0: int, x1: int, y1: int) -> Floats:
+        """Least and greatest place on the screen of a rectangle of the raster, across and along, (4,)."""
+        return np.concatenate(self.screen(np.array([x0, x1]), np.array([y1, y0])))
+
     def directions(self, x: Floats, y: Floats) -> Floats:
         """Ray directions (3, N), not normalised, through raster positions (N,) and (N,)."""
         across, along = self.screen(x, y)
