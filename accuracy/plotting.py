@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BLUE, CYAN, RED, YELLOW, GREEN, PURPLE = "#4477aa", "#66ccee", "#ee6677", "#ccbb44", "#228833", "#aa3377"
-"""Paul Tol's bright scheme, which people with any colour vision tell apart."""
+"""Paul Tol's bright scheme, which people with any colour vision can distinguish."""
 
 DOTS = 150
 """Of a PNG, an inch."""

@@ -107,3 +107,19 @@ def normal_equivalent(t: Floats, freedom: Floats) -> Floats:
     bounded = np.minimum(freedom, 1e9)
     shrunk = np.sqrt(bounded * np.log1p(t * t / bounded))
     return shrunk * (8 * bounded + 1) / (8 * bounded + 3)
+
+
+def clipped(image: npt.ArrayLike) -> Floats:
+    """Linear values as errors are defined for them, float64 in 0..1."""
+    return np.clip(np.asarray(image, dtype=np.float64), 0.0, 1.0)
+
+
+def rms_difference(image: npt.ArrayLike, other: npt.ArrayLike) -> float:
+    """Root mean square difference of two pictures of linear values clipped to 0..1.
+
+    Examples
+    --------
+    >>> rms_difference(np.array([0.0, 3.0]), np.array([0.5, 1.0]))
+    0.3535533905932738
+    """
+    return float(np.sqrt(np.mean((clipped(image) - clipped(other)) ** 2)))

@@ -19,7 +19,7 @@ from playwright.sync_api import CDPSession, Page, sync_playwright
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.page_scene import ball
+from benchmarks.page_paint import ball
 from service.server import running
 from service.settings import Settings
 

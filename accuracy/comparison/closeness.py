@@ -51,7 +51,7 @@ class Closeness:
     Attributes
     ----------
     pixels : int
-        Pixels with noise that can be told from rounding.
+        Pixels whose noise is larger than rounding.
     near : int
         Those of them within `NEAR` standard errors of the reference.
     """
@@ -68,8 +68,8 @@ class Closeness:
 def closeness(image: Picture, reference: Picture) -> Closeness | None:
     """Count the pixels of a picture that share the noise of its reference, both of one size.
 
-    None where the reference does not tell its noise: it needs the layers ``error`` and ``samples``, and its
-    samples must be independent, which the pattern ``random`` makes them. What the picture tells of its own
+    None where the noise of the reference is not known: it needs the layers ``error`` and ``samples``, and its
+    samples must be independent, which the pattern ``random`` makes them. What the picture states of its own
     noise is not used: it could be invented.
     """
     if not variances.known(reference):
@@ -98,10 +98,10 @@ def _blocks(values: Floats) -> Floats:
 def _as_stated(value: Floats, error: Floats) -> Masks:
     """Blocks of which the second differences are those of noise as large as stated."""
     squares, expected = _second_differences(value), _variances(error)
-    told = expected > 0
-    grainy = (told & (squares >= LEAST_GRAIN * expected)).sum(axis=2)
+    stated = expected > 0
+    grainy = (stated & (squares >= LEAST_GRAIN * expected)).sum(axis=2)
     flat = squares.sum(axis=2) <= MOST_GRAIN * expected.sum(axis=2)
-    counted = told.sum(axis=2)
+    counted = stated.sum(axis=2)
     return (counted > 0) & (2 * grainy >= counted) & flat
 
 

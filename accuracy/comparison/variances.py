@@ -1,4 +1,4 @@
-"""Whether two noisy pictures may be of the same scene, where both tell how noisy each pixel is.
+"""Whether two noisy pictures may be of the same scene, where both state how noisy each pixel is.
 
 The means of a block are as many pixels' noise together, so that their difference over its standard error is
 close to normal. One false alarm in a thousand is shared out among all blocks and channels (Sidak 1967).

@@ -81,7 +81,7 @@ def _in_the_way(
         return nothing, nothing, ()
     above = view.above_horizon(point.normals)[:, 0]
     blocked = np.zeros_like(above) if view.blocked is None else view.blocked[:, 0] & above
-    first = _first_met(plan, light.emitter, point, _directions(view, np.flatnonzero(blocked)))
+    first = _first_hit(plan, light.emitter, point, _directions(view, np.flatnonzero(blocked)))
     return above, blocked, tuple(Counter(first).most_common())
 
 
@@ -91,8 +91,8 @@ def _directions(view: LightView, hidden: Integers) -> Floats:
     return view.towards + view.emitter.first * u + view.emitter.second * v
 
 
-def _first_met(plan: RenderPlan, emitter: Emitter, point: Points, directions: Floats) -> list[int]:
-    """Shapes that rays from a point along `directions` (3, m) meet first, before the light."""
+def _first_hit(plan: RenderPlan, emitter: Emitter, point: Points, directions: Floats) -> list[int]:
+    """Shapes that rays from a point along `directions` (3, m) hit first, before the light."""
     rays = Rays(
         origins=point.positions,
         directions=directions,

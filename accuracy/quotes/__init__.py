@@ -60,8 +60,8 @@ def quote(
 
     Notes
     -----
-    Which places are looked at depends on the scene and its seed alone. How many of them are,
-    and so every figure but the price, depends on the machine.
+    Which places are rendered depends on the scene and its seed alone. How many of them are, and so every
+    figure but the price, depends on the machine.
     """
     before = monotonic()
     plan = compile_scene(scene, quality)
@@ -108,18 +108,12 @@ def _offers(pilot: Pilot, fixed: list[Fixed], adaptive: Adaptive) -> list[Priced
 
 
 def _effects(pilot: Pilot, asked: Priced | None) -> tuple[EffectShare, ...]:
-    if pilot.ablation is None or asked is None:
+    if asked is None:
         return ()
     total = asked.cpu_seconds.estimate
-    shares = sorted(pilot.ablation.found, key=lambda found: -found.share)
     return tuple(
-        EffectShare(
-            effect=found.variant.effect,
-            pointers=found.variant.pointers,
-            cpu_seconds=found.share * total,
-            share=found.share,
-        )
-        for found in shares
+        EffectShare(effect=one.effect, pointers=one.pointers, cpu_seconds=share * total, share=share)
+        for one, share in sorted(pilot.effects, key=lambda found: -found[1])
     )
 
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from accuracy.plotting import BLUE, CYAN, GREEN, PURPLE, RED, YELLOW, drawn, number_plainly
+from accuracy.statistics import clipped
 from accuracy.study import curves
-from accuracy.study.reference import Reference, clipped
 from accuracy.study.settings import METHODS
 from accuracy.study.words import amount, error
 from renderer.images.files import encode_png
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
+    from accuracy.study.reference import Reference
     from renderer.math.arrays import Floats
 
 COLORS = dict(zip(METHODS, (BLUE, CYAN, RED, YELLOW, GREEN, PURPLE), strict=True))
@@ -66,10 +67,10 @@ def error_against(document: Mapping[str, Any], cost: Callable[[Row], float], nam
 
 def front(document: Mapping[str, Any]) -> str:
     """The settings that nothing beats, with their names, and all others grey."""
-    told = [row for row in document["settings"] if row["told"]]
-    best = curves.front(told)
+    known = [row for row in document["settings"] if row["told"]]
+    best = curves.front(known)
     names = {row["name"] for row in best}
-    beaten = [row for row in told if row["name"] not in names]
+    beaten = [row for row in known if row["name"] not in names]
 
     def fill(axes: Axes) -> None:
         axes.scatter(*_places(beaten, curves.seconds), color=GREY, s=14, label="beaten by another setting")

@@ -6,16 +6,15 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from accuracy.quotes.ablation import variants
 from accuracy.study.settings import BEST, Scale, Setting, fixed, swept
-from accuracy.study.tasks import Subject, Task, sized
+from accuracy.study.tasks import Subject, Task
+from accuracy.variations import few_samples, resized, variants
 from renderer.compiling import compile_scene
 from renderer.scenes import LoadedScene
 from schemas.quality import FixedQuality, TargetQuality
-from schemas.sampling import Antialiasing, LightSampling
 
 if TYPE_CHECKING:
-    from schemas.sampling import Sampling
+    from schemas.scene import Scene
 
 REFERENCE_SEEDS = (1 << 31, (1 << 31) + 1)
 """Of the halves of the reference. Those of settings count from 1."""
@@ -24,7 +23,7 @@ REFERENCE_POINTS = 4
 """Light points for each camera sample of a reference."""
 
 MANY = 64
-"""Light points that tell what each of them costs."""
+"""Light points from which the cost of each follows."""
 
 EXPENSIVE = 1.0
 """Expected CPU seconds above which a setting is rendered once. Its interval then comes from its pixels."""
@@ -91,13 +90,13 @@ class Program:
         return tasks
 
     def picture(self, setting: Setting, judges: tuple[Task, Task]) -> Task:
-        """A setting once more, to be looked at."""
+        """A setting once more, whose picture is kept."""
         return Task("picture", setting.name, self.subject, setting.quality, 1, self.place, judges, kept=True)
 
     def warm_up(self) -> list[Task]:
-        """The cheapest setting of each method: what they import and allocate falls on nobody's account.
+        """The cheapest setting of each method: what they import and allocate counts for no setting.
 
-        The last one is large enough to tell how fast the machine is.
+        The last one is large enough to show how fast the machine is.
         """
         cheapest = {setting.method: setting for setting in reversed(self.settings)}
         return [self._setting(setting, 1, ()) for setting in (*cheapest.values(), self._small)]
@@ -131,7 +130,7 @@ class Program:
         return max(self.price(task), self.price(task.against)) if task.against else self.price(task)
 
     def _at(self, side: int) -> LoadedScene:
-        return LoadedScene(sized(self.scene.document, side), self.scene.assets)
+        return LoadedScene(resized(self.scene.document, side), self.scene.assets)
 
     def _setting(self, setting: Setting, seed: int, judges: tuple[Task, ...]) -> Task:
         kept = setting in self._doubled
@@ -174,14 +173,14 @@ class Program:
         ]
 
     def _effects(self, seed: int) -> list[Task]:
-        own = own_quality(self.subject.scene.document.sampling)
+        own = _own_quality(self.subject.scene.document)
         whole = Task("whole", "all effects", self.subject, own, seed, self.place, kept=True)
         return [whole] + [
             Task(
                 "effect",
                 part.effect,
                 part,
-                own_quality(part.scene.document.sampling),
+                _own_quality(part.scene.document),
                 seed,
                 self.place,
                 against=whole,
@@ -204,13 +203,5 @@ class Program:
         return next(known for known in self.settings if known.method == BEST and known.samples == 4)
 
 
-def own_quality(sampling: Sampling) -> FixedQuality:
-    """The scene's own patterns with few samples of each."""
-    antialiasing, light = sampling.antialiasing, sampling.light
-    return FixedQuality(
-        mode="fixed",
-        antialiasing=Antialiasing(
-            pattern=antialiasing.pattern, samples=min(EFFECT_SAMPLES, antialiasing.samples)
-        ),
-        light=LightSampling(pattern=light.pattern, samples=min(EFFECT_SAMPLES, light.samples)),
-    )
+def _own_quality(document: Scene) -> FixedQuality:
+    return few_samples(document.sampling, EFFECT_SAMPLES, EFFECT_SAMPLES)

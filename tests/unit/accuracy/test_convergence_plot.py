@@ -82,7 +82,7 @@ def test_a_power_law_is_a_straight_line_on_the_plot() -> None:
         passes((1e-6, 1.0), (1e6, 1e-9), (1e7, 1e-9)),
         passes((1, 0.1), (2, 0.1001), (3, 0.0999)),
     ],
-    ids=["falling", "one", "down to 0", "one moment", "wide", "level"],
+    ids=["falling", "one", "down to 0", "one time", "wide", "level"],
 )
 def test_a_png_is_a_picture_of_the_curve_on_white(curve: list[dict[str, Any]]) -> None:
     picture = np.asarray(Image.open(io.BytesIO(draw(curve, form="png", title=TITLE))).convert("RGB"))
@@ -106,8 +106,8 @@ def test_numbers_on_the_axes_are_plain() -> None:
 
 def test_a_curve_without_errors_says_why() -> None:
     unknown = [{"seconds": 1.0, "cpu_seconds": 1.0, "error": None}]
-    words = " ".join(texts(drawn(unknown, unknown="Nobody has looked at it.")))
-    assert "Nobody has looked at it." in words
+    words = " ".join(texts(drawn(unknown, unknown="There is no reference.")))
+    assert "There is no reference." in words
     assert "No error above 0 is known yet." in " ".join(texts(drawn([])))
     assert "No error above 0" in " ".join(texts(drawn(passes((1, 0.0)))))
 

@@ -1,4 +1,4 @@
-"""What a pixel's ray has met, what each light adds there, and why it is dark."""
+"""What a pixel's ray hits, what each light adds there, and why it is dark."""
 
 import json
 import math
@@ -14,7 +14,7 @@ import scenes
 from accuracy.hard_cases.documents import Json, bulb, lamp, phong, rectangle, sampled, scene, sphere, sun
 from accuracy.inspection import inspect, inspection_plan
 from accuracy.inspection.paths import MOST_RAYS
-from accuracy.inspection.plans import POINTS
+from accuracy.inspection.pixels import POINTS
 from renderer.assets import FolderAssets
 from renderer.math.numerics import gamma
 from schemas.inspections import InspectedRay, Inspection
@@ -58,7 +58,7 @@ def legs(ray: InspectedRay) -> Iterator[InspectedRay]:
 MATT = {"plain": phong([0.5, 0.25, 1.0], ambient=0.1, diffuse=0.8)}
 
 
-def test_the_place_is_where_the_ray_meets_the_shape() -> None:
+def test_the_place_is_where_the_ray_hits_the_shape() -> None:
     found = middle(down(FLOOR, lights=[bulb([3, 4, 0], [1, 1, 1])], materials=MATT))
     surface = found.ray.surface
     assert surface is not None

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from accuracy.variations import label
 from benchmarks import peers_sentences, peers_tables, references
 from benchmarks.peers_comparison import Comparison, comparisons, needed_samples, precisions
 from benchmarks.peers_curves import front, seconds_at
 from benchmarks.peers_runs import OURS, OURS_FIXED, PEER, Run
-from benchmarks.peers_settings import ERRORS_255, FIXED, GOALS, KINDS, MITSUBA, SCENES, asked, label
+from benchmarks.peers_settings import ERRORS_255, FIXED, GOALS, KINDS, MITSUBA, SCENES, asked
 from schemas.reading import read_scene
 
 DOCS = Path(__file__).parents[3] / "docs"
