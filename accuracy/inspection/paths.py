@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from accuracy.inspection.lighting import SeenLight, lights_at
+from accuracy.inspection.lighting import lights_at
 from renderer.integrator import camera_rays, intersect
 from renderer.interaction import Points, Rays
 from renderer.math.arrays import Floats
@@ -15,6 +15,7 @@ from renderer.plan.plan import RenderPlan
 from renderer.plan.stages import Lighting
 from renderer.tiling import Block
 from renderer.waves import KINDS, Wave, camera_wave
+from schemas.inspections import InspectedLight
 from schemas.tiles import Pass
 
 MOST_RAYS = 256
@@ -37,7 +38,7 @@ class Leg:
         The point that it hits, or none.
     radiance, ambient : (3,) float64
         Of the place that it hits, and the part of ambient light in it.
-    lights : list of SeenLight
+    lights : tuple of InspectedLight
         All lights of the scene, where it hits a shape.
     legs : list of Leg
         The rays that are scattered from there.
@@ -48,7 +49,7 @@ class Leg:
     points: Points
     radiance: Floats
     ambient: Floats
-    lights: list[SeenLight]
+    lights: tuple[InspectedLight, ...]
     legs: list["Leg"] = field(default_factory=list)
 
 
@@ -89,11 +90,8 @@ def _followed(plan: RenderPlan, lights: tuple[Lighting, ...], kind: str, wave: W
     points = intersect(plan, wave.rays)
     if not points.count:
         seen = plan.unshaded.radiance(wave.rays.shapes)[:, 0]
-        return Leg(kind, wave, points, seen, np.zeros(3), [])
+        return Leg(kind, wave, points, seen, np.zeros(3), ())
     ambient = points.radiance[:, 0].copy()
-    seen_lights = lights_at(plan, lights, points)
-    radiance = ambient.copy()
-    for light in seen_lights:
-        for term in light.terms.values():
-            radiance += term
-    return Leg(kind, wave, points, radiance, ambient, seen_lights)
+    inspected = lights_at(plan, lights, points)
+    radiance = ambient + sum((np.add(light.diffuse, light.specular) for light in inspected), np.zeros(3))
+    return Leg(kind, wave, points, radiance, ambient, inspected)

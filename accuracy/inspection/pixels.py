@@ -4,26 +4,21 @@ from collections import Counter
 from dataclasses import replace
 from typing import cast
 
-import numpy as np
-
-from accuracy.inspection.lighting import SeenLight
+from accuracy.inspection.lighting import triple
 from accuracy.inspection.paths import Leg, ray_of, walk
 from accuracy.inspection.reasons import reasons
 from renderer.compiling import compile_scene
 from renderer.integrator import radiance
 from renderer.interaction import EMITTER
-from renderer.math.arrays import Floats, lengths, unit
+from renderer.math.arrays import lengths, unit
 from renderer.plan.plan import RenderPlan
 from renderer.scenes import LoadedScene, QualitySource, Source, load_request
 from schemas.inspections import (
-    Blocker,
-    InspectedLight,
     InspectedRay,
     InspectedSurface,
     Inspection,
     Part,
     RayKind,
-    Triple,
 )
 from schemas.pointers import pointer
 from schemas.quality import FixedQuality, Quality, TargetQuality
@@ -92,16 +87,11 @@ def inspect(plan: RenderPlan, x: int, y: int) -> Inspection:
     """
     if not (0 <= x < plan.width and 0 <= y < plan.height):
         raise IndexError(f"The picture has {plan.width} x {plan.height} pixels; ({x}, {y}) is none of them.")
-    color = _triple(radiance(plan, ray_of(plan, x, y), Counter())[:, 0])
+    color = triple(radiance(plan, ray_of(plan, x, y), Counter())[:, 0])
     root, complete = walk(plan, x, y)
     ray = _ray(plan.document, root)
     why = reasons(plan.document, ray)
     return Inspection(x=x, y=y, color=color, reasons=why, ray=ray, complete=complete)
-
-
-def _triple(values: Floats) -> Triple:
-    """Three numbers of an array, as Python has them."""
-    return cast("Triple", tuple(values.tolist()))
 
 
 def _ray(scene: Scene, leg: Leg) -> InspectedRay:
@@ -109,11 +99,11 @@ def _ray(scene: Scene, leg: Leg) -> InspectedRay:
     return InspectedRay(
         kind=cast("RayKind", leg.kind),
         weight=float(leg.wave.weights[0]),
-        origin=_triple(rays.origins[:, 0]),
-        direction=_triple(unit(rays.directions)[:, 0]),
+        origin=triple(rays.origins[:, 0]),
+        direction=triple(unit(rays.directions)[:, 0]),
         surface=_surface(scene, leg) if leg.points.count else None,
         light=_light_hit(int(rays.shapes[0])),
-        radiance=_triple(leg.radiance),
+        radiance=triple(leg.radiance),
         rays=tuple(_ray(scene, following) for following in leg.legs),
     )
 
@@ -132,34 +122,13 @@ def _surface(scene: Scene, leg: Leg) -> InspectedSurface:
         part=Part(pointer=pointer(["shapes", number]), name=shape.name),
         primitive=int(points.primitives[0]),
         t=float((points.t * lengths(points.directions)).item()),
-        position=_triple(points.positions[:, 0]),
+        position=triple(points.positions[:, 0]),
         uv=cast("tuple[float, float]", tuple(points.coordinates[:, 0].tolist())),
-        normal=_triple(points.normals[:, 0]),
-        shading_normal=_triple(points.shading_normals[:, 0]),
+        normal=triple(points.normals[:, 0]),
+        shading_normal=triple(points.shading_normals[:, 0]),
         material=Part(pointer=pointer(["materials", shape.material]), name=shape.material),
         texture=None if texture is None else Part(pointer=pointer(["textures", texture]), name=texture),
-        color=_triple(points.colors[:, 0]),
-        ambient=_triple(leg.ambient),
-        lights=tuple(_light(scene, light) for light in leg.lights),
+        color=triple(points.colors[:, 0]),
+        ambient=triple(leg.ambient),
+        lights=leg.lights,
     )
-
-
-def _light(scene: Scene, seen: SeenLight) -> InspectedLight:
-    return InspectedLight(
-        light=seen.number,
-        pointer=pointer(["lights", seen.number]),
-        visibility=(seen.points - seen.below - seen.blocked) / seen.points,
-        points=seen.points,
-        below_horizon=seen.below,
-        blocked=seen.blocked,
-        blockers=tuple(_blocker(scene, *blocker) for blocker in seen.blockers),
-        cosine=seen.cosine,
-        turned_away=seen.turned_away,
-        diffuse=_triple(seen.terms.get("diffuse", np.zeros(3))),
-        specular=_triple(seen.terms.get("specular", np.zeros(3))),
-    )
-
-
-def _blocker(scene: Scene, number: int, points: int) -> Blocker:
-    place = pointer(["shapes", number])
-    return Blocker(pointer=place, name=scene.shapes[number].name, shape=number, points=points)

@@ -15,6 +15,7 @@ from accuracy.statistics import rms_difference
 from accuracy.study import report
 from accuracy.study.journal import JOURNAL
 from accuracy.study.running import Forecast, Study
+from accuracy.variations import seeded
 from renderer import compile_scene, render
 from tests.unit.accuracy.study.scenes import TINY, scene
 
@@ -165,7 +166,7 @@ def test_settings_of_more_seeds_have_intervals_around_their_means(tmp_path: Path
     assert plain["high"] - plain["low"] < noisy["high"] - noisy["low"]
 
 
-def test_a_picture_of_the_study_can_be_had_by_its_key(finished: tuple[Path, dict[str, Any]]) -> None:
+def test_a_picture_of_the_study_is_found_by_its_key(finished: tuple[Path, dict[str, Any]]) -> None:
     folder, document = finished
     study = Study(scene(), folder, TINY)
     row = next(row for row in document["pictures"] if row["name"].startswith("rotated"))
@@ -175,5 +176,5 @@ def test_a_picture_of_the_study_can_be_had_by_its_key(finished: tuple[Path, dict
         for known in study.program.settings
         if (known.method, known.samples, known.points) == ("rotated", samples, points)
     )
-    image = render(compile_scene(study.program.subject.seeded(1), setting)).image
+    image = render(compile_scene(seeded(study.program.subject.scene, 1), setting)).image
     assert np.array_equal(study.picture(row["key"]), image)
