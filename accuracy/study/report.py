@@ -202,8 +202,8 @@ def _strips(study: Study, document: Mapping[str, Any]) -> list[Strip]:
         Strip(
             caption,
             [
-                (name[view], getattr(views, view), text)
-                for name, views, text in zip(names, shown, lines, strict=True)
+                (name[view], pictures[view], text)
+                for name, pictures, text in zip(names, shown, lines, strict=True)
                 if view != "difference" or text != lines[-1]
             ],
         )

@@ -240,6 +240,6 @@ def test_an_error_that_may_not_fall_is_not_extrapolated(order: Any) -> None:
 
 def test_what_was_not_tried_is_not_answered() -> None:
     empty = {"settings": [], "equal_error": [], "effects": [], "precision": []}
-    assert answer(0, **empty).startswith("No setting was tried")
-    assert answer(1, **empty) == "No two patterns were tried that reach the same error."
-    assert answer(3, **empty) == "It was not tried."
+    assert answer(0, **empty).startswith("No setting")
+    assert "tried" in answer(1, **empty)
+    assert "not tried" in answer(3, **empty)
