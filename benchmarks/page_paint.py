@@ -90,17 +90,23 @@ def main() -> None:
     sys.stdout.write("\n".join(_lines(machine, _measured(options.runs))) + "\n")
 
 
-def _measured(runs: int) -> dict[str, list[float]]:
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
-    if chromium is None:
+def chromium() -> str:
+    """The browser of this machine."""
+    found = shutil.which("chromium") or shutil.which("chromium-browser")
+    if found is None:
         raise SystemExit("There is no chromium on this machine. Install that package.")
+    return found
+
+
+def _measured(runs: int) -> dict[str, list[float]]:
+    executable = chromium()
     with (
         tempfile.TemporaryDirectory() as folder,
         running(Settings(data=Path(folder), port=0, log_level="error")) as server,
         sync_playwright() as playwright,
     ):
         job = _finished(server.url)
-        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        browser = playwright.chromium.launch(executable_path=executable, args=["--no-sandbox"])
         views = {"begin, `/`": "/", "jobs, `/jobs`": "/jobs", "one job, `/jobs/{id}`": f"/jobs/{job}"}
         times = {
             f"first paint of {name}": list(_first_paints(browser, server.url + path, runs))
