@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from accuracy.plotting import BLUE, RED, drawn, number_plainly
+from accuracy.plotting import BLUE, RED, drawn, number_plainly, reach
 from renderer.convergence import NothingToFitError, PowerLaw, law_of
 
 if TYPE_CHECKING:
@@ -96,13 +96,12 @@ def _fill(
 def _points(panel: Axes, points: Sequence[Mapping[str, Any]]) -> tuple[list[float], list[float]]:
     """Draw the passes with the intervals of their errors; give what has to be on the axes."""
     times = [entry["cpu_seconds"] for entry in points]
-    errors, lows, highs = (
-        np.array([entry["error"][end] for entry in points]) for end in ("estimate", "low", "high")
-    )
-    bars = np.stack((errors - lows, highs - errors))
+    intervals = [entry["error"] for entry in points]
+    errors = [error["estimate"] for error in intervals]
     panel.plot(times, errors, color=BLUE, marker="o", markersize=4, label="passes", gid="passes")
-    panel.errorbar(times, errors, yerr=bars, color=BLUE, linestyle="none", capsize=3)
-    return times, [*errors, *lows[lows > 0], *highs]
+    panel.errorbar(times, errors, yerr=reach(intervals), color=BLUE, linestyle="none", capsize=3)
+    ends = [error[end] for error in intervals for end in ("low", "high")]
+    return times, [*errors, *(end for end in ends if end > 0)]
 
 
 def _line(panel: Axes, law: PowerLaw, times: Sequence[float]) -> None:

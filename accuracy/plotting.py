@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 from renderer.errors import MissingExtraError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 BLUE, CYAN, RED, YELLOW, GREEN, PURPLE = "#4477aa", "#66ccee", "#ee6677", "#ccbb44", "#228833", "#aa3377"
-"""Paul Tol's bright scheme, which people with any colour vision tell apart."""
+"""Paul Tol's bright scheme, which people with any colour vision can distinguish."""
 
 DOTS = 150
 """Of a PNG, an inch."""
@@ -89,3 +89,11 @@ def number_plainly(axis: Axis, steps: Sequence[float], write: Callable[[float], 
     axis.set_major_locator(LogLocator(subs=steps))
     axis.set_major_formatter(FuncFormatter(lambda value, _: write(value)))
     axis.set_minor_formatter(NullFormatter())
+
+
+def reach(intervals: Sequence[Mapping[str, float]]) -> list[list[float]]:
+    """How far intervals reach below and above their estimates, as error bars are drawn."""
+    return [
+        [max(0.0, one["estimate"] - one["low"]) for one in intervals],
+        [max(0.0, one["high"] - one["estimate"]) for one in intervals],
+    ]

@@ -38,7 +38,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def assert_render_close(request: pytest.FixtureRequest) -> Callable[..., Comparison]:
     """The assertion of ``accuracy.comparison``, with pictures of a difference beside the test's other files.
 
-    Those of the first difference are in ``render-difference``, of others, where the test goes on, in
+    Those of the first difference of a test are in ``render-difference``, of others in
     ``render-difference-2`` and so on.
     """
     numbers = count(1)

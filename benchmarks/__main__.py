@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
@@ -25,19 +25,25 @@ from benchmarks import (
     targets,
 )
 
-PARTS = (
-    "rendering",
-    "effects",
-    "meshes",
-    "scaling",
-    "accuracy",
-    "targets",
-    "passes",
-    "quotes",
-    "stability",
-    "service",
-    "bursts",
-)
+if TYPE_CHECKING:
+    from collections.abc import Callable, Container
+
+    from rich.table import Table
+
+PARTS: dict[str, tuple[Callable[[int], Any], tuple[Callable[[Any], Table], ...]]] = {
+    "rendering": (rendering.measure, (tables.of_rendering, tables.of_stages)),
+    "effects": (effects.measure, (tables.of_effects,)),
+    "meshes": (meshes.measure, (tables.of_meshes,)),
+    "scaling": (scaling.measure, (tables.of_scaling, tables.of_workers)),
+    "accuracy": (lambda _: accuracy.measure(), (tables.of_accuracy,)),
+    "targets": (lambda _: targets.measure(), (tables.of_targets,)),
+    "passes": (lambda _: passes.measure(), (tables.of_passes, tables.of_late)),
+    "quotes": (lambda _: quotes.measure(), (tables.of_quotes,)),
+    "stability": (stability.measure, (tables.of_prices, tables.of_picture_errors)),
+    "service": (overhead.measure, (tables.of_overhead,)),
+    "bursts": (lambda _: bursts.measure(), (tables.of_bursts,)),
+}
+"""What measures each part in so many runs, and its tables."""
 
 
 def main() -> None:
@@ -55,49 +61,14 @@ def main() -> None:
     Console(stderr=True).print(f"written to {options.out}")
 
 
-def _measure(parts: list[str], runs: int) -> dict[str, Any]:
+def _measure(parts: Container[str], runs: int) -> dict[str, Any]:
     console = Console()
     measured: dict[str, Any] = {"machine": machine.describe()}
     console.print(tables.of_machine(measured["machine"]))
-    if "rendering" in parts:
-        measured["rendering"] = rendering.measure(runs)
-        console.print(tables.of_rendering(measured["rendering"]), tables.of_stages(measured["rendering"]))
-    if "effects" in parts:
-        measured["effects"] = effects.measure(runs)
-        console.print(tables.of_effects(measured["effects"]))
-    if "meshes" in parts:
-        measured["meshes"] = meshes.measure(runs)
-        console.print(tables.of_meshes(measured["meshes"]))
-    if "scaling" in parts:
-        measured["scaling"] = scaling.measure(runs)
-        console.print(tables.of_scaling(measured["scaling"]), tables.of_workers(measured["scaling"]))
-    if "accuracy" in parts:
-        measured["accuracy"] = accuracy.measure()
-        console.print(tables.of_accuracy(measured["accuracy"]))
-    if "targets" in parts:
-        measured["targets"] = targets.measure()
-        console.print(tables.of_targets(measured["targets"]))
-    if "passes" in parts:
-        measured["passes"] = passes.measure()
-        console.print(tables.of_passes(measured["passes"]), tables.of_late(measured["passes"]))
-    if "quotes" in parts:
-        measured["quotes"] = quotes.measure()
-        console.print(tables.of_quotes(measured["quotes"]))
-    if "stability" in parts:
-        measured["stability"] = stability.measure(runs)
-        console.print(tables.of_prices(measured["stability"]["prices"]))
-        console.print(tables.of_picture_errors(measured["stability"]["errors"]))
-    return measured | _measure_service(parts, runs, console)
-
-
-def _measure_service(parts: list[str], runs: int, console: Console) -> dict[str, Any]:
-    measured: dict[str, Any] = {}
-    if "service" in parts:
-        measured["service"] = overhead.measure(runs)
-        console.print(tables.of_overhead(measured["service"]))
-    if "bursts" in parts:
-        measured["bursts"] = bursts.measure()
-        console.print(tables.of_bursts(measured["bursts"]))
+    for part, (measure, shown) in PARTS.items():
+        if part in parts:
+            measured[part] = measure(runs)
+            console.print(*(table(measured[part]) for table in shown))
     return measured
 
 

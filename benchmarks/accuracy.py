@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any, TypedDict
 
-import renderer
 from benchmarks import references
-from benchmarks.machine import cpu_seconds
+from benchmarks.machine import timed_render
 from benchmarks.settings import COMPARED, Setting
 
 
@@ -28,14 +27,11 @@ def measure() -> list[Accuracy]:
 
 def _accuracy(setting: Setting) -> Accuracy:
     converged, provenance = references.load(setting.scene)
-    plan = setting.plan()
-    begun = cpu_seconds()
-    image = renderer.render(plan).image
-    seconds = cpu_seconds() - begun
+    result, seconds = timed_render(setting.plan())
     return Accuracy(
         setting=asdict(setting),
         cpu_seconds=round(seconds, 3),
-        rmse_255=round(references.rmse_255(image, converged), 3),
-        mean_difference_255=round(references.mean_difference_255(image, converged), 3),
+        rmse_255=round(references.rmse_255(result.image, converged), 3),
+        mean_difference_255=round(references.mean_difference_255(result.image, converged), 3),
         reference_error_255=provenance.own_error_255,
     )

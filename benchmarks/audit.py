@@ -19,7 +19,7 @@ from typing import Any
 
 CONSTRAINTS = Path("constraints.txt")
 OUT = Path("out/audit.json")
-PATIENCE_SECONDS = 120
+TIMEOUT_SECONDS = 120
 ACCEPTED: dict[str, str] = {}
 """Advisories that are known and do not concern the project, each with its reason."""
 
@@ -41,25 +41,28 @@ class Audit:
 
 
 def audit(constraints: Path) -> Audit:
-    """Ask about all packages of a list of versions; where nobody answers, all of them are unknown."""
+    """Ask about all packages of a list of versions; where no answer comes, all of them are unknown."""
     named = [line.partition("==")[0] for line in constraints.read_text().splitlines() if "==" in line[:80]]
     command = [sys.executable, "-m", "pip_audit", "--requirement", str(constraints), "--no-deps"]
     command += ["--disable-pip", "--format", "json", "--progress-spinner", "off", "--timeout", "15"]
     try:
-        told = subprocess.run(
-            command, capture_output=True, text=True, timeout=PATIENCE_SECONDS, check=False
+        answer = subprocess.run(
+            command, capture_output=True, text=True, timeout=TIMEOUT_SECONDS, check=False
         ).stdout
-        packages = json.loads(told)["dependencies"]
+        packages = json.loads(answer)["dependencies"]
     except (subprocess.TimeoutExpired, json.JSONDecodeError):
         return Audit((), tuple(named), {})
     return read(packages, named)
 
 
 def read(packages: list[dict[str, Any]], named: list[str]) -> Audit:
-    """Read the packages of a report; what it does not tell of is unknown.
+    """Read the packages of a report; what it does not list is unknown.
 
-    >>> told = [{"name": "a", "version": "1", "vulns": [{"id": "X-1"}]}, {"name": "b", "skip_reason": "none"}]
-    >>> read(told, ["a", "b", "c"])
+    >>> found = [
+    ...     {"name": "a", "version": "1", "vulns": [{"id": "X-1"}]},
+    ...     {"name": "b", "skip_reason": "none"},
+    ... ]
+    >>> read(found, ["a", "b", "c"])
     Audit(looked_up=('a',), unknown=('b', 'c'), advisories={'a': ['X-1']})
     """
     known = {_same(package["name"]): package for package in packages if "vulns" in package}
@@ -82,7 +85,7 @@ def open_advisories(found: Audit) -> dict[str, list[str]]:
     return {name: ids for name, ids in kept.items() if ids}
 
 
-def tell(found: Audit) -> None:
+def report(found: Audit) -> None:
     """Say on stderr what is wrong, and what is not known."""
     for name, ids in open_advisories(found).items():
         sys.stderr.write(
@@ -94,13 +97,13 @@ def tell(found: Audit) -> None:
         sys.stderr.write(
             f"{LOUD}\nNOT AUDITED: nothing is known of {len(found.unknown)} of "
             f"{len(found.unknown) + len(found.looked_up)} packages ({shown}).\n"
-            "pypi.org did not tell. This is no pass: run `make audit` where it can be reached.\n"
+            "pypi.org did not answer. This is no pass: run `make audit` where it can be reached.\n"
             f"{LOUD}\n"
         )
 
 
 def main() -> int:
-    """Audit, tell, and keep what was found."""
+    """Audit, report, and keep what was found."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--strict", action="store_true", help="fail where a package could not be looked up")
     strict = parser.parse_args().strict or os.environ.get("AUDIT_REQUIRED") == "1"
@@ -114,7 +117,7 @@ def main() -> int:
         "advisories": found.advisories,
     }
     OUT.write_text(json.dumps(document, indent=2) + "\n")
-    tell(found)
+    report(found)
     if not open_advisories(found) and found.complete:
         sys.stdout.write(f"{len(found.looked_up)} packages audited, no advisory concerns them.\n")
     return 1 if open_advisories(found) or (strict and not found.complete) else 0

@@ -1,4 +1,4 @@
-"""Many users at once: what becomes of 300 small jobs that 30 users submit in the same moment."""
+"""Many users at once: what becomes of 300 small jobs that 30 users submit at the same time."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ if TYPE_CHECKING:
 USERS = 30
 JOBS_EACH = 10
 SIDE = 64
-PATIENCE = 600.0
+LONGEST = 600.0
 BASIC = Path(str(scenes.__file__)).parent / "gallery" / "basic.json"
-# Nobody asks again sooner than this, seconds, whatever the service says.
+# No client asks again sooner than this, seconds, whatever the service says.
 PAUSE = 0.05
 
 
 class Burst(TypedDict):
     """What became of a burst.
 
-    `told_to_return` counts the answers 429, after which a job was sent again; `lost` the jobs that were
+    `refusals` counts the answers 429, after which a job was sent again; `lost` the jobs that were
     accepted and did not succeed. `accepts_a_second` is over the time until the last job was accepted,
     `seconds` until the last one was finished. Waits are those of users, the mean over their jobs from being
     sent to being finished; `jain` is the fairness index of their speeds, 1 if all are the same. `first_tile`
@@ -47,7 +47,7 @@ class Burst(TypedDict):
 
     jobs: int
     users: int
-    told_to_return: int
+    refusals: int
     lost: int
     accepts_a_second: float
     seconds: float
@@ -106,12 +106,12 @@ def burst(users: int, jobs_each: int, scene_of: Callable[[int], dict[str, Any]],
                 user, key = list(secrets.items())[place]
                 asked = [scene_of(place * jobs_each + number) for number in range(jobs_each)]
                 headers = {"Authorization": f"Bearer {key}"}
-                with httpx2.Client(base_url=server.url, headers=headers, timeout=PATIENCE) as client:
+                with httpx2.Client(base_url=server.url, headers=headers, timeout=LONGEST) as client:
                     sent = [_submit(client, user, document) for document in asked]
                     return [(one, _followed(client, one.job)) for one in sent]
 
             found = [pair for pairs in pool.map(all_of, range(users)) for pair in pairs]
-    return _told(found, begun)
+    return _summary(found, begun)
 
 
 def keys_for(settings: Settings, users: int) -> dict[str, str]:
@@ -151,20 +151,20 @@ def _followed(client: httpx2.Client, job: str) -> dict[str, Any]:
     return found | {"first_tile": passes[0]["seconds"] if passes else 0.0}
 
 
-def _told(found: Sequence[tuple[Sent, dict[str, Any]]], begun: float) -> Burst:
+def _summary(found: Sequence[tuple[Sent, dict[str, Any]]], begun: float) -> Burst:
     waits: dict[str, list[float]] = {}
     for sent, job in found:
-        waits.setdefault(sent.user, []).append(_moment(job["finished_at"]) - sent.sent)
+        waits.setdefault(sent.user, []).append(_seconds_of(job["finished_at"]) - sent.sent)
     means = [statistics.mean(times) for times in waits.values()]
     first = [_first_tile(sent, job) for sent, job in found]
     accepted = max(sent.accepted for sent, _ in found) - begun
     return Burst(
         jobs=len(found),
         users=len(waits),
-        told_to_return=sum(sent.refusals for sent, _ in found),
+        refusals=sum(sent.refusals for sent, _ in found),
         lost=sum(job["state"] != "succeeded" for _, job in found),
         accepts_a_second=round(len(found) / accepted, 1),
-        seconds=round(max(_moment(job["finished_at"]) for _, job in found) - begun, 2),
+        seconds=round(max(_seconds_of(job["finished_at"]) for _, job in found) - begun, 2),
         waits=spread(means),
         jain=round(jain([1.0 / mean for mean in means]), 4),
         first_tile=spread(first),
@@ -172,12 +172,12 @@ def _told(found: Sequence[tuple[Sent, dict[str, Any]]], begun: float) -> Burst:
 
 
 def _first_tile(sent: Sent, job: dict[str, Any]) -> float:
-    # Who joins a render, or is answered from the store, sees what there is as soon as the job is accepted.
-    shown: float = min(_moment(job["started_at"]) + job["first_tile"], _moment(job["finished_at"]))
+    # A job that joins a render, or is answered from the store, shows what there is once it is accepted.
+    shown: float = min(_seconds_of(job["started_at"]) + job["first_tile"], _seconds_of(job["finished_at"]))
     return max(shown, sent.accepted) - sent.sent
 
 
-def _moment(text: str) -> float:
+def _seconds_of(text: str) -> float:
     return datetime.fromisoformat(text).timestamp()
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypedDict
 
 import renderer
-from benchmarks.machine import Spread, cpu_seconds, spread
+from benchmarks.machine import Spread, render_seconds, spread
 from benchmarks.references import SCENES
 from renderer.assets import FolderAssets
 
@@ -124,7 +124,7 @@ def _cost(effect: Effect, runs: int) -> EffectCost:
         plan_of(changes) for changes in (effect.without, effect.asked, effect.zero) if changes is not None
     ]
     results = [renderer.render(plan) for plan in plans]
-    rounds = [[_seconds(plan) for plan in plans] for _ in range(runs)]
+    rounds = [[render_seconds(plan) for plan in plans] for _ in range(runs)]
     without, asked, *zero = (spread(seconds) for seconds in zip(*rounds, strict=True))
     counts = [_counts(result) for result in results]
     same = [
@@ -176,12 +176,6 @@ def _scene(changes: Json) -> Json:
             "light": {"pattern": "uniform", "samples": 16},
         },
     }
-
-
-def _seconds(plan: renderer.RenderPlan) -> float:
-    begun = cpu_seconds()
-    renderer.render(plan)
-    return cpu_seconds() - begun
 
 
 def _counts(result: renderer.RenderResult) -> Counter[str]:

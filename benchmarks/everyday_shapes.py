@@ -49,7 +49,7 @@ def _thing(drawn: Random, reach: float, size: float, front: float) -> list[Json]
 
 
 def box(base: list[float], size: list[float], degrees: float, material: str) -> list[Json]:
-    """Five sides of an upright box on a base point: nobody sees the sixth."""
+    """Five sides of an upright box on a base point: the sixth is never seen."""
     turn = math.radians(degrees)
     x = [size[0] * math.cos(turn), 0, size[0] * math.sin(turn)]
     z = [-size[2] * math.sin(turn), 0, size[2] * math.cos(turn)]

@@ -45,7 +45,7 @@ KEPT = Path("out/fuzz")
 SHARE_BY_SOCKET = 50
 AT_ONCE = 8
 GROWTH_LIMIT_MIB = 150.0
-"""What the process may grow after the first tenth: caches are full by then, and a leak goes on."""
+"""What the process may grow after the first tenth: caches are full by then, and a leak does not stop."""
 FIRST_SCENE = {
     "version": 1,
     "camera": {"position": [0, 0, 3], "look_at": [0, 0, 0], "vertical_fov": 40, "width": 4, "height": 4},
@@ -191,8 +191,8 @@ async def bulk(
         made, noted = Requests(random.Random(seed), job), 0.0  # noqa: S311  (the same bodies each time)
         for number in range(0, bodies, AT_ONCE):
             batch = [made.make() for _ in range(min(AT_ONCE, bodies - number))]
-            told = await asyncio.gather(*(call(app, one) for one in batch))
-            for sent, (status, _) in zip(batch, told, strict=True):
+            answered = await asyncio.gather(*(call(app, one) for one in batch))
+            for sent, (status, _) in zip(batch, answered, strict=True):
                 answers.count(sent, status)
             if number <= bodies // 10:
                 noted = memory()
@@ -235,7 +235,7 @@ def run(bodies: int, seed: int, seconds: float, processes: int) -> Outcome:
         ProcessPoolExecutor(processes, multiprocessing.get_context("spawn")) as pool,
     ):
         folder = Path(name)
-        told = over_socket(folder / "socket", by_socket, seed - 1, begun + seconds / 4, answers)
+        by_wire = over_socket(folder / "socket", by_socket, seed - 1, begun + seconds / 4, answers)
         left = begun + seconds - time.monotonic()
         shards = [
             pool.submit(shard, folder / str(number), each, seed + 1000 * number, left)
@@ -245,7 +245,7 @@ def run(bodies: int, seed: int, seconds: float, processes: int) -> Outcome:
     for part, _, _ in done:
         answers.add(part)
     _, first, last = max(done, key=lambda part: part[2] - part[1])
-    return Outcome(answers, told, time.monotonic() - begun, first, last)
+    return Outcome(answers, by_wire, time.monotonic() - begun, first, last)
 
 
 def document(outcome: Outcome, asked: int, seed: int) -> dict[str, Any]:
@@ -287,8 +287,8 @@ def table(outcome: Outcome) -> str:
     """How each route has answered."""
     lines = [f"{'route':<12} {'bodies':>7}  answers"]
     for route, counts in sorted(outcome.answers.by_route.items()):
-        told = "  ".join(f"{status}: {count}" for status, count in sorted(counts.items()))
-        lines.append(f"{route:<12} {counts.total():>7}  {told}")
+        statuses = "  ".join(f"{status}: {count}" for status, count in sorted(counts.items()))
+        lines.append(f"{route:<12} {counts.total():>7}  {statuses}")
     return "\n".join(lines)
 
 
@@ -301,14 +301,14 @@ def main() -> int:
     parser.add_argument("--processes", type=int, default=len(os.sched_getaffinity(0)))
     options = parser.parse_args()
     outcome = run(options.bodies, options.seed, options.seconds, options.processes)
-    told = document(outcome, options.bodies, options.seed)
+    report = document(outcome, options.bodies, options.seed)
     OUT.parent.mkdir(exist_ok=True)
-    OUT.write_text(json.dumps(told, indent=2) + "\n")
+    OUT.write_text(json.dumps(report, indent=2) + "\n")
     sys.stdout.write(table(outcome) + "\n")
-    for promise in told["promises"]:
+    for promise in report["promises"]:
         held = "held" if promise["held"] else "BROKEN"
         sys.stdout.write(f"{held}: {promise['promise']}: {promise['measured']}, at most {promise['limit']}\n")
-    return 0 if all(promise["held"] for promise in told["promises"]) else 1
+    return 0 if all(promise["held"] for promise in report["promises"]) else 1
 
 
 if __name__ == "__main__":

@@ -75,7 +75,7 @@ def _seconds_of_camera(plan: RenderPlan) -> float:
 
 
 def of_many_triangles() -> RenderPlan:
-    """Rays that meet a ball of flat triangles through a tree, and that is all."""
+    """Rays that hit a ball of flat triangles through a tree, and that is all."""
     shape = {"type": "mesh", "asset": "ball", "smooth": False, "material": "plain"}
     plan = plan_of(shape, {"ball": ply(*ball(MANY))})
     trees = tuple(stage.tree for stage in plan.meetings if isinstance(stage, RasterMeeting))

@@ -6,18 +6,33 @@ import resource
 import statistics
 from typing import TYPE_CHECKING, TypedDict
 
+import renderer
 from accuracy.study.journal import Machine, describe
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Machine", "Spread", "cpu_seconds", "describe", "spread"]
+__all__ = ["Machine", "Spread", "cpu_seconds", "describe", "render_seconds", "spread", "timed_render"]
 
 
 def cpu_seconds() -> float:
     """User and system time of this process and of its children that have ended."""
     used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     return sum(usage.ru_utime + usage.ru_stime for usage in used)
+
+
+def timed_render(
+    plan: renderer.RenderPlan, workers: int | None = None
+) -> tuple[renderer.RenderResult, float]:
+    """Render a plan, and give the CPU seconds that it took beside the result."""
+    begun = cpu_seconds()
+    result = renderer.render(plan, workers=workers)
+    return result, cpu_seconds() - begun
+
+
+def render_seconds(plan: renderer.RenderPlan, workers: int | None = None) -> float:
+    """CPU seconds of rendering a plan."""
+    return timed_render(plan, workers)[1]
 
 
 class Spread(TypedDict):

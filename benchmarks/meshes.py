@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypedDict
 import numpy as np
 
 import renderer
-from benchmarks.machine import Spread, cpu_seconds, spread
+from benchmarks.machine import Spread, cpu_seconds, render_seconds, spread
 from renderer.accelerators import trees
 from renderer.shapes.meshes import Surface, triangles_of
 from scenes.make_meshes import ply
@@ -97,13 +97,7 @@ def plan_of(
 def _seconds(shape: dict[str, Any], files: dict[str, bytes], runs: int) -> Spread:
     plan = plan_of(shape, files)
     renderer.render(plan, workers=1)
-    return spread([_once(plan) for _ in range(runs)])
-
-
-def _once(plan: renderer.RenderPlan) -> float:
-    begun = cpu_seconds()
-    renderer.render(plan, workers=1)
-    return cpu_seconds() - begun
+    return spread([render_seconds(plan, workers=1) for _ in range(runs)])
 
 
 def _tree_seconds(vertices: Any, triangles: Any) -> float:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class _Surface:
-    """What rays meet: true and shading normal on the viewer's side, and the material's numbers."""
+    """What rays hit: true and shading normal on the viewer's side, and the material's numbers."""
 
     hit: Any
     viewer: Any

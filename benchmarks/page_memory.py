@@ -8,7 +8,6 @@ chromium and playwright.
 from __future__ import annotations
 
 import argparse
-import shutil
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -19,7 +18,7 @@ from playwright.sync_api import CDPSession, Page, sync_playwright
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.page_scene import ball
+from benchmarks.page_paint import ball, chromium
 from service.server import running
 from service.settings import Settings
 
@@ -58,16 +57,14 @@ def main() -> None:
 
 
 def _measured(jobs: int, side: int) -> Iterator[Memory]:
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
-    if chromium is None:
-        raise SystemExit("There is no chromium on this machine. Install that package.")
+    executable = chromium()
     with (
         tempfile.TemporaryDirectory() as folder,
         running(Settings(data=Path(folder), port=0, log_level="error")) as server,
         httpx2.Client(base_url=server.url, timeout=60) as client,
         sync_playwright() as playwright,
     ):
-        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        browser = playwright.chromium.launch(executable_path=executable, args=["--no-sandbox"])
         page = browser.new_page()
         page.goto(f"{server.url}/jobs")
         session = page.context.new_cdp_session(page)

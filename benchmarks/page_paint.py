@@ -13,13 +13,12 @@ import statistics
 import sys
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import httpx2
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from benchmarks.machine import Machine, describe
-from benchmarks.page_scene import ball
 from service.server import running
 from service.settings import Settings
 
@@ -28,6 +27,25 @@ if TYPE_CHECKING:
 
 SIDE = 512
 """Pixels along a side of what is painted and exposed."""
+
+
+def ball(side: int, **rest: Any) -> dict[str, Any]:
+    """A ball under a light; ``rest`` are further members of the scene, such as its sampling."""
+    return {
+        "version": 1,
+        "camera": {
+            "position": [0, 0, 4],
+            "look_at": [0, 0, 0],
+            "vertical_fov": 40,
+            "width": side,
+            "height": side,
+        },
+        "materials": {"red": {"type": "phong", "color": [0.8, 0.2, 0.1], "diffuse": 1.0}},
+        "shapes": [{"type": "ellipsoid", "center": [0, 0, 0], "radius": 1, "material": "red"}],
+        "lights": [{"type": "point", "position": [2, 3, 4], "color": [1, 1, 1]}],
+        **rest,
+    }
+
 
 SCENE = ball(
     SIDE,
@@ -72,17 +90,23 @@ def main() -> None:
     sys.stdout.write("\n".join(_lines(machine, _measured(options.runs))) + "\n")
 
 
-def _measured(runs: int) -> dict[str, list[float]]:
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
-    if chromium is None:
+def chromium() -> str:
+    """The browser of this machine."""
+    found = shutil.which("chromium") or shutil.which("chromium-browser")
+    if found is None:
         raise SystemExit("There is no chromium on this machine. Install that package.")
+    return found
+
+
+def _measured(runs: int) -> dict[str, list[float]]:
+    executable = chromium()
     with (
         tempfile.TemporaryDirectory() as folder,
         running(Settings(data=Path(folder), port=0, log_level="error")) as server,
         sync_playwright() as playwright,
     ):
         job = _finished(server.url)
-        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        browser = playwright.chromium.launch(executable_path=executable, args=["--no-sandbox"])
         views = {"begin, `/`": "/", "jobs, `/jobs`": "/jobs", "one job, `/jobs/{id}`": f"/jobs/{job}"}
         times = {
             f"first paint of {name}": list(_first_paints(browser, server.url + path, runs))
@@ -100,7 +124,7 @@ def _measured(runs: int) -> dict[str, list[float]]:
 
 
 def _first_paints(browser: Browser, address: str, runs: int) -> Iterator[float]:
-    """Open a page as somebody does who has never been there, milliseconds; the first visit does not count."""
+    """Open a page as a new visitor does, milliseconds; the first visit does not count."""
     for run in range(runs + 1):
         context = browser.new_context()
         page = context.new_page()
@@ -126,7 +150,7 @@ def _finished(url: str) -> str:
         job = client.post("/v1/jobs", json={"scene": SCENE}, headers={"Prefer": "wait=60"})
         document = job.raise_for_status().json()
     if document["state"] != "succeeded":
-        raise SystemExit("The picture to look at was not finished within a minute.")
+        raise SystemExit("The picture was not finished within a minute.")
     return str(document["id"])
 
 
@@ -135,7 +159,7 @@ def _lines(machine: Machine, times: dict[str, list[float]]) -> Iterator[str]:
     yield "| what | median | least and most |"
     yield "| --- | --- | --- |"
     for what, milliseconds in times.items():
-        yield f"| {what} | {_told([statistics.median(milliseconds)])} | {_told(sorted(milliseconds))} |"
+        yield f"| {what} | {_range([statistics.median(milliseconds)])} | {_range(sorted(milliseconds))} |"
     runs = len(next(iter(times.values())))
     yield ""
     yield (
@@ -144,7 +168,7 @@ def _lines(machine: Machine, times: dict[str, list[float]]) -> Iterator[str]:
     )
 
 
-def _told(milliseconds: Sequence[float]) -> str:
+def _range(milliseconds: Sequence[float]) -> str:
     """The ends of a sorted list, or the only number in it."""
     return " to ".join(f"{value:.1f}" for value in dict.fromkeys((milliseconds[0], milliseconds[-1]))) + " ms"
 

@@ -111,7 +111,7 @@ def _camera_ray(camera: Camera, column: Any, row: Any, points: Any) -> Any:
         focus = away if camera.focus_distance is None else camera.focus_distance
         place = camera.lens_radius * mi.warp.square_to_uniform_disk_concentric(points.next_2d())
         offset = r * place.x + u * place.y
-        # All rays of a place on the picture meet where the pinhole's crosses the plane in focus.
+        # All rays of a place on the picture intersect where the pinhole's crosses the plane in focus.
         origin, direction = origin + offset, direction - offset / focus
     return mi.Ray3f(origin, dr.normalize(direction))
 

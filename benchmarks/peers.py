@@ -16,7 +16,15 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
-from benchmarks import machine, peers_limit, peers_plot, peers_runs, peers_tables, povray_pictures, references
+from benchmarks import (
+    machine,
+    peers_curves,
+    peers_limit,
+    peers_runs,
+    peers_tables,
+    povray_pictures,
+    references,
+)
 from benchmarks.peers_comparison import comparisons, precisions
 from benchmarks.peers_settings import ERRORS_255, FULL, QUICK, SCENES, Effort
 from benchmarks.tables import of_machine
@@ -72,7 +80,7 @@ def _keep(measured: dict[str, Any], errors_255: Sequence[float], out: Path) -> N
     measured["comparisons"] = comparisons(measured["scenes"], errors_255)
     measured["precisions"] = precisions(measured["scenes"])
     out.write_text(json.dumps(measured, indent=2) + "\n")
-    peers_plot.draw(measured["scenes"], _plot(out))
+    peers_curves.draw(measured["scenes"], _plot(out))
 
 
 def _print(measured: dict[str, Any], console: Console) -> None:

@@ -1,4 +1,4 @@
-"""Error against CPU seconds as a curve: settings for which no cheaper one is nearer, and between them."""
+"""Error against CPU seconds as a curve: the settings that no cheaper one beats, between them, and a plot."""
 
 from __future__ import annotations
 
@@ -6,10 +6,21 @@ import math
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from accuracy.plotting import BLUE, CYAN, GREEN, RED, drawn
+from benchmarks.peers_runs import RENDERERS
+
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping, Sequence
+    from pathlib import Path
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from benchmarks.peers_runs import Run
+
+
+COLORS = dict(zip(RENDERERS, (RED, GREEN, BLUE, CYAN), strict=True))
+COLUMNS = 3
 
 
 def runs_by(renderer: str, runs: Iterable[Run]) -> list[Run]:
@@ -60,3 +71,31 @@ def seconds_at(runs: Iterable[Run], error_255: float) -> float | None:
         return nearer["cpu_seconds"]
     way = math.log(coarser["rmse_255"] / error_255) / math.log(coarser["rmse_255"] / nearer["rmse_255"])
     return coarser["cpu_seconds"] * math.pow(nearer["cpu_seconds"] / coarser["cpu_seconds"], way)
+
+
+def draw(scenes: Mapping[str, Sequence[Run]], path: Path) -> None:
+    """Write the panels as SVG, the same bytes for the same figures."""
+    rows = -(-len(scenes) // COLUMNS)
+
+    def fill(figure: Figure) -> None:
+        for place, (scene, runs) in enumerate(scenes.items(), start=1):
+            _panel(figure.add_subplot(rows, COLUMNS, place), scene, runs)
+
+    path.write_bytes(drawn(fill, (4 * COLUMNS, 3.4 * rows)))
+
+
+def _panel(panel: Axes, scene: str, runs: Sequence[Run]) -> None:
+    for name, color in COLORS.items():
+        own = runs_by(name, runs)
+        if not own:
+            continue
+        best = front(own)
+        panel.scatter(*_places(own), color=color, s=10, alpha=0.4, linewidths=0)
+        panel.plot(*_places(best), color=color, marker="o", markersize=4, label=name)
+    panel.set(xscale="log", yscale="log", title=scene, xlabel="CPU seconds", ylabel="RMSE x 255")
+    panel.grid(visible=True, which="both", alpha=0.2)
+    panel.legend(frameon=False)
+
+
+def _places(runs: Sequence[Run]) -> tuple[list[float], list[float]]:
+    return [run["cpu_seconds"] for run in runs], [run["rmse_255"] for run in runs]

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, TypedDict
 import numpy as np
 
 import renderer
+from accuracy.variations import fixed_quality, label
 from benchmarks import references
 from benchmarks.counted_arrays import Operation, Tally, counting
-from benchmarks.machine import cpu_seconds
-from benchmarks.peers_settings import fixed, label
+from benchmarks.machine import timed_render
 from renderer.meshes.files import announced
 from schemas.reading import read_scene
 from schemas.shapes import MeshFile
@@ -28,7 +28,7 @@ SHORT, LONG = 256, 8192
 """Elements of the timed arrays. Three of the longer take 200 kB as float64: they stay in the second cache."""
 REPEATS = 100
 TRIES = 25
-QUALITY = fixed("center", 1, "uniform", 64)
+QUALITY = fixed_quality("center", 1, "uniform", 64)
 """Light points enough that pair work counts; counting takes ten times as long as rendering."""
 
 
@@ -51,9 +51,8 @@ def measure(scene: str) -> Limit:
     path = references.PATHS[scene]
     plan = renderer.compile_scene(path, QUALITY)
     renderer.render(plan)
-    begun = cpu_seconds()
-    rays = renderer.render(plan).report["rays"]
-    measured = cpu_seconds() - begun
+    result, measured = timed_render(plan)
+    rays = result.report["rays"]
     with counting() as tally:
         renderer.render(plan)
     in_cache, calls = _seconds(tally)
@@ -92,7 +91,7 @@ def _seconds(tally: Tally) -> tuple[float, float]:
 def _time_of(operation: Operation) -> tuple[float, float]:
     """Seconds of an element and of a call: the slope between two lengths, and what is left at no length.
 
-    The lengths take turns, so that a busy moment of the machine spoils one try of both; the least counts.
+    The lengths take turns, so that other work of the machine spoils one try of both; the least counts.
     """
     calls = [_call_of(operation, length) for length in (SHORT, LONG)]
     tries = [[_mean_seconds(call) for call in calls] for _ in range(TRIES)]

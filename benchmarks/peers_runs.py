@@ -9,9 +9,10 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, TypedDict
 
 import renderer
+from accuracy.variations import label
 from benchmarks import povray_pictures, references
 from benchmarks.machine import cpu_seconds
-from benchmarks.peers_settings import FIXED, MITSUBA, POVRAY, Effort, asked, label
+from benchmarks.peers_settings import FIXED, MITSUBA, POVRAY, Effort, asked
 from schemas.quality import TargetQuality
 from schemas.reading import read_scene
 

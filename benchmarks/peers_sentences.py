@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from benchmarks.peers_comparison import Comparison, Precision
 
 FINE_255 = 1.0
-"""README tells of errors from this one down, and of coarser ones, separately."""
+"""README gives errors from this one down, and coarser ones, separately."""
 
 
 def of_goals(rows: Sequence[Comparison]) -> list[str]:

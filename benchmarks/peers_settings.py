@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING
 
+from accuracy.variations import fixed_quality
 from benchmarks.povray_pictures import PovraySetting
 from benchmarks.povray_scene import LightGrid
-from schemas.quality import FixedQuality, TargetQuality
-from schemas.sampling import Antialiasing, LightSampling
+from schemas.quality import TargetQuality
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from schemas.quality import Quality
-
-_Pattern: TypeAlias = Literal["center", "uniform", "rotated", "sobol"]
-_LightPattern: TypeAlias = Literal["uniform", "sobol"]
 
 KINDS = {
     "shapes": "shapes and soft shadows",
@@ -82,28 +79,19 @@ QUICK = Effort(runs=1, longest=3.0, thorough=False)
 """A minute a scene, to compare a change with."""
 
 
-def fixed(pattern: _Pattern, samples: int, light: _LightPattern, points: int) -> FixedQuality:
-    """Write a quality of exactly these camera samples and light points."""
-    return FixedQuality(
-        mode="fixed",
-        antialiasing=Antialiasing(pattern=pattern, samples=samples),
-        light=LightSampling(pattern=light, samples=points),
-    )
-
-
 REGULAR = (
-    fixed("center", 1, "uniform", 4),
-    fixed("center", 1, "uniform", 16),
-    fixed("uniform", 4, "uniform", 4),
-    fixed("rotated", 4, "uniform", 16),
-    fixed("uniform", 9, "uniform", 9),
-    fixed("rotated", 9, "uniform", 36),
-    fixed("rotated", 16, "uniform", 16),
-    fixed("rotated", 16, "uniform", 64),
-    fixed("rotated", 36, "uniform", 36),
-    fixed("rotated", 64, "uniform", 16),
+    fixed_quality("center", 1, "uniform", 4),
+    fixed_quality("center", 1, "uniform", 16),
+    fixed_quality("uniform", 4, "uniform", 4),
+    fixed_quality("rotated", 4, "uniform", 16),
+    fixed_quality("uniform", 9, "uniform", 9),
+    fixed_quality("rotated", 9, "uniform", 36),
+    fixed_quality("rotated", 16, "uniform", 16),
+    fixed_quality("rotated", 16, "uniform", 64),
+    fixed_quality("rotated", 36, "uniform", 36),
+    fixed_quality("rotated", 64, "uniform", 16),
 )
-SOBOL = tuple(fixed("sobol", samples, "sobol", 4) for samples in (1, 2, 4, 8, 16, 32, 64, 128, 256))
+SOBOL = tuple(fixed_quality("sobol", samples, "sobol", 4) for samples in (1, 2, 4, 8, 16, 32, 64, 128, 256))
 
 FIXED: tuple[tuple[Quality, ...], ...] = (REGULAR, SOBOL)
 """Ways to ask for fixed samples, each from cheap to expensive."""
@@ -117,6 +105,7 @@ def asked(errors_255: Iterable[float]) -> list[TargetQuality]:
 
     Examples
     --------
+    >>> from accuracy.variations import label
     >>> [label(quality) for quality in asked([1.0, 4.0])]
     ['target 5.66/255', 'target 4/255', 'target 1.41/255', 'target 1/255']
     """
@@ -149,13 +138,3 @@ POVRAY = {
     ),
 }
 """The scenes that POV-Ray's language can say. Found by trying some forty settings of each."""
-
-
-def label(quality: Quality) -> str:
-    """A quality of ours in a few words."""
-    if isinstance(quality, TargetQuality):
-        return f"target {255 * quality.error:.3g}/255"
-    camera, light = quality.antialiasing, quality.light
-    assert camera is not None
-    assert light is not None
-    return f"{camera.pattern} {camera.samples} x {light.pattern} {light.samples}"

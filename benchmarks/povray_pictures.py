@@ -57,8 +57,8 @@ def version() -> str | None:
     program = shutil.which("povray")
     if program is None:
         return None
-    told = subprocess.run([program, "--version"], capture_output=True, text=True, check=False).stderr
-    return next((word for line in told.splitlines() for word in line.split() if word[:2] == "3."), "3")
+    banner = subprocess.run([program, "--version"], capture_output=True, text=True, check=False).stderr
+    return next((word for line in banner.splitlines() for word in line.split() if word[:2] == "3."), "3")
 
 
 def picture(scene: Scene, setting: PovraySetting) -> tuple[float, NDArray[np.float64]]:

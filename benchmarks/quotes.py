@@ -7,14 +7,16 @@ from typing import TYPE_CHECKING, TypedDict
 
 import renderer
 from accuracy.quotes import quote
-from benchmarks.machine import cpu_seconds
+from accuracy.variations import label
+from benchmarks.machine import render_seconds
 from benchmarks.references import SCENES
-from schemas.quality import FixedQuality, TargetQuality
+from schemas.quality import FixedQuality
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
+    from schemas.quality import Quality
     from schemas.quotes import Offer
 
 PATHS = tuple(sorted((SCENES.parent / "gallery").glob("*.json")))
@@ -62,10 +64,10 @@ def measure(paths: Iterable[Path] = PATHS) -> Quotes:
     predictions, pilots = [], []
     for path in paths:
         scene = renderer.load_scene(path)
-        told = quote(scene)
-        pilots.append(told.pilot.seconds)
-        asked = told.asked.quality if told.asked else None
-        predictions += [_measured(path.stem, scene, offer) for offer in _rendered(told.offers, asked)]
+        found = quote(scene)
+        pilots.append(found.pilot.seconds)
+        asked = found.asked.quality if found.asked else None
+        predictions += [_measured(path.stem, scene, offer) for offer in _rendered(found.offers, asked)]
     by_mode = {mode: [each for each in predictions if each["mode"] == mode] for mode in ("fixed", "target")}
     return Quotes(
         predictions=predictions,
@@ -90,7 +92,7 @@ def _share(yes: list[bool]) -> float:
     return round(sum(yes) / len(yes), 3) if yes else 0.0
 
 
-def _rendered(offers: Iterable[Offer], asked: FixedQuality | TargetQuality | None) -> Iterator[Offer]:
+def _rendered(offers: Iterable[Offer], asked: Quality | None) -> Iterator[Offer]:
     for offer in offers:
         quality = offer.quality
         fixed = quality.antialiasing if isinstance(quality, FixedQuality) else None
@@ -100,25 +102,14 @@ def _rendered(offers: Iterable[Offer], asked: FixedQuality | TargetQuality | Non
 
 def _measured(name: str, scene: renderer.LoadedScene, offer: Offer) -> Prediction:
     plan = renderer.compile_scene(scene, offer.quality)
-    begun = cpu_seconds()
-    renderer.render(plan)
-    measured = cpu_seconds() - begun
+    measured = render_seconds(plan)
     predicted = offer.cpu_seconds
     return Prediction(
         scene=name,
-        quality=_words(offer.quality),
+        quality=label(offer.quality),
         mode=offer.quality.mode,
         predicted=round(predicted.estimate, 3),
         low=round(predicted.low, 3),
         high=round(predicted.high, 3),
         measured=round(measured, 3),
     )
-
-
-def _words(quality: FixedQuality | TargetQuality) -> str:
-    if isinstance(quality, TargetQuality):
-        return f"error {255 * quality.error:.2g}/255"
-    assert quality.antialiasing is not None
-    assert quality.light is not None
-    camera, light = quality.antialiasing, quality.light
-    return f"{camera.pattern} {camera.samples} x {light.pattern} {light.samples}"

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from PIL import Image
 
+from accuracy.statistics import clipped, rms_difference
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
@@ -77,8 +79,7 @@ def rmse_255(image: ArrayLike, reference: ArrayLike) -> float:
     >>> round(rmse_255([0.0, 2.0], [1 / 255, 1.0]), 3)
     0.707
     """
-    difference = _clipped(image) - _clipped(reference)
-    return float(255 * np.sqrt(np.mean(difference**2)))
+    return 255 * rms_difference(image, reference)
 
 
 def true_rmse_255(image: ArrayLike, reference: ArrayLike, own_error_255: float) -> float:
@@ -115,11 +116,7 @@ def mean_difference_255(image: ArrayLike, reference: ArrayLike) -> float:
     >>> round(mean_difference_255([0.5, 2.0], [0.5, 1 - 1 / 255]), 3)
     0.5
     """
-    return float(255 * np.mean(_clipped(image) - _clipped(reference)))
-
-
-def _clipped(image: ArrayLike) -> NDArray[np.float64]:
-    return np.clip(np.asarray(image, dtype=np.float64), 0.0, 1.0)
+    return float(255 * np.mean(clipped(image) - clipped(reference)))
 
 
 def save(name: str, image: NDArray[np.float64], provenance: Provenance, folder: Path = FOLDER) -> None:
@@ -136,7 +133,7 @@ def save(name: str, image: NDArray[np.float64], provenance: Provenance, folder: 
     than an array file and keeps 1/65535. Values are linear: it looks dark in a viewer.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    levels = np.floor(_clipped(image) * _LARGEST + 0.5).astype(np.uint16)
+    levels = np.floor(clipped(image) * _LARGEST + 0.5).astype(np.uint16)
     Image.fromarray(np.concatenate(list(np.moveaxis(levels, 2, 0)))).save(
         folder / f"{name}.png", optimize=True
     )

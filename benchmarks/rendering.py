@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypedDict
 
 import renderer
 from benchmarks.clocks import Clock, clocked
-from benchmarks.machine import Spread, cpu_seconds, spread
+from benchmarks.machine import Spread, render_seconds, spread
 from benchmarks.settings import TIMED, Setting
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def measure(runs: int) -> list[Timing]:
 def _timing(setting: Setting, runs: int) -> Timing:
     plan = setting.plan()
     rays = renderer.render(plan).report["rays"]
-    seconds = spread([_seconds(plan) for _ in range(runs)])
+    seconds = spread([render_seconds(plan) for _ in range(runs)])
     return Timing(
         setting=dataclasses.asdict(setting),
         cpu_seconds=seconds,
@@ -42,17 +42,11 @@ def _timing(setting: Setting, runs: int) -> Timing:
     )
 
 
-def _seconds(plan: RenderPlan) -> float:
-    begun = cpu_seconds()
-    renderer.render(plan)
-    return cpu_seconds() - begun
-
-
 def _shares(plan: RenderPlan) -> dict[str, float]:
     """Share of the CPU time by class of stage; `rest` is camera rays, pixels and the way between stages."""
     clock: Clock = {}
     timed = clocked(plan, clock, lambda stage: type(stage).__name__)
-    total = _seconds(timed)
+    total = render_seconds(timed)
     ordered = sorted(clock.items(), key=lambda item: -item[1])
     shares = {name: round(seconds / total, 3) for name, seconds in ordered}
     return shares | {"rest": round(1 - sum(clock.values()) / total, 3)}

@@ -9,6 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, TypedDict
 
 import renderer
+from accuracy.variations import fixed_quality
 from benchmarks import meshes
 from benchmarks.machine import Spread, cpu_seconds, spread
 from benchmarks.references import SCENES
@@ -44,13 +45,7 @@ TARGET = TargetQuality(mode="target", error=1 / 255)
 
 def fixed(samples: int, light_points: int) -> FixedQuality:
     """So many camera samples a pixel, with so many points on each light."""
-    return FixedQuality.model_validate(
-        {
-            "mode": "fixed",
-            "antialiasing": {"pattern": "sobol", "samples": samples},
-            "light": {"pattern": "sobol", "samples": light_points},
-        }
-    )
+    return fixed_quality("sobol", samples, "sobol", light_points)
 
 
 PICTURES: tuple[tuple[str, Quality], ...] = (("soft", fixed(16, 16)), ("soft", TARGET), ("chess", TARGET))

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import renderer
+from accuracy.variations import fixed_quality, label
 from benchmarks.references import SCENES
-from schemas.quality import FixedQuality
-from schemas.sampling import Antialiasing, LightSampling
+
+if TYPE_CHECKING:
+    from schemas.quality import FixedQuality
 
 
 @dataclass(frozen=True)
@@ -36,19 +39,12 @@ class Setting:
     @property
     def quality(self) -> FixedQuality:
         """The quality as a job request has it."""
-        return FixedQuality(
-            mode="fixed",
-            antialiasing=Antialiasing.model_validate({"pattern": self.pattern, "samples": self.samples}),
-            light=LightSampling.model_validate(
-                {"pattern": self.light_pattern, "samples": self.light_samples}
-            ),
-        )
+        return fixed_quality(self.pattern, self.samples, self.light_pattern, self.light_samples)
 
     @property
     def name(self) -> str:
         """The setting in words."""
-        camera = f"{self.pattern} {self.samples}"
-        return f"{self.scene}: {camera} x {self.light_pattern} {self.light_samples}"
+        return f"{self.scene}: {label(self.quality)}"
 
     def plan(self) -> renderer.RenderPlan:
         """Compile the scene."""

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
-import time
 from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
 import renderer
 from accuracy.hard_cases.scene_values.scenes import placed
+from accuracy.statistics import clipped
 from benchmarks import kernels
+from benchmarks.machine import render_seconds
 from benchmarks.references import PATHS
 from benchmarks.settings import Setting
 from benchmarks.textbook.plans import factored, textbook
@@ -37,13 +38,13 @@ PRICED = tuple(
 """What the price is judged by."""
 
 COMPARED = tuple(setting for setting in PRICED if setting.samples == 1)
-"""What is looked at for errors."""
+"""What is compared for errors."""
 
 OFFSETS = (0.0, 1e3, 1e4, 1e5)
 """How far a scene is moved along (1, -1, 1), scene units."""
 
 ASIDE = (0.0123, 0.0087, 0.0)
-"""How far the camera is moved, scene units. Where it stands, rays meet the very edges of the room, and either
+"""How far the camera is moved, scene units. Where it stands, rays hit the very edges of the room, and either
 side of them is right."""
 
 
@@ -78,7 +79,7 @@ class Stability(TypedDict):
 
 
 def measure(runs: int) -> Stability:
-    """Time all ways in turns, `runs` rounds after one that warms caches up; look at their pictures once."""
+    """Time all ways in turns, `runs` rounds after one that warms caches up; compare their pictures once."""
     # The textbooks divide by zero where a ray is parallel to a plane.
     with np.errstate(all="ignore"):
         prices = Prices(kernels=_of_kernels(runs), pictures=[_price(each, runs) for each in PRICED])
@@ -97,7 +98,7 @@ def _of_kernels(runs: int) -> list[Price]:
 
 
 def _price(setting: Setting, runs: int) -> Price:
-    clocks = _in_turns(setting.plan(), _seconds, runs)
+    clocks = _in_turns(setting.plan(), render_seconds, runs)
     return Price(name=setting.name, seconds=_rounded({way: min(rounds) for way, rounds in clocks.items()}))
 
 
@@ -106,12 +107,6 @@ def _in_turns(plan: RenderPlan, measured: Callable[[RenderPlan], Any], runs: int
     plans = {way: replaced(plan) for way, replaced in WAYS.items()}
     rounds = [{way: measured(each) for way, each in plans.items()} for _ in range(runs + 1)]
     return {way: [done[way] for done in rounds[1:]] for way in plans}
-
-
-def _seconds(plan: RenderPlan) -> float:
-    begun = time.process_time()
-    renderer.render(plan)
-    return time.process_time() - begun
 
 
 def _rounded(seconds: dict[str, float]) -> dict[str, float]:
@@ -142,8 +137,8 @@ def _scene(setting: Setting, offset: float) -> dict[str, Any]:
 
 def _levels(plan: RenderPlan) -> NDArray[np.float64]:
     """Linear values clipped to 0..1 in units of 1/255; what is not a number counts as black."""
-    image = np.nan_to_num(renderer.render(plan).image.astype(np.float64))
-    return 255 * np.clip(image, 0.0, 1.0)
+    image = np.nan_to_num(renderer.render(plan).image)
+    return 255 * clipped(image)
 
 
 def _share(levels: NDArray[np.float64]) -> float:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from benchmarks.quotes import Quotes
     from benchmarks.rendering import Timing
     from benchmarks.scaling import Scaling
-    from benchmarks.stability import PictureErrors, Prices
+    from benchmarks.stability import Stability
     from benchmarks.targets import Targets
 
 
@@ -188,22 +188,22 @@ def of_quotes(quotes: Quotes) -> Table:
     return table
 
 
-def of_prices(prices: Prices) -> Table:
+def of_prices(stability: Stability) -> Table:
     """CPU seconds of kernels and pictures by all ways, and how many times the textbooks' ours are."""
     columns = ("part", "CPU s", "textbook, float32", "ratio", "the same, factored", "ratio")
     table = Table(*columns, title="what stability costs, the fastest rounds")
-    for price in (*prices["kernels"], *prices["pictures"]):
+    for price in (*stability["prices"]["kernels"], *stability["prices"]["pictures"]):
         ours, *others = (price["seconds"][way] for way in ("penumbra", "textbook", "factored"))
         compared = ((f"{other:.3f}", f"{ours / other:.2f}") if other else ("", "") for other in others)
         table.add_row(price["name"], f"{ours:.3f}", *(cell for cells in compared for cell in cells))
     return table
 
 
-def of_picture_errors(errors: list[PictureErrors]) -> Table:
+def of_picture_errors(stability: Stability) -> Table:
     """Shares of pixels that are wrong in the pictures of all ways."""
     ways = ("penumbra", "textbook", "factored")
     table = Table("scene", "moved by", *ways, "textbook, too dark", title="pixels off by more than 1/255")
-    for each in errors:
+    for each in stability["errors"]:
         shares = (f"{each['off'][way]:.3%}" for way in ways)
         table.add_row(each["scene"], f"{each['offset']:g}", *shares, f"{each['dark']['textbook']:.3%}")
     return table
@@ -215,7 +215,7 @@ def of_bursts(bursts: Bursts) -> Table:
     title = f"{first['jobs']} jobs at once by {first['users']} users, {bursts['workers']} workers"
     table = Table("", "different scenes", "one scene", title=title)
     both = bursts["different"], bursts["same"]
-    table.add_row("told to return", *(str(burst["told_to_return"]) for burst in both))
+    table.add_row("refused, sent again", *(str(burst["refusals"]) for burst in both))
     table.add_row("lost", *(str(burst["lost"]) for burst in both))
     table.add_row("accepted a second", *(str(burst["accepts_a_second"]) for burst in both))
     table.add_row("all finished after, s", *(str(burst["seconds"]) for burst in both))

@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any, TypedDict
 import numpy as np
 
 import renderer
+from accuracy.statistics import clipped
+from accuracy.variations import fixed_quality
 from benchmarks.everyday_scenes import everyday_scene, files
-from benchmarks.machine import cpu_seconds
-from schemas.quality import FixedQuality, TargetQuality
+from benchmarks.machine import timed_render
+from schemas.quality import TargetQuality
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -28,13 +30,7 @@ FIRST, COUNT = 20261122, 40
 TARGETS_255 = (2.0, 1.0, 0.5)
 """What is asked for, in units of 1/255."""
 
-CONVERGED = FixedQuality.model_validate(
-    {
-        "mode": "fixed",
-        "antialiasing": {"pattern": "sobol", "samples": 256},
-        "light": {"pattern": "sobol", "samples": 4},
-    }
-)
+CONVERGED = fixed_quality("sobol", 256, "sobol", 4)
 """Of each picture that a reference is the mean of: textures with a filter are blurred as for 256 samples."""
 
 SURE, MOST_ROUNDS = 0.1, 4
@@ -175,9 +171,7 @@ def loaded(document: Json) -> Any:
 
 def _pair(document: Json, target: float, reference: Reference) -> Pair:
     plan = renderer.compile_scene(loaded(document), TargetQuality(mode="target", error=target / 255))
-    begun = cpu_seconds()
-    result = renderer.render(plan)
-    seconds = cpu_seconds() - begun
+    result, seconds = timed_render(plan)
     known = {name: round(255 * value, 4) for name, value in result.report["error"].items()}
     true, doubt = reference.error_of(result.image, target / 255)
     return Pair(
@@ -191,11 +185,6 @@ def _pair(document: Json, target: float, reference: Reference) -> Pair:
         samples=round(result.report["samples"]["antialiasing_mean"], 2),
         cpu_seconds=round(seconds, 3),
     )
-
-
-def clipped(image: ArrayLike) -> NDArray[np.float64]:
-    """Linear values as errors are defined for them."""
-    return np.clip(np.asarray(image, dtype=np.float64), 0.0, 1.0)
 
 
 def root_of_product(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:

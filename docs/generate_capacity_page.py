@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 from accuracy.study.pages import table
 from benchmarks.capacity import report
-from benchmarks.capacity.plot import draw
 from benchmarks.capacity.workloads import SIDE
 
 if TYPE_CHECKING:
@@ -63,7 +62,7 @@ def main() -> None:
     if MEASURED.exists():
         shutil.copyfile(MEASURED, FIGURES)
     measured = json.loads(FIGURES.read_text())
-    draw(measured["simulations"][:-2], IMAGE)
+    report.draw(measured["simulations"][:-2], IMAGE)
     PAGE.write_text(page(measured))
     print(f"wrote {PAGE}")
 

@@ -13,7 +13,7 @@ import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from benchmarks import peers_plot, peers_sentences, peers_tables
+from benchmarks import peers_curves, peers_sentences, peers_tables
 from benchmarks.peers_runs import PEER
 from benchmarks.peers_settings import ERRORS_255, SCENES
 
@@ -91,7 +91,7 @@ def _take_over(path: Path) -> None:
         raise SystemExit(f"{path} was measured with --quick: run `make bench-peers`")
     PLOT.parent.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(path, FIGURES)
-    peers_plot.draw(measured["scenes"], PLOT)
+    peers_curves.draw(measured["scenes"], PLOT)
 
 
 def main() -> None:

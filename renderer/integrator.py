@@ -103,28 +103,25 @@ def camera_rays(plan: RenderPlan, block: Block, pass_: Pass) -> Rays:
     across, down = PATTERNS[plan.antialiasing.pattern](
         keys(plan.seed, PIXEL_DIMENSIONS, pixels), samples, plan.antialiasing.samples
     )
-    x0, y0, x1, y1 = block.bounds
-    left, right = plan.camera.screen(np.array([x0, x1]), np.array([y1, y0]))
     origins, directions = plan.camera.rays(columns + across, rows + down, pixels, samples)
     return Rays(
         origins=origins,
         directions=directions,
         pixels=pixels,
         samples=samples,
-        screen=np.concatenate((left, right)),
+        screen=plan.camera.bounds(*block.bounds),
     )
 
 
 def centre_points(plan: RenderPlan, counts: Counter[str], block: Block) -> Points:
     """The points that the rays through the centres of a block's pixels hit."""
-    x0, y0, x1, y1 = block.bounds
     x, y = (index.astype(np.float64) + 0.5 for index in (block.columns, block.rows))
     rays = Rays(
         origins=plan.camera.position,
         directions=plan.camera.directions(x, y),
         pixels=block.rows * plan.width + block.columns,
         samples=np.zeros_like(block.columns),
-        screen=np.concatenate(plan.camera.screen(np.array([x0, x1]), np.array([y1, y0]))),
+        screen=plan.camera.bounds(*block.bounds),
     )
     counts["layers"] += rays.t.size
     points = intersect(plan, rays, lights=False)

@@ -65,8 +65,8 @@ def assert_render_close(
     Raises
     ------
     AssertionError
-        If they differ by more than noise. The message tells the verdict, what decided and by which margin,
-        the mistake that probably explains it, and where to look.
+        If they differ by more than noise. The message gives the verdict, what decided and by which margin,
+        the mistake that probably explains it, and where they differ.
     NotComparableError
         If a picture cannot be read, or the two differ in size.
 
@@ -106,7 +106,7 @@ def compared(
 
 
 def report(found: Comparison, folder: str | os.PathLike[str]) -> str:
-    """Write `PICTURES` of a mismatch to a folder, which is made if it is not there, and tell all about it."""
+    """Write `PICTURES` of a mismatch to a folder, made if it is not there; give the mismatch in sentences."""
     place = Path(folder)
     place.mkdir(parents=True, exist_ok=True)
     for name, draw in PICTURES.items():

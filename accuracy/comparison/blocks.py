@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from accuracy.statistics import shared_out
 from renderer.math.arrays import Floats, Masks
 from renderer.math.intervals import student
 
@@ -92,15 +93,6 @@ def bias(difference: Floats, allowed: Floats) -> Bias:
     error = np.sqrt(np.maximum(squares, 0) * pixels / max(pixels - 1, 1)) / kept
     excess = np.maximum(np.abs(mean) - gathered(allowed).mean(axis=2), 0)
     return Bias(_over(excess, error * limit(pixels)).max(axis=2))
-
-
-def shared_out(probability: float, tests: int) -> float:
-    """The level of each of so many independent tests, for one false alarm with `probability` (Sidak 1967).
-
-    >>> round(shared_out(0.05, 1), 9), round(shared_out(0.05, 10), 6)
-    (0.05, 0.005116)
-    """
-    return -math.expm1(math.log1p(-probability) / tests)
 
 
 def limit(pixels: int) -> float:

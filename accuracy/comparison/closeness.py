@@ -11,7 +11,6 @@ above both, so that Chernoff's inequality (1952) bounds the probability of a fal
 """
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,7 +50,7 @@ class Closeness:
     Attributes
     ----------
     pixels : int
-        Pixels with noise that can be told from rounding.
+        Pixels whose noise is larger than rounding.
     near : int
         Those of them within `NEAR` standard errors of the reference.
     """
@@ -68,8 +67,8 @@ class Closeness:
 def closeness(image: Picture, reference: Picture) -> Closeness | None:
     """Count the pixels of a picture that share the noise of its reference, both of one size.
 
-    None where the reference does not tell its noise: it needs the layers ``error`` and ``samples``, and its
-    samples must be independent, which the pattern ``random`` makes them. What the picture tells of its own
+    None where the noise of the reference is not known: it needs the layers ``error`` and ``samples``, and its
+    samples must be independent, which the pattern ``random`` makes them. What the picture states of its own
     noise is not used: it could be invented.
     """
     if not variances.known(reference):
@@ -97,40 +96,25 @@ def _blocks(values: Floats) -> Floats:
 
 def _as_stated(value: Floats, error: Floats) -> Masks:
     """Blocks of which the second differences are those of noise as large as stated."""
-    squares, expected = _second_differences(value), _variances(error)
-    told = expected > 0
-    grainy = (told & (squares >= LEAST_GRAIN * expected)).sum(axis=2)
+    # Second differences, and by the errors of their three pixels what their squares are expected to be.
+    squares, expected = _sums_of_three(value, -2) ** 2, _sums_of_three(error * error, 4)
+    stated = expected > 0
+    grainy = (stated & (squares >= LEAST_GRAIN * expected)).sum(axis=2)
     flat = squares.sum(axis=2) <= MOST_GRAIN * expected.sum(axis=2)
-    counted = told.sum(axis=2)
+    counted = stated.sum(axis=2)
     return (counted > 0) & (2 * grainy >= counted) & flat
 
 
-def _second_differences(value: Floats) -> Floats:
-    """Their squares, along rows and columns, (rows, columns of blocks, differences)."""
+def _sums_of_three(values: Floats, middle: float) -> Floats:
+    """Of each three pixels in a row or column of a block, the first + `middle` times the second + the third.
+
+    (rows, columns of blocks, 8, 8) -> (rows, columns of blocks, lines).
+    """
     parts = []
     for axis in (2, 3):
-        first, middle, last = _neighbours(value, axis)
-        parts.append(_flat((first - 2 * middle + last) ** 2))
+        one, two, three = (np.take(values, range(start, start + SIDE - 2), axis) for start in range(3))
+        parts.append((one + middle * two + three).reshape(*values.shape[:2], -1))
     return np.concatenate(parts, axis=2)
-
-
-def _variances(error: Floats) -> Floats:
-    """Expected squares of the same differences, by the errors of their three pixels."""
-    variance = error * error
-    parts = []
-    for axis in (2, 3):
-        first, middle, last = _neighbours(variance, axis)
-        parts.append(_flat(first + 4 * middle + last))
-    return np.concatenate(parts, axis=2)
-
-
-def _neighbours(values: Floats, axis: int) -> Iterator[Floats]:
-    """Three pixels in a line, for each such line in a block."""
-    return (np.take(values, range(start, start + SIDE - 2), axis) for start in range(3))
-
-
-def _flat(values: Floats) -> Floats:
-    return values.reshape(*values.shape[:2], -1)
 
 
 def _surprise(share: float) -> float:

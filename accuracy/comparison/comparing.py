@@ -75,7 +75,7 @@ def judge(*, equal: bool, bias: Bias, scores: Scores | None, cause: str | None, 
     equal
         They differ by no more than rounding.
     scores
-        Of the noise that both pictures tell; it decides in place of `bias` where it is known.
+        Of the noise that both pictures state; it decides in place of `bias` where it is known.
     cause
         The mistake that explains the difference, if there is one.
     """
@@ -167,7 +167,7 @@ class Comparison:
 
     def document(self) -> dict[str, Any]:
         """All of it as JSON values; an infinite PSNR, that of equal pictures, is null."""
-        told = asdict(self.metrics) | {
+        numbers = asdict(self.metrics) | {
             "psnr": _finite(self.metrics.psnr),
             "ssim": self.ssim,
             "bias_blocks": self.bias.share,
@@ -181,7 +181,7 @@ class Comparison:
             "test": self.judgement.test,
             "margin": self.judgement.margin,
             "samples_factor": self.judgement.samples_factor,
-            "metrics": told,
+            "metrics": numbers,
             "diagnosis": [asdict(cause) for cause in self.causes],
             "worst_regions": [
                 asdict(region) | {"name": named(region.shape, self.names)} for region in self.regions

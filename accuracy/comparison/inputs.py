@@ -16,7 +16,7 @@ from renderer.math.arrays import Floats
 
 Encoding = Literal["srgb", "linear"]
 SIDECARS = ("error", "samples", "shape")
-"""Layers that tell more about a difference; `penumbra render` saves them beside the picture."""
+"""Layers that explain a difference; `penumbra render` saves them beside the picture."""
 
 FLOAT_ROUNDING = 2.0**-22
 """Two spacings of float32: by so much a picture may differ between kinds of machines."""
@@ -36,7 +36,7 @@ class Picture:
     encoding : {"srgb", "linear"}
         How the file's numbers were read.
     stated : bool
-        Whether somebody said so; else it is what its format usually means.
+        Whether the user stated it; else it is what its format usually means.
     bits : int
         Of a channel, 32 or 64 for floating point.
     sha256 : str
@@ -103,7 +103,7 @@ def picture_of(
     Parameters
     ----------
     content
-        The kind is told by its first bytes, not by its name.
+        Its kind follows from its first bytes, not from its name.
     name
         For messages.
     encoding
@@ -121,8 +121,7 @@ def picture_of(
     used = encoding or raw.usual
     if used is None:
         raise NotComparableError(
-            f"{name} holds whole numbers, and nothing tells what they mean. State the encoding, srgb or "
-            "linear."
+            f"{name} holds whole numbers, whose encoding is not known. State the encoding, srgb or linear."
         )
     values = _finite(raw, name)
     clipped = int(np.count_nonzero(((values < 0) | (values > 1)).any(axis=2)))

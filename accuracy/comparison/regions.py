@@ -13,10 +13,10 @@ from renderer.interaction import MISS
 from renderer.math.arrays import Floats, Integers, Masks
 
 SHARE = 0.75
-"""The blocks looked at are the worst ones that together hold this share of their squared difference."""
+"""Regions consist of the worst blocks that together hold this share of their squared difference."""
 
 MOST = 5
-"""Regions told."""
+"""Regions reported, at most."""
 
 GROUND = "background"
 
@@ -56,7 +56,7 @@ def worst(difference: Floats, suspects: Masks, shapes: NDArray[Any] | None) -> t
     Parameters
     ----------
     suspects : (rows, columns) bool
-        Blocks that noise does not explain; only these are looked at, or all where there is none.
+        Blocks that noise does not explain; only these count, or all where there is none.
     shapes : (H, W) int or None
         The layer ``shape`` of the scene.
     """
@@ -65,8 +65,8 @@ def worst(difference: Floats, suspects: Masks, shapes: NDArray[Any] | None) -> t
     total = float(errors.sum())
     if total == 0:
         return ()
-    looked_at = errors * suspects if (errors[suspects] > 0).any() else errors
-    groups = sorted(_touching(_chosen(looked_at)), key=lambda group: -_sum(errors, group))[:MOST]
+    suspicious = errors * suspects if (errors[suspects] > 0).any() else errors
+    groups = sorted(_touching(_chosen(suspicious)), key=lambda group: -_sum(errors, group))[:MOST]
     return tuple(_region(difference, squares, shapes, group, total) for group in groups)
 
 

@@ -1,4 +1,4 @@
-"""Whether two noisy pictures may be of the same scene, where both tell how noisy each pixel is.
+"""Whether two noisy pictures may be of the same scene, where both state how noisy each pixel is.
 
 The means of a block are as many pixels' noise together, so that their difference over its standard error is
 close to normal. One false alarm in a thousand is shared out among all blocks and channels (Sidak 1967).
@@ -6,12 +6,12 @@ close to normal. One false alarm in a thousand is shared out among all blocks an
 
 import math
 from dataclasses import dataclass
-from statistics import NormalDist
 
 import numpy as np
 
-from accuracy.comparison.blocks import gathered, shared_out
+from accuracy.comparison.blocks import gathered
 from accuracy.comparison.inputs import Picture
+from accuracy.statistics import normal_equivalent, normal_limit, shared_out
 from renderer.math.arrays import Floats
 
 LEVEL = 0.001
@@ -83,18 +83,3 @@ def _rare(excess: Floats, errors: Floats, variances: Floats, weights: Floats) ->
     np.divide(variances * variances, weights, out=freedom, where=weights > 0)
     z = normal_equivalent(np.minimum(ratios, 1e100), freedom)
     return np.where(np.isinf(ratios), math.inf, z)
-
-
-def normal_limit(probability: float) -> float:
-    """The z that |Z| exceeds with this probability."""
-    return -NormalDist().inv_cdf(probability / 2)
-
-
-def normal_equivalent(t: Floats, freedom: Floats) -> Floats:
-    """The z that is as rare as each t >= 0 (Wallace 1959); within 3 % from 3 degrees of freedom on.
-
-    Large t of few degrees of freedom are not rare; infinite freedom gives back t but for rounding.
-    """
-    bounded = np.minimum(freedom, 1e9)
-    shrunk = np.sqrt(bounded * np.log1p(t * t / bounded))
-    return shrunk * (8 * bounded + 1) / (8 * bounded + 3)

@@ -1,6 +1,5 @@
-"""One pixel explained: what its ray met, what each light adds there, what is in the way."""
+"""One pixel explained: what its ray hits, what each light adds there, what is in the way."""
 
-from accuracy.inspection.pixels import inspect
-from accuracy.inspection.plans import inspection_plan
+from accuracy.inspection.pixels import inspect, inspection_plan
 
 __all__ = ["inspect", "inspection_plan"]

@@ -1,7 +1,7 @@
 """What each light of a scene is to one point: how much of it is seen, what hides the rest, what it adds."""
 
 from collections import Counter
-from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
@@ -14,75 +14,60 @@ from renderer.math.arrays import Floats, Integers, Masks, dot, unit
 from renderer.plan.plan import RenderPlan
 from renderer.plan.stages import Illumination, Lighting
 from renderer.self_intersection import OriginSurfaces
+from schemas.inspections import Blocker, InspectedLight, Triple
+from schemas.pointers import pointer
 
 TERMS: dict[type, str] = {Diffuse: "diffuse", Highlight: "specular"}
 """Stages of a light that add to radiance, by the name of what they add."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SeenLight:
-    """One light as one point sees it.
-
-    Attributes
-    ----------
-    number : int
-        Place in the scene's list of lights.
-    points, below, blocked : int
-        Its points: all, those behind the surface, and those with a shape in the way.
-    blockers : tuple of (int, int)
-        Shapes that are first in the way, and of how many points, most first.
-    cosine : float
-        Between shading normal and the direction to the light's middle.
-    turned_away : bool
-        Whether it shines to one side only, and the point is on the other.
-    terms : dict of str to (3,) float64
-        Radiance by the names of `TERMS`; those that nothing asked for are missing.
-    """
-
-    number: int
-    points: int
-    below: int
-    blocked: int
-    blockers: tuple[tuple[int, int], ...]
-    cosine: float
-    turned_away: bool
-    terms: dict[str, Floats]
-
-
-def lights_at(plan: RenderPlan, lights: tuple[Lighting, ...], point: Points) -> list[SeenLight]:
+def lights_at(plan: RenderPlan, lights: tuple[Lighting, ...], point: Points) -> tuple[InspectedLight, ...]:
     """All lights of a scene, `lights` as `compile_visibility` gives them, seen from one point."""
     shining = {lighting.emitter.number: lighting for lighting in plan.lightings}
-    return [_seen(plan, light, shining.get(light.emitter.number), point) for light in lights]
+    return tuple(_seen(plan, light, shining.get(light.emitter.number), point) for light in lights)
 
 
-def _seen(plan: RenderPlan, light: Lighting, shining: Illumination | None, point: Points) -> SeenLight:
+def triple(values: Floats) -> Triple:
+    """Three numbers of an array, as Python has them."""
+    return cast("Triple", tuple(values.tolist()))
+
+
+def _seen(plan: RenderPlan, light: Lighting, shining: Illumination | None, point: Points) -> InspectedLight:
     emitter = light.emitter
     above, blocked, blockers = _in_the_way(plan, light, point)
+    below, hidden = emitter.count - int(np.count_nonzero(above)), int(np.count_nonzero(blocked))
     towards = emitter.towards(point.positions)
-    return SeenLight(
-        number=emitter.number,
+    added = _terms(shining, point) if isinstance(shining, Lighting) else {}
+    return InspectedLight(
+        light=emitter.number,
+        pointer=pointer(["lights", emitter.number]),
+        visibility=(emitter.count - below - hidden) / emitter.count,
         points=emitter.count,
-        below=emitter.count - int(np.count_nonzero(above)),
-        blocked=int(np.count_nonzero(blocked)),
-        blockers=blockers,
+        below_horizon=below,
+        blocked=hidden,
+        blockers=tuple(_blocker(plan, number, count) for number, count in blockers.most_common()),
         cosine=float(dot(point.shading_normals, unit(towards)).item()),
         turned_away=emitter.one_sided and dot(towards, emitter.normal).item() >= 0,
-        terms=_terms(shining, point) if isinstance(shining, Lighting) else {},
+        diffuse=triple(added.get("diffuse", np.zeros(3))),
+        specular=triple(added.get("specular", np.zeros(3))),
     )
 
 
-def _in_the_way(
-    plan: RenderPlan, light: Lighting, point: Points
-) -> tuple[Masks, Masks, tuple[tuple[int, int], ...]]:
-    """Light points (L,) above the horizon, those of them that are blocked, and by which shapes."""
+def _blocker(plan: RenderPlan, number: int, points: int) -> Blocker:
+    name = plan.document.shapes[number].name
+    return Blocker(pointer=pointer(["shapes", number]), name=name, shape=number, points=points)
+
+
+def _in_the_way(plan: RenderPlan, light: Lighting, point: Points) -> tuple[Masks, Masks, Counter[int]]:
+    """Light points (L,) above the horizon, those that are blocked, and how many by each shape first."""
     view = light.view(point, workspace())
     if not view.count:
         nothing = np.zeros(light.emitter.count, dtype=bool)
-        return nothing, nothing, ()
+        return nothing, nothing, Counter()
     above = view.above_horizon(point.normals)[:, 0]
     blocked = np.zeros_like(above) if view.blocked is None else view.blocked[:, 0] & above
-    first = _first_met(plan, light.emitter, point, _directions(view, np.flatnonzero(blocked)))
-    return above, blocked, tuple(Counter(first).most_common())
+    first = _first_hit(plan, light.emitter, point, _directions(view, np.flatnonzero(blocked)))
+    return above, blocked, Counter(first)
 
 
 def _directions(view: LightView, hidden: Integers) -> Floats:
@@ -91,8 +76,8 @@ def _directions(view: LightView, hidden: Integers) -> Floats:
     return view.towards + view.emitter.first * u + view.emitter.second * v
 
 
-def _first_met(plan: RenderPlan, emitter: Emitter, point: Points, directions: Floats) -> list[int]:
-    """Shapes that rays from a point along `directions` (3, m) meet first, before the light."""
+def _first_hit(plan: RenderPlan, emitter: Emitter, point: Points, directions: Floats) -> list[int]:
+    """Shapes that rays from a point along `directions` (3, m) hit first, before the light."""
     rays = Rays(
         origins=point.positions,
         directions=directions,

@@ -1,11 +1,11 @@
-"""The ray through the middle of a pixel, and all that go on from where it ends, as a tree."""
+"""The ray through the middle of a pixel and the rays scattered from where it ends, as a tree."""
 
 from collections import deque
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from accuracy.inspection.lighting import SeenLight, lights_at
+from accuracy.inspection.lighting import lights_at
 from renderer.integrator import camera_rays, intersect
 from renderer.interaction import Points, Rays
 from renderer.math.arrays import Floats
@@ -15,17 +15,18 @@ from renderer.plan.plan import RenderPlan
 from renderer.plan.stages import Lighting
 from renderer.tiling import Block
 from renderer.waves import KINDS, Wave, camera_wave
+from schemas.inspections import InspectedLight
 from schemas.tiles import Pass
 
 MOST_RAYS = 256
-"""Rays of a tree that are told. Between mirrors and in glass there may be thousands; nobody reads them."""
+"""Rays of a tree that are reported. Between mirrors and in glass there may be thousands, too many to read."""
 
 ONE_RAY = Pass(index=1, stride=1, first=0, last=1)
 
 
 @dataclass(slots=True, eq=False)
 class Leg:
-    """One ray of a path, and what it met.
+    """One ray of a path, and what it hits.
 
     Attributes
     ----------
@@ -34,13 +35,13 @@ class Leg:
     wave : Wave
         Of this one ray.
     points : Points
-        The point that it met, or none.
+        The point that it hits, or none.
     radiance, ambient : (3,) float64
-        Of the place that it met, and the part of ambient light in it.
-    lights : list of SeenLight
-        All lights of the scene, where it met a shape.
+        Of the place that it hits, and the part of ambient light in it.
+    lights : tuple of InspectedLight
+        All lights of the scene, where it hits a shape.
     legs : list of Leg
-        The rays that go on from there.
+        The rays that are scattered from there.
     """
 
     kind: str
@@ -48,7 +49,7 @@ class Leg:
     points: Points
     radiance: Floats
     ambient: Floats
-    lights: list[SeenLight]
+    lights: tuple[InspectedLight, ...]
     legs: list["Leg"] = field(default_factory=list)
 
 
@@ -61,19 +62,19 @@ def walk(plan: RenderPlan, x: int, y: int) -> tuple[Leg, bool]:
     """Follow the ray of a pixel; also say whether the tree is complete. Short paths come first."""
     lights = compile_visibility(plan)
     root = _followed(plan, lights, "camera", camera_wave(ray_of(plan, x, y)))
-    waiting, told = deque([root]), 1
+    waiting, count = deque([root]), 1
     while waiting:
         leg = waiting.popleft()
-        for kind, wave in _going_on(plan, leg):
-            if told == MOST_RAYS:
+        for kind, wave in _scattered(plan, leg):
+            if count == MOST_RAYS:
                 return root, False
             leg.legs.append(_followed(plan, lights, kind, wave))
-            told += 1
+            count += 1
         waiting.extend(leg.legs)
     return root, True
 
 
-def _going_on(plan: RenderPlan, leg: Leg) -> list[tuple[str, Wave]]:
+def _scattered(plan: RenderPlan, leg: Leg) -> list[tuple[str, Wave]]:
     waves = [wave for stage in plan.scattering for wave in stage.run(leg.points, leg.wave)]
     return [(_kind(leg.points, wave), wave) for wave in waves]
 
@@ -89,11 +90,8 @@ def _followed(plan: RenderPlan, lights: tuple[Lighting, ...], kind: str, wave: W
     points = intersect(plan, wave.rays)
     if not points.count:
         seen = plan.unshaded.radiance(wave.rays.shapes)[:, 0]
-        return Leg(kind, wave, points, seen, np.zeros(3), [])
+        return Leg(kind, wave, points, seen, np.zeros(3), ())
     ambient = points.radiance[:, 0].copy()
-    seen_lights = lights_at(plan, lights, points)
-    radiance = ambient.copy()
-    for light in seen_lights:
-        for term in light.terms.values():
-            radiance += term
-    return Leg(kind, wave, points, radiance, ambient, seen_lights)
+    inspected = lights_at(plan, lights, points)
+    radiance = ambient + sum((np.add(light.diffuse, light.specular) for light in inspected), np.zeros(3))
+    return Leg(kind, wave, points, radiance, ambient, inspected)

@@ -1,33 +1,70 @@
-"""One pixel explained, as a document."""
+"""One pixel explained as a document, and the plan by which it is: one ray through the middle of the pixel."""
 
 from collections import Counter
+from dataclasses import replace
 from typing import cast
 
-import numpy as np
-
-from accuracy.inspection.lighting import SeenLight
+from accuracy.inspection.lighting import triple
 from accuracy.inspection.paths import Leg, ray_of, walk
 from accuracy.inspection.reasons import reasons
+from renderer.compiling import compile_scene
 from renderer.integrator import radiance
 from renderer.interaction import EMITTER
-from renderer.math.arrays import Floats, lengths, unit
+from renderer.math.arrays import lengths, unit
 from renderer.plan.plan import RenderPlan
+from renderer.scenes import LoadedScene, QualitySource, Source, load_request
 from schemas.inspections import (
-    Blocker,
-    InspectedLight,
     InspectedRay,
     InspectedSurface,
     Inspection,
     Part,
     RayKind,
-    Triple,
 )
 from schemas.pointers import pointer
+from schemas.quality import FixedQuality, Quality, TargetQuality
+from schemas.sampling import Antialiasing, LightSampling
 from schemas.scene import Scene
+
+POINTS = 64
+"""Points on each light where the picture takes as many as an error asks for: shares to a percent or two."""
+
+
+def inspection_plan(scene: Source | LoadedScene, quality: QualitySource | None = None) -> RenderPlan:
+    """Compile a scene for `inspect`.
+
+    Parameters
+    ----------
+    scene
+        What `load_scene` takes or gives.
+    quality
+        That of the picture. Its light points and precision are kept, fixed ones; of target quality, which
+        takes as many as it needs, the precision alone.
+
+    Raises
+    ------
+    SceneError
+        If the scene, or a file that it names, cannot be used.
+    """
+    loaded, quality = load_request(scene, quality)
+    camera = loaded.document.camera.model_copy(update={"lens_radius": 0.0})
+    sharp = replace(loaded, document=loaded.document.model_copy(update={"camera": camera}))
+    return compile_scene(sharp, _one_ray(quality))
+
+
+def _one_ray(quality: Quality | None) -> FixedQuality:
+    light = quality.light if isinstance(quality, FixedQuality) else None
+    if isinstance(quality, TargetQuality):
+        light = LightSampling(pattern="uniform", samples=POINTS)
+    return FixedQuality(
+        mode="fixed",
+        antialiasing=Antialiasing(pattern="center"),
+        light=light,
+        precision=quality.precision if quality else "single",
+    )
 
 
 def inspect(plan: RenderPlan, x: int, y: int) -> Inspection:
-    """Explain what the ray through the middle of a pixel has seen.
+    """Explain what the ray through the middle of a pixel shows.
 
     Parameters
     ----------
@@ -53,13 +90,8 @@ def inspect(plan: RenderPlan, x: int, y: int) -> Inspection:
     color = triple(radiance(plan, ray_of(plan, x, y), Counter())[:, 0])
     root, complete = walk(plan, x, y)
     ray = _ray(plan.document, root)
-    told = reasons(plan.document, ray)
-    return Inspection(x=x, y=y, color=color, reasons=told, ray=ray, complete=complete)
-
-
-def triple(values: Floats) -> Triple:
-    """Three numbers of an array, as Python has them."""
-    return cast("Triple", tuple(values.tolist()))
+    why = reasons(plan.document, ray)
+    return Inspection(x=x, y=y, color=color, reasons=why, ray=ray, complete=complete)
 
 
 def _ray(scene: Scene, leg: Leg) -> InspectedRay:
@@ -70,13 +102,13 @@ def _ray(scene: Scene, leg: Leg) -> InspectedRay:
         origin=triple(rays.origins[:, 0]),
         direction=triple(unit(rays.directions)[:, 0]),
         surface=_surface(scene, leg) if leg.points.count else None,
-        light=_light_met(int(rays.shapes[0])),
+        light=_light_hit(int(rays.shapes[0])),
         radiance=triple(leg.radiance),
         rays=tuple(_ray(scene, following) for following in leg.legs),
     )
 
 
-def _light_met(number: int) -> Part | None:
+def _light_hit(number: int) -> Part | None:
     return Part(pointer=pointer(["lights", number - EMITTER]), name=None) if number >= EMITTER else None
 
 
@@ -98,30 +130,5 @@ def _surface(scene: Scene, leg: Leg) -> InspectedSurface:
         texture=None if texture is None else Part(pointer=pointer(["textures", texture]), name=texture),
         color=triple(points.colors[:, 0]),
         ambient=triple(leg.ambient),
-        lights=tuple(_light(scene, light) for light in leg.lights),
+        lights=leg.lights,
     )
-
-
-def _light(scene: Scene, seen: SeenLight) -> InspectedLight:
-    return InspectedLight(
-        light=seen.number,
-        pointer=pointer(["lights", seen.number]),
-        visibility=(seen.points - seen.below - seen.blocked) / seen.points,
-        points=seen.points,
-        below_horizon=seen.below,
-        blocked=seen.blocked,
-        blockers=tuple(_blocker(scene, *blocker) for blocker in seen.blockers),
-        cosine=seen.cosine,
-        turned_away=seen.turned_away,
-        diffuse=_term(seen, "diffuse"),
-        specular=_term(seen, "specular"),
-    )
-
-
-def _term(seen: SeenLight, name: str) -> Triple:
-    return triple(seen.terms.get(name, np.zeros(3)))
-
-
-def _blocker(scene: Scene, number: int, points: int) -> Blocker:
-    place = pointer(["shapes", number])
-    return Blocker(pointer=place, name=scene.shapes[number].name, shape=number, points=points)

@@ -1,4 +1,4 @@
-"""Why a pixel looks as it does, in sentences."""
+"""Why a pixel has its colour, in sentences."""
 
 import math
 from collections.abc import Iterator
@@ -11,13 +11,13 @@ SHOWS = {
     "reflection": "glass reflects what lies before it",
     "refraction": "glass shows what lies behind it",
 }
-"""What a ray that goes on is there for."""
+"""What a scattered ray contributes."""
 
 
 def reasons(scene: Scene, ray: InspectedRay) -> tuple[Reason, ...]:
-    """Sentences about the place that a camera ray has met, what explains most first."""
+    """Sentences about the place that a camera ray hits, what explains most first."""
     if ray.surface is None:
-        return (_nothing_met(scene, ray),)
+        return (_no_shape(scene, ray),)
     lit = any(any(light.diffuse) or any(light.specular) for light in ray.surface.lights)
     black = list(_black(ray.surface))
     seen = [_of_light(scene, ray.surface, light) for light in ray.surface.lights]
@@ -27,7 +27,7 @@ def reasons(scene: Scene, ray: InspectedRay) -> tuple[Reason, ...]:
     return (*black, *seen, *rest, *_sent_on(ray))
 
 
-def _nothing_met(scene: Scene, ray: InspectedRay) -> Reason:
+def _no_shape(scene: Scene, ray: InspectedRay) -> Reason:
     if ray.light is not None:
         shown = "which is black" if not any(ray.radiance) else "in its flat colour"
         text = f"The camera looks at light {ray.light.pointer.rpartition('/')[2]} itself, {shown}."
@@ -126,5 +126,5 @@ def _sent_on(ray: InspectedRay) -> Iterator[Reason]:
     assert ray.surface is not None
     for following in ray.rays:
         share = following.weight / ray.weight
-        text = f"{SHOWS[following.kind].capitalize()}: {share:.3g} of what that ray meets is added."
+        text = f"{SHOWS[following.kind].capitalize()}: {share:.3g} of what that ray reaches is added."
         yield Reason(code=following.kind, text=text, pointers=(ray.surface.material.pointer,))

@@ -2,15 +2,14 @@
 
 from time import monotonic
 
-from accuracy.quotes.choices import Adaptive, Fixed, Priced, closest, soonest
+from accuracy.quotes.choices import Adaptive, Fixed, closest, soonest
 from accuracy.quotes.pilots import Pilot
 from accuracy.quotes.prices import price
 from accuracy.quotes.settings import ERRORS
 from renderer.compiling import compile_scene
-from renderer.math.intervals import Interval
 from renderer.scenes import LoadedScene
 from schemas.quality import Quality
-from schemas.quotes import EffectShare, Offer, Predicted, Quote
+from schemas.quotes import EffectShare, Offer, Quote
 from schemas.quotes import Pilot as PilotReport
 
 SECONDS = 1.5
@@ -60,8 +59,8 @@ def quote(
 
     Notes
     -----
-    Which places are looked at depends on the scene and its seed alone. How many of them are,
-    and so every figure but the price, depends on the machine.
+    Which places are rendered depends on the scene and its seed alone. How many of them are, and so every
+    figure but the price, depends on the machine.
     """
     before = monotonic()
     plan = compile_scene(scene, quality)
@@ -72,10 +71,10 @@ def quote(
     known: list[Fixed | Adaptive] = [*fixed, adaptive]
     asked = _asked(pilot, known)
     return Quote(
-        asked=_chosen(asked),
-        offers=tuple(_offer(offer) for offer in _offers(pilot, fixed, adaptive)),
-        for_error=_chosen(soonest(known, target_error)) if target_error else None,
-        for_seconds=_chosen(closest(known, seconds)) if seconds else None,
+        asked=asked,
+        offers=_offers(pilot, fixed, adaptive),
+        for_error=soonest(known, target_error) if target_error else None,
+        for_seconds=closest(known, seconds) if seconds else None,
         effects=_effects(pilot, asked),
         price=price(plan, workers),
         workers=workers,
@@ -88,7 +87,7 @@ def quote(
     )
 
 
-def _asked(pilot: Pilot, known: list[Fixed | Adaptive]) -> Priced | None:
+def _asked(pilot: Pilot, known: list[Fixed | Adaptive]) -> Offer | None:
     for each in known:
         if isinstance(each, Adaptive):
             if pilot.target and each.points:
@@ -98,43 +97,21 @@ def _asked(pilot: Pilot, known: list[Fixed | Adaptive]) -> Priced | None:
     return None
 
 
-def _offers(pilot: Pilot, fixed: list[Fixed], adaptive: Adaptive) -> list[Priced]:
+def _offers(pilot: Pilot, fixed: list[Fixed], adaptive: Adaptive) -> tuple[Offer, ...]:
     """All that was priced: the ladders from few samples to many, then errors from large to small."""
     offers = []
     for each in fixed:
         own = {pilot.asked} if pilot.target is None and each.ladder == pilot.ladders[0] else set()
         offers += [each.priced(count) for count in sorted({*each.ladder.counts} | own)]
-    return offers + [adaptive.priced(error) for error in sorted(adaptive.errors(ERRORS), reverse=True)]
+    errors = sorted(adaptive.errors(ERRORS), reverse=True)
+    return (*offers, *(adaptive.priced(error) for error in errors))
 
 
-def _effects(pilot: Pilot, asked: Priced | None) -> tuple[EffectShare, ...]:
-    if pilot.ablation is None or asked is None:
+def _effects(pilot: Pilot, asked: Offer | None) -> tuple[EffectShare, ...]:
+    if asked is None:
         return ()
     total = asked.cpu_seconds.estimate
-    shares = sorted(pilot.ablation.found, key=lambda found: -found.share)
     return tuple(
-        EffectShare(
-            effect=found.variant.effect,
-            pointers=found.variant.pointers,
-            cpu_seconds=found.share * total,
-            share=found.share,
-        )
-        for found in shares
+        EffectShare(effect=one.effect, pointers=one.pointers, cpu_seconds=share * total, share=share)
+        for one, share in sorted(pilot.effects, key=lambda found: -found[1])
     )
-
-
-def _chosen(offer: Priced | None) -> Offer | None:
-    return None if offer is None else _offer(offer)
-
-
-def _offer(offer: Priced) -> Offer:
-    return Offer(
-        quality=offer.quality,
-        cpu_seconds=_predicted(offer.cpu_seconds),
-        seconds=_predicted(offer.seconds),
-        error=None if offer.error is None else _predicted(offer.error),
-    )
-
-
-def _predicted(known: Interval) -> Predicted:
-    return Predicted(estimate=known.estimate, low=known.low, high=known.high)

@@ -12,10 +12,10 @@ from math import exp, hypot, inf, log
 
 import numpy as np
 
-from accuracy.estimates import factor, line, mean
 from accuracy.quotes import places
 from accuracy.quotes.deadlines import Deadline, within
 from accuracy.quotes.settings import MEASURED
+from accuracy.statistics import clipped, factor, line, mean
 from renderer.integrator import camera_rays, radiance
 from renderer.math.arrays import Floats
 from renderer.math.intervals import Interval
@@ -170,4 +170,4 @@ def _samples(plan: RenderPlan, block: Block, count: int) -> Floats:
 
 def _shown(samples: Floats, count: int) -> Floats:
     """The pixels (3, P) as errors are defined for them: the means of the first samples, clipped to 0..1."""
-    return np.clip(samples[:, :, :count].mean(axis=2), 0.0, 1.0)
+    return clipped(samples[:, :, :count].mean(axis=2))

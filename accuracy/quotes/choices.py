@@ -4,12 +4,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from math import ceil, floor, log, log10
 
-from accuracy.estimates import factor
 from accuracy.quotes.accuracies import Accuracy
 from accuracy.quotes.settings import Ladder, target
 from accuracy.quotes.timings import Timing
+from accuracy.statistics import factor
 from renderer.math.intervals import Interval
 from schemas.quality import CONFIDENCE, Quality
+from schemas.quotes import Offer, Predicted
 
 KEPT, LEAST = 0.7, 0.3
 """What the error of target quality comes to, over the one asked for, and the least of it that is usual: it
@@ -30,23 +31,6 @@ FARTHEST = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class Priced:
-    """A quality with what it is predicted to cost and to reach.
-
-    Attributes
-    ----------
-    quality : Quality
-    cpu_seconds, seconds : Interval
-    error : Interval or None
-    """
-
-    quality: Quality
-    cpu_seconds: Interval
-    seconds: Interval
-    error: Interval | None
-
-
-@dataclass(frozen=True, slots=True)
 class Fixed:
     """All that is known of a ladder.
 
@@ -63,18 +47,18 @@ class Fixed:
     accuracy: Accuracy | None
     workers: int
 
-    def priced(self, count: int) -> Priced:
+    def priced(self, count: int) -> Offer:
         """One of its qualities."""
         cpu = self.timing.cpu_seconds(count)
         error = self.accuracy.error(count) if self.accuracy else None
-        return Priced(self.ladder.quality(count), cpu, cpu.scaled(1 / self.workers), error)
+        return _offer(self.ladder.quality(count), cpu, cpu.scaled(1 / self.workers), error)
 
-    def for_error(self, error: float) -> Priced | None:
+    def for_error(self, error: float) -> Offer | None:
         """The least count whose error is predicted to be at most this."""
         count = self.ladder.at_least(self.accuracy.count(error)) if self.accuracy else None
         return None if count is None else self.priced(count)
 
-    def for_seconds(self, seconds: float) -> Priced | None:
+    def for_seconds(self, seconds: float) -> Offer | None:
         """The greatest count that is predicted to fit."""
         first, later = self.timing.first.estimate, self.timing.later.estimate
         spare = seconds * self.workers - first
@@ -106,15 +90,18 @@ class Adaptive:
         least, most = min(self.points, default=1.0), max(self.points, default=0.0)
         return {*self.points, *(error for error in usual if least < error < most)}
 
-    def priced(self, error: float, limit: float | None = None) -> Priced:
+    def priced(self, error: float, limit: float | None = None) -> Offer:
         """Any error: between those that were tried, and beyond them, along a power of the error."""
         nearest = min(self.points, key=lambda known: abs(log(known / error)))
         apart = log(nearest / error)
         moved = factor(BETWEEN * abs(apart)).scaled((nearest / error) ** self._power(error))
         cpu, seconds = (known.times(moved) for known in self.points[nearest])
-        reached = Interval(error * KEPT, error * LEAST, error)
-        offer = Priced(target(error, self.precision, limit, self.confidence), cpu, seconds, reached)
-        return offer if limit is None else _limited(offer, limit)
+        reached: Interval | None = Interval(error * KEPT, error * LEAST, error)
+        if limit is not None:
+            # What error the picture has reached when the time ends it is not known.
+            reached = reached if seconds.estimate <= limit else None
+            cpu, seconds = _limited(cpu, seconds, limit)
+        return _offer(target(error, self.precision, limit, self.confidence), cpu, seconds, reached)
 
     def _power(self, error: float) -> float:
         """Like which the seconds grow as the error falls."""
@@ -128,11 +115,11 @@ class Adaptive:
         costliest, cheapest = (self.points[known][0].estimate for known in (finer, coarser))
         return min(max(log(costliest / cheapest) / log(coarser / finer), 0.0), FALLS)
 
-    def for_error(self, error: float) -> Priced | None:
+    def for_error(self, error: float) -> Offer | None:
         """What reaches an error."""
         return self.priced(error) if self.points else None
 
-    def for_seconds(self, seconds: float) -> Priced | None:
+    def for_seconds(self, seconds: float) -> Offer | None:
         """The least error whose picture is predicted to fit, with the time as its limit."""
         fitting = [error for error, (_, known) in self.points.items() if known.estimate <= seconds]
         if not fitting:
@@ -142,16 +129,27 @@ class Adaptive:
         return self.priced(_rounded(best * max(spare ** (-1 / FALLS), FARTHEST)), seconds)
 
 
-def _limited(offer: Priced, limit: float) -> Priced:
-    """An offer that ends after so many seconds; what error it has reached by then is not known."""
-    ends = offer.seconds.estimate, offer.seconds.low, offer.seconds.high
-    shares = [min(1.0, limit / end) if end else 1.0 for end in ends]
-    cpu = offer.cpu_seconds
-    return Priced(
-        quality=offer.quality,
-        cpu_seconds=Interval(cpu.estimate * shares[0], cpu.low * shares[1], cpu.high * shares[2]),
-        seconds=Interval(*(end * share for end, share in zip(ends, shares, strict=True))),
-        error=offer.error if shares[0] == 1.0 else None,
+def _offer(quality: Quality, cpu: Interval, seconds: Interval, error: Interval | None) -> Offer:
+    return Offer(
+        quality=quality,
+        cpu_seconds=_predicted(cpu),
+        seconds=_predicted(seconds),
+        error=None if error is None else _predicted(error),
+    )
+
+
+def _predicted(known: Interval) -> Predicted:
+    return Predicted(estimate=known.estimate, low=known.low, high=known.high)
+
+
+def _limited(cpu: Interval, seconds: Interval, limit: float) -> tuple[Interval, Interval]:
+    """CPU seconds and seconds of a picture that ends after so many seconds at most."""
+    low, middle, high = (
+        min(1.0, limit / end) if end else 1.0 for end in (seconds.low, seconds.estimate, seconds.high)
+    )
+    return (
+        Interval(cpu.estimate * middle, cpu.low * low, cpu.high * high),
+        Interval(seconds.estimate * middle, seconds.low * low, seconds.high * high),
     )
 
 
@@ -161,13 +159,13 @@ def _rounded(error: float) -> float:
     return max(float(f"{ceil(error / step) * step:.2g}"), FINEST)
 
 
-def soonest(known: Iterable[Fixed | Adaptive], error: float) -> Priced | None:
+def soonest(known: Iterable[Fixed | Adaptive], error: float) -> Offer | None:
     """What reaches an error in the least time."""
     offers = [offer for each in known if (offer := each.for_error(error))]
     return min(offers, key=lambda offer: offer.seconds.estimate, default=None)
 
 
-def closest(known: Iterable[Fixed | Adaptive], seconds: float) -> Priced | None:
+def closest(known: Iterable[Fixed | Adaptive], seconds: float) -> Offer | None:
     """What comes closest to the converged picture in so many seconds."""
     offers = [
         (offer.error.estimate, offer)

@@ -10,7 +10,7 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, slots=True)
 class Deadline:
-    """A moment by which work has to be done.
+    """A time by which work has to be done.
 
     Attributes
     ----------

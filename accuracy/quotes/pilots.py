@@ -4,13 +4,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import partial
 
-from accuracy.quotes.ablation import Ablation
 from accuracy.quotes.accuracies import SAMPLES, Sampled
 from accuracy.quotes.choices import Adaptive, Fixed
 from accuracy.quotes.deadlines import Deadline, within
 from accuracy.quotes.rehearsals import Rehearsal
 from accuracy.quotes.settings import ERRORS, Ladder, compiled, own_ladder, sobol_ladder
-from accuracy.quotes.timings import Stopwatch
+from accuracy.quotes.timings import Stopwatch, effect_shares
+from accuracy.variations import Variant
 from renderer.plan.plan import RenderPlan
 from renderer.scenes import LoadedScene
 from schemas.quality import CONFIDENCE, Quality, TargetQuality
@@ -69,11 +69,11 @@ class Pilot:
     asked: int = field(init=False)
     stopwatch: Stopwatch | None = None
     sampled: Sampled | None = None
-    ablation: Ablation | None = None
+    effects: list[tuple[Variant, float]] = field(default_factory=list)
     rehearsals: list[Rehearsal] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        """Choose what to look at."""
+        """Choose the ladders."""
         own, self.asked = own_ladder(self.scene.document.sampling, self.quality)
         other = sobol_ladder(own.precision)
         # With target quality the scene's own ladder is beside the point, and so is one that is the other.
@@ -93,14 +93,10 @@ class Pilot:
             early = deadline.part(1 - TARGETS)
             self.stopwatch = Stopwatch(plans)
             self.stopwatch.run(early.part(TIMING), early.part(TIMING_AT_MOST))
-            self._leave_out(plans[0], compiling, early.part(EFFECTS))
+            quality = self.ladders[0].quality(plans[0].antialiasing.samples)
+            self.effects = effect_shares(self.scene, quality, plans[0], early.part(EFFECTS), compiling)
             self._sample(half, compiling, early)
             self._rehearse(deadline)
-
-    def _leave_out(self, plan: RenderPlan, compiling: float, deadline: Deadline) -> None:
-        quality = self.ladders[0].quality(plan.antialiasing.samples)
-        self.ablation = Ablation(self.scene, quality, plan)
-        self.ablation.run(deadline, compiling)
 
     def _sample(self, half: RenderPlan, compiling: float, deadline: Deadline) -> None:
         """Sample pixels with the plans of the last ladder, twice, and with those of the first."""
@@ -113,7 +109,7 @@ class Pilot:
             self.sampled.run(deadline, self._ray_seconds())
 
     def _rungs(self, ladder: Ladder, *, others_too: bool) -> Iterator[tuple[int, RenderPlan]]:
-        """Plans of the counts whose errors are measured: one that tells of all others, and these too."""
+        """Plans of the counts whose errors are measured: one that the others follow from, and these too."""
         nearest = min(self.asked, ladder.measured[-1])
         for count in sorted({nearest, *ladder.measured} if others_too else {nearest}):
             yield count, self.plan if count == self.asked else compiled(self.scene, ladder.quality(count))

@@ -1,4 +1,4 @@
-"""Where a pilot looks: blocks and pixels in an order whose every beginning is spread over the picture."""
+"""Blocks and pixels of a pilot, in an order whose every beginning is spread over the picture."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ SMALL = 16
 """Side of the smallest blocks, pixels: smaller ones are all calls and no arithmetic."""
 
 APART = 4
-"""Side of the squares in each of which one pixel is sampled, pixels: neighbours tell much the same, and
+"""Side of the squares in each of which one pixel is sampled, pixels: neighbours show much the same, and
 blocks of many pixels cost less for each."""
 
 
@@ -30,7 +30,7 @@ def spread(columns: int, rows: int, seed: int) -> list[tuple[int, int]]:
     across, down = (
         _reversed_bits((at - by) % (1 << bits), bits) for at, by in zip((column, row), first, strict=True)
     )
-    # The second coarsest cell is the one across, so that two cells tell of both halves either way.
+    # The second coarsest cell is the one across, so that two cells show both halves either way.
     order = np.argsort(morton.codes(across, across ^ down))
     return list(zip(column[order].tolist(), row[order].tolist(), strict=True))
 

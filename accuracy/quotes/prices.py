@@ -5,10 +5,10 @@ from schemas.plans import PlanCost
 from schemas.quality import TargetQuality
 
 SAMPLES, ERROR = 4, 1 / 255
-"""An error of one step of 8 bits takes about as much as so many samples in every pixel."""
+"""An error of 1/255 takes about as much as so many samples in every pixel."""
 
 FEWEST, MOST = 1, 1 << 16
-"""Samples in the mean pixel: nearly all are looked at once, and none gets more than the renderer takes."""
+"""Samples in the mean pixel: nearly all get one pilot sample, and none gets more than the renderer takes."""
 
 
 def price(plan: RenderPlan, workers: int) -> PlanCost:

@@ -1,21 +1,22 @@
-"""CPU seconds of target quality, from the first passes of the very picture, or of a part of it.
+"""CPU seconds of target quality, from the first passes of the picture itself, or of a part of it.
 
-What it takes depends on what its looks and samples find. So the picture itself is begun; where there is
-time, it is finished, and its cost is known. Else its passes up to the first probes are rendered, in a part
-that fits the time, and the allocation tells how many samples are to follow.
+What a picture takes depends on what its pilot samples and samples find. So the picture is begun; where there
+is time, it is finished, and its cost is known. Else its passes up to the first probes are rendered, in a part
+that fits the time: squares from all over the picture, as target quality decides by neighbours and by sums
+over a picture. The allocation then says how many samples are to follow.
 """
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from accuracy.estimates import factor
+from accuracy.quotes import places
 from accuracy.quotes.deadlines import Deadline
-from accuracy.quotes.parts import Squares, part, squares
 from accuracy.quotes.settings import compiled, target
 from accuracy.quotes.timings import UNSTEADY
+from accuracy.statistics import factor
 from renderer.adaptive.adaptive_render import AdaptiveRender, attempt
 from renderer.adaptive.decisions import outlook
 from renderer.adaptive.driver import Driver
@@ -24,18 +25,19 @@ from renderer.adaptive.levels import SAMPLED
 from renderer.adaptive.requests import TileRequest
 from renderer.adaptive.samples import Samples
 from renderer.adaptive.states import State
+from renderer.cameras import Mosaic
 from renderer.math.intervals import Interval
 from renderer.plan.plan import RenderPlan
 from renderer.scenes import LoadedScene
 from schemas.quality import CONFIDENCE
 
-LOOKS, BORDERS, SAMPLES = "looks", "borders", "samples"
+PILOT, BORDERS, SAMPLES = "pilot samples", "borders", "samples"
 """Kinds of passes."""
 
-KINDS = {State.PREVIEW: LOOKS, State.LATTICE: LOOKS, State.BORDERS: BORDERS}
+KINDS = {State.PREVIEW: PILOT, State.LATTICE: PILOT, State.BORDERS: BORDERS}
 """By the state of a picture; all others sample."""
 
-USUAL = {LOOKS: 3.0, BORDERS: 0.3, SAMPLES: 1.0}
+USUAL = {PILOT: 3.0, BORDERS: 0.3, SAMPLES: 1.0}
 """CPU seconds of their rays over those of one with few light points in a block, about: pilot samples have
 many light points, and few rays at borders are lit."""
 
@@ -43,17 +45,23 @@ SPARE = 1.3
 """Times the predicted seconds that have to be left for a pass."""
 
 WHOLE, PART = 0.5, 0.35
-"""Share of the time left that the looks at the whole picture, or at a part, may take: borders and probes
-follow."""
+"""Share of the time left that the pilot samples of the whole picture, or of a part, may take: borders and
+probes follow."""
 
 SMALLEST = 1 / 32
 """Smallest share of a picture that says something of the whole."""
 
+SIDE = 32
+"""Side of the squares of a part, pixels: a sixteenth of their pixels lie beside a square from elsewhere."""
+
+FEWEST = 8
+"""Squares of a part: fewer say little of the others."""
+
 DENSER = 0.75
-"""What looks at finer lattices cost, over those at the first: they are more and nearer to each other."""
+"""What pilot samples of finer lattices cost, over those of the first: they are more and closer together."""
 
 FURTHER = 4
-"""Looks of the next finer lattice for each of this one."""
+"""Pilot samples of the next finer lattice for each of this one."""
 
 ROUNDS, OF_MORE = 1.15, 0.5
 """Times the predicted samples that are taken. Samples come in rounds, and each may find what was not
@@ -65,6 +73,28 @@ PASSES = 0.08
 PREDICTED, OF_A_PART = 0.15, 0.3
 """Standard deviations of the logarithm of the CPU time where its samples are predicted, by the whole picture
 and by a part of it. See `python -m benchmarks quotes`."""
+
+
+def mosaic(plan: RenderPlan, share: float) -> Mosaic | None:
+    """The camera of about this share of a picture; None if it has too few squares to choose from."""
+    cells = places.cells(plan.width, plan.height, SIDE, plan.seed)
+    whole = [(cell.x0, cell.y0) for cell in cells if cell.width == cell.height == SIDE]
+    count = max(FEWEST, round(share * plan.width * plan.height / SIDE**2))
+    return Mosaic.of(plan.camera, SIDE, np.array(whole[:count])) if count < len(whole) else None
+
+
+def part(plan: RenderPlan, camera: Mosaic) -> RenderPlan:
+    """The plan of the part of a picture that a mosaic of its camera shows."""
+    adaptive = plan.adaptive
+    if adaptive is not None:
+        adaptive = replace(
+            adaptive,
+            pilot=adaptive.pilot and part(adaptive.pilot, camera),
+            thin=camera.places(adaptive.thin),
+            edges=camera.places(adaptive.edges),
+            shadow_edges=camera.places(adaptive.shadow_edges),
+        )
+    return replace(plan, camera=camera, adaptive=adaptive)
 
 
 @dataclass(slots=True)
@@ -100,10 +130,10 @@ class Rehearsal:
     def run(self, deadline: Deadline) -> None:
         """Render until the deadline."""
         plan = compiled(self.scene, target(self.error, self.precision, confidence=self.confidence))
-        trial = Trial(plan, None, deadline, self.ray_seconds)
+        trial = Trial(plan, deadline, self.ray_seconds)
         if trial.lasts() * SPARE <= deadline.left:
             trial.step()
-        if trial.looks() <= WHOLE * deadline.left:
+        if trial.pilot_seconds() <= WHOLE * deadline.left:
             self._finish(trial)
         elif deadline.left > 0:
             self._predict(plan, trial)
@@ -113,26 +143,26 @@ class Rehearsal:
         while trial.more and (not trial.probed or trial.lasts() * SPARE <= trial.deadline.left):
             trial.step()
             if trial.probed and not trial.late:
-                self._tell(trial.cpu_seconds + trial.prices[SAMPLES] * ROUNDS * trial.outlook(), PREDICTED)
+                self._note(trial.cpu_seconds + trial.prices[SAMPLES] * ROUNDS * trial.outlook(), PREDICTED)
         if not trial.more and not trial.late:
             self.whole = True
-            self._tell(trial.cpu_seconds, 0.0)
+            self._note(trial.cpu_seconds, 0.0)
 
     def _predict(self, plan: RenderPlan, whole: "Trial") -> None:
         """Render a part of the picture up to its probes, and take its rays to cost as much as elsewhere."""
-        prices = whole.prices | {LOOKS: whole.prices[LOOKS] * DENSER}
-        share = PART * whole.deadline.left / max(prices[LOOKS] * _all_looks(plan), 1e-9)
-        seen = squares(plan, max(share, SMALLEST))
-        trial = Trial(plan if seen is None else part(plan, seen), seen, whole.deadline, self.ray_seconds)
+        prices = whole.prices | {PILOT: whole.prices[PILOT] * DENSER}
+        share = PART * whole.deadline.left / max(prices[PILOT] * _most_pilot_samples(plan), 1e-9)
+        camera = mosaic(plan, max(share, SMALLEST))
+        trial = Trial(part(plan, camera) if camera else plan, whole.deadline, self.ray_seconds)
         while trial.more and not trial.probed:
             trial.step()
         if trial.late:
             return
         rays = trial.rays + Counter({SAMPLES: round(OF_MORE * trial.outlook())})
         seconds = sum(count * prices[kind] for kind, count in rays.items())
-        self._tell(PASSES + seconds * plan.width * plan.height / trial.pixels, OF_A_PART)
+        self._note(PASSES + seconds * plan.width * plan.height / trial.pixels, OF_A_PART)
 
-    def _tell(self, found: float, unsure: float) -> None:
+    def _note(self, found: float, unsure: float) -> None:
         self.found, self.unsure = found, float(np.hypot(unsure, UNSTEADY))
 
     def cpu_seconds(self) -> Interval | None:
@@ -141,7 +171,7 @@ class Rehearsal:
 
 
 class Trial:
-    """The passes of a picture or of squares of it, one by one.
+    """The passes of a picture or of a mosaic of it, one by one.
 
     Attributes
     ----------
@@ -158,17 +188,15 @@ class Trial:
         Camera rays so far, by kind.
     """
 
-    def __init__(
-        self, plan: RenderPlan, seen: Squares | None, deadline: Deadline, ray_seconds: float
-    ) -> None:
+    def __init__(self, plan: RenderPlan, deadline: Deadline, ray_seconds: float) -> None:
         self.deadline, self.more, self.late = deadline, True, False
         self.prices = {kind: times * ray_seconds for kind, times in USUAL.items()}
         self.rays: Counter[str] = Counter()
-        self._seen = seen
         self._render = AdaptiveRender(Driver.begin(plan))
-        if seen is not None and plan.adaptive is not None:
-            camera = seen.camera
-            self._begin_as_whole(plan.adaptive.policy.first_stride(camera.width, camera.height))
+        self._camera = plan.camera if isinstance(plan.camera, Mosaic) else None
+        if self._camera is not None and plan.adaptive is not None:
+            whole = self._camera.whole
+            self._begin_as_whole(plan.adaptive.policy.first_stride(whole.width, whole.height))
 
     def _begin_as_whole(self, stride: int) -> None:
         """Begin with the lattice of the whole picture, which has more pixels."""
@@ -191,7 +219,7 @@ class Trial:
 
     @property
     def probed(self) -> bool:
-        """Whether samples tell how many others are to follow."""
+        """Whether samples say how many others are to follow."""
         return self._render.estimate.state.is_measured
 
     @property
@@ -212,8 +240,8 @@ class Trial:
             return
         self.rays[kind] += wanted
         self.prices[kind] = (self.cpu_seconds - before) / max(wanted, 1)
-        if self._seen is not None:
-            self._forget_borders(self._seen)
+        if self._camera is not None:
+            self._forget_borders(self._camera)
 
     def _each(self, requests: list[TileRequest]) -> Iterator[tuple[TileRequest, Samples | None]]:
         for request in requests:
@@ -221,15 +249,15 @@ class Trial:
             self.late = self.late or bool(self.rays and self.deadline.left < 0)
             yield request, None if self.late else attempt(self._render.plan, request)
 
-    def _forget_borders(self, seen: Squares) -> None:
+    def _forget_borders(self, camera: Mosaic) -> None:
         """Expect nothing of borders between squares: there are none in the picture."""
-        estimate, joints = self._render.estimate, seen.borders()
+        estimate, joints = self._render.estimate, camera.borders()
         np.copyto(estimate.cover, estimate.coverage, where=joints)
         if estimate.state is State.PROBES:
             estimate.strata[joints], estimate.shown[joints] = 0, False
             np.copyto(estimate.want, estimate.have, where=joints)
 
-    def looks(self) -> float:
+    def pilot_seconds(self) -> float:
         """CPU seconds of the passes up to the borders, if finer lattices ask for as much as this one."""
         stride = self._render.estimate.stride
         return self.lasts() * DENSER * sum(FURTHER**pass_ for pass_ in range(stride.bit_length()))
@@ -243,7 +271,7 @@ class Trial:
         return max(outlook(self._render.estimate), self.wanted) if self.more else 0
 
 
-def _all_looks(plan: RenderPlan) -> float:
-    """Rays of the looks at a picture that is nowhere smooth."""
+def _most_pilot_samples(plan: RenderPlan) -> float:
+    """Pilot samples of a picture that is nowhere smooth."""
     piloted = plan.adaptive is not None and plan.adaptive.pilot is not None
     return plan.width * plan.height if piloted else Estimate.begin(plan).rays_wanted()

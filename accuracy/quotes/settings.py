@@ -1,13 +1,14 @@
-"""The qualities that a quote tells of: two ladders of fixed counts, and target errors."""
+"""The qualities that a quote predicts: two ladders of fixed counts, and target errors."""
 
 from dataclasses import dataclass
 from math import isqrt
 
+from accuracy.variations import fixed_quality, seeded
 from renderer.compiling import compile_scene
 from renderer.plan.plan import RenderPlan
 from renderer.scenes import LoadedScene
 from schemas.quality import CONFIDENCE, FixedQuality, Quality, TargetQuality
-from schemas.sampling import SQUARE_PATTERNS, Antialiasing, LightSampling, Sampling
+from schemas.sampling import SQUARE_PATTERNS, LightSampling, Sampling
 
 COUNTS = (1, 4, 16, 64, 256)
 """Camera samples of the rungs of a ladder: square numbers, as some patterns need them."""
@@ -16,7 +17,7 @@ MEASURED = (1, 4, 16)
 """Those whose errors a pilot measures; the others follow from these."""
 
 ERRORS = (4 / 255, 2 / 255, 1 / 255)
-"""Target errors that are priced unasked, in steps of a picture of 8 bits."""
+"""Target errors that are always priced."""
 
 MOST = 4096
 """Camera samples beyond which no count is offered: where they do not suffice, the pattern is the wrong
@@ -51,10 +52,7 @@ class Ladder:
 
     def quality(self, count: int) -> FixedQuality:
         """A rung, as a job request has it."""
-        antialiasing = Antialiasing.model_validate({"pattern": self.pattern, "samples": count})
-        return FixedQuality.model_validate(
-            {"mode": "fixed", "antialiasing": antialiasing, "light": self.light, "precision": self.precision}
-        )
+        return fixed_quality(self.pattern, count, self.light.pattern, self.light.samples, self.precision)
 
     def at_least(self, count: float) -> int | None:
         """The least count that the pattern allows and that is not below `count`; None if there is none."""
@@ -88,12 +86,7 @@ def sobol_ladder(precision: str) -> Ladder:
 
 def compiled(scene: LoadedScene, quality: Quality, seed: int | None = None) -> RenderPlan:
     """The plan of a quality, with another seed if one is given."""
-    return compile_scene(scene if seed is None else _seeded(scene, seed), quality)
-
-
-def _seeded(scene: LoadedScene, seed: int) -> LoadedScene:
-    sampling = scene.document.sampling.model_copy(update={"seed": seed})
-    return LoadedScene(scene.document.model_copy(update={"sampling": sampling}), scene.assets)
+    return compile_scene(scene if seed is None else seeded(scene, seed), quality)
 
 
 def target(

@@ -6,18 +6,22 @@ does the other.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 
-from accuracy.estimates import factor, mean, ratio
 from accuracy.quotes import places
 from accuracy.quotes.deadlines import Deadline, within
+from accuracy.statistics import factor, mean, ratio
+from accuracy.variations import Variant, variants
+from renderer.compiling import compile_scene
 from renderer.integrator import render_tile
 from renderer.math.intervals import Interval
 from renderer.plan.plan import RenderPlan
+from renderer.scenes import LoadedScene
 from renderer.tiling import blocks
+from schemas.quality import Quality
 from schemas.tiles import Pass, Tile
 
 FIRST = Pass(index=1, stride=1, first=0, last=1)
@@ -48,6 +52,14 @@ BLOCKS_DIFFER, RATIOS_DIFFER = 0.7, 0.25
 
 FEWEST, EVERY = 2, 5
 """All ladders are timed in so many cells at first, and then in one of so many."""
+
+EFFECT_BLOCKS, EFFECT_SIDE = 4, 32
+"""Blocks in which an effect is left out, spread over the picture, and their side, pixels: a thousand rays
+cost much more than the calls that they take."""
+
+TURNS = 2
+"""How often each of these is rendered, with and without; the faster one counts, as nothing can make a block
+faster than it is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,8 +119,8 @@ class Stopwatch:
     def _side(self) -> int:
         """Side of the cells: that of the plan's blocks, or less where these are slow.
 
-        Many small cells tell more than few large ones, but small blocks cost more a ray. A block is taken
-        to cost so much for its calls and so much for each ray, which two small ones tell.
+        Many small cells show more than few large ones, but small blocks cost more a ray. A block is taken
+        to cost so much for its calls and so much for each ray, which two small ones show.
         """
         self._probe(places.SMALL)  # fills caches
         small, medium = self._probe(places.SMALL), self._probe(2 * places.SMALL)
@@ -172,3 +184,39 @@ def _later(plan: RenderPlan, cell: Tile, deepest: int) -> float | None:
     block = inside[int(np.random.default_rng((plan.seed, cell.index)).integers(len(inside)))]
     count = block.columns.size * (later.last - later.first)
     return render_tile(plan, Tile(0, *block.bounds), later).cpu_seconds / count
+
+
+def effect_shares(
+    scene: LoadedScene, quality: Quality, plan: RenderPlan, deadline: Deadline, first: float
+) -> list[tuple[Variant, float]]:
+    """Leave out one effect after another, as long as there is time.
+
+    Parameters
+    ----------
+    scene : LoadedScene
+    quality : Quality
+    plan : RenderPlan
+        That of the scene at this quality.
+    deadline : Deadline
+    first : float
+        Seconds that the first effect is taken to last, at least.
+
+    Returns
+    -------
+    list of (Variant, float)
+        The scene without the effect, and the share of the CPU seconds that goes when it goes.
+    """
+    tiles = places.cells(plan.width, plan.height, EFFECT_SIDE, plan.seed)[:EFFECT_BLOCKS]
+
+    def share(variant: Variant) -> tuple[Variant, float]:
+        other = compile_scene(replace(scene, document=variant.document), quality)
+        with_it, without = (sum(_fastest(each, tile) for tile in tiles) for each in (plan, other))
+        return variant, 1 - without / with_it if with_it else 0.0
+
+    # What more samples cost is known from the ladder.
+    kept = (variant for variant in variants(scene.document) if variant.effect != "antialiasing")
+    return list(within(deadline, (partial(share, variant) for variant in kept), first))
+
+
+def _fastest(plan: RenderPlan, tile: Tile) -> float:
+    return min(render_tile(plan, tile, FIRST).cpu_seconds for _ in range(TURNS))

@@ -15,9 +15,9 @@ from accuracy.study.words import error, figure, seconds
 Document = Mapping[str, Any]
 
 ERRORS_255 = (4.0, 2.0, 1.0, 0.5, 0.25)
-"""Errors that people ask for, in units of 1/255: from a quick look to less than 8 bits can tell."""
+"""Errors that people ask for, in units of 1/255: from a preview to less than 8 bits can show."""
 
-PATIENCE = 10.0
+SECONDS = 10.0
 """Seconds that people ask about."""
 
 NOTHING = 0.1
@@ -30,14 +30,14 @@ FARTHEST = 8.0
 
 def answers(document: Document) -> list[dict[str, str]]:
     """Questions, each with its answer."""
-    told = (
+    questions = (
         ("How long for this error?", _how_long),
         ("Which pattern should I use?", _which_pattern),
         ("Which effect costs most?", _which_effect),
         ("Is double precision worth it?", _double),
-        (f"What error in {PATIENCE:g} s?", _what_error),
+        (f"What error in {SECONDS:g} s?", _what_error),
     )
-    return [{"question": question, "answer": " ".join(answer(document))} for question, answer in told]
+    return [{"question": question, "answer": " ".join(answer(document))} for question, answer in questions]
 
 
 def about(document: Document) -> str:
@@ -65,10 +65,10 @@ def own_size_ratio(document: Document) -> tuple[float, bool]:
 def _how_long(document: Document) -> Iterator[str]:
     front = curves.front(document["settings"])
     if not front:
-        yield "No setting was tried whose error the reference can tell."
+        yield "No setting was tried whose error the reference can distinguish from 0."
         return
     for requested in ERRORS_255:
-        # What reaches the requested within its interval cannot be told from what keeps it.
+        # What reaches the requested error within its interval cannot be distinguished from what keeps it.
         enough = [row for row in front if row["rmse_255"]["low"] <= requested]
         if enough:
             yield f"{error(requested)}: {seconds(curves.seconds(enough[0]))} with {enough[0]['name']}."
@@ -107,7 +107,7 @@ def _which_effect(document: Document) -> Iterator[str]:
     if not document["effects"]:
         yield "No effect of this scene was left out."
         return
-    # Camera samples multiply all the others: they are told by the settings.
+    # Camera samples multiply all the others: the settings cover them.
     row = next(
         (row for row in document["effects"] if row["effect"] != "antialiasing"), document["effects"][0]
     )
@@ -138,13 +138,13 @@ def _double(document: Document) -> Iterator[str]:
 def _what_error(document: Document) -> Iterator[str]:
     front = curves.front(document["settings"])
     if not front:
-        yield "It cannot be told."
+        yield "It is not known."
         return
-    yield _error_after(document, front, PATIENCE)
+    yield _error_after(document, front, SECONDS)
     if (document["own_width"], document["own_height"]) != (document["width"], document["height"]):
         ratio, _ = own_size_ratio(document)
-        yield f"At the scene's own size, {PATIENCE:g} s are as {seconds(PATIENCE / ratio)} here:"
-        yield _error_after(document, front, PATIENCE / ratio)
+        yield f"At the scene's own size, {SECONDS:g} s are as {seconds(SECONDS / ratio)} here:"
+        yield _error_after(document, front, SECONDS / ratio)
 
 
 def _error_after(document: Document, front: list[curves.Row], spent: float) -> str:
@@ -162,4 +162,4 @@ def _error_after(document: Document, front: list[curves.Row], spent: float) -> s
     if times > FARTHEST or power is None or power["high"] is None or power["high"] >= 0:
         return f"{reached}."
     low, middle, high = (curves.error(last) * times ** power[end] for end in ("low", "estimate", "high"))
-    return f"{reached}; if it goes on falling like that, {error(middle)} ({figure(low)} to {figure(high)})."
+    return f"{reached}; if it falls on at this rate, {error(middle)} ({figure(low)} to {figure(high)})."

@@ -36,7 +36,7 @@ def error(row: Row) -> float:
 def front(rows: Sequence[Row], cost: Callable[[Row], float] = seconds) -> list[Row]:
     """Settings that nothing beats, cheapest first: all that costs less has a larger error, by `GAIN`.
 
-    Settings whose error the reference cannot tell from 0 are left out.
+    Settings whose error the reference cannot distinguish from 0 are left out.
 
     Examples
     --------
@@ -112,5 +112,5 @@ def halving(power: Interval) -> Interval | None:
 
 
 def _times(power: float) -> float:
-    # Beyond 2^1000 a float ends; nobody waits that long either.
+    # Beyond 2^1000 a float ends.
     return 2 ** (-1 / power) if power < -1e-3 else math.inf

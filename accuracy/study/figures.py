@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from accuracy.plotting import BLUE, CYAN, GREEN, PURPLE, RED, YELLOW, drawn, number_plainly
+from accuracy.plotting import BLUE, CYAN, GREEN, PURPLE, RED, YELLOW, drawn, number_plainly, reach
+from accuracy.statistics import clipped
 from accuracy.study import curves
-from accuracy.study.reference import Reference, clipped
 from accuracy.study.settings import METHODS
 from accuracy.study.words import amount, error
 from renderer.images.files import encode_png
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
+    from accuracy.study.reference import Reference
     from renderer.math.arrays import Floats
 
 COLORS = dict(zip(METHODS, (BLUE, CYAN, RED, YELLOW, GREEN, PURPLE), strict=True))
@@ -66,10 +66,10 @@ def error_against(document: Mapping[str, Any], cost: Callable[[Row], float], nam
 
 def front(document: Mapping[str, Any]) -> str:
     """The settings that nothing beats, with their names, and all others grey."""
-    told = [row for row in document["settings"] if row["told"]]
-    best = curves.front(told)
+    known = [row for row in document["settings"] if row["told"]]
+    best = curves.front(known)
     names = {row["name"] for row in best}
-    beaten = [row for row in told if row["name"] not in names]
+    beaten = [row for row in known if row["name"] not in names]
 
     def fill(axes: Axes) -> None:
         axes.scatter(*_places(beaten, curves.seconds), color=GREY, s=14, label="beaten by another setting")
@@ -105,25 +105,16 @@ def _places(rows: Sequence[Row], cost: Callable[[Row], float]) -> tuple[list[flo
 def _bars(
     axes: Axes, rows: Sequence[Row], cost: Callable[[Row], float], spread: str | None, color: str
 ) -> None:
-    across = _reach(rows, spread) if spread else None
+    across = reach([row[spread] for row in rows]) if spread else None
     axes.errorbar(
         *_places(rows, cost),
         xerr=across,
-        yerr=_reach(rows, "rmse_255"),
+        yerr=reach([row["rmse_255"] for row in rows]),
         color=color,
         fmt="none",
         elinewidth=1,
         capsize=2,
     )
-
-
-def _reach(rows: Sequence[Row], member: str) -> list[list[float]]:
-    """How far intervals reach below and above."""
-    values = [row[member] for row in rows]
-    return [
-        [max(0.0, value["estimate"] - value["low"]) for value in values],
-        [max(0.0, value["high"] - value["estimate"]) for value in values],
-    ]
 
 
 def _svg(fill: Callable[[Axes], None], name: str, across: str, document: Mapping[str, Any]) -> str:
@@ -154,24 +145,11 @@ def _inline(text: str) -> str:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Views:
-    """One picture in three ways, each as a PNG file.
+def views(images: Sequence[NDArray[Any]], reference: Reference, display: Display) -> list[dict[str, bytes]]:
+    """All pictures, and the reference last, each in three ways as PNG files.
 
-    Attributes
-    ----------
-    whole, difference, detail : bytes
-        As displayed; the difference from the reference, `GAIN` times enlarged around grey; a part of
-        the first whose pixels are enlarged.
-    """
-
-    whole: bytes
-    difference: bytes
-    detail: bytes
-
-
-def views(images: Sequence[NDArray[Any]], reference: Reference, display: Display) -> list[Views]:
-    """All pictures, and the reference last; the enlarged part is where they are off most, the same for all.
+    `whole` is the picture as displayed, `difference` that from the reference, `GAIN` times enlarged around
+    grey, `detail` the part where the pictures are off most, the same for all, its pixels enlarged.
 
     Parameters
     ----------
@@ -210,15 +188,17 @@ def worst_part(squares: Floats, side: int) -> tuple[slice, slice]:
     return slice(y, y + side), slice(x, x + side)
 
 
-def _views(image: NDArray[Any], mean: Floats, display: Display, part: tuple[slice, slice]) -> Views:
+def _views(
+    image: NDArray[Any], mean: Floats, display: Display, part: tuple[slice, slice]
+) -> dict[str, bytes]:
     difference = 0.5 + GAIN * (clipped(image) - mean)
     detail = image[part]
     times = -(-LARGE // max(detail.shape[:2]))
-    return Views(
-        whole=encode_png(image, display),
-        difference=encode_png(difference, Display(transfer="linear")),
-        detail=encode_png(np.repeat(np.repeat(detail, times, axis=0), times, axis=1), display),
-    )
+    return {
+        "whole": encode_png(image, display),
+        "difference": encode_png(difference, Display(transfer="linear")),
+        "detail": encode_png(np.repeat(np.repeat(detail, times, axis=0), times, axis=1), display),
+    }
 
 
 def file_names(name: str) -> Mapping[str, str]:

@@ -21,7 +21,7 @@ PICTURES = "pictures"
 CPU_INFO = Path("/proc/cpuinfo")
 
 IDLE = 0.5
-"""Load of a machine up to which nothing else worth telling was running."""
+"""Load of a machine up to which nothing else of note was running."""
 
 
 class Journal:
@@ -104,8 +104,8 @@ def _parsed(line: str) -> dict[str, Any] | None:
 class Machine(TypedDict):
     """What a figure depends on beside the code.
 
-    `load` is the number of runnable processes, averaged over the minute before: above a few tenths, somebody
-    else was using the machine and the times are too long.
+    `load` is the number of runnable processes, averaged over the minute before: above a few tenths, another
+    program was using the machine and the times are too long.
     """
 
     date: str

@@ -109,8 +109,8 @@ def _html_block(block: Block) -> str:
         case Paragraph(text):
             return f"<p>{escape(text)}</p>"
         case Points(items):
-            told = (f"<dt>{escape(asked)}</dt><dd>{escape(answer)}</dd>" for asked, answer in items)
-            return f"<dl>{''.join(told)}</dl>"
+            pairs = (f"<dt>{escape(asked)}</dt><dd>{escape(answer)}</dd>" for asked, answer in items)
+            return f"<dl>{''.join(pairs)}</dl>"
         case Table():
             return _html_table(block)
         case Plot(_, svg, caption):
@@ -126,8 +126,8 @@ def _html_table(table: Table) -> str:
 
 
 def _html_row(cells: Iterable[str], *, grey: bool) -> str:
-    told = "".join(f"<td>{escape(cell)}</td>" for cell in cells)
-    return f'<tr class="grey">{told}</tr>' if grey else f"<tr>{told}</tr>"
+    columns = "".join(f"<td>{escape(cell)}</td>" for cell in cells)
+    return f'<tr class="grey">{columns}</tr>' if grey else f"<tr>{columns}</tr>"
 
 
 def _html_strip(strip: Strip) -> str:

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from accuracy.quotes.ablation import variants
 from accuracy.study.settings import BEST, Scale, Setting, fixed, swept
-from accuracy.study.tasks import Subject, Task, sized
+from accuracy.study.tasks import Subject, Task
+from accuracy.variations import few_samples, resized, variants
 from renderer.compiling import compile_scene
 from renderer.scenes import LoadedScene
 from schemas.quality import FixedQuality, TargetQuality
-from schemas.sampling import Antialiasing, LightSampling
 
 if TYPE_CHECKING:
-    from schemas.sampling import Sampling
+    from accuracy.study.tasks import Part
+    from schemas.quality import Quality
 
 REFERENCE_SEEDS = (1 << 31, (1 << 31) + 1)
 """Of the halves of the reference. Those of settings count from 1."""
@@ -24,7 +24,7 @@ REFERENCE_POINTS = 4
 """Light points for each camera sample of a reference."""
 
 MANY = 64
-"""Light points that tell what each of them costs."""
+"""Light points from which the cost of each follows."""
 
 EXPENSIVE = 1.0
 """Expected CPU seconds above which a setting is rendered once. Its interval then comes from its pixels."""
@@ -75,7 +75,7 @@ class Program:
         """Both halves of a reference with so many camera samples each."""
         quality = fixed(BEST, samples, REFERENCE_POINTS).quality
         first, second = (
-            Task("reference", f"reference {number}", self.subject, quality, seed, self.place, kept=True)
+            self._task("reference", f"reference {number}", quality, seed, kept=True)
             for number, seed in enumerate(REFERENCE_SEEDS, start=1)
         )
         return first, second
@@ -91,13 +91,13 @@ class Program:
         return tasks
 
     def picture(self, setting: Setting, judges: tuple[Task, Task]) -> Task:
-        """A setting once more, to be looked at."""
-        return Task("picture", setting.name, self.subject, setting.quality, 1, self.place, judges, kept=True)
+        """A setting once more, whose picture is kept."""
+        return self._task("picture", setting.name, setting.quality, 1, judges=judges, kept=True)
 
     def warm_up(self) -> list[Task]:
-        """The cheapest setting of each method: what they import and allocate falls on nobody's account.
+        """The cheapest setting of each method: what they import and allocate counts for no setting.
 
-        The last one is large enough to tell how fast the machine is.
+        The last one is large enough to show how fast the machine is.
         """
         cheapest = {setting.method: setting for setting in reversed(self.settings)}
         return [self._setting(setting, 1, ()) for setting in (*cheapest.values(), self._small)]
@@ -131,13 +131,17 @@ class Program:
         return max(self.price(task), self.price(task.against)) if task.against else self.price(task)
 
     def _at(self, side: int) -> LoadedScene:
-        return LoadedScene(sized(self.scene.document, side), self.scene.assets)
+        return LoadedScene(resized(self.scene.document, side), self.scene.assets)
 
     def _setting(self, setting: Setting, seed: int, judges: tuple[Task, ...]) -> Task:
         kept = setting in self._doubled
-        return Task(
-            "setting", setting.name, self.subject, setting.quality, seed, self.place, judges, kept=kept
-        )
+        return self._task("setting", setting.name, setting.quality, seed, judges=judges, kept=kept)
+
+    def _task(
+        self, part: Part, name: str, quality: Quality, seed: int, subject: Subject | None = None, **more: Any
+    ) -> Task:
+        """A task on this machine; its subject is the whole scene unless another is given."""
+        return Task(part, name, subject or self.subject, quality, seed, self.place, **more)
 
     @cached_property
     def _doubled(self) -> list[Setting]:
@@ -152,18 +156,10 @@ class Program:
 
     def _doubles(self, singles: list[Task], judges: tuple[Task, Task]) -> list[Task]:
         return [
-            Task(
-                "precision",
-                single.name,
-                self.subject,
-                single.quality.model_copy(update={"precision": "double"}),
-                single.seed,
-                self.place,
-                judges,
-                against=single,
-            )
+            self._task("precision", single.name, double, single.seed, judges=judges, against=single)
             for single in singles
             if single.kept
+            for double in [single.quality.model_copy(update={"precision": "double"})]
         ]
 
     @cached_property
@@ -174,18 +170,9 @@ class Program:
         ]
 
     def _effects(self, seed: int) -> list[Task]:
-        own = own_quality(self.subject.scene.document.sampling)
-        whole = Task("whole", "all effects", self.subject, own, seed, self.place, kept=True)
+        whole = self._task("whole", "all effects", _own_quality(self.subject), seed, kept=True)
         return [whole] + [
-            Task(
-                "effect",
-                part.effect,
-                part,
-                own_quality(part.scene.document.sampling),
-                seed,
-                self.place,
-                against=whole,
-            )
+            self._task("effect", part.effect, _own_quality(part), seed, subject=part, against=whole)
             for part in self._without
         ]
 
@@ -195,7 +182,7 @@ class Program:
         if side <= self.scale.side:
             return []
         subject = Subject.of(self._at(side))
-        task = Task("size", self._small.name, subject, self._small.quality, seed, self.place)
+        task = self._task("size", self._small.name, self._small.quality, seed, subject=subject)
         return [task] if self.price(task) <= LONGEST_OWN else []
 
     @cached_property
@@ -204,13 +191,5 @@ class Program:
         return next(known for known in self.settings if known.method == BEST and known.samples == 4)
 
 
-def own_quality(sampling: Sampling) -> FixedQuality:
-    """The scene's own patterns with few samples of each."""
-    antialiasing, light = sampling.antialiasing, sampling.light
-    return FixedQuality(
-        mode="fixed",
-        antialiasing=Antialiasing(
-            pattern=antialiasing.pattern, samples=min(EFFECT_SAMPLES, antialiasing.samples)
-        ),
-        light=LightSampling(pattern=light.pattern, samples=min(EFFECT_SAMPLES, light.samples)),
-    )
+def _own_quality(subject: Subject) -> FixedQuality:
+    return few_samples(subject.scene.document.sampling, EFFECT_SAMPLES, EFFECT_SAMPLES)

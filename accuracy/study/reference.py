@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from accuracy.statistics import clipped
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -107,19 +109,3 @@ class Reference:
 
 def _mean(values: Floats) -> float:
     return float(values.mean()) if values.size else 0.0
-
-
-def clipped(image: NDArray[Any]) -> Floats:
-    """Linear values as errors are defined for them, float64 in 0..1."""
-    return np.clip(np.asarray(image, dtype=np.float64), 0.0, 1.0)
-
-
-def rms_difference(image: NDArray[Any], other: NDArray[Any]) -> float:
-    """Root mean square difference of two pictures of linear values clipped to 0..1.
-
-    Examples
-    --------
-    >>> rms_difference(np.array([0.0, 3.0]), np.array([0.5, 1.0]))
-    0.3535533905932738
-    """
-    return float(np.sqrt(np.mean((clipped(image) - clipped(other)) ** 2)))

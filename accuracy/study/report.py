@@ -45,7 +45,7 @@ CSV_COLUMNS = (
 )
 
 
-def told(document: Mapping[str, Any]) -> dict[str, Any]:
+def answered(document: Mapping[str, Any]) -> dict[str, Any]:
     """The results with what they mean, in sentences: `answers` and `about`."""
     return {**document, "answers": answers.answers(document), "about": answers.about(document)}
 
@@ -58,7 +58,7 @@ def files(study: Study, results: Mapping[str, Any]) -> dict[str, bytes]:
     study : Study
         Has been run.
     results : dict
-        What `told` makes of what it gave.
+        What `answered` makes of what it gave.
     """
     blocks = list(_blocks(results, _strips(study, results)))
     title = _title(results)
@@ -202,8 +202,8 @@ def _strips(study: Study, document: Mapping[str, Any]) -> list[Strip]:
         Strip(
             caption,
             [
-                (name[view], getattr(views, view), text)
-                for name, views, text in zip(names, shown, lines, strict=True)
+                (name[view], pictures[view], text)
+                for name, pictures, text in zip(names, shown, lines, strict=True)
                 if view != "difference" or text != lines[-1]
             ],
         )

@@ -6,9 +6,9 @@ import math
 import statistics
 from typing import TYPE_CHECKING, Any
 
-from accuracy.estimates import half_width, median
+from accuracy.statistics import clipped, half_width, median
 from accuracy.study import curves
-from accuracy.study.reference import Reference, clipped
+from accuracy.study.reference import Reference
 from accuracy.study.settings import BEST, METHODS, Setting
 from renderer.math.intervals import NORMAL, Interval
 
@@ -24,7 +24,7 @@ FORMAT = 1
 """Of the document; grows when a member changes its meaning."""
 
 FEWEST = 3
-"""Runs whose spread tells an interval. With two, Student's t is 12.7 and tells nothing."""
+"""Runs whose spread gives an interval. With two, Student's t is 12.7, too wide to be of use."""
 
 ABOUT = 1.2
 """Times a time that counts as the same: settings have seconds where they have them."""
@@ -47,7 +47,7 @@ def document(
     journal: Journal,
     machine: Machine,
 ) -> dict[str, Any]:
-    """All that the journal tells about a study, but for its pictures."""
+    """All that the journal holds about a study, but for its pictures."""
     done = [task for task in tasks if task.key in journal]
     first, second = (clipped(journal.picture(task.key)) for task in references)
     reference = Reference(first, second)
@@ -83,7 +83,7 @@ def document(
 def error_of(runs: Sequence[Mapping[str, Any]]) -> Interval:
     """The mean squared error of some runs of a setting, each with its judgement.
 
-    The interval holds what seeds and the reference leave open. Three runs or more tell by their spread what
+    The interval holds what seeds and the reference leave open. Three runs or more show by their spread what
     seeds do; for less there is the bound from the pixels of each.
     """
     values = [run["mse"] for run in runs]

@@ -7,11 +7,13 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from accuracy.statistics import clipped, rms_difference
 from accuracy.study import results
 from accuracy.study.journal import Journal, describe
 from accuracy.study.program import Program
-from accuracy.study.reference import Reference, clipped, rms_difference
+from accuracy.study.reference import Reference
 from accuracy.study.tasks import place_key
+from accuracy.variations import seeded
 from renderer.compiling import compile_scene
 from renderer.rendering import render
 
@@ -104,12 +106,12 @@ class Study:
         share = spent / (spent + seconds) if any(done) else 0.0
         return Forecast(len(tasks), sum(done), share, seconds, now)
 
-    def run(self, tell: Callable[[Forecast], None]) -> dict[str, Any]:
+    def run(self, report: Callable[[Forecast], None]) -> dict[str, Any]:
         """Render all that is missing and fits the budget, and give the results.
 
         Parameters
         ----------
-        tell : callable
+        report : callable
             Called with a `Forecast` before every run.
 
         Raises
@@ -118,12 +120,12 @@ class Study:
             A picture cannot be rendered.
         """
         for task in self.references:
-            self._do(task, tell)
+            self._do(task, report)
         for task in self.tasks:
             if self._fits(task, ROUNDS_SHARE):
-                self._do(task, tell)
+                self._do(task, report)
         document = results.document(self.program, self.references, self.tasks, self._journal, self.machine)
-        return document | {"pictures": self._pictures(document, tell)}
+        return document | {"pictures": self._pictures(document, report)}
 
     def picture(self, key: str) -> Any:
         """A picture of the study by its key, (H, W, 3) float32 linear."""
@@ -141,12 +143,12 @@ class Study:
         return self._measured / self._expected if self._expected else 1.0
 
     def _warm_up(self) -> None:
-        *warm, telling = self.program.warm_up()
+        *warm, last = self.program.warm_up()
         for task in warm:
             self._timed(task)
-        entry, _ = self._timed(telling)
+        entry, _ = self._timed(last)
         self._preparing = entry["prepare_seconds"]
-        self._count(telling, entry["cpu_seconds"])
+        self._count(last, entry["cpu_seconds"])
 
     def _learn(self) -> None:
         """Take what was measured before in place of what warming up took."""
@@ -198,10 +200,10 @@ class Study:
     def _is_done(self, task: Task) -> bool:
         return task.key in self._journal and (not task.kept or self._journal.has_picture(task.key))
 
-    def _do(self, task: Task, tell: Callable[[Forecast], None]) -> None:
+    def _do(self, task: Task, report: Callable[[Forecast], None]) -> None:
         if self._is_done(task) or (task.against and not self._is_done(task.against)):
             return
-        tell(self.forecast(task.name))
+        report(self.forecast(task.name))
         entry, image = self._timed(task)
         if task.judges:
             entry["judgement"] = asdict(self.reference.judge(image))
@@ -210,13 +212,13 @@ class Study:
         self._journal.add(entry, image if task.kept else None)
         self._count(task, entry["cpu_seconds"])
 
-    def _pictures(self, document: dict[str, Any], tell: Callable[[Forecast], None]) -> list[dict[str, Any]]:
+    def _pictures(self, document: dict[str, Any], report: Callable[[Forecast], None]) -> list[dict[str, Any]]:
         rows = []
         for row in results.at_equal_time(document):
             setting = next(known for known in self.program.settings if known.name == row["name"])
             task = self.program.picture(setting, self.references)
             if self._fits(task):
-                self._do(task, tell)
+                self._do(task, report)
                 rows.append(row | {"key": task.key})
         return rows
 
@@ -224,7 +226,7 @@ class Study:
 def _timed(task: Task) -> tuple[dict[str, Any], Any]:
     """Render a picture; gives what the journal says of it, and the picture."""
     begun = time.process_time()
-    plan = compile_scene(task.subject.seeded(task.seed), task.quality)
+    plan = compile_scene(seeded(task.subject.scene, task.seed), task.quality)
     prepared = time.process_time()
     result = render(plan)
     ended = time.process_time()

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
-from schemas.quality import FixedQuality, TargetQuality
+from accuracy.variations import fixed_quality
+from schemas.quality import TargetQuality
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -75,7 +76,7 @@ QUICK = Scale(
     regular=((1, 1), (4, 1), (4, 4), (16, 4)),
     errors_255=(8.0, 4.0),
 )
-"""A look at the report, in seconds."""
+"""A report of a few settings, in seconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,13 +126,7 @@ def fixed(pattern: str, samples: int, points: int, precision: Precision = "singl
     >>> fixed("rotated", 16, 4).name
     'rotated 16 x 4'
     """
-    members: dict[str, Any] = {
-        "mode": "fixed",
-        "antialiasing": {"pattern": pattern, "samples": samples},
-        "light": {"pattern": PATTERNS[pattern], "samples": points},
-        "precision": precision,
-    }
-    return Setting(pattern, FixedQuality.model_validate(members))
+    return Setting(pattern, fixed_quality(pattern, samples, PATTERNS[pattern], points, precision))
 
 
 def targeted(error_255: float) -> Setting:

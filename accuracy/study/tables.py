@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from accuracy.study.pages import Table
@@ -10,108 +11,102 @@ from accuracy.study.settings import METHODS
 from accuracy.study.words import error, figure, interval
 
 Document = Mapping[str, Any]
+Row = Mapping[str, Any]
 
 NONE = "-"
 
 MOST_POINTERS = 3
 """Of an effect; `results.json` has all."""
 
-SETTING_COLUMNS = (
-    "setting",
-    "runs",
-    "CPU seconds",
-    "rays",
-    "RMSE x 255",
-    "beside edges",
-    "elsewhere",
-    "hot pixels",
-    "reference's own",
-)
-
 
 def settings(document: Document) -> Table:
     """Every setting, the cheapest first, those that another one beats in grey."""
-    rows = sorted(document["settings"], key=lambda row: row["cpu_seconds"]["estimate"])
-    own = figure(document["reference"]["rmse_255"])
-    return Table(
-        SETTING_COLUMNS,
-        [_setting(row, own) for row in rows],
-        frozenset(number for number, row in enumerate(rows) if not row["front"]),
-    )
+    rows = _by_cost(document["settings"])
+    grey = frozenset(number for number, row in enumerate(rows) if not row["front"])
+    return _of_settings(document, rows, grey)
 
 
 def front(document: Document) -> Table:
     """The settings that nothing beats."""
-    rows = sorted(
-        (row for row in document["settings"] if row["front"]), key=lambda row: row["cpu_seconds"]["estimate"]
-    )
+    return _of_settings(document, _by_cost(row for row in document["settings"] if row["front"]))
+
+
+def _by_cost(rows: Iterable[Row]) -> list[Row]:
+    return sorted(rows, key=lambda row: row["cpu_seconds"]["estimate"])
+
+
+def _of_settings(document: Document, rows: Sequence[Row], grey: frozenset[int] = frozenset()) -> Table:
     own = figure(document["reference"]["rmse_255"])
-    return Table(SETTING_COLUMNS, [_setting(row, own) for row in rows])
+    return _table(
+        rows,
+        {
+            "setting": lambda row: row["name"],
+            "runs": _runs,
+            "CPU seconds": _cpu_seconds,
+            "rays": lambda row: f"{row['rays']:,.0f}",
+            "RMSE x 255": lambda row: interval(row["rmse_255"]),
+            "beside edges": lambda row: figure(row["edges_rmse_255"]),
+            "elsewhere": lambda row: figure(row["smooth_rmse_255"]),
+            "hot pixels": lambda row: f"{row['hot']:.2%}",
+            "reference's own": lambda _: own,
+        },
+        grey,
+    )
 
 
 def methods(document: Document) -> Table:
     """How fast the error of each method falls, and what half of it costs."""
-    return Table(
-        ("method", "settings", "order in seconds", "order in rays", "half the error takes, times as long"),
-        [
-            (
-                row["method"],
-                str(len(row["front"])),
-                _maybe(row["order"]),
-                _maybe(row["order_by_rays"]),
-                _maybe(row["halving"]),
-            )
-            for row in document["methods"]
-        ],
+    return _table(
+        document["methods"],
+        {
+            "method": lambda row: row["method"],
+            "settings": lambda row: str(len(row["front"])),
+            "order in seconds": lambda row: _maybe(row["order"]),
+            "order in rays": lambda row: _maybe(row["order_by_rays"]),
+            "half the error takes, times as long": lambda row: _maybe(row["halving"]),
+        },
     )
 
 
 def equal_error(document: Document) -> Table:
     """CPU seconds to the same error, and how many times those of the quickest method they are."""
-    names = [name for name in METHODS if any(name in row["ratios"] for row in document["equal_error"])]
-    return Table(
-        ("RMSE", *names),
-        [(error(row["rmse_255"]), *(_ratio(row, name) for name in names)) for row in document["equal_error"]],
-    )
+    rows = document["equal_error"]
+    names = [name for name in METHODS if any(name in row["ratios"] for row in rows)]
+    ratios = {name: partial(_ratio, name=name) for name in names}
+    return _table(rows, {"RMSE": lambda row: error(row["rmse_255"])} | ratios)
 
 
 def precision(document: Document) -> Table:
     """What double precision costs and changes."""
-    return Table(
-        ("setting", "runs", "CPU seconds", "times those in single", "changes the picture by", "its error"),
-        [
-            (
-                row["name"],
-                str(row["runs"]),
-                interval(row["cpu_seconds"]),
-                interval(row["ratio"]),
-                error(row["difference_255"]),
-                error(row["rmse_255"]),
-            )
-            for row in document["precision"]
-        ],
+    return _table(
+        document["precision"],
+        {
+            "setting": lambda row: row["name"],
+            "runs": _runs,
+            "CPU seconds": _cpu_seconds,
+            "times those in single": lambda row: interval(row["ratio"]),
+            "changes the picture by": _change,
+            "its error": lambda row: error(row["rmse_255"]),
+        },
     )
 
 
 def effects(document: Document) -> Table:
     """What goes when an effect goes."""
-    return Table(
-        ("effect", "runs", "CPU seconds", "share", "changes the picture by", "asked for by"),
-        [
-            (
-                row["effect"],
-                str(row["runs"]),
-                interval(row["cpu_seconds"]),
-                f"{row['share']:.0%}",
-                error(row["difference_255"]),
-                pointers(row),
-            )
-            for row in document["effects"]
-        ],
+    return _table(
+        document["effects"],
+        {
+            "effect": lambda row: row["effect"],
+            "runs": _runs,
+            "CPU seconds": _cpu_seconds,
+            "share": lambda row: f"{row['share']:.0%}",
+            "changes the picture by": _change,
+            "asked for by": pointers,
+        },
     )
 
 
-def pointers(row: Mapping[str, Any]) -> str:
+def pointers(row: Row) -> str:
     """The first few pointers of an effect.
 
     Examples
@@ -123,25 +118,30 @@ def pointers(row: Mapping[str, Any]) -> str:
     return " ".join(row["pointers"][:MOST_POINTERS]) + (f" and {more} more" if more > 0 else "")
 
 
-def _setting(row: Mapping[str, Any], own: str) -> Sequence[str]:
-    return (
-        row["name"],
-        str(row["runs"]),
-        interval(row["cpu_seconds"]),
-        f"{row['rays']:,.0f}",
-        interval(row["rmse_255"]),
-        figure(row["edges_rmse_255"]),
-        figure(row["smooth_rmse_255"]),
-        f"{row['hot']:.2%}",
-        own,
-    )
+def _table(
+    rows: Iterable[Row], columns: Mapping[str, Callable[[Row], str]], grey: frozenset[int] = frozenset()
+) -> Table:
+    """A table of cells that each column writes of a row."""
+    return Table(tuple(columns), [tuple(cell(row) for cell in columns.values()) for row in rows], grey)
+
+
+def _runs(row: Row) -> str:
+    return str(row["runs"])
+
+
+def _cpu_seconds(row: Row) -> str:
+    return interval(row["cpu_seconds"])
+
+
+def _change(row: Row) -> str:
+    return error(row["difference_255"])
 
 
 def _maybe(value: Mapping[str, Any] | None) -> str:
     return NONE if value is None else interval(value, 2)
 
 
-def _ratio(row: Mapping[str, Any], name: str) -> str:
+def _ratio(row: Row, name: str) -> str:
     if name not in row["ratios"]:
         return NONE
     return f"{figure(row['cpu_seconds'][name])} s, {figure(row['ratios'][name])} x"

@@ -6,14 +6,13 @@ import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from accuracy.study.journal import Machine
     from renderer.scenes import LoadedScene
     from schemas.quality import Quality
-    from schemas.scene import Scene
 
 Part = Literal["reference", "setting", "precision", "whole", "effect", "size", "picture"]
 
@@ -45,12 +44,6 @@ class Subject:
     def of(cls, scene: LoadedScene, effect: str = "", pointers: tuple[str, ...] = ()) -> Subject:
         """Make one of a scene."""
         return cls(scene, scene_key(scene), effect, pointers)
-
-    def seeded(self, seed: int) -> LoadedScene:
-        """The scene with other random numbers."""
-        document = self.scene.document
-        sampling = document.sampling.model_copy(update={"seed": seed})
-        return replace(self.scene, document=document.model_copy(update={"sampling": sampling}))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,23 +93,6 @@ class Task:
             self.kept,
         )
         object.__setattr__(self, "key", key)
-
-
-def sized(document: Scene, side: int) -> Scene:
-    """The scene with at most so many pixels along its longer side, its shape kept.
-
-    Examples
-    --------
-    >>> from schemas.reading import read_scene
-    >>> camera = {"position": [0, 0, 1], "look_at": [0, 0, 0], "width": 300, "height": 200}
-    >>> small = sized(read_scene({"version": 1, "camera": camera})[0], 150)
-    >>> small.camera.width, small.camera.height
-    (150, 100)
-    """
-    camera = document.camera
-    scale = min(1.0, side / max(camera.width, camera.height))
-    size = {"width": max(1, round(camera.width * scale)), "height": max(1, round(camera.height * scale))}
-    return document.model_copy(update={"camera": camera.model_copy(update=size)})
 
 
 def key_of(*parts: Any) -> str:

@@ -6,22 +6,30 @@ the processor passes on the clock too. Rendering is not: a tile ends when its ti
 
 from __future__ import annotations
 
+import asyncio
 import heapq
 import time
 from collections import Counter, defaultdict
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from sqlalchemy import event
 
-from benchmarks.capacity import parts
+from benchmarks.capacity.workloads import request
+from renderer import tiling
 from schemas.access import Role
-from service.access.principals import Principal
+from service.access.principals import LOCAL, Principal
+from service.app import assemble
+from service.dispatch.job_events import JobEvents
 from service.dispatch.rounds import Round
+from service.jobs.admission import Admitted, admit
 from service.jobs.submission import Submission, enter
 from service.lifecycle import rows
+from service.settings import Settings
+from service.storage.folder import Folder
+from service.storage.tiles import TileStore
 from service.workers.tasks import ComposeDone, JobTask, Outcome, TileDone, TileTask
 
 if TYPE_CHECKING:
@@ -31,7 +39,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from benchmarks.capacity.workloads import Workload
-    from service.jobs.admission import Admitted
     from service.jobs.context import Service
 
 COMPOSING = 0.005
@@ -39,7 +46,10 @@ COMPOSING = 0.005
 TURN = 64
 """Jobs that are accepted, at most, before the dispatcher has its turn."""
 WINDOW = 2
-"""Tasks that a slot holds: the second starts the moment the first one ends."""
+"""Tasks that a slot holds: the second starts when the first one ends."""
+
+
+NO_LIMIT = 10**9
 
 
 @dataclass
@@ -73,29 +83,29 @@ class Simulation:
     """One run of a workload; ``run`` it once."""
 
     def __init__(self, workload: Workload, folder: Path, url: str | None = None) -> None:
-        self.here: Service = parts.service(folder, url)
-        self._admitted: Admitted = parts.admitted(self.here, workload.cpu_seconds)
+        self.here: Service = _service(folder, url)
+        self._admitted: Admitted = _admitted(self.here, workload.cpu_seconds)
         self._arrivals, self._factors = workload.arrivals(), workload.factors()
         nothing = np.full(workload.jobs, np.nan)
         self.found = Outcomes(nothing, nothing.copy(), workload.senders())
         self._seconds, self._slots = workload.cpu_seconds, workload.slots
-        self._all_work = parts.work(self._admitted)
+        self._all_work = _work(self._admitted)
         self._numbers: dict[str, int] = {}
         self._next = 0
         self._clock = 0.0
-        # When each slot is free, and what ends when; numbers tell tasks apart that end together.
+        # When each slot is free, and what ends when; numbers order tasks that end together.
         self._free = [0.0] * workload.slots
         self._running: list[tuple[float, int, JobTask, Outcome]] = []
         self._flying: set[JobTask] = set()
 
-    def run(self, tell: Callable[[int], None] = lambda _: None) -> Outcomes:
-        """Run until every job is finished; ``tell`` receives how many have arrived."""
+    def run(self, report: Callable[[int], None] = lambda _: None) -> Outcomes:
+        """Run until every job is finished; ``report`` receives how many have arrived."""
         event.listen(self.here.database.engine, "before_cursor_execute", self._count)
         while self._next < len(self._arrivals) or self._running:
             self._clock = max(self._clock, self._soonest())
             self._accept()
             self._round()
-            tell(self._next)
+            report(self._next)
         self.here.database.close()
         self.found.seconds = self._clock - float(self._arrivals[0])
         return self.found
@@ -166,3 +176,45 @@ class Simulation:
         factor = self._factors[self.found.done["tasks"] % len(self._factors)]
         seconds = float(self._seconds * work / self._all_work * factor)
         return seconds, TileDone(crc32=0, counts={"camera": work}, cpu_seconds=seconds)
+
+
+class Nowhere(TileStore):
+    """Forgets what jobs ask for: a simulation renders nothing."""
+
+    def put_spec(self, job: str, spec: bytes) -> None:
+        """Keep nothing."""
+
+    def drop_job(self, job: str) -> None:
+        """Forget nothing."""
+
+
+def _service(folder: Path, url: str | None) -> Service:
+    """Make the parts of a service, with a database in a folder or at a URL, whose dispatcher does not run."""
+    settings = Settings(
+        data=folder,
+        database=url,
+        max_queued_jobs=NO_LIMIT,
+        max_queued_cpu_seconds=NO_LIMIT,
+        max_user_jobs=NO_LIMIT,
+        max_user_cpu_seconds=NO_LIMIT,
+        log_level="error",
+    )
+    return asyncio.run(_assembled(settings))
+
+
+async def _assembled(settings: Settings) -> Service:
+    # Job events need the loop that its readers run on; here there are none.
+    return assemble(settings, JobEvents(), Nowhere(Folder(settings.data / "jobs")))
+
+
+def _admitted(here: Service, cpu_seconds: float) -> Admitted:
+    """Admit the job that everybody sends, at a price of this many CPU seconds."""
+    found = admit(here, LOCAL, request())
+    cost = found.description.cost.model_copy(update={"cpu_seconds": cpu_seconds})
+    return replace(found, description=found.description.model_copy(update={"cost": cost}))
+
+
+def _work(job: Admitted) -> int:
+    """Count the camera samples of a job, those of its coarse picture too."""
+    plan = job.plan
+    return sum(rows.work(pass_, tile) for pass_ in plan.passes for tile in tiling.tiles(plan, pass_, None))

@@ -49,7 +49,7 @@ class Workload:
         return self.load * self.slots / self.cpu_seconds
 
     def arrivals(self) -> NDArray[np.float64]:
-        """Draw the moments of arrival, seconds, (jobs,), those of a Poisson process."""
+        """Draw the times of arrival, seconds, (jobs,), those of a Poisson process."""
         return np.cumsum(self._random(0).exponential(1.0 / self.rate, self.jobs))
 
     def senders(self) -> NDArray[np.int64]:

@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.table import Table
 
 from benchmarks.chaos import jobs, processes, reads, storage
-from benchmarks.load.promises import write
+from benchmarks.load.promises import table, write
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -44,15 +43,11 @@ def main() -> None:
     )
     parser.add_argument("--out", type=Path, default=Path("out/chaos.json"), help="where to write the figures")
     options = parser.parse_args()
-    table = Table("promise", "measured", "limit", "held")
     found = []
     for finding in findings(short=options.short, read=options.reads):
         found.append(finding)
-        table.add_row(
-            finding["promise"], finding["measured"], finding["limit"], "yes" if finding["held"] else "NO"
-        )
         Console(stderr=True).print(f"{finding['promise']}: {finding['measured']}")
-    Console().print(table)
+    Console().print(table(found, "Faults"))
     write(found, options.out)
     if not all(finding["held"] for finding in found):
         raise SystemExit(1)

@@ -36,15 +36,15 @@ def _render_tile(plan: renderer.RenderPlan, *rest: Any) -> Any:
 
 
 class _Set(datetime):
-    """Moments of a wall clock that somebody sets."""
+    """Times of a wall clock that can be set."""
 
     @classmethod
     def now(cls, tz: tzinfo | None = None) -> _Set:
-        """Tell what the clock shows."""
+        """The time that the clock shows."""
         return cls.fromtimestamp(time.time(), tz)
 
 
-def _let_clock_be_set() -> None:
+def _make_clock_settable() -> None:
     time.time = lambda: _wall() + float(Path(os.environ[STEP]).read_text())
     for name, module in list(sys.modules.items()):
         if name.startswith("service.") and getattr(module, "datetime", None) is datetime:
@@ -59,5 +59,5 @@ if __name__ == "__main__":
     from service.settings import Settings
 
     if STEP in os.environ:
-        _let_clock_be_set()
+        _make_clock_settable()
     run(Settings())

@@ -1,11 +1,10 @@
-"""What all faults need: a service of their own, jobs, and a look at its processes and its database."""
+"""What all faults need: a service of their own, jobs, and what its database holds."""
 
 from __future__ import annotations
 
 import sqlite3
 import time
 from contextlib import closing
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from benchmarks.bursts import scene
@@ -13,11 +12,12 @@ from service.settings import Settings
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
     import httpx2
 
 # Nothing that is waited for takes longer, seconds; what does counts as hung.
-PATIENCE = 300.0
+LONGEST = 300.0
 
 
 def settings(data: Path, **changes: Any) -> Settings:
@@ -46,7 +46,7 @@ def submit(client: httpx2.Client, document: dict[str, Any]) -> str:
 
 def ended(client: httpx2.Client, job: str) -> dict[str, Any]:
     """Wait until a job has ended."""
-    deadline = time.monotonic() + PATIENCE
+    deadline = time.monotonic() + LONGEST
     while time.monotonic() < deadline:
         client.get(f"/v1/jobs/{job}/tiles", params={"after": 2**30, "wait": 5})
         found: dict[str, Any] = client.get(f"/v1/jobs/{job}").json()
@@ -60,30 +60,7 @@ def image(client: httpx2.Client, job: str) -> bytes:
     return bytes(client.get(f"/v1/jobs/{job}/image.npy").content)
 
 
-def workers_of(server: int) -> list[int]:
-    """Process ids of a server's workers."""
-    children = [
-        int(child)
-        for thread in Path(f"/proc/{server}/task").iterdir()
-        for child in _read(thread / "children").split()
-    ]
-    return [child for child in children if b"spawn_main" in _read(Path(f"/proc/{child}/cmdline"))]
-
-
-def is_alive(process: int) -> bool:
-    """Whether a process runs, or could."""
-    state = _read(Path(f"/proc/{process}/stat")).rpartition(b")")[2].split()
-    return bool(state) and state[0] != b"Z"
-
-
-def _read(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError:
-        return b""
-
-
-def until(condition: Callable[[], bool], seconds: float = PATIENCE) -> bool:
+def until(condition: Callable[[], bool], seconds: float = LONGEST) -> bool:
     """Wait for something; False if it does not happen in time."""
     deadline = time.monotonic() + seconds
     while not condition():

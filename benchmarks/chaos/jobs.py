@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 import httpx2
 
 from benchmarks.chaos import faulty
-from benchmarks.chaos.ground import PATIENCE, ended, picture, settings, submit
+from benchmarks.chaos.ground import LONGEST, ended, picture, settings, submit
 from benchmarks.load.promises import Promise
 from service.server import running
 
@@ -24,20 +24,20 @@ def ruinous(innocent: int) -> Promise:
         chosen = settings(Path(folder), max_task_seconds=5)
         with (
             running(chosen, module="benchmarks.chaos.faulty") as server,
-            httpx2.Client(base_url=server.url, timeout=PATIENCE) as client,
+            httpx2.Client(base_url=server.url, timeout=LONGEST) as client,
         ):
             others = [submit(client, picture(number)) for number in range(innocent // 2)]
             ruin = {name: submit(client, picture(0, name)) for name in REASONS}
             others += [submit(client, picture(number)) for number in range(innocent // 2, innocent)]
-            told = {name: ended(client, job).get("failure") or {} for name, job in ruin.items()}
+            failures = {name: ended(client, job).get("failure") or {} for name, job in ruin.items()}
             finished = sum(ended(client, job)["state"] == "succeeded" for job in others)
-    codes = {name: failure.get("code") for name, failure in told.items()}
+    codes = {name: failure.get("code") for name, failure in failures.items()}
     return Promise(
         promise="poison, endless and memory-hungry jobs fail alone, each with its reason",
         measured=f"{', '.join(map(str, codes.values()))}; {finished} of {innocent} others finished",
         held=codes == REASONS and finished == innocent,
         limit="the reason of each, all others finished",
-        details={"failures": told, "finished": finished},
+        details={"failures": failures, "finished": finished},
     )
 
 
@@ -52,7 +52,7 @@ def clock_set(steps: tuple[float, ...] = (HOUR, -HOUR)) -> Promise:
             chosen = settings(Path(folder) / "data")
             with (
                 running(chosen, module="benchmarks.chaos.faulty") as server,
-                httpx2.Client(base_url=server.url, timeout=PATIENCE) as client,
+                httpx2.Client(base_url=server.url, timeout=LONGEST) as client,
             ):
                 request = {"scene": picture(0, samples=100), "time_limit": HOUR / 2}
                 job = str(client.post("/v1/jobs", json=request).json()["id"])

@@ -13,17 +13,16 @@ import httpx2
 import numpy as np
 
 from benchmarks.chaos.ground import (
-    PATIENCE,
+    LONGEST,
     ended,
     image,
-    is_alive,
     picture,
     settings,
     steps,
     submit,
     until,
-    workers_of,
 )
+from benchmarks.load.processes import is_alive, workers_of
 from benchmarks.load.promises import Promise
 from service.server import running
 
@@ -37,17 +36,17 @@ def undisturbed(jobs: int) -> list[bytes]:
     with (
         TemporaryDirectory() as folder,
         running(settings(Path(folder))) as server,
-        httpx2.Client(base_url=server.url, timeout=PATIENCE) as client,
+        httpx2.Client(base_url=server.url, timeout=LONGEST) as client,
     ):
         sent = [submit(client, picture(number)) for number in range(jobs)]
         return [image(client, ended(client, job)["id"]) for job in sent]
 
 
 def workers_killed(kills: int, jobs: int, expected: list[bytes]) -> Promise:
-    """Kill workers at random moments while jobs are rendered."""
+    """Kill workers at random times while jobs are rendered."""
     chance = np.random.default_rng(1)
     with TemporaryDirectory() as folder, running(settings(Path(folder), max_attempts=MANY)) as server:
-        with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+        with httpx2.Client(base_url=server.url, timeout=LONGEST) as client:
             sent = [submit(client, picture(number % len(expected))) for number in range(jobs)]
             for _ in range(kills):
                 until(lambda: len(workers_of(server.process.pid)) == 2)
@@ -77,7 +76,7 @@ def _kill_one(workers: list[int], chance: np.random.Generator) -> None:
 
 
 def server_killed(kills: int, expected: list[bytes]) -> Promise:
-    """Kill the server at random moments, and start it again on the same folder."""
+    """Kill the server at random times, and start it again on the same folder."""
     chance, sent = np.random.default_rng(2), list[str]()
     earlier: dict[tuple[int, int, int], tuple[object, ...]] = {}
     again = orphans = 0
@@ -96,7 +95,7 @@ def server_killed(kills: int, expected: list[bytes]) -> Promise:
             earlier = before
         with (
             running(settings(data)) as server,
-            httpx2.Client(base_url=server.url, timeout=PATIENCE) as client,
+            httpx2.Client(base_url=server.url, timeout=LONGEST) as client,
         ):
             found = [ended(client, job) for job in sent]
             same = sum(image(client, job) == expected[n % len(expected)] for n, job in enumerate(sent))
@@ -116,13 +115,13 @@ def server_terminated(expected: list[bytes]) -> Promise:
     """End the server by SIGTERM while jobs run, and start it again."""
     with TemporaryDirectory() as folder:
         chosen = settings(Path(folder))
-        with running(chosen) as server, httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+        with running(chosen) as server, httpx2.Client(base_url=server.url, timeout=LONGEST) as client:
             sent = [submit(client, picture(number)) for number in range(len(expected))]
             begun = time.monotonic()
             server.process.terminate()
-            server.process.wait(PATIENCE)
+            server.process.wait(LONGEST)
             seconds = time.monotonic() - begun
-        with running(chosen) as server, httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+        with running(chosen) as server, httpx2.Client(base_url=server.url, timeout=LONGEST) as client:
             same = sum(image(client, ended(client, job)["id"]) == expected[n] for n, job in enumerate(sent))
     return Promise(
         promise="a server that is ended takes back what runs, and loses nothing",
@@ -138,7 +137,7 @@ def worker_stopped(expected: list[bytes]) -> Promise:
     lease = 2.0
     with TemporaryDirectory() as folder:
         chosen = settings(Path(folder), workers=1, worker_silence_seconds=lease)
-        with running(chosen) as server, httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+        with running(chosen) as server, httpx2.Client(base_url=server.url, timeout=LONGEST) as client:
             job = submit(client, picture(0))
             (stopped,) = workers_of(server.process.pid)
             os.kill(stopped, signal.SIGSTOP)

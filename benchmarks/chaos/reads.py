@@ -23,7 +23,7 @@ import numpy as np
 from PIL import Image
 
 from benchmarks.bursts import SIDE
-from benchmarks.chaos.ground import PATIENCE, picture, settings
+from benchmarks.chaos.ground import LONGEST, picture, settings
 from benchmarks.load.promises import Promise
 from schemas import batches
 from service.server import running
@@ -128,7 +128,7 @@ def outdated(reads: Sequence[Read]) -> int:
 def _read(url: str, reads: int) -> Seen:
     """Follow one picture after the other until so many reads are done; all readers share the same."""
     seen = Seen()
-    with closing(HTTPConnection(urlsplit(url).netloc, timeout=PATIENCE)) as connection:
+    with closing(HTTPConnection(urlsplit(url).netloc, timeout=LONGEST)) as connection:
         for number in itertools.count():
             job = _submitted(connection, number)
             for way in itertools.cycle(WAYS):

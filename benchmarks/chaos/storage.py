@@ -13,7 +13,8 @@ from tempfile import TemporaryDirectory
 import httpx2
 import numpy as np
 
-from benchmarks.chaos.ground import PATIENCE, ended, image, picture, settings, submit, workers_of
+from benchmarks.chaos.ground import LONGEST, ended, image, picture, settings, submit
+from benchmarks.load.processes import workers_of
 from benchmarks.load.promises import Promise
 from schemas.tiles import Pass, Tile
 from service.server import running
@@ -30,7 +31,7 @@ def disk_full(expected: list[bytes], seconds: float = 3.0) -> Promise:
     with (
         TemporaryDirectory() as folder,
         running(settings(Path(folder))) as server,
-        httpx2.Client(base_url=server.url, timeout=PATIENCE) as client,
+        httpx2.Client(base_url=server.url, timeout=LONGEST) as client,
     ):
         sent = [submit(client, picture(number)) for number in range(len(expected))]
         client.get(f"/v1/jobs/{sent[0]}/tiles", params={"after": 0, "wait": 30})
@@ -45,7 +46,7 @@ def disk_full(expected: list[bytes], seconds: float = 3.0) -> Promise:
         same = sum(image(client, ended(client, job)["id"]) == expected[n] for n, job in enumerate(sent))
     answered = refused.status_code in (503, 507) and "Retry-After" in refused.headers
     return Promise(
-        promise="while the disk is full jobs wait and go on afterwards",
+        promise="while the disk is full jobs wait and resume afterwards",
         measured=f"answered {refused.status_code}, {same} of {len(sent)} pictures the same afterwards",
         held=answered and same == len(sent) and "failed" not in states,
         limit="503 or 507 with Retry-After, none fails, all the same",
@@ -63,7 +64,7 @@ def database_locked(expected: list[bytes], seconds: float = 12.0) -> Promise:
     with (
         TemporaryDirectory() as folder,
         running(settings(Path(folder))) as server,
-        httpx2.Client(base_url=server.url, timeout=PATIENCE) as client,
+        httpx2.Client(base_url=server.url, timeout=LONGEST) as client,
     ):
         sent = [submit(client, picture(number)) for number in range(len(expected))]
         with closing(sqlite3.connect(Path(folder) / "penumbra.sqlite", isolation_level=None)) as other:
@@ -77,10 +78,10 @@ def database_locked(expected: list[bytes], seconds: float = 12.0) -> Promise:
         same = sum(image(client, ended(client, job)["id"]) == expected[n] for n, job in enumerate(sent))
     answered = refused.status_code == 503 and "Retry-After" in refused.headers
     return Promise(
-        promise="while the database is locked jobs wait and go on afterwards",
+        promise="while the database is locked jobs wait and resume afterwards",
         measured=f"answered {refused.status_code}, reads {read}, {same} of {len(sent)} pictures the same",
         held=answered and read == 200 and same == len(sent),
-        limit="503 with Retry-After, reads go on, all the same",
+        limit="503 with Retry-After, reads succeed, all the same",
         details={"status": refused.status_code, "reads": read, "same": same},
     )
 
@@ -115,7 +116,7 @@ def torn_reads(reads: int) -> Promise:
     )
 
 
-def _write(folder: str, told: multiprocessing.connection.Connection) -> None:
+def _write(folder: str, pipe: multiprocessing.connection.Connection) -> None:
     """Write one pass after another, and then what an attempt that was given up writes too late."""
     store, tile, number = TileStore(Folder(Path(folder))), Tile(0, 0, 0, SIDE, SIDE), 0
     while True:
@@ -123,5 +124,5 @@ def _write(folder: str, told: multiprocessing.connection.Connection) -> None:
         pass_ = Pass(index=number % 4, stride=1, first=0, last=1)
         fresh, stale = (np.full((SIDE, SIDE, 3), value, np.float32) for value in (number, -1))
         crc32 = store.put_tile("job", tile, pass_, 2 * number, fresh)
-        told.send(StoredTile(tile, pass_, 2 * number, crc32))
+        pipe.send(StoredTile(tile, pass_, 2 * number, crc32))
         store.put_tile("job", tile, pass_, 2 * number - 1, stale)

@@ -37,7 +37,7 @@ def main() -> None:
         Console(stderr=True).print(f"{part} ...")
         found += PARTS[part]()
     write(found, options.out)
-    Console().print(table(found))
+    Console().print(table(found, "Under load"))
     Console(stderr=True).print(f"written to {options.out}")
     sys.exit(not all(one["held"] for one in found))
 

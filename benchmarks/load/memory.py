@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import httpx2
 
-from benchmarks.bursts import PATIENCE, scene
+from benchmarks.bursts import LONGEST, scene
 from benchmarks.load.processes import resident_bytes, workers_of
 from benchmarks.load.promises import Promise, promise
 from benchmarks.machine import describe
@@ -28,13 +28,13 @@ MOST_GROWTH = 10.0
 
 
 def measure(jobs: int = 2000, step: int = STEP) -> Iterator[Promise]:
-    """Render so many small pictures, and look at the memory after every `step` of them."""
+    """Render so many small pictures, and read the memory after every `step` of them."""
     with TemporaryDirectory() as folder:
         cores = describe()["cores"]
         settings = Settings(data=Path(folder), port=0, workers=cores, log_level="error")
         with (
             running(settings) as server,
-            httpx2.Client(base_url=server.url, timeout=PATIENCE) as client,
+            httpx2.Client(base_url=server.url, timeout=LONGEST) as client,
             ThreadPoolExecutor(THREADS) as pool,
         ):
             taken: list[dict[str, int]] = []

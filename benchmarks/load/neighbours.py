@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import httpx2
 
-from benchmarks.bursts import PATIENCE, keys_for, scene
+from benchmarks.bursts import LONGEST, keys_for, scene
 from benchmarks.load.promises import Promise, promise
 from service.server import running
 from service.settings import Settings
@@ -84,4 +84,4 @@ def _submitted(client: httpx2.Client, document: dict[str, Any], *, wait: int = 0
 
 
 def _client(url: str, key: str) -> httpx2.Client:
-    return httpx2.Client(base_url=url, timeout=PATIENCE, headers={"Authorization": f"Bearer {key}"})
+    return httpx2.Client(base_url=url, timeout=LONGEST, headers={"Authorization": f"Bearer {key}"})

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import httpx2
 
 from benchmarks import overhead
-from benchmarks.bursts import PATIENCE, scene
+from benchmarks.bursts import LONGEST, scene
 from benchmarks.load.processes import cpu_seconds
 from benchmarks.load.promises import Promise, promise
 from service.server import running
@@ -29,21 +29,21 @@ MOST_FIRST = 0.5
 def measure(jobs: int = 300, runs: int = 9) -> Iterator[Promise]:
     """Accept jobs as fast as they are sent; send a job of two seconds on every way."""
     yield from accepted(jobs)
-    told = overhead.measure(runs)
+    found = overhead.measure(runs)
     yield promise(
         "The service adds at most 5 % to a job of two seconds.",
-        f"{100 * (told['ratio_to_call'] - 1):+.1f} % beside rendering in process (middle of {runs} turns)",
-        held=told["ratio_to_call"] <= MOST_RATIO,
+        f"{100 * (found['ratio_to_call'] - 1):+.1f} % beside rendering in process (middle of {runs} turns)",
+        held=found["ratio_to_call"] <= MOST_RATIO,
         limit=f"{100 * (MOST_RATIO - 1):+.0f} %",
-        **told,
+        **found,
     )
-    first = told["first_pixels"]["median"]
+    first = found["first_pixels"]["median"]
     yield promise(
         "The first pixels of a job are there soon after it was sent.",
         f"{first:.3f} s (middle of {runs})",
         held=first <= MOST_FIRST,
         limit=f"{MOST_FIRST:g} s",
-        seconds=told["first_pixels"],
+        seconds=found["first_pixels"],
     )
 
 
@@ -53,7 +53,7 @@ def accepted(jobs: int) -> Iterator[Promise]:
         settings = Settings(data=Path(folder), port=0, workers=1, log_level="error")
         with (
             running(settings) as server,
-            httpx2.Client(base_url=server.url, timeout=PATIENCE) as client,
+            httpx2.Client(base_url=server.url, timeout=LONGEST) as client,
             ThreadPoolExecutor(THREADS) as pool,
         ):
             before, begun = cpu_seconds(server.process.pid), time.perf_counter()

@@ -1,4 +1,4 @@
-"""CPU seconds and memory of a service that runs, from ``/proc``."""
+"""CPU seconds, memory and workers of a service that runs, from ``/proc``."""
 
 from __future__ import annotations
 
@@ -22,6 +22,22 @@ def resident_bytes(process: int) -> int:
 
 def workers_of(server: int) -> list[int]:
     """Process ids of the workers of a service."""
-    tasks = Path(f"/proc/{server}/task").iterdir()
-    children = [int(child) for task in tasks for child in (task / "children").read_text().split()]
-    return [child for child in children if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()]
+    children = [
+        int(child)
+        for thread in Path(f"/proc/{server}/task").iterdir()
+        for child in _read(thread / "children").split()
+    ]
+    return [child for child in children if b"spawn_main" in _read(Path(f"/proc/{child}/cmdline"))]
+
+
+def is_alive(process: int) -> bool:
+    """Whether a process runs, or could."""
+    state = _read(Path(f"/proc/{process}/stat")).rpartition(b")")[2].split()
+    return bool(state) and state[0] != b"Z"
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError:
+        return b""

@@ -46,9 +46,9 @@ def write(promises: Sequence[Promise], path: Path) -> Report:
     return report
 
 
-def table(promises: Sequence[Promise]) -> Table:
-    """Show them to a person."""
-    made = Table("promise", "measured", "limit", "held", title="Under load")
+def table(promises: Sequence[Promise], title: str) -> Table:
+    """Lay promises out for a terminal."""
+    made = Table("promise", "measured", "limit", "held", title=title)
     for one in promises:
         made.add_row(one["promise"], one["measured"], one["limit"], "yes" if one["held"] else "NO")
     return made

@@ -1,4 +1,4 @@
-"""Many who watch one job: by server-sent events, and by long polling."""
+"""Many watchers of one job: by server-sent events, and by long polling."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import httpx2
 
-from benchmarks.bursts import PATIENCE, scene
+from benchmarks.bursts import LONGEST, scene
 from benchmarks.load.processes import cpu_seconds
 from benchmarks.load.promises import Promise, promise
 from service.server import running
@@ -29,21 +29,21 @@ MOST_MS = 1.0
 
 def measure(crowds: Sequence[int] = (1, 20, 200)) -> Iterator[Promise]:
     """Have crowds of more and more watchers follow a job each, and count what that costs the service."""
-    told = {}
+    found = {}
     with TemporaryDirectory() as folder:
         settings = Settings(data=Path(folder), port=0, workers=1, tile_size=TILE, log_level="error")
         with running(settings) as server:
             for number, crowd in enumerate(crowds):
-                told[crowd] = asyncio.run(_watched(server, crowd, number))
+                found[crowd] = asyncio.run(_watched(server, crowd, number))
     least, most = min(crowds), max(crowds)
-    whole = all(entry["complete"] for entry in told.values())
-    extra = told[most]["cpu_seconds"] - told[least]["cpu_seconds"]
-    each = 1000 * extra / ((most - least) * told[most]["events"])
-    spent = ", ".join(f"{entry['cpu_seconds']:.2f} s with {crowd}" for crowd, entry in told.items())
+    whole = all(entry["complete"] for entry in found.values())
+    extra = found[most]["cpu_seconds"] - found[least]["cpu_seconds"]
+    each = 1000 * extra / ((most - least) * found[most]["events"])
+    spent = ", ".join(f"{entry['cpu_seconds']:.2f} s with {crowd}" for crowd, entry in found.items())
     yield promise(
-        f"{most} watchers of one job, half by server-sent events and half by long polling, are told every "
+        f"{most} watchers of one job, half by server-sent events and half by long polling, get every "
         "event in its order.",
-        f"{most if whole else 'not all'} of {most}, {told[most]['events']} events each",
+        f"{most if whole else 'not all'} of {most}, {found[most]['events']} events each",
         held=whole,
         limit="all",
     )
@@ -52,14 +52,14 @@ def measure(crowds: Sequence[int] = (1, 20, 200)) -> Iterator[Promise]:
         f"{each:.2f} ms CPU for each watcher and event ({spent})",
         held=each <= MOST_MS,
         limit=f"{MOST_MS:g} ms",
-        crowds={str(crowd): entry for crowd, entry in told.items()},
+        crowds={str(crowd): entry for crowd, entry in found.items()},
     )
 
 
 async def _watched(server: RunningServer, crowd: int, number: int) -> dict[str, Any]:
     """Follow a job to its end with so many watchers."""
     limits = httpx2.Limits(max_connections=None)
-    async with httpx2.AsyncClient(base_url=server.url, timeout=PATIENCE, limits=limits) as client:
+    async with httpx2.AsyncClient(base_url=server.url, timeout=LONGEST, limits=limits) as client:
         before = cpu_seconds(server.process.pid)
         job = (await client.post("/v1/jobs", json={"scene": _document(number)})).json()["id"]
         ways = [_stream if place % 2 else _poll for place in range(crowd)]

@@ -5,16 +5,16 @@ from __future__ import annotations
 import dataclasses
 from typing import TYPE_CHECKING
 
-from benchmarks.textbook.camera import TextbookCamera
 from benchmarks.textbook.factored import BareFlatShadows, BareRoundShadows
 from benchmarks.textbook.hits import TextbookEllipsoids, TextbookRectangles, TextbookTriangles
 from benchmarks.textbook.pairs import InSingle, SingleEmitter
 from benchmarks.textbook.phong import TextbookDiffuse, TextbookHighlight
 from benchmarks.textbook.shadows import FlatShadowRays, RoundShadowRays
-from benchmarks.textbook.single import arguments, single
+from benchmarks.textbook.single import SINGLE, Singles, arguments, normalised, single
 from benchmarks.textbook.trees import TextbookTree
 from renderer.accelerators.meeting import TreeMeeting
 from renderer.accelerators.raster import RasterMeeting
+from renderer.cameras import Pinhole
 from renderer.lights.surfaces import LightSurfaces
 from renderer.materials.phong import Diffuse, Highlight
 from renderer.plan.stages import Lighting
@@ -31,11 +31,25 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from renderer.interaction import RayStage
+    from renderer.math.arrays import Floats, Integers
     from renderer.plan.plan import RenderPlan
     from renderer.plan.stages import LightStage, PointStage
     from renderer.shapes import Family
 
     ForLights = Callable[[LightStage], LightStage]
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class TextbookCamera(Pinhole):
+    """The textbooks' pinhole: places of a virtual screen in the world, seen from the eye, in float32."""
+
+    def rays(self, x: Floats, y: Floats, pixels: Integers, samples: Integers) -> tuple[Singles, Singles]:
+        """Origin (3, 1) and unit directions (3, N) through raster positions (N,) and (N,)."""
+        del pixels, samples
+        across = (2 * x.astype(SINGLE) / self.width - 1) * self.half_width
+        along = (1 - 2 * y.astype(SINGLE) / self.height) * self.half_height
+        places = self.position + self.forward + self.right * across + self.up * along
+        return self.position, normalised(places - self.position)
 
 
 def textbook(plan: RenderPlan) -> RenderPlan:

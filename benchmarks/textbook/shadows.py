@@ -38,7 +38,7 @@ class FlatShadowRays:
     culling: PolygonShadows
 
     def run(self, view: LightView) -> None:
-        """Mark the pairs whose shadow ray meets a shape."""
+        """Mark the pairs whose shadow ray hits a shape."""
         candidates = self.culling.candidates(view, view.of_points(view.points.positions))
         if not candidates.size:
             return
@@ -61,14 +61,14 @@ class FlatShadowRays:
         np.multiply(dot(directions, cross(second, away), u, spare), determinant, out=u)
         np.multiply(dot(directions, beside, v, spare), determinant, out=v)
         t = np.multiply(plain_dot(second, beside), determinant, out=determinant)
-        met, part = (view.workspace.masks(name, *shape_of_pairs) for name in ("met", "part"))
-        np.logical_and(np.greater(t, 0, out=met), np.less(t, 1, out=part), out=met)
-        np.logical_and(met, np.greater_equal(u, 0, out=part), out=met)
-        np.logical_and(met, np.greater_equal(v, 0, out=part), out=met)
+        hit, part = (view.workspace.masks(name, *shape_of_pairs) for name in ("hit", "part"))
+        np.logical_and(np.greater(t, 0, out=hit), np.less(t, 1, out=part), out=hit)
+        np.logical_and(hit, np.greater_equal(u, 0, out=part), out=hit)
+        np.logical_and(hit, np.greater_equal(v, 0, out=part), out=hit)
         if len(self.occluders.corners) == 3:
-            return np.logical_and(met, np.less_equal(np.add(u, v, out=u), 1, out=part), out=met)
-        np.logical_and(met, np.less_equal(u, 1, out=part), out=met)
-        return np.logical_and(met, np.less_equal(v, 1, out=part), out=met)
+            return np.logical_and(hit, np.less_equal(np.add(u, v, out=u), 1, out=part), out=hit)
+        np.logical_and(hit, np.less_equal(u, 1, out=part), out=hit)
+        return np.logical_and(hit, np.less_equal(v, 1, out=part), out=hit)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +87,7 @@ class RoundShadowRays:
     culling: EllipsoidShadows
 
     def run(self, view: LightView) -> None:
-        """Mark the pairs whose shadow ray meets an ellipsoid."""
+        """Mark the pairs whose shadow ray hits an ellipsoid."""
         positions = view.of_points(view.points.positions)
         near = shaft(self.culling.boxes, *bounds(positions), self.culling.emitter)
         for shape in np.flatnonzero(near).tolist():
@@ -106,11 +106,11 @@ class RoundShadowRays:
         dot(directions, directions, a, spare)
         dot(directions, origin, b, spare)
         np.subtract(np.multiply(b, b, out=root), np.multiply(a, outside, out=spare), out=root)
-        met, part = (view.workspace.masks(name, *shape_of_pairs) for name in ("met", "part"))
-        np.greater_equal(root, 0, out=met)
+        hit, part = (view.workspace.masks(name, *shape_of_pairs) for name in ("hit", "part"))
+        np.greater_equal(root, 0, out=hit)
         np.sqrt(np.maximum(root, 0, out=root), out=root)
         # Rays that begin outside enter at the first root, others leave at the second.
         np.multiply(root, -np.sign(outside), out=root)
         reached = np.subtract(root, b, out=root)
-        np.logical_and(met, np.greater(reached, 0, out=part), out=met)
-        return np.logical_and(met, np.less(reached, a, out=part), out=met)
+        np.logical_and(hit, np.greater(reached, 0, out=part), out=hit)
+        return np.logical_and(hit, np.less(reached, a, out=part), out=hit)

@@ -21,10 +21,8 @@ def camera_rays(
     """Rays of samples (n,) through pixels (n,), at places in them (n,) and (n,)."""
     pixels = rows * plan.width + columns
     origins, directions = plan.camera.rays(columns + place[0], rows + place[1], pixels, samples)
-    left, right = plan.camera.screen(
-        np.array([columns.min(), columns.max() + 1]), np.array([rows.max() + 1, rows.min()])
-    )
-    return Rays(origins, directions, pixels, samples, screen=np.concatenate((left, right)))
+    bounds = plan.camera.bounds(columns.min(), rows.min(), columns.max() + 1, rows.max() + 1)
+    return Rays(origins, directions, pixels, samples, screen=bounds)
 
 
 def labels_of(shapes: Integers) -> NDArray[np.int32]:

@@ -95,7 +95,7 @@ def measured_costs(scene: LoadedScene) -> dict[str, Any]:
     """CPU seconds of a small picture, and what each effect adds to it, as one document."""
     from dataclasses import asdict
 
-    from accuracy.quotes.ablation import marginal_costs
+    from accuracy.variations import marginal_costs
 
     seconds, rows = marginal_costs(scene)
     return {"cpu_seconds": seconds, "effects": [asdict(row) for row in rows]}

@@ -141,7 +141,7 @@ def _run(course: Study) -> dict[str, Any]:
 def _written(course: Study, document: Mapping[str, Any], out: Path) -> dict[str, Any]:
     from accuracy.study import report
 
-    results = report.told(document)
+    results = report.answered(document)
     for name, content in report.files(course, results).items():
         path = out / name
         _make_folder(path.parent)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from accuracy.comparison.shown import names_of
-from accuracy.quotes import ablation
+from accuracy.variations import variants
 from renderer.scenes import LoadedScene
 from schemas.lights import Light, ParallelogramLight, RectangleLight
 from schemas.scene import Scene
@@ -68,7 +68,7 @@ def _without(scene: LoadedScene) -> Iterator[Alteration]:
     document = scene.document
     if document.lights:
         yield Alteration("shadows_missing", scene, shadows=False)
-    for variant in ablation.variants(document):
+    for variant in variants(document):
         cause = f"{variant.effect.replace(' ', '_')}_missing"
         if cause in HINTS:
             yield Alteration(cause, LoadedScene(variant.document, scene.assets))

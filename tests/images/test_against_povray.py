@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import renderer
+from accuracy.variations import fixed_quality
 from benchmarks import povray_pictures, references
-from benchmarks.peers_settings import fixed
 from benchmarks.povray_pictures import PovraySetting
 from benchmarks.povray_scene import LightGrid
 from schemas.reading import read_scene
@@ -34,7 +34,7 @@ def small(name: str) -> Scene:
 @pytest.mark.parametrize(("name", "undecided"), [("soft", SIDE), ("chess", 0)])
 def test_one_ray_a_pixel_and_4_x_4_light_points_give_the_same_values(name: str, undecided: int) -> None:
     scene = small(name)
-    ours = renderer.render(renderer.compile_scene(scene, fixed("center", 1, "uniform", 16))).image
+    ours = renderer.render(renderer.compile_scene(scene, fixed_quality("center", 1, "uniform", 16))).image
     _, theirs = povray_pictures.picture(scene, PovraySetting(LightGrid(4, "points")))
     different = np.abs(np.clip(ours, 0, 1) - theirs).max(axis=2) > STEP
     assert different.sum() <= undecided

@@ -69,7 +69,7 @@ def correct() -> dict[str, Picture]:
 
 
 def noisy_reference(pattern: str) -> tuple[np.ndarray, Picture]:
-    """Pixels of 16 samples, and the same as a reference with known noise."""
+    """Pixels of 16 samples, and the same as a reference that states its noise."""
     result = rendered(pattern, 16, 1)
     layers = {name: result.layers[name] for name in ("error", "samples")}
     return result.image, picture_of(as_npy(result.image), "reference", layers=layers)

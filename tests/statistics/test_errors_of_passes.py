@@ -1,4 +1,4 @@
-"""Errors that passes of random samples tell, against what pictures of other seeds differ by.
+"""Errors that passes of random samples report, against what pictures of other seeds differ by.
 
 Two pictures with seeds of their own differ by the errors of both, so half their mean squared difference is
 their mean squared error; no reference picture is needed. The threshold of four standard deviations of the
@@ -21,13 +21,13 @@ LENS = pictures.of_room(camera=camera(width=24, height=16) | {"lens_radius": 0.0
 @pytest.mark.parametrize("document", [SCENE, LENS], ids=["pinhole", "lens"])
 @pytest.mark.parametrize("light", ["random", "stratified", "sobol"])
 def test_passes_tell_the_error_that_pictures_have(document: dict[str, object], light: str) -> None:
-    told, images = [], []
+    reported, images = [], []
     for seed in range(2 * PAIRS):
         sampling = sampled(16, 4, "random", light, seed=seed)
         result = renderer.render(plan_of(document | {"sampling": sampling}))
-        told.append(result.report["error"]["estimate"] ** 2)
+        reported.append(result.report["error"]["estimate"] ** 2)
         images.append(np.clip(result.image.astype(np.float64), 0, 1))
-    pairs = np.array(told).reshape(PAIRS, 2).mean(axis=1)
+    pairs = np.array(reported).reshape(PAIRS, 2).mean(axis=1)
     true = np.array([((images[2 * i] - images[2 * i + 1]) ** 2).mean() / 2 for i in range(PAIRS)])
     room = 4 * (pairs - true).std(ddof=1) / np.sqrt(PAIRS)
     assert abs((pairs - true).mean()) < room

@@ -67,7 +67,7 @@ def test_well_spread_points_leave_less_noise_than_independent_ones() -> None:
 
 
 def test_noise_falls_with_the_root_of_the_number_of_independent_points() -> None:
-    """Four times the points, half the noise, within what 24 seeds of 96 pixels can tell."""
+    """Four times the points, half the noise, within what 24 seeds of 96 pixels can show."""
     rms = [
         np.sqrt(np.mean(averaged(SCENE, samples=1, points=points, pattern="center", light="random")[1] ** 2))
         for points in (4, 16, 64)

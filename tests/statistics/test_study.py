@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 
 from accuracy.hard_cases.documents import Json, camera, lamp, phong, rectangle, scene, triangle
+from accuracy.statistics import clipped
 from accuracy.study import curves
-from accuracy.study.reference import Judgement, Reference, clipped
+from accuracy.study.reference import Judgement, Reference
 from renderer.film import Image
 from schemas.quality import FixedQuality
 from tests.images.parts import image_of
@@ -136,7 +137,7 @@ def test_well_spread_points_of_a_smooth_light_converge_faster(pattern: str, boun
 
 @pytest.mark.parametrize("pattern", ["stratified", "sobol"])
 def test_well_spread_samples_of_an_edge_converge_faster_than_independent_ones(pattern: str) -> None:
-    """With the power -3/4: of n strata the root of n meet the edge."""
+    """With the power -3/4: of n strata the root of n hit the edge."""
     assert order_on_edges(pattern).is_steeper(-0.6)
 
 
@@ -144,10 +145,10 @@ def test_the_same_error_is_told_by_a_coarse_reference_and_by_a_fine_one() -> Non
     """Half of the coarse one has an eighth of the samples of the picture, and errs more than it."""
     image = picture(EDGES, "sobol", 32, "sobol", 1, 1)
     fine, coarse = edge_reference(), edge_reference(4)
-    told, known = coarse.judge(image), fine.judge(image)
-    band = ONE_IN_A_MILLION * math.hypot(told.by_reference, known.by_reference)
+    rough, known = coarse.judge(image), fine.judge(image)
+    band = ONE_IN_A_MILLION * math.hypot(rough.by_reference, known.by_reference)
     assert coarse.own_mse > known.mse
-    assert abs(told.mse - known.mse) <= band
+    assert abs(rough.mse - known.mse) <= band
     # With the coarse reference's own error it would be outside.
     assert coarse.own_mse > band
 

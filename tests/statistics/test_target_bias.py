@@ -22,9 +22,10 @@ import numpy as np
 import pytest
 
 import renderer
+from accuracy.statistics import clipped
 from benchmarks.references import SCENES
 from benchmarks.scaling import small
-from benchmarks.targets import CONVERGED, clipped
+from benchmarks.targets import CONVERGED
 from renderer.assets import FolderAssets
 from schemas.quality import TargetQuality
 

@@ -52,7 +52,7 @@ def test_an_svg_has_its_words_as_text() -> None:
     assert "asked for: 0.01" in words
     assert any(re.fullmatch(r"error ~ time\^-0\.50 \(-\d.* to .*\)", word) for word in words)
     # A half of the error at order -1/2 takes 3 times as long again: 48 CPU seconds.
-    assert any(word.startswith("half the error: 48 CPU s more") for word in words)
+    assert any("48 CPU s more" in word for word in words)
 
 
 def corners_of(svg: ElementTree.Element) -> list[tuple[float, float]]:
@@ -82,7 +82,7 @@ def test_a_power_law_is_a_straight_line_on_the_plot() -> None:
         passes((1e-6, 1.0), (1e6, 1e-9), (1e7, 1e-9)),
         passes((1, 0.1), (2, 0.1001), (3, 0.0999)),
     ],
-    ids=["falling", "one", "down to 0", "one moment", "wide", "level"],
+    ids=["falling", "one", "down to 0", "one time", "wide", "level"],
 )
 def test_a_png_is_a_picture_of_the_curve_on_white(curve: list[dict[str, Any]]) -> None:
     picture = np.asarray(Image.open(io.BytesIO(draw(curve, form="png", title=TITLE))).convert("RGB"))
@@ -96,7 +96,7 @@ def test_a_png_is_a_picture_of_the_curve_on_white(curve: list[dict[str, Any]]) -
 def test_costs_are_written_in_plain_numbers() -> None:
     words = texts(drawn(passes((1000, 0.1), (4000, 0.05), (16000, 0.025), low=1, high=1)))
     # At order -1/2 half the error takes three times 16000 more; points on the line leave nothing unsure.
-    assert "half the error: 48000 CPU s more (48000 to 48000)" in words
+    assert any("48000 CPU s more (48000 to 48000)" in word for word in words)
 
 
 def test_numbers_on_the_axes_are_plain() -> None:
@@ -106,10 +106,10 @@ def test_numbers_on_the_axes_are_plain() -> None:
 
 def test_a_curve_without_errors_says_why() -> None:
     unknown = [{"seconds": 1.0, "cpu_seconds": 1.0, "error": None}]
-    words = " ".join(texts(drawn(unknown, unknown="Nobody has looked at it.")))
-    assert "Nobody has looked at it." in words
-    assert "No error above 0 is known yet." in " ".join(texts(drawn([])))
-    assert "No error above 0" in " ".join(texts(drawn(passes((1, 0.0)))))
+    words = " ".join(texts(drawn(unknown, unknown="There is no reference.")))
+    assert "There is no reference." in words
+    for nothing in ([], passes((1, 0.0))):
+        assert "No error" in " ".join(texts(drawn(nothing)))
 
 
 @pytest.mark.parametrize("form", ["svg", "png"])

@@ -39,9 +39,9 @@ def test_where_nobody_answers_it_says_so_loudly(
     options: tuple[str, ...],
     code: int,
 ) -> None:
-    ended_with, told = ended(audit.read([SKIPPED], ["gone"]), monkeypatch, tmp_path, *options)
+    ended_with, report = ended(audit.read([SKIPPED], ["gone"]), monkeypatch, tmp_path, *options)
     assert ended_with == code
-    assert told["complete"] is False
+    assert report["complete"] is False
     assert "NOT AUDITED: nothing is known of 1 of 1 packages (gone)" in capsys.readouterr().err
 
 

@@ -18,7 +18,7 @@ def simulated(workload: Workload, folder: Path) -> Outcomes:
 
 @pytest.fixture(scope="module")
 def crowd(tmp_path_factory: pytest.TempPathFactory) -> tuple[Workload, Outcomes]:
-    """Six users who send five jobs each in the same moment, for three slots."""
+    """Six users who send five jobs each at the same time, for three slots."""
     workload = Workload(users=6, jobs=30, slots=3, cpu_seconds=20.0, load=ALL_AT_ONCE, even=True)
     return workload, simulated(workload, tmp_path_factory.mktemp("crowd"))
 

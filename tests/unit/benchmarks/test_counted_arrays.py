@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import renderer
+from accuracy.variations import fixed_quality
 from benchmarks.counted_arrays import Operation, counting
-from benchmarks.peers_settings import fixed
 from scenes import scene_path
 
 PRODUCT = Operation("multiply", "__call__", ("d", "d"))
@@ -61,7 +61,7 @@ def test_what_is_copied_is_a_move_and_a_view_is_nothing(act: object, moved: int)
 def test_counting_changes_no_pixel() -> None:
     scene = renderer.load_scene(scene_path("gallery/basic")).document
     small = scene.model_copy(update={"camera": scene.camera.model_copy(update={"width": 40, "height": 30})})
-    plan = renderer.compile_scene(small, fixed("center", 1, "uniform", 4))
+    plan = renderer.compile_scene(small, fixed_quality("center", 1, "uniform", 4))
     image = renderer.render(plan).image
     with counting() as tally:
         counted = renderer.render(plan).image

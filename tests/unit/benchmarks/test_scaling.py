@@ -1,4 +1,4 @@
-"""How the cost grows is told of the right pictures."""
+"""How the cost grows, of the right pictures."""
 
 from __future__ import annotations
 

@@ -24,8 +24,8 @@ from renderer.tiling import blocks, tiles
 SIDE = 160
 LIGHT_POINTS = 64
 STRAY = 1e-3
-"""Rays that pass an edge closer than float32 can tell may go either way: it tells 1e-6 of a picture's side,
-and some ten edges cross a picture. A thousand times as many pixels are let pass, and a formula that is wrong
+"""Rays that pass an edge closer than float32 resolves, 1e-6 of a picture's side, may go either way, and
+some ten edges cross a picture. A thousand times as many pixels are let pass, and a formula that is wrong
 changes a hundred times as many again."""
 
 Json = dict[str, Any]
@@ -39,7 +39,7 @@ def _as_careless_as_a_textbook() -> Iterator[None]:
 
 
 def study(name: str) -> Json:
-    """A study scene whose camera stands aside, so that no ray meets the very edge of a wall."""
+    """A study scene whose camera stands aside, so that no ray hits the very edge of a wall."""
     document: Json = json.loads(PATHS[name].read_text())
     for field in ("position", "look_at"):
         document["camera"][field] = np.add(document["camera"][field], ASIDE).tolist()

@@ -36,11 +36,11 @@ def test_noise_is_no_difference(ramp: np.ndarray) -> None:
 def test_the_message_tells_verdict_margin_cause_place_and_files(ramp: np.ndarray, tmp_path: Path) -> None:
     with pytest.raises(AssertionError) as caught:
         assert_render_close(ramp[::-1], ramp, folder=tmp_path)
-    told = str(caught.value)
+    message = str(caught.value)
     for part in ("actual does not show what reference shows: mismatch", "flipped_vertically", "margin: -"):
-        assert part in told
-    assert "where: columns 0 to 63" in told
-    assert f"pictures: actual.png, reference.png, difference.png, heat.png in {tmp_path}" in told
+        assert part in message
+    assert "where: columns 0 to 63" in message
+    assert f"pictures: actual.png, reference.png, difference.png, heat.png in {tmp_path}" in message
     assert {path.name for path in tmp_path.iterdir()} == {f"{name}.png" for name in PICTURES}
 
 

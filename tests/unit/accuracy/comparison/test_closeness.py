@@ -20,7 +20,7 @@ SAMPLES = 64
 
 
 def picture(values: np.ndarray, error: float | np.ndarray | None = None, samples: int = SAMPLES) -> Picture:
-    """A floating-point picture of values (H, W), grey, with what it tells of its noise."""
+    """A floating-point picture of values (H, W), grey, with what it states of its noise."""
     shape = (*values.shape, 3)
     layers = {}
     if error is not None:
@@ -73,7 +73,7 @@ def test_noise_of_its_own_clears_a_picture_of_suspicion() -> None:
 
 
 def test_the_worst_yes_or_no_noise_stays_below_the_bound() -> None:
-    """Three pixels in four have one yes among all samples; those without a yes tell no noise."""
+    """Three pixels in four have one yes among all samples; those without a yes show no noise."""
     chance = 0.75 / FEWEST
     hits = np.random.default_rng(6).binomial(FEWEST, chance, (SIDE, SIDE))
     error = np.sqrt(hits * (FEWEST - hits) / FEWEST**2 / (FEWEST - 1))

@@ -53,7 +53,7 @@ def test_equal_pictures_have_no_worst_region() -> None:
     assert worst(difference, everything(difference), None) == ()
 
 
-def test_where_noise_does_not_explain_all_only_that_is_told() -> None:
+def test_where_noise_does_not_explain_all_only_that_is_reported() -> None:
     difference = np.random.default_rng(1).normal(0.0, 0.2, (32, 32, 3))
     difference[8:16, 16:24] += 0.1
     suspects = np.zeros((4, 4), bool)

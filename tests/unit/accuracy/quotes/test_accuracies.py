@@ -51,7 +51,7 @@ def test_squared_errors_are_right_in_the_mean(count: int, number: int) -> None:
     assert abs(np.mean(found) - random_squares(count)) < 4 * deviation
 
 
-def test_the_error_of_a_fixed_grid_is_told_though_all_its_pictures_are_the_same() -> None:
+def test_the_error_of_a_fixed_grid_is_known_though_all_its_pictures_are_the_same() -> None:
     # The edge passes a quarter of the pixel in, between the columns of samples: 0.5 is shown for 0.75.
     document = edge(WIDE, HIGH)
     document["shapes"][0]["corner"][0] = 0.5 / HIGH
@@ -79,7 +79,7 @@ def test_a_picture_without_error_has_none() -> None:
     assert accuracy.count(0.001) == 1
 
 
-def test_too_few_blocks_tell_nothing(edge_scene: LoadedScene) -> None:
+def test_too_few_blocks_give_no_accuracy(edge_scene: LoadedScene) -> None:
     run = sampled(edge_scene, RANDOM, RANDOM, (1,), 0)
     assert len(run.weights) == 1
     assert run.accuracy(0) is run.accuracy(1) is None

@@ -1,4 +1,4 @@
-"""Where a pilot looks."""
+"""Places that a pilot renders."""
 
 from __future__ import annotations
 

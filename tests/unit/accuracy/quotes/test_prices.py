@@ -28,7 +28,7 @@ def test_a_step_of_8_bits_costs_as_much_as_four_samples(ball_scene: LoadedScene)
     assert cost_at(ball_scene, 0.5 / 255) == pytest.approx(2 * cost_at(ball_scene, 1 / 255))
 
 
-def test_every_pixel_is_looked_at_however_large_the_error_is(ball_scene: LoadedScene) -> None:
+def test_every_pixel_is_sampled_however_large_the_error_is(ball_scene: LoadedScene) -> None:
     assert cost_at(ball_scene, 1.0) == cost_at(ball_scene, 0.5) > 0
 
 

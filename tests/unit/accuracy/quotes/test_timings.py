@@ -58,7 +58,7 @@ def test_until_one_is_timed_later_samples_cost_what_the_first_one_does(watch: St
 
 
 def test_a_second_ladder_is_timed_relative_to_the_first(watch: Stopwatch) -> None:
-    # Its blocks cost half as much where both were timed, and cheap ones were met there.
+    # Its blocks cost half as much where both were timed, and cheap ones were there.
     watch.firsts = [(1.0, 100), (3.0, 100)]
     watch.pairs[1] = [(0.01, 0.005, 0.0025)]
     timing = watch.timing(1)

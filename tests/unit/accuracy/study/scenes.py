@@ -1,4 +1,4 @@
-"""A small scene with all that a study tells apart: an area light, a shadow, highlights, a texture's edge."""
+"""A small scene with all that a study takes apart: an area light, a shadow, highlights, a texture's edge."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page that tells the studies of the repository's own scenes."""
+"""The page about the studies of the repository's own scenes."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ SCALE = Scale(
 def measured(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """A tiny study in the place of each scene's."""
     study = Study(scene(), tmp_path_factory.mktemp("study"), SCALE)
-    results = GENERATOR["rounded"](report.told(study.run(lambda _: None)))
+    results = GENERATOR["rounded"](report.answered(study.run(lambda _: None)))
     return dict.fromkeys(GENERATOR["SCENES"], results)
 
 

@@ -10,14 +10,14 @@ from accuracy.study import curves
 from accuracy.study.results import at_equal_time
 
 
-def row(seconds: float, error: float, *, told: bool = True, **more: Any) -> dict[str, Any]:
+def row(seconds: float, error: float, *, known: bool = True, **more: Any) -> dict[str, Any]:
     value = {"estimate": seconds, "low": seconds, "high": seconds}
     return {
         "name": f"{seconds:g} s",
         "cpu_seconds": value,
         "rays": 1000 * seconds,
-        "rmse_255": {"estimate": error, "low": error if told else 0.0, "high": error},
-        "told": told,
+        "rmse_255": {"estimate": error, "low": error if known else 0.0, "high": error},
+        "told": known,
         **more,
     }
 
@@ -33,7 +33,7 @@ def test_a_setting_that_is_hardly_better_is_not_worth_more_time() -> None:
 
 
 def test_an_error_that_the_reference_cannot_tell_from_0_is_on_no_curve() -> None:
-    rows = [row(1, 8), row(2, 0.1, told=False)]
+    rows = [row(1, 8), row(2, 0.1, known=False)]
     assert curves.front(rows) == rows[:1]
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from accuracy.study.program import Program, own_quality
+from accuracy.study.program import Program
 from accuracy.study.settings import FULL, METHODS, PATTERNS, QUICK, fixed, swept
 from accuracy.study.tasks import Subject, Task
 from renderer import load_scene
@@ -51,7 +51,7 @@ def test_a_scene_smaller_than_the_study_keeps_its_size() -> None:
     assert not [task for task in tasks(small) if task.part == "size"]
 
 
-def test_each_round_has_its_own_seed_and_goes_from_cheap_to_dear() -> None:
+def test_each_round_has_its_own_seed_and_goes_from_cheap_to_expensive() -> None:
     of = program()
     for seed in (1, 2):
         settings = [task for task in tasks(of) if task.part == "setting" and task.seed == seed]
@@ -96,25 +96,12 @@ def test_double_precision_is_the_same_setting_in_another_arithmetic() -> None:
             assert task.quality.model_copy(update={"precision": "single"}) == task.against.quality
 
 
-def test_what_is_dear_is_rendered_once() -> None:
+def test_what_is_expensive_is_rendered_once() -> None:
     of = program(camera=SCENE["camera"] | {"width": 4000, "height": 4000})
     large = Program(of.scene, FULL, "here")
     runs = [task.name for task in large.rounds(large.references(16)) if task.part == "setting"]
     assert runs.count("sobol 64 x 4") == 1
     assert runs.count("sobol 1 x 1") == FULL.seeds
-
-
-@pytest.mark.parametrize("pattern", [*PATTERNS, "center"])
-@pytest.mark.parametrize("samples", [1, 9, 25, 64])
-def test_effects_are_tried_with_the_patterns_of_the_scene_and_few_samples(pattern: str, samples: int) -> None:
-    antialiasing = {"pattern": pattern, "samples": 1 if pattern == "center" else samples}
-    sampling = {"antialiasing": antialiasing, "light": {"pattern": "uniform", "samples": samples}}
-    quality = own_quality(scene(sampling=sampling).document.sampling)
-    assert quality.antialiasing is not None
-    assert quality.light is not None
-    assert quality.antialiasing.pattern == pattern
-    assert quality.antialiasing.samples == min(16, antialiasing["samples"])
-    assert quality.light.samples == min(16, samples)
 
 
 def key(**changes: object) -> str:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from accuracy.study.reference import HOT, Reference, rms_difference
+from accuracy.statistics import rms_difference
+from accuracy.study.reference import HOT, Reference
 
 SHAPE = (60, 80, 3)
 TRUTH = np.full(SHAPE, 0.5)
@@ -30,14 +31,14 @@ def test_the_error_is_the_measured_one_less_that_of_the_reference() -> None:
 
 
 @pytest.mark.parametrize("off", [0.0, 0.01, 0.1])
-def test_the_error_is_told_without_bias_however_coarse_the_reference_is(off: float) -> None:
+def test_the_error_is_judged_without_bias_however_coarse_the_reference_is(off: float) -> None:
     """200 references of known noise: the mean is within 4.9 of its standard errors of the true one."""
     rng = np.random.default_rng(2)
     image = TRUTH + off * rng.choice([-1.0, 1.0], SHAPE)
-    told = [reference(rng).judge(image).mse for _ in range(200)]
-    assert abs(np.mean(told) - off**2) <= ONE_IN_A_MILLION * np.std(told) / math.sqrt(len(told))
+    judged = [reference(rng).judge(image).mse for _ in range(200)]
+    assert abs(np.mean(judged) - off**2) <= ONE_IN_A_MILLION * np.std(judged) / math.sqrt(len(judged))
     # Without taking it away, the reference's own error, half of NOISE squared, would be far outside.
-    assert 10 * ONE_IN_A_MILLION * np.std(told) / math.sqrt(len(told)) < NOISE**2 / 2
+    assert 10 * ONE_IN_A_MILLION * np.std(judged) / math.sqrt(len(judged)) < NOISE**2 / 2
 
 
 @pytest.mark.parametrize("off", [0.0, 0.1])
@@ -75,7 +76,7 @@ def test_both_sides_of_a_step_are_beside_an_edge() -> None:
     assert np.array_equal(Reference(stepped().swapaxes(0, 1), stepped().swapaxes(0, 1)).edges(), edges.T)
 
 
-def test_errors_beside_edges_and_elsewhere_are_told_apart() -> None:
+def test_errors_beside_edges_and_elsewhere_are_judged_apart() -> None:
     image = stepped()
     image[:, 2] += 0.2
     image[:, 0] += 0.1

@@ -55,7 +55,7 @@ SPENT = {
 
 
 @pytest.fixture
-def told(tmp_path: Path) -> tuple[list[Task], Journal]:
+def runs(tmp_path: Path) -> tuple[list[Task], Journal]:
     """All runs of a study in a journal of round figures: seeds differ by a hundredth."""
     program = Program(scene(), TINY, "here")
     tasks = program.rounds(program.references(16))
@@ -66,8 +66,8 @@ def told(tmp_path: Path) -> tuple[list[Task], Journal]:
     return tasks, journal
 
 
-def test_an_effect_costs_the_seconds_that_go_with_it(told: tuple[list[Task], Journal]) -> None:
-    rows = results.effects(*told)
+def test_an_effect_costs_the_seconds_that_go_with_it(runs: tuple[list[Task], Journal]) -> None:
+    rows = results.effects(*runs)
     found = {row["effect"]: row["cpu_seconds"]["estimate"] for row in rows}
     assert found == pytest.approx({"light 0": 6.0, "highlights": 1.0, "antialiasing": -1.0})
     assert list(found) == ["light 0", "highlights", "antialiasing"]
@@ -75,24 +75,24 @@ def test_an_effect_costs_the_seconds_that_go_with_it(told: tuple[list[Task], Jou
     assert {row["difference_255"] for row in rows} == {1.5}
 
 
-def test_double_precision_is_compared_with_single_seed_by_seed(told: tuple[list[Task], Journal]) -> None:
+def test_double_precision_is_compared_with_single_seed_by_seed(runs: tuple[list[Task], Journal]) -> None:
     settings: list[dict[str, Any]] = [
-        {"name": task.name, "rmse_255": {"estimate": 7.0}} for task in told[0] if task.part == "setting"
+        {"name": task.name, "rmse_255": {"estimate": 7.0}} for task in runs[0] if task.part == "setting"
     ]
-    rows = results.precision(*told, settings)
+    rows = results.precision(*runs, settings)
     assert {row["name"] for row in rows} == {"sobol 16 x 1", "uniform 4 x 4"}
     for row in rows:
         assert (row["ratio"]["low"], row["ratio"]["high"]) == pytest.approx((3.02 / 2.02, 3.01 / 2.01))
         assert (row["runs"], row["rmse_255"], row["difference_255"]) == (2, 7.0, 1.5)
 
 
-def test_the_own_size_is_compared_with_the_same_setting(told: tuple[list[Task], Journal]) -> None:
-    size = results.size(*told)
+def test_the_own_size_is_compared_with_the_same_setting(runs: tuple[list[Task], Journal]) -> None:
+    size = results.size(*runs)
     assert size is not None
     assert (size["name"], size["ratio"]) == ("sobol 4 x 1", pytest.approx(8.015 / 2.015))
 
 
-def test_what_was_not_rendered_is_not_compared(told: tuple[list[Task], Journal]) -> None:
-    _, journal = told
+def test_what_was_not_rendered_is_not_compared(runs: tuple[list[Task], Journal]) -> None:
+    _, journal = runs
     assert results.effects([], journal) == results.precision([], journal, []) == []
     assert results.size([], journal) is None

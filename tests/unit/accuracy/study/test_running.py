@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from accuracy.statistics import rms_difference
 from accuracy.study import report
 from accuracy.study.journal import JOURNAL
-from accuracy.study.reference import rms_difference
 from accuracy.study.running import Forecast, Study
+from accuracy.variations import seeded
 from renderer import compile_scene, render
 from tests.unit.accuracy.study.scenes import TINY, scene
 
@@ -29,7 +30,7 @@ def timed_alike(folder: Path) -> set[str]:
 
 
 def silent(_: Forecast) -> None:
-    """Tell nobody."""
+    """Report nothing."""
 
 
 class Killed(BaseException):
@@ -39,12 +40,12 @@ class Killed(BaseException):
 def killed_after(runs: int, folder: Path) -> None:
     """Begin a study, and kill it when it begins a run after so many."""
 
-    def tell(forecast: Forecast) -> None:
+    def interrupt(forecast: Forecast) -> None:
         if forecast.done >= runs:
             raise Killed
 
     with pytest.raises(Killed):
-        Study(scene(), folder, TINY).run(tell)
+        Study(scene(), folder, TINY).run(interrupt)
 
 
 @pytest.fixture(scope="module")
@@ -111,9 +112,9 @@ def test_a_kept_picture_that_is_gone_is_rendered_again(tmp_path: Path) -> None:
 
 
 def test_the_forecast_counts_what_is_done_and_comes_to_nothing(tmp_path: Path) -> None:
-    told: list[Forecast] = []
-    Study(scene(), tmp_path, TINY).run(told.append)
-    counted = [one for one in told if one.done < one.runs]
+    seen: list[Forecast] = []
+    Study(scene(), tmp_path, TINY).run(seen.append)
+    counted = [one for one in seen if one.done < one.runs]
     assert [one.done for one in counted] == list(range(counted[0].runs))
     assert all(0 < one.share <= 1 for one in counted[1:])
     assert counted[0].share == 0
@@ -126,7 +127,7 @@ def test_without_any_time_there_is_the_coarsest_reference_and_nothing_else(tmp_p
     document = study.run(silent)
     assert document["runs"]["done"] == 2
     assert document["settings"] == document["pictures"] == []
-    assert report.told(document)["answers"]
+    assert report.answered(document)["answers"]
 
 
 def test_a_study_that_is_given_more_time_keeps_its_reference(tmp_path: Path) -> None:
@@ -165,7 +166,7 @@ def test_settings_of_more_seeds_have_intervals_around_their_means(tmp_path: Path
     assert plain["high"] - plain["low"] < noisy["high"] - noisy["low"]
 
 
-def test_a_picture_of_the_study_can_be_had_by_its_key(finished: tuple[Path, dict[str, Any]]) -> None:
+def test_a_picture_of_the_study_is_found_by_its_key(finished: tuple[Path, dict[str, Any]]) -> None:
     folder, document = finished
     study = Study(scene(), folder, TINY)
     row = next(row for row in document["pictures"] if row["name"].startswith("rotated"))
@@ -175,5 +176,5 @@ def test_a_picture_of_the_study_can_be_had_by_its_key(finished: tuple[Path, dict
         for known in study.program.settings
         if (known.method, known.samples, known.points) == ("rotated", samples, points)
     )
-    image = render(compile_scene(study.program.subject.seeded(1), setting)).image
+    image = render(compile_scene(seeded(study.program.subject.scene, 1), setting)).image
     assert np.array_equal(study.picture(row["key"]), image)

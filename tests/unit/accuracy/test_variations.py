@@ -1,4 +1,4 @@
-"""Leaving out one effect at a time."""
+"""Variations of a scene: one effect left out at a time, and few samples."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 import renderer
-from accuracy.quotes import ablation
+from accuracy.variations import PLAIN, Variant, few_samples, marginal_costs
+from accuracy.variations import variants as variants_of
 
 SCENE: dict[str, Any] = {
     "version": 1,
@@ -30,23 +31,23 @@ SCENE: dict[str, Any] = {
 
 
 @pytest.fixture(scope="module")
-def variants() -> dict[str, ablation.Variant]:
+def variants() -> dict[str, Variant]:
     document = renderer.load_scene(SCENE).document
-    return {variant.effect: variant for variant in ablation.variants(document)}
+    return {variant.effect: variant for variant in variants_of(document)}
 
 
-def test_every_effect_that_the_scene_has_is_left_out_once(variants: dict[str, ablation.Variant]) -> None:
+def test_every_effect_that_the_scene_has_is_left_out_once(variants: dict[str, Variant]) -> None:
     assert list(variants) == ["light 0", "light 1", "highlights", "mirror", "lens", "antialiasing"]
 
 
-def test_pointers_name_who_asked(variants: dict[str, ablation.Variant]) -> None:
+def test_pointers_name_who_asked(variants: dict[str, Variant]) -> None:
     assert variants["highlights"].pointers == ("/materials/shiny~1ball/specular",)
     assert variants["mirror"].pointers == ("/materials/floor/mirror",)
 
 
-def test_nothing_but_the_effect_is_gone(variants: dict[str, ablation.Variant]) -> None:
+def test_nothing_but_the_effect_is_gone(variants: dict[str, Variant]) -> None:
     for variant in variants.values():
-        again = {other.effect for other in ablation.variants(variant.document)}
+        again = {other.effect for other in variants_of(variant.document)}
         missing = set(variants) - again
         # Lights are counted anew when one of them is gone.
         assert missing == ({"light 1"} if variant.effect.startswith("light") else {variant.effect})
@@ -56,19 +57,33 @@ def test_a_texture_is_left_out_for_a_plain_colour() -> None:
     board = {"type": "checker", "even": [1, 1, 1], "odd": [0, 0, 0], "repeat": [8, 8]}
     floor = {"type": "phong", "color_texture": "board"}
     document = SCENE | {"textures": {"board": board}, "materials": SCENE["materials"] | {"floor": floor}}
-    found = {variant.effect: variant for variant in ablation.variants(renderer.load_scene(document).document)}
+    found = {variant.effect: variant for variant in variants_of(renderer.load_scene(document).document)}
     assert found["texture"].pointers == ("/materials/floor/color_texture",)
     without = found["texture"].document.materials["floor"]
-    assert (without.color_texture, without.color) == (None, ablation.PLAIN)
+    assert (without.color_texture, without.color) == (None, PLAIN)
     whole, plain = (renderer.compile_scene(one) for one in (document, found["texture"].document))
     assert {stage.effect for stage in whole.describe().stages} > {"textures.checker"}
     assert "textures.checker" not in {stage.effect for stage in plain.describe().stages}
 
 
 def test_an_effect_without_effect_makes_no_difference() -> None:
-    seconds, rows = ablation.marginal_costs(renderer.load_scene(SCENE))
+    seconds, rows = marginal_costs(renderer.load_scene(SCENE))
     by_effect = {row.effect: row for row in rows}
     assert seconds > 0
     assert by_effect["light 1"].difference == 0  # it is black
     assert min(row.difference for row in rows if row.effect != "light 1") > 0
     assert [row.seconds for row in rows] == sorted((row.seconds for row in rows), reverse=True)
+
+
+@pytest.mark.parametrize("pattern", ["uniform", "rotated", "random", "stratified", "sobol", "center"])
+@pytest.mark.parametrize("samples", [1, 9, 25, 64])
+def test_few_samples_keep_the_patterns_of_the_scene(pattern: str, samples: int) -> None:
+    antialiasing = {"pattern": pattern, "samples": 1 if pattern == "center" else samples}
+    sampling = {"antialiasing": antialiasing, "light": {"pattern": "uniform", "samples": samples}}
+    document = renderer.load_scene(SCENE | {"sampling": sampling}).document
+    quality = few_samples(document.sampling, 16, 16)
+    assert quality.antialiasing is not None
+    assert quality.light is not None
+    assert quality.antialiasing.pattern == pattern
+    assert quality.antialiasing.samples == min(16, antialiasing["samples"])
+    assert quality.light.samples == min(16, samples)
