@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from accuracy.hard_cases import formulas, solids
+from accuracy.hard_cases import formulas, scoring, solids
 from accuracy.hard_cases.documents import Json, mesh, rectangle, scene, triangle
-from accuracy.hard_cases.families import FamilyCase, Ray
+from accuracy.hard_cases.families import FLAT, FamilyCase, Ray
 from accuracy.hard_cases.formulas import Formula
-from accuracy.hard_cases.harness import Outcome, in_both, tally, total, traced
-from accuracy.hard_cases.scoring import Textbook
+from accuracy.hard_cases.harness import Outcome, Outcomes, in_both, tally, traced
+from accuracy.hard_cases.scoring import Textbook, flat_details, rounded
 from renderer.math.arrays import Floats, Integers, Masks, Pairs
 from schemas.reading import read_scene
 
@@ -39,9 +39,9 @@ class Surface:
     directions: Floats
 
 
-def leaks(surfaces: Iterator[Surface], formula: Formula) -> Outcome:
+def leaks(surfaces: Iterator[Surface], formula: Formula) -> Outcomes:
     """Rays that the renderer, and a formula in both precisions, let through."""
-    return total(_leaks_of(surface, formula) for surface in surfaces)
+    return (_leaks_of(surface, formula) for surface in surfaces)
 
 
 def _leaks_of(surface: Surface, formula: Formula) -> Outcome:
@@ -264,9 +264,9 @@ def planes(seed: int, reach: int) -> Iterator[tuple[Plane, np.random.Generator]]
             yield plane, rng
 
 
-def along_the_plane(kind: str) -> Outcome:
+def along_the_plane(kind: str) -> Outcomes:
     """Rays along the plane, half of them in it. Right is a miss, or in the plane a hit within the shape."""
-    return total(_along(kind, plane, rng) for plane, rng in planes(1, SMALL))
+    return (_along(kind, plane, rng) for plane, rng in planes(1, SMALL))
 
 
 def _along(kind: str, plane: Plane, rng: np.random.Generator) -> Outcome:
@@ -293,9 +293,9 @@ def _depths(plane: Plane, origins: Floats, directions: Floats) -> tuple[Floats, 
     return low - (high - low) / 1000, high + (high - low) / 1000
 
 
-def from_the_plane(kind: str) -> Outcome:
+def from_the_plane(kind: str) -> Outcomes:
     """Rays that begin on the shape, in eighths of its edges, and go anywhere. Right is a miss."""
-    return total(_from(kind, plane, rng) for plane, rng in planes(2, LARGE))
+    return (_from(kind, plane, rng) for plane, rng in planes(2, LARGE))
 
 
 def _from(kind: str, plane: Plane, rng: np.random.Generator) -> Outcome:
@@ -321,6 +321,11 @@ def _outcome(
     return Outcome(RAYS, *(tally(~right(t)) for t in (found, *textbook)))
 
 
+def tried(family: str, textbook: Textbook) -> Outcomes:
+    """A family of rays at flat shapes: hit or miss, t and what comes with it, right but for rounding."""
+    return scoring.tried(FLAT[family](), textbook, double=rounded(np.float64), details=flat_details)
+
+
 PARTS = ("vertices", "corner", "edges")
 """What lengths a flat shape has."""
 
@@ -328,9 +333,9 @@ UNITS = (-40, -13, 7, 40)
 """Powers of two by which a scene is scaled."""
 
 
-def scaled(family: Iterable[FamilyCase], textbook: Textbook) -> Outcome:
+def scaled(family: Iterable[FamilyCase], textbook: Textbook) -> Outcomes:
     """Shapes and rays in other units: wrong is every t that is not the same bit for bit."""
-    return total(_scaled(document, rays, textbook) for document, rays in family)
+    return (_scaled(document, rays, textbook) for document, rays in family)
 
 
 def _scaled(document: Json, rays: list[Ray], textbook: Textbook) -> Outcome:

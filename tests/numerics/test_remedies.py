@@ -4,16 +4,16 @@ What takes a remedy's place is the textbook's formula, or the same code without 
 holds does not need the remedy: then one of the two goes.
 """
 
-import sys
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import pytest
 
-from accuracy.hard_cases import Case, Outcome, formulas, sections
+from accuracy.hard_cases import Case, formulas, sections
 from accuracy.hard_cases.cameras import plain_disk
+from accuracy.hard_cases.harness import each_of
 from accuracy.hard_cases.textures.normal_maps import plain_tangents
 from accuracy.hard_cases.trees_and_bounces.bounces import GLASS
 from renderer.samplers import PATTERNS
@@ -183,31 +183,16 @@ SWITCHED_OFF: dict[tuple[str, str], Patches] = {
 }
 
 
-def until_wrong(outcomes: Iterable[Outcome]) -> Outcome:
-    """The first outcome with a wrong answer; the rest of the case need not be tried."""
-    right = Outcome(0, 0)
-    return next((outcome for outcome in outcomes if outcome.wrong), right)
-
-
 def fails(case: Case) -> bool:
-    """Whether a case has a wrong answer, or breaks off."""
+    """Whether a case has a wrong answer, or breaks off; what comes after the first need not be tried."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            return case.run().wrong > 0
+            return any(outcome.wrong for outcome in each_of(case.outcomes()))
         except (ArithmeticError, IndexError, ValueError):
             return True
 
 
-@pytest.fixture
-def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Cases end with their first wrong answer."""
-    for name, module in list(sys.modules.items()):
-        if name.startswith("accuracy.hard_cases.") and hasattr(module, "total"):
-            monkeypatch.setattr(module, "total", until_wrong)
-
-
-@pytest.mark.usefixtures("hasty")
 @pytest.mark.parametrize("named", SWITCHED_OFF, ids=" ".join)
 def test_a_case_fails_without_its_remedy(named: tuple[str, str], monkeypatch: pytest.MonkeyPatch) -> None:
     for name, instead in SWITCHED_OFF[named].items():
