@@ -166,7 +166,7 @@ def looks_nowhere() -> Outcomes:
 
 
 VISIBLE = 1e-3
-"""Pixels by which a ray of a formula may be off: nobody sees it."""
+"""Pixels by which a ray of a formula may be off: no one sees it."""
 
 
 def view_of(**changes: Any) -> Pinhole:

@@ -131,14 +131,14 @@ def normals() -> Outcomes:
 def _normals(document: Json, rays: list[Ray]) -> Outcome:
     shape = read_scene(scene(document))[0].shapes[0]
     origins, directions = (np.array(part).T for part in zip(*rays, strict=True))
-    met = points(compiled(scene(document), DOUBLE), origins, directions)
-    true = [oracle.answer(shape, *rays[ray]) for ray in met.rays.tolist()]
+    found = points(compiled(scene(document), DOUBLE), origins, directions)
+    true = [oracle.answer(shape, *rays[ray]) for ray in found.rays.tolist()]
 
     def errors(normals: Iterable[Floats], eps: float) -> Floats:
-        ways = zip(true, origins[:, met.rays].T, directions[:, met.rays].T, normals, strict=True)
+        ways = zip(true, origins[:, found.rays].T, directions[:, found.rays].T, normals, strict=True)
         return np.array([angle(n, each.normal) / turned(shape, each, o, d, eps) for each, o, d, n in ways])
 
-    outer = (met.normals * np.where(met.flipped, -1.0, 1.0)).T
+    outer = (found.normals * np.where(found.flipped, -1.0, 1.0)).T
     plain = in_both(lambda dtype: errors([by_the_axes(shape, each, dtype) for each in true], eps_of(dtype)))
     return judged(errors(outer, EPS), *plain)
 

@@ -41,32 +41,25 @@ class Surface:
 
 def leaks(surfaces: Iterator[Surface], formula: Formula) -> Outcomes:
     """Rays that the renderer, and a formula in both precisions, let through."""
-    return (_leaks_of(surface, formula) for surface in surfaces)
+    return (_leaks_of(each, formula) for each in surfaces)
 
 
-def _leaks_of(surface: Surface, formula: Formula) -> Outcome:
-    hits = traced(surface.shapes, surface.origins, surface.directions)
-    met = met_any(formula, surface.parts, surface.origins, surface.directions)
-    return Outcome(len(hits.t), tally(hits.shape < 0), *(tally(~each) for each in met))
+def _leaks_of(each: Surface, formula: Formula) -> Outcome:
+    hits = traced(each.shapes, each.origins, each.directions)
+    found = hits_any(formula, each.parts, each.origins, each.directions)
+    return Outcome(len(hits.t), tally(hits.shape < 0), *(tally(~mask) for mask in found))
 
 
-def met_any(formula: Formula, parts: Floats, origins: Floats, directions: Floats) -> list[Masks]:
+def hits_any(formula: Formula, parts: Floats, origins: Floats, directions: Floats) -> list[Masks]:
     """Whether a formula finds rays (N, 3) to hit any of some shapes (K, 3, 3), (N,), in both precisions."""
     vectors = list(parts.transpose(1, 0, 2)[:, None])
     found = formulas.by_dtype(formula, vectors, origins[:, None], directions[:, None])
     return [np.asarray(np.isfinite(t).any(axis=1)) for t in found]
 
 
-def of_triangles(corners: Floats, origins: Floats, targets: Floats) -> Surface:
-    """Triangles (K, 3, 3) and rays from origins through targets."""
-    shapes = [triangle(*rows) for rows in corners.tolist()]
-    return Surface(shapes, corners, origins, targets - origins)
-
-
-def of_rectangles(parts: Floats, origins: Floats, targets: Floats) -> Surface:
-    """Rectangles by corner and edges (K, 3, 3), and rays from origins through targets."""
-    shapes = [rectangle(*rows) for rows in parts.tolist()]
-    return Surface(shapes, parts, origins, targets - origins)
+def surface(make: Callable[..., Json], parts: Floats, origins: Floats, targets: Floats) -> Surface:
+    """Shapes of three vectors each (K, 3, 3), and rays from origins through targets."""
+    return Surface([make(*rows) for rows in parts.tolist()], parts, origins, targets - origins)
 
 
 def pairs_of_triangles() -> Iterator[Surface]:
@@ -79,7 +72,7 @@ def pairs_of_triangles() -> Iterator[Surface]:
         targets = b + np.outer(rng.uniform(0.05, 0.95, 20), c - b)
         normal = np.cross(b - a, c - a)
         origins = targets + normal / np.linalg.norm(normal) * 3 + rng.normal(size=(20, 3)) * 0.3
-        yield of_triangles(np.array([[a, b, c], [d, c, b]]), origins, targets)
+        yield surface(triangle, np.array([[a, b, c], [d, c, b]]), origins, targets)
 
 
 def pairs_in_whole_numbers() -> Iterator[Surface]:
@@ -94,8 +87,8 @@ def pairs_in_whole_numbers() -> Iterator[Surface]:
         between = (normals @ (a - b)) * (normals @ (d - b)) < 0
         targets = b + np.outer(rng.integers(1, 8, 100), along)[between]
         c = b + 8 * along
-        yield of_triangles(
-            np.array([[a, b, c], [d, c, b]], dtype=float), targets - 3 * ways[between], targets
+        yield surface(
+            triangle, np.array([[a, b, c], [d, c, b]], dtype=float), targets - 3 * ways[between], targets
         )
 
 
@@ -108,7 +101,7 @@ def fans() -> Iterator[Surface]:
         ring = apex + np.column_stack((np.cos(turns), np.sin(turns), rng.uniform(-0.3, 0.3, 6)))
         corners = np.stack((np.broadcast_to(apex, ring.shape), ring, np.roll(ring, -1, axis=0)), axis=1)
         origins = apex + [0, 0, 4] + rng.normal(size=(20, 3)) * 0.5
-        yield of_triangles(corners, origins, np.broadcast_to(apex, origins.shape))
+        yield surface(triangle, corners, origins, np.broadcast_to(apex, origins.shape))
 
 
 def corners_of_rooms() -> Iterator[Surface]:
@@ -130,7 +123,7 @@ def _two_walls(rng: np.random.Generator, edges: Floats) -> Surface:
     corner, (shared, left, right) = rng.normal(size=3), edges
     origins = np.broadcast_to(corner + 0.5 * shared + 0.7 * left + 0.7 * right, (20, 3))
     targets = corner + np.outer(rng.uniform(0.01, 0.99, 20), shared)
-    return of_rectangles(np.array([[corner, shared, left], [corner, shared, right]]), origins, targets)
+    return surface(rectangle, np.array([[corner, shared, left], [corner, shared, right]]), origins, targets)
 
 
 def sheets_in_whole_numbers() -> Iterator[Surface]:
@@ -145,7 +138,7 @@ def sheets_in_whole_numbers() -> Iterator[Surface]:
         targets, ways = corner + shares @ np.array([first, second]), rng.integers(-160, 161, (40, 3))
         across = ways @ np.cross(first, second) != 0
         parts = np.array([[place, first, second] for place in around])
-        yield of_rectangles(parts, (targets - 3 * ways)[across], targets[across])
+        yield surface(rectangle, parts, (targets - 3 * ways)[across], targets[across])
 
 
 def turned_boxes() -> Iterator[Surface]:
@@ -212,7 +205,7 @@ def _lost(formula: Formula, corners: Floats, near: Masks, origins: Floats, direc
     counts = []
     for number, t in enumerate(formulas.by_dtype(formula, parts, origins[rays], directions[rays])):
         through = np.flatnonzero(np.bincount(rays, weights=np.isfinite(t)) == 0)
-        counts.append(tally(~met_any(formula, corners, origins[through], directions[through])[number]))
+        counts.append(tally(~hits_any(formula, corners, origins[through], directions[through])[number]))
     return counts
 
 

@@ -13,7 +13,7 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from accuracy.hard_cases.documents import lamp, phong, rectangle, sampled, scene, sun, triangle
+from accuracy.hard_cases.documents import dark_scene, lamp, phong, rectangle, sampled, scene, sun, triangle
 from accuracy.hard_cases.harness import (
     DOUBLE,
     EPS,
@@ -44,10 +44,9 @@ FLOOR = rectangle([-4, 0, -4], [0, 0, 8], [8, 0, 0])
 
 def highlights(light: Floats | None, viewers: Floats, shininess: float, quality: FixedQuality) -> Floats:
     """What Penumbra shows towards viewers (3, N), (N,), of a sun in a direction (3, 1) or of the lamp."""
-    document = scene(
+    document = dark_scene(
         FLOOR,
         lights=[LAMP if light is None else sun(-light[:, 0], [1, 1, 1])],
-        ambient=[0, 0, 0],
         materials={"plain": phong(ambient=0.0, diffuse=0.0, specular=STRENGTH, shininess=shininess)},
         sampling=sampled(1, POINTS),
     )
@@ -259,10 +258,9 @@ def from_behind() -> Iterator[Outcomes]:
 
 
 def _two_suns(corners: Any) -> dict[str, Any]:
-    return scene(
+    return dark_scene(
         triangle(*corners),
         lights=[sun([0.3, -1, 0.2]), sun([0.1, 1, -0.4])],
-        ambient=[0, 0, 0],
         materials={"plain": phong(ambient=0.0, specular=STRENGTH, shininess=20)},
     )
 
@@ -302,11 +300,9 @@ def _half_below(quality: FixedQuality) -> Outcome:
 
 def _leaning(bottom: float, quality: FixedQuality) -> float:
     leaning = [[1.0, 1.0, 0.0]] * 3
-    document = scene(
+    document = dark_scene(
         triangle([-4, 0, -4], [-4, 0, 4], [8, 0, 0], normals=leaning),
         lights=[lamp([3, bottom, -0.5], [0, 1, 0], [0, 0, 1], [1, 1, 1], visible=False)],
-        ambient=[0, 0, 0],
-        materials={"plain": phong([1, 1, 1], ambient=0.0, diffuse=1.0)},
         sampling=sampled(1, POINTS),
     )
     return float(radiance(compiled(document, quality), UP, -UP)[0, 0])
@@ -315,11 +311,9 @@ def _leaning(bottom: float, quality: FixedQuality) -> float:
 def _sweep(last: Floats, viewer: Floats, light: Floats, quality: FixedQuality) -> Outcome:
     share = (np.arange(STEPS) + 0.5) / STEPS
     flat = triangle([-4, 0, -4], [-4, 0, 4], [4, 0, -4], normals=[[0, 1, 0], [0, 1, 0], last[:, 0]])
-    document = scene(
+    document = dark_scene(
         flat,
         lights=[sun(-light[:, 0], [1, 1, 1])],
-        ambient=[0, 0, 0],
-        materials={"plain": phong([1, 1, 1], ambient=0.0, diffuse=1.0)},
     )
     targets = np.stack((-4 + 8 * share, np.zeros(STEPS), np.full(STEPS, -4 + 2.0**-20)))
     seen = radiance(compiled(document, quality), targets + viewer, np.repeat(-viewer, STEPS, axis=1))[0]

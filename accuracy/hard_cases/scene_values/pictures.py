@@ -1,5 +1,6 @@
 """Hard cases J: pictures that must not depend on units, places, directions, tiles or precision."""
 
+import itertools
 from collections import Counter
 from collections.abc import Callable, Iterator
 from fractions import Fraction
@@ -8,7 +9,8 @@ from functools import cache, partial
 import numpy as np
 
 import renderer
-from accuracy.hard_cases.documents import Json, triangle
+from accuracy.hard_cases.documents import Json
+from accuracy.hard_cases.flat_shapes import pairs_of_triangles
 from accuracy.hard_cases.harness import (
     DOUBLE,
     SINGLE,
@@ -176,9 +178,6 @@ def _plain_precisions() -> Outcome:
     return plain_only(None, wrong)
 
 
-PAIRS, RAYS = 60, 20
-
-
 def fused(a: float, b: float, c: float) -> float:
     """Product and sum a * b + c with one rounding, as a fused multiply-add gives them."""
     return float(Fraction(a) * Fraction(b) + Fraction(c))
@@ -200,24 +199,13 @@ def is_hit(triangle_: Floats, origin: Floats, direction: Floats) -> bool:
     return min(weights) >= 0 or max(weights) <= 0
 
 
-def fused_products() -> Outcome:
+def fused_products() -> Iterator[Outcomes]:
     """Rays at places on the common edge of two triangles."""
-    rng = np.random.default_rng(1)
-    wrong = plain = 0
-    for _ in range(PAIRS):
-        a, b, c = rng.normal(size=(3, 3))
-        across = b + c - a + 0.1 * rng.normal(size=3)
-        normal = np.cross(b - a, c - a)
-        targets = b + np.outer(rng.uniform(0.05, 0.95, RAYS), c - b)
-        origins = targets + 3 * normal / np.linalg.norm(normal) + rng.normal(size=(RAYS, 3)) * 0.2
-        directions = targets - origins
-        pair = np.array([[a, b, c], [across, c, b]])
-        wrong += tally(traced([triangle(*corners) for corners in pair], origins, directions).shape < 0)
-        plain += sum(
-            not any(is_hit(corners, *ray) for corners in pair)
-            for ray in zip(origins, directions, strict=True)
-        )
-    return Outcome(PAIRS * RAYS, wrong, plain)
+    for pair in itertools.islice(pairs_of_triangles(), 60):
+        hits = traced(pair.shapes, pair.origins, pair.directions)
+        rays = zip(pair.origins, pair.directions, strict=True)
+        lost = sum(not any(is_hit(corners, *ray) for corners in pair.parts) for ray in rays)
+        yield Outcome(len(hits.t), tally(hits.shape < 0), lost)
 
 
 CASES: Cases = {

@@ -12,6 +12,7 @@ from accuracy.hard_cases.documents import (
     Json,
     bulb,
     camera,
+    dark_scene,
     lamp,
     mesh,
     phong,
@@ -68,15 +69,13 @@ def coplanar() -> Iterator[Outcomes]:
     for number in range(16):
         first, second = np.linalg.qr(chosen.normal(size=(3, 2)))[0].T
         up, corner = np.cross(first, second), chosen.normal(size=3)
-        document = scene(
+        document = dark_scene(
             rectangle(corner, first, second),
             sphere(corner + 9 * up, 0.5),
             lights=[
                 lamp(corner + 2 * first, first, second, visible=False),
                 bulb(corner - first + 0.5 * second),
             ],
-            ambient=[0, 0, 0],
-            background=[0, 0, 0],
             materials={"plain": phong([1, 1, 1], ambient=0, diffuse=1, specular=1, shininess=0)},
             camera=camera(position=corner + 2 * up, look_at=corner, up=first),
             sampling=sampled(1, 16, light=PATTERNS[number // 2 % 4]),
@@ -155,8 +154,7 @@ def _lit(
 def _radiance(light: Json, x: Floats, z: Floats, quality: FixedQuality) -> Floats:
     """Radiance (N,) of a white floor at places seen from straight above."""
     ground = rectangle([0, 0, 0], [8, 0, 0], [0, 0, 8])
-    white = {"plain": phong([1, 1, 1], ambient=0, diffuse=1)}
-    document = scene(ground, sphere([4, 9, 4], 1.0), lights=[light], materials=white, sampling=sampled(1, 16))
+    document = dark_scene(ground, sphere([4, 9, 4], 1.0), lights=[light], sampling=sampled(1, 16))
     zero, one = np.zeros(x.size), np.ones(x.size)
     return radiance(compiled(document, quality), np.stack((x, one, z)), np.stack((zero, -one, zero)))[0]
 
@@ -186,9 +184,6 @@ def _pictures() -> Iterator[Outcomes]:
         )
         image = renderer.render(compiled(document, quality)).image
         yield Outcome(25 * 17, tally(~np.isfinite(image).all(axis=2)))
-
-
-WHITE = {"plain": phong([1, 1, 1], ambient=0, diffuse=1)}
 
 
 def below_the_horizon() -> Iterator[Outcomes]:
@@ -225,7 +220,7 @@ def terminator() -> Iterator[Outcomes]:
         vertices, faces = grid(place, steps, 0.4 * np.sin(2.1 * x) * np.cos(1.7 * y))
         towards = place.way(np.cos(np.pi / 18), 0, np.sin(np.pi / 18))
         hills = mesh(vertices, faces, smooth=True)
-        document = scene(hills, lights=[sun(-towards, [1, 1, 1])], materials=WHITE, ambient=[0, 0, 0])
+        document = dark_scene(hills, lights=[sun(-towards, [1, 1, 1])])
         targets = place.at(*chosen.uniform(-1.9, 1.9, (2, 200)), 0)
         yield _at_terminator(document, targets, place, towards, QUALITIES[number % 2])
     yield _leaning()
@@ -236,12 +231,10 @@ def _half_below(quality: FixedQuality) -> Outcome:
     """A triangle whose normals lean towards a lamp, half of which is below its horizon."""
     leaning = triangle([-2, 0, 2], [2, 0, 2], [0, 0, -3], normals=[[1, 0.2, 0]] * 3)
     light = lamp([4, -1, -1], [0, 2, 0], [0, 0, 2], [1, 1, 1], visible=False)
-    document = scene(
+    document = dark_scene(
         leaning,
         sphere([0, 30, 0], 1.0),
         lights=[light],
-        materials=WHITE,
-        ambient=[0, 0, 0],
         sampling=sampled(1, 16),
     )
     x, z = np.random.default_rng(12).uniform(-0.5, 0.5, (2, 100))
@@ -256,7 +249,7 @@ def _half_below(quality: FixedQuality) -> Outcome:
 
 def _leaning() -> Outcome:
     """A triangle whose normals lean towards lights of all kinds below its horizon."""
-    document = scene(
+    document = dark_scene(
         triangle([-2, 0, 2], [2, 0, 2], [0, 0, -3], normals=[[1, 0.2, 0]] * 3),
         sphere([0, 30, 0], 1.0),
         lights=[
@@ -264,9 +257,6 @@ def _leaning() -> Outcome:
             sun([-1, 0.1, 0]),
             lamp([4, -1, -1], [0, 0.9, 0], [0, 0, 2], visible=False),
         ],
-        materials=WHITE,
-        ambient=[0, 0, 0],
-        background=[0, 0, 0],
         sampling=sampled(1, 9),
     )
     images = [renderer.render(compiled(document, quality)).image for quality in QUALITIES]
@@ -280,9 +270,9 @@ def _at_terminator(
     plan = compiled(document, quality)
     origins = targets + place.way(0, 0, 9)
     rays = np.ascontiguousarray(origins.T), np.ascontiguousarray((targets - origins).T)
-    met, seen = points(plan, *rays), radiance(plan, *rays)[0]
+    floor_points, seen = points(plan, *rays), radiance(plan, *rays)[0]
     visible = renderer.trace(plan, origins, targets - origins).visibility[:, 0]
-    true, shading = towards @ met.normals, towards @ met.shading_normals
+    true, shading = towards @ floor_points.normals, towards @ floor_points.shading_normals
     expected = np.where(true > 0, np.maximum(shading, 0.0), 0.0) * visible
     wrong = np.where(true > 0, np.abs(seen - expected) > 2.0**-20, seen != 0)
     return Outcome(true.size, tally(wrong), tally((shading > 0) & (true <= 0)))

@@ -174,10 +174,10 @@ def poles() -> Iterator[Outcomes]:
         across = rng.uniform(-widest, widest, (2, count))
         directions = np.stack((*across, np.full(count, -side)))
         origins = centers + np.array([[0.0], [0.0], [side]]) * radii - 2 * radii * directions
-        met = points(plan, origins, directions)
+        hits = points(plan, origins, directions)
         true = float(np.float32(ROWS[0 if side > 0 else -1] / 255))
         plain = in_both(partial(_latitudes, origins, directions, centers, radii))
-        wrong = tally(met.colors[0] != true) + count - met.count
+        wrong = tally(hits.colors[0] != true) + count - hits.count
         yield Outcome(count, wrong, *(tally(np.isnan(latitudes)) for latitudes in plain))
 
 
@@ -203,10 +203,10 @@ def no_numbers() -> Outcomes:
         warnings.simplefilter("always")
         parts = [_without_coordinates(uvs, filter_, codes) for uvs in NOWHERE for filter_ in MANY_FILTERS]
         plan = mapped(flat, codes=codes, filter_="bilinear", color_texture="map")
-        met = points(plan, origins.T.copy(), (targets - origins).T.copy())
+        hits = points(plan, origins.T.copy(), (targets - origins).T.copy())
     owners = list(corners.repeat(10, axis=0).transpose(1, 0, 2))
     plain = by_dtype(plain_weights, owners, origins, targets - origins)
-    return [*parts, Outcome(1000, met.count + len(raised), *(tally(~np.isfinite(each)) for each in plain))]
+    return [*parts, Outcome(1000, hits.count + len(raised), *(tally(~np.isfinite(each)) for each in plain))]
 
 
 NOWHERE: tuple[list[list[float]], ...] = (
@@ -224,8 +224,8 @@ def _without_coordinates(uvs: list[list[float]], filter_: str, codes: NDArray[An
     plan = mapped(shape, codes=codes, filter_=filter_, color_texture="map")
     x, z = np.random.default_rng(7).uniform(-3.9, -0.1, (2, 200))
     origins = np.stack((x, np.full(200, 3.0), z))
-    met = points(plan, origins, np.repeat(-UP, 200, axis=1))
-    return Outcome(200, tally(met.colors[0] != float(np.float32(77 / 255))) + 200 - met.count)
+    hits = points(plan, origins, np.repeat(-UP, 200, axis=1))
+    return Outcome(200, tally(hits.colors[0] != float(np.float32(77 / 255))) + 200 - hits.count)
 
 
 FIELDS = 4
@@ -255,10 +255,10 @@ def small_fields() -> Iterator[Outcomes]:
     for texture_ in (checker, image_):
         plan = compiled(board(texture_, 6000), DOUBLE, {"map": png(codes)})
         rows, columns = np.divmod(np.arange(48 * 48, dtype=np.float64), 48)
-        met = points(plan, plan.camera.position, plan.camera.directions(columns + 0.5, rows + 0.5))
+        hits = points(plan, plan.camera.position, plan.camera.directions(columns + 0.5, rows + 0.5))
         # A field is 0.1 units wide; the middle of the picture has the narrowest pixels.
-        far = met.t >= FIELDS * 0.1 / (2 * plan.camera.half_width / 48)
-        yield judged(np.abs(met.colors[0, far] - 0.5) * 32)
+        far = hits.t >= FIELDS * 0.1 / (2 * plan.camera.half_width / 48)
+        yield judged(np.abs(hits.colors[0, far] - 0.5) * 32)
 
 
 CASES: Cases = {

@@ -12,11 +12,11 @@ import schemas.textures as language
 from accuracy.hard_cases.documents import (
     Json,
     camera,
+    dark_scene,
     ellipsoid,
     mesh,
     phong,
     rectangle,
-    scene,
     sphere,
     sun,
     triangle,
@@ -62,11 +62,10 @@ def relief_scene(shape: Json, size: int, height: float, **changes: Any) -> Json:
     """A shape moved by the file `map`, before a camera of size x size pixels."""
     view = camera(position=[0.4, 0.7, 6], look_at=[0, 0, 0], vertical_fov=40, width=size, height=size)
     moved = {"displacement_map": "map", "displacement_height": height} if height else {}
-    return scene(
+    return dark_scene(
         shape,
         camera=view,
         lights=[sun([0.2, -0.1, -1], [1, 1, 1])],
-        ambient=[0, 0, 0],
         textures={"map": {"type": "image", "asset": "map", "encoding": "linear"}},
         materials={"plain": phong([1, 1, 1], ambient=0.0, diffuse=1.0, **moved)},
         **changes,

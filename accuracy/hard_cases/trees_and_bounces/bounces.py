@@ -10,7 +10,7 @@ import numpy as np
 
 import renderer
 from accuracy.hard_cases.documents import Json, camera, phong, rectangle, scene, sphere, triangle
-from accuracy.hard_cases.formulas import plain_fresnel, plain_meetings, true_fresnel
+from accuracy.hard_cases.formulas import plain_fresnel, plain_hits, true_fresnel
 from accuracy.hard_cases.harness import (
     DOUBLE,
     EPS,
@@ -138,11 +138,11 @@ def leaving_glass() -> Iterator[Outcomes]:
         origins = center + radius * np.stack((away * np.cos(turns), away * np.sin(turns), np.full(200, 3.0)))
         ball = scene(sphere(center[:, 0], radius), materials={"plain": GLASS})
         chain = through(ball, origins, directions)
-        met = np.zeros(200, dtype=np.int64)
+        hits = np.zeros(200, dtype=np.int64)
         for wave in chain:
-            met[wave.targets] += np.isfinite(wave.rays.t)
-        plain = in_both(partial(plain_meetings, center, radius, origins, directions))
-        yield Outcome(200, *(tally(number != 2) for number in (met, *plain)))
+            hits[wave.targets] += np.isfinite(wave.rays.t)
+        plain = in_both(partial(plain_hits, center, radius, origins, directions))
+        yield Outcome(200, *(tally(number != 2) for number in (hits, *plain)))
         if (radius, place) == (1.0, 0.0):
             yield Outcome(200, _wrong_turns(chain[2], origins))
 
@@ -286,8 +286,8 @@ def _next_wall(at: Pairs, along: Pairs) -> tuple[Integers, Pairs]:
     for axis, side in itertools.product(range(3), (-1, 1)):
         t = (side - at[:, axis]) / along[:, axis]
         places = np.delete(at + t[:, None] * along, axis, axis=1)
-        met = (t > STEP) & (np.abs(places) <= 1).all(axis=1) & (t < nearest)
-        nearest, wall = np.where(met, t, nearest), np.where(met, axis, wall)
+        hits = (t > STEP) & (np.abs(places) <= 1).all(axis=1) & (t < nearest)
+        nearest, wall = np.where(hits, t, nearest), np.where(hits, axis, wall)
     return wall, nearest
 
 

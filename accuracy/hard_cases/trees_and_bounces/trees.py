@@ -37,22 +37,9 @@ BoxTest = Callable[[Box, Pairs, Pairs], Masks]
 def nearest(
     corners: Floats, origins: Floats, directions: Floats, order: Integers | None = None
 ) -> tuple[Floats, Integers]:
-    """Distance and number of the nearest triangle of (T, 3, 3), of equal ones the first that was asked.
+    """Distance and number (N,) of the nearest triangle of (T, 3, 3), inf and -1 for a miss.
 
-    Parameters
-    ----------
-    corners : (T, 3, 3) float64
-        Triangle, vertex, coordinate.
-    origins, directions : (N, 3) float64
-    order : (T,) int64, optional
-        In which the triangles are asked; by number unless given.
-
-    Returns
-    -------
-    t : (N,) float64
-        inf for a miss.
-    first : (N,) int64
-        -1 for a miss.
+    Of equal ones the first that is asked: they are in the order of their numbers, or another (T,).
     """
     t, first = np.full(len(origins), np.inf), np.full(len(origins), -1)
     for number in np.arange(len(corners)) if order is None else order:
@@ -62,16 +49,16 @@ def nearest(
     return t, first
 
 
-def nearest_in_met_boxes(
-    corners: Floats, origins: Floats, directions: Floats, meets: BoxTest, dtype: type[np.floating]
+def nearest_in_hit_boxes(
+    corners: Floats, origins: Floats, directions: Floats, is_hit: BoxTest, dtype: type[np.floating]
 ) -> Floats:
     """Distance (N,) of the nearest triangle, where only those are asked whose box a test in `dtype` hits."""
     start, along = origins.astype(dtype), directions.astype(dtype)
     t = np.full(len(origins), np.inf)
     for face in corners:
         rays, found = _hits(face, origins, directions)
-        met = meets(box_of(face, dtype), start[rays], along[rays])
-        np.minimum.at(t, rays[met], found[met])
+        hit = is_hit(box_of(face, dtype), start[rays], along[rays])
+        np.minimum.at(t, rays[hit], found[hit])
     return t
 
 
@@ -148,7 +135,7 @@ def compared(
     number = np.where(hits.shape < 0, -1, hits.primitive)
     plain: list[int] = []
     if textbook is not None:
-        asked = in_both(partial(nearest_in_met_boxes, corners, origins, directions, textbook))
+        asked = in_both(partial(nearest_in_hit_boxes, corners, origins, directions, textbook))
         plain = [tally(found != t) for found in asked]
     return Outcome(len(t), tally((hits.t != t) | (number != first)), *plain)
 
