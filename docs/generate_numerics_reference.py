@@ -1,14 +1,15 @@
 """Write docs/numerics.md from the hard cases. Run it with ``python docs/generate_numerics_reference.py``.
 
 It tries every case, which takes up to a minute, and keeps the counts in docs/figures/hard_cases.json.
-The page is made from an introduction, the texts of the cases, these counts, and what
-``python -m benchmarks stability --runs 9 --out docs/figures/stability.json`` has measured.
+The page is made from an introduction, the texts of the cases in docs/numerics_cases.toml, these counts, and
+what ``python -m benchmarks stability --runs 9 --out docs/figures/stability.json`` has measured.
 """
 
 from __future__ import annotations
 
 import json
 import re
+import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +26,7 @@ COUNTS = PAGE.parent / "figures" / "hard_cases.json"
 COSTS = COUNTS.with_name("stability.json")
 INTRODUCTION = PAGE.with_name("numerics_introduction.txt")
 COSTS_TEXT = PAGE.with_name("numerics_costs.txt")
+CASES = PAGE.with_name("numerics_cases.toml")
 SCENES = PAGE.parent.parent / "scenes" / "hard"
 
 Counts = dict[str, dict[str, dict[str, Any]]]
@@ -38,6 +40,9 @@ TEXTS = {
     "What is right": "expected",
     "From": "source",
 }
+
+GEOMETRY = "geometry"
+"""Where a remedy comes from that names no source."""
 
 _SCENE_ROW = re.compile(r"\| \[(\w+)\.json\]\([^)]*\) \| (.*?) \| (.*?) \|")
 _CODE_OR_SIGN = re.compile(r"(`[^`]*`)|([*<])")
@@ -62,10 +67,13 @@ def of_outcome(outcome: Outcome) -> dict[str, Any]:
 def page() -> str:
     """Put the whole page together."""
     counts: Counts = json.loads(COUNTS.read_text(encoding="utf-8"))
+    texts = tomllib.loads(CASES.read_text(encoding="utf-8"))
     parts = [INTRODUCTION.read_text(encoding="utf-8"), summary(counts), costs(), *pictures()]
     for section in sections():
         parts.append(f"## {section.title}\n")
-        parts += [described(case, counts[section.title][case.name]) for case in section.cases]
+        parts += [
+            described(case, texts[case.heading], counts[section.title][case.name]) for case in section.cases
+        ]
     return "\n".join(parts)
 
 
@@ -154,10 +162,10 @@ def lowered(sentence: str) -> str:
     return sentence[0].lower() + sentence[1:]
 
 
-def described(case: Case, counts: dict[str, Any]) -> str:
+def described(case: Case, texts: dict[str, str], counts: dict[str, Any]) -> str:
     """All that is known about a case."""
     lines = [f"### {', '.join(case.ids)}: {marked(capitalised(case.name))}\n"]
-    lines += [f"- **{title}:** {marked(getattr(case, field))}" for title, field in TEXTS.items()]
+    lines += [f"- **{title}:** {marked(texts.get(field, GEOMETRY))}" for title, field in TEXTS.items()]
     return "\n".join([*lines, f"- **Tried:** {counted(counts)}", ""])
 
 

@@ -2,7 +2,7 @@
 
 import math
 import random
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
@@ -22,8 +22,9 @@ from accuracy.hard_cases.formulas import (
     through_the_screen,
 )
 from accuracy.hard_cases.harness import (
+    Cases,
     Outcome,
-    Section,
+    Outcomes,
     compiled,
     eps_of,
     exact,
@@ -31,14 +32,11 @@ from accuracy.hard_cases.harness import (
     judged,
     problems_of,
     tally,
-    total,
 )
 from accuracy.hard_cases.oracle import Triple, cross, minus, rational, unit
 from accuracy.hard_cases.oracle import dot as exact_dot
 from renderer.cameras import Pinhole, build_pinhole, disk
 from renderer.math.arrays import Floats, dot
-
-SECTION = Section("Cameras")
 
 CAMERAS = 400
 
@@ -107,15 +105,6 @@ def _whole(chosen: random.Random) -> list[float]:
     return [float(chosen.randint(-9, 9)) for _ in range(3)]
 
 
-@SECTION.case(
-    "A1: up along the view",
-    symptom="A camera that looks straight down or up gives a black picture, or one that is turned at random.",
-    cause="The product of view and up is zero or rounding, and is divided by its own length.",
-    remedy="Where the sine of the angle between them is at most 1e-9, the world axis with the smallest share "
-    "of the view is up, and a warning says so.",
-    expected="The basis with that axis up, each vector within 5 eps over the sine of its angle to the view; "
-    "orthonormal to 4 eps.",
-)
 def up_along_the_view() -> Outcome:
     """Views in whole numbers with a multiple of themselves as up, forwards and backwards."""
     chosen = random.Random("along")
@@ -133,17 +122,6 @@ def up_along_the_view() -> Outcome:
     return tried(poses)
 
 
-@SECTION.case(
-    "A2: view nearly along up",
-    symptom="The picture is turned or skewed by some degrees when the camera looks almost straight down.",
-    cause="The product of view and up is short, so that its rounding error is large beside it, and what is "
-    "formed from it is not perpendicular to the view.",
-    remedy="The basis is formed in float64; right is made perpendicular to the view once more, and up is the "
-    "product of the two.",
-    expected="Orthonormal to 4 eps; each vector within 5 eps over the sine of the angle between view and up, "
-    "which is from 1e-8 to 1e-2.",
-    source="geometry, in rational numbers",
-)
 def nearly_along_up() -> Outcome:
     """Angles from 1e-8 to 1e-2, in any direction and from any place."""
     chosen, poses = random.Random("nearly"), []
@@ -156,17 +134,9 @@ def nearly_along_up() -> Outcome:
     return tried(poses)
 
 
-@SECTION.case(
-    "A1: length of up",
-    symptom="The picture is black where up is written in very small or very large numbers.",
-    cause="The square of its length is 0 or infinite.",
-    remedy="Vectors are divided by their largest component before they are squared.",
-    expected="The same bytes for every length from 2^-1000 to 2^49; the basis to 4 eps as above.",
-    source="geometry, in rational numbers",
-)
-def length_of_up() -> Outcome:
+def length_of_up() -> Iterator[Outcomes]:
     """Powers of two, which change no digit."""
-    chosen, outcomes = random.Random("length"), []
+    chosen = random.Random("length")
     for exponent in (-1000, -600, -100, 49):
         pairs = []
         for _ in range(CAMERAS // 4):
@@ -174,21 +144,10 @@ def length_of_up() -> Outcome:
             pairs.append((plain, replace(plain, up=listed(np.ldexp(plain.up, exponent)))))
         changed = sum(basis_of(plain).tobytes() != basis_of(scaled).tobytes() for plain, scaled in pairs)
         outcome = tried([scaled for _, scaled in pairs])
-        outcomes.append(replace(outcome, wrong=outcome.wrong + changed))
-    return total(outcomes)
+        yield replace(outcome, wrong=outcome.wrong + changed)
 
 
-@SECTION.case(
-    "A3: a camera that looks at where it stands",
-    symptom="A black picture, and no word about why.",
-    cause="The view has no length; divided by it, every direction is NaN.",
-    remedy="Equal places are refused by both names, and so is a lens that would be focused nearer than "
-    "1e-100. Between other places, however near, the view is divided by its largest component first.",
-    expected="An error that names position and look_at; the basis, as above, for places that are 5e-324 and "
-    "more apart.",
-    source="geometry, in rational numbers",
-)
-def looks_nowhere() -> Outcome:
+def looks_nowhere() -> Outcomes:
     """The same place, the same number written otherwise, or after rounding; places some 5e-324 apart."""
     nowhere: list[Json] = [
         {"position": [1, 2, 3], "look_at": [1, 2, 3]},
@@ -202,11 +161,11 @@ def looks_nowhere() -> Outcome:
         look = [chosen.randint(-2000, 2000) * 5e-324 for _ in range(3)]
         if any(look):
             poses.append(Pose([0.0, 0.0, 0.0], look, direction(chosen)))
-    return total([let_through(nowhere, "'position'", "'look_at'"), tried(poses)])
+    return [let_through(nowhere, "'position'", "'look_at'"), tried(poses)]
 
 
 VISIBLE = 1e-3
-"""Pixels by which a ray of a formula may be off: nobody sees it."""
+"""Pixels by which a ray of a formula may be off: no one sees it."""
 
 
 def view_of(**changes: Any) -> Pinhole:
@@ -231,19 +190,10 @@ def off(view: Pinhole, found: Floats, true: Floats) -> int:
     return tally(~right)
 
 
-@SECTION.case(
-    "A4: field of view at its ends",
-    symptom="One colour all over: every pixel has the same ray. Or a picture of noise, beyond half a turn.",
-    cause="The tangent of 0 is 0, that of 90 degrees is 1.6e16 and not infinite, so nothing fails; in "
-    "float32 the step from pixel to pixel of a narrow view is below the spacing of directions.",
-    remedy="More than 0 and less than 180 degrees are accepted, nothing else; directions are float64.",
-    expected="An error that names vertical_fov; at 0.001 and 179.99 degrees as many finite directions as "
-    "pixels.",
-)
-def ends_of_the_field_of_view() -> Outcome:
+def ends_of_the_field_of_view() -> Iterator[Outcomes]:
     """640 columns from a turned camera."""
     bad = ({"vertical_fov": fov} for fov in (0, -10, 180, 200, math.nan, math.inf))
-    outcomes = [let_through(bad, "/camera/vertical_fov")]
+    yield let_through(bad, "/camera/vertical_fov")
     for fov in (1e-3, 179.99):
         view = view_of(position=[3, 1, 4], look_at=[1, 5, 9], vertical_fov=fov, width=640, height=640)
         x, y = centres(640, 10)
@@ -252,22 +202,7 @@ def ends_of_the_field_of_view() -> Outcome:
             x.size - len(np.unique(directions[:, np.isfinite(directions).all(axis=0)], axis=1).T)
             for directions in (view.directions(x, y), *plain)
         ]
-        outcomes.append(Outcome(x.size, *missing))
-    return total(outcomes)
-
-
-@SECTION.case(
-    "A5: a camera far from the origin",
-    symptom="Columns of pixels repeat each other, and the picture shakes when the camera moves.",
-    cause="A point of the screen is the camera's position plus an offset, rounded to the spacing of the "
-    "position; in float32 all 640 columns become one.",
-    remedy="A direction is formed from right, up and forward alone, and the origin is kept apart.",
-    expected="The same directions as at the origin, bit for bit. A formula's may be off by 1/1000 pixel.",
-)
-def far_from_the_origin() -> Outcome:
-    """Ten million units away, and as far as the scene language goes."""
-    places = ([1e7] * 3, [-(2.0**40), 3e12, 1e11], [9e14, -8e14, 7e14])
-    return total(moved_away(place, through_the_screen) for place in places)
+        yield Outcome(x.size, *missing)
 
 
 Formula = Callable[[Pinhole, Floats, Floats, Any], Floats]
@@ -289,27 +224,15 @@ def moved_away(place: list[float], formula: Formula, **lens: float) -> Outcome:
 SIZES = ((1920, 1), (1, 1080), (1, 1), (3, 2), (2, 3), (8192, 1))
 
 
-@SECTION.case(
-    "A6: pictures of one row, one column, one pixel",
-    symptom="The picture of a mirrored scene is not the mirrored picture; where width less 1 divides, one "
-    "of a single column is black.",
-    cause="2 x / width - 1 cancels next to the middle, and rounds differently to its left and to its right.",
-    remedy="A place is (2 x - width) / width of half the screen, for pixel centres x = i + 1/2.",
-    expected="Places within 4 eps of themselves; those opposite each other differ in sign alone, and the "
-    "middle of an odd number is 0.",
-    source="geometry, to 50 digits",
-)
-def thin_pictures() -> Outcome:
+def thin_pictures() -> Iterator[Outcomes]:
     """Places of all columns and rows."""
-    outcomes = []
     for width, height in SIZES:
         view = view_of(vertical_fov=50, width=width, height=height)
         across, down = view.screen(*(np.arange(n, dtype=np.float64) + 0.5 for n in (width, height)))
         for size, found, aspect in ((width, across, Fraction(width, height)), (height, -down, Fraction(1))):
             true, side = exact_places(size, aspect)
             plain = in_both(partial(plain_places, size, side))
-            outcomes.append(Outcome(size, *(misplaced(places, true) for places in (found, *plain))))
-    return total(outcomes)
+            yield Outcome(size, *(misplaced(places, true) for places in (found, *plain)))
 
 
 @exact
@@ -325,53 +248,20 @@ def misplaced(places: Floats, true: Floats) -> int:
     return tally(~right | (places != -places[::-1]))
 
 
-@SECTION.case(
-    "A7: focal length",
-    symptom="The picture is black where the focal length is written in very small or very large numbers.",
-    cause="The focal length multiplies offsets and distance alike; their squares leave the range of numbers, "
-    "and beside a position they round.",
-    remedy="It is divided out: a pinhole's picture does not depend on it.",
-    expected="The same bytes for 1e-100 to 1e15; otherwise, and for 0 and less, an error that names "
-    "focal_length.",
-)
-def focal_length() -> Outcome:
+def focal_length() -> Iterator[Outcomes]:
     """Every size that the scene language takes."""
     plain = view_of()
     x, y = centres(plain.width, plain.height)
     true = plain.directions(x, y)
     bad = ({"focal_length": f} for f in (0, -1, 1e-101, 1e30, math.nan))
-    outcomes = [let_through(bad, "/camera/focal_length")]
+    yield let_through(bad, "/camera/focal_length")
     for length in (1e-100, 1e-30, 1e-9, 0.035, 1e9, 1e15):
         found = view_of(focal_length=length).directions(x, y)
         textbook = in_both(partial(through_the_screen, plain, x, y, focal_length=length))
         wrong = tally((found != true).any(axis=0))
-        outcomes.append(Outcome(x.size, wrong, *(off(plain, each, true) for each in textbook)))
-    return total(outcomes)
+        yield Outcome(x.size, wrong, *(off(plain, each, true) for each in textbook))
 
 
-@SECTION.case(
-    "A8: a lens far from the origin",
-    symptom="What is in focus is blurred or in steps, the more the farther the camera is from the origin.",
-    cause="A ray from a place on the lens to a point in focus is a difference of two points, each rounded "
-    "to the spacing of the position.",
-    remedy="A direction is the pinhole's less the place on the lens over the distance of the focus.",
-    expected="The same directions as at the origin, bit for bit. A formula's may be off by 1/1000 pixel.",
-)
-def lens_far_from_the_origin() -> Outcome:
-    """As for the pinhole, with a place on the lens for each pixel."""
-    return total(
-        moved_away(place, between_points, lens_radius=0.5) for place in ([1e7] * 3, [9e14, -8e14, 7e14])
-    )
-
-
-@SECTION.case(
-    "A9: the middle of the lens",
-    symptom="A pixel that is NaN, once in very many samples.",
-    cause="The map from the square to the disk divides one coordinate by the other, and both are 0.",
-    remedy="The quotient is taken as 0 there.",
-    expected="Places within 4 eps of the map's, of radius 1, which keeps areas.",
-    source="Shirley, Chiu 1997, A low distortion map between disk and square; to 50 digits",
-)
 def middle_of_the_lens() -> Outcome:
     """Places on the axes, on the diagonals, at the corners and in the middle."""
     steps = np.arange(33) / 32
@@ -392,3 +282,22 @@ def on_the_disk(x: float, y: float) -> tuple[float, float]:
     turn = mpmath.pi / 4 * mpmath.mpf(other) / radius if radius else mpmath.mpf(0)
     near, far = float(radius * mpmath.cos(turn)), float(radius * mpmath.sin(turn))
     return (near, far) if abs(x) > abs(y) else (far, near)
+
+
+CASES: Cases = {
+    "A1: up along the view": up_along_the_view,
+    "A2: view nearly along up": nearly_along_up,
+    "A1: length of up": length_of_up,
+    "A3: a camera that looks at where it stands": looks_nowhere,
+    "A4: field of view at its ends": ends_of_the_field_of_view,
+    "A5: a camera far from the origin": lambda: (
+        moved_away(place, through_the_screen)
+        for place in ([1e7] * 3, [-(2.0**40), 3e12, 1e11], [9e14, -8e14, 7e14])
+    ),
+    "A6: pictures of one row, one column, one pixel": thin_pictures,
+    "A7: focal length": focal_length,
+    "A8: a lens far from the origin": lambda: (
+        moved_away(place, between_points, lens_radius=0.5) for place in ([1e7] * 3, [9e14, -8e14, 7e14])
+    ),
+    "A9: the middle of the lens": middle_of_the_lens,
+}

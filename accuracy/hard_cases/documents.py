@@ -114,6 +114,12 @@ def scene(*shapes: Json, lights: Any = (), **changes: Any) -> Json:
     }
 
 
+def dark_scene(*shapes: Json, **changes: Any) -> Json:
+    """A scene where nothing but lights shines, on white matt shapes unless changed."""
+    white = {"plain": phong([1, 1, 1], ambient=0, diffuse=1)}
+    return scene(*shapes, **{"ambient": [0, 0, 0], "background": [0, 0, 0], "materials": white, **changes})
+
+
 def room() -> list[Json]:
     """Floor, ceiling, back and side walls that share corners and edges bit for bit."""
     return [

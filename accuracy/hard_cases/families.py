@@ -63,26 +63,16 @@ def _at_triangle(chosen: random.Random, corners: list[list[float]], distance: fl
     return towards(chosen, sum(weights[:, None] * np.array(corners)), distance)
 
 
-def triangles(make: Make) -> Family:
-    """Triangles, with rays at them and beside them from three times their size."""
+def triangles(make: Make, name: str = "", distance: Draw | None = None) -> Family:
+    """Triangles, with rays at them and beside them from three times their size, or from a distance."""
 
     def draw(chosen: random.Random) -> Drawn:
         corners = make(chosen)
         size = max(float(np.linalg.norm(np.array(a) - b)) for a, b in itertools.combinations(corners, 2))
-        return triangle(*corners), lambda: _at_triangle(chosen, corners, 3.0 * size)
+        away = distance or (lambda _: 3.0 * size)
+        return triangle(*corners), lambda: _at_triangle(chosen, corners, away(chosen))
 
-    return family(make.__name__, draw, MANY)
-
-
-def long_rays() -> Family:
-    """Ordinary triangles from 1e3 to 3e6 units away."""
-
-    def draw(chosen: random.Random) -> Drawn:
-        corners = ordinary(chosen)
-        far = between(3, 6.5)
-        return triangle(*corners), lambda: _at_triangle(chosen, corners, far(chosen))
-
-    return family("long", draw, MANY)
+    return family(name or make.__name__, draw, MANY)
 
 
 def ordinary(chosen: random.Random) -> list[list[float]]:
@@ -186,7 +176,7 @@ FLAT: dict[str, Callable[[], Family]] = {
     "tiny triangles": lambda: triangles(tiny),
     "huge triangles": lambda: triangles(huge),
     "triangles far from the origin": lambda: triangles(offset),
-    "long rays": long_rays,
+    "long rays": lambda: triangles(ordinary, "long", between(3, 6.5)),
     "triangles at a grazing angle": lambda: grazing("triangle"),
     "rectangles at a grazing angle": lambda: grazing("rectangle"),
     "skew parallelograms": lambda: rectangles(skew),

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from accuracy.hard_cases import formulas, solids
+from accuracy.hard_cases import formulas, scoring, solids
 from accuracy.hard_cases.documents import Json, mesh, rectangle, scene, triangle
-from accuracy.hard_cases.families import FamilyCase, Ray
+from accuracy.hard_cases.families import FLAT, FamilyCase, Ray
 from accuracy.hard_cases.formulas import Formula
-from accuracy.hard_cases.harness import Outcome, in_both, tally, total, traced
-from accuracy.hard_cases.scoring import Textbook
+from accuracy.hard_cases.harness import Outcome, Outcomes, in_both, tally, traced
+from accuracy.hard_cases.scoring import Textbook, flat_details, rounded
 from renderer.math.arrays import Floats, Integers, Masks, Pairs
 from schemas.reading import read_scene
 
@@ -39,34 +39,27 @@ class Surface:
     directions: Floats
 
 
-def leaks(surfaces: Iterator[Surface], formula: Formula) -> Outcome:
+def leaks(surfaces: Iterator[Surface], formula: Formula) -> Outcomes:
     """Rays that the renderer, and a formula in both precisions, let through."""
-    return total(_leaks_of(surface, formula) for surface in surfaces)
+    return (_leaks_of(each, formula) for each in surfaces)
 
 
-def _leaks_of(surface: Surface, formula: Formula) -> Outcome:
-    hits = traced(surface.shapes, surface.origins, surface.directions)
-    met = met_any(formula, surface.parts, surface.origins, surface.directions)
-    return Outcome(len(hits.t), tally(hits.shape < 0), *(tally(~each) for each in met))
+def _leaks_of(each: Surface, formula: Formula) -> Outcome:
+    hits = traced(each.shapes, each.origins, each.directions)
+    found = hits_any(formula, each.parts, each.origins, each.directions)
+    return Outcome(len(hits.t), tally(hits.shape < 0), *(tally(~mask) for mask in found))
 
 
-def met_any(formula: Formula, parts: Floats, origins: Floats, directions: Floats) -> list[Masks]:
+def hits_any(formula: Formula, parts: Floats, origins: Floats, directions: Floats) -> list[Masks]:
     """Whether a formula finds rays (N, 3) to hit any of some shapes (K, 3, 3), (N,), in both precisions."""
     vectors = list(parts.transpose(1, 0, 2)[:, None])
     found = formulas.by_dtype(formula, vectors, origins[:, None], directions[:, None])
     return [np.asarray(np.isfinite(t).any(axis=1)) for t in found]
 
 
-def of_triangles(corners: Floats, origins: Floats, targets: Floats) -> Surface:
-    """Triangles (K, 3, 3) and rays from origins through targets."""
-    shapes = [triangle(*rows) for rows in corners.tolist()]
-    return Surface(shapes, corners, origins, targets - origins)
-
-
-def of_rectangles(parts: Floats, origins: Floats, targets: Floats) -> Surface:
-    """Rectangles by corner and edges (K, 3, 3), and rays from origins through targets."""
-    shapes = [rectangle(*rows) for rows in parts.tolist()]
-    return Surface(shapes, parts, origins, targets - origins)
+def surface(make: Callable[..., Json], parts: Floats, origins: Floats, targets: Floats) -> Surface:
+    """Shapes of three vectors each (K, 3, 3), and rays from origins through targets."""
+    return Surface([make(*rows) for rows in parts.tolist()], parts, origins, targets - origins)
 
 
 def pairs_of_triangles() -> Iterator[Surface]:
@@ -79,7 +72,7 @@ def pairs_of_triangles() -> Iterator[Surface]:
         targets = b + np.outer(rng.uniform(0.05, 0.95, 20), c - b)
         normal = np.cross(b - a, c - a)
         origins = targets + normal / np.linalg.norm(normal) * 3 + rng.normal(size=(20, 3)) * 0.3
-        yield of_triangles(np.array([[a, b, c], [d, c, b]]), origins, targets)
+        yield surface(triangle, np.array([[a, b, c], [d, c, b]]), origins, targets)
 
 
 def pairs_in_whole_numbers() -> Iterator[Surface]:
@@ -94,8 +87,8 @@ def pairs_in_whole_numbers() -> Iterator[Surface]:
         between = (normals @ (a - b)) * (normals @ (d - b)) < 0
         targets = b + np.outer(rng.integers(1, 8, 100), along)[between]
         c = b + 8 * along
-        yield of_triangles(
-            np.array([[a, b, c], [d, c, b]], dtype=float), targets - 3 * ways[between], targets
+        yield surface(
+            triangle, np.array([[a, b, c], [d, c, b]], dtype=float), targets - 3 * ways[between], targets
         )
 
 
@@ -108,7 +101,7 @@ def fans() -> Iterator[Surface]:
         ring = apex + np.column_stack((np.cos(turns), np.sin(turns), rng.uniform(-0.3, 0.3, 6)))
         corners = np.stack((np.broadcast_to(apex, ring.shape), ring, np.roll(ring, -1, axis=0)), axis=1)
         origins = apex + [0, 0, 4] + rng.normal(size=(20, 3)) * 0.5
-        yield of_triangles(corners, origins, np.broadcast_to(apex, origins.shape))
+        yield surface(triangle, corners, origins, np.broadcast_to(apex, origins.shape))
 
 
 def corners_of_rooms() -> Iterator[Surface]:
@@ -130,7 +123,7 @@ def _two_walls(rng: np.random.Generator, edges: Floats) -> Surface:
     corner, (shared, left, right) = rng.normal(size=3), edges
     origins = np.broadcast_to(corner + 0.5 * shared + 0.7 * left + 0.7 * right, (20, 3))
     targets = corner + np.outer(rng.uniform(0.01, 0.99, 20), shared)
-    return of_rectangles(np.array([[corner, shared, left], [corner, shared, right]]), origins, targets)
+    return surface(rectangle, np.array([[corner, shared, left], [corner, shared, right]]), origins, targets)
 
 
 def sheets_in_whole_numbers() -> Iterator[Surface]:
@@ -145,7 +138,7 @@ def sheets_in_whole_numbers() -> Iterator[Surface]:
         targets, ways = corner + shares @ np.array([first, second]), rng.integers(-160, 161, (40, 3))
         across = ways @ np.cross(first, second) != 0
         parts = np.array([[place, first, second] for place in around])
-        yield of_rectangles(parts, (targets - 3 * ways)[across], targets[across])
+        yield surface(rectangle, parts, (targets - 3 * ways)[across], targets[across])
 
 
 def turned_boxes() -> Iterator[Surface]:
@@ -212,7 +205,7 @@ def _lost(formula: Formula, corners: Floats, near: Masks, origins: Floats, direc
     counts = []
     for number, t in enumerate(formulas.by_dtype(formula, parts, origins[rays], directions[rays])):
         through = np.flatnonzero(np.bincount(rays, weights=np.isfinite(t)) == 0)
-        counts.append(tally(~met_any(formula, corners, origins[through], directions[through])[number]))
+        counts.append(tally(~hits_any(formula, corners, origins[through], directions[through])[number]))
     return counts
 
 
@@ -264,9 +257,9 @@ def planes(seed: int, reach: int) -> Iterator[tuple[Plane, np.random.Generator]]
             yield plane, rng
 
 
-def along_the_plane(kind: str) -> Outcome:
+def along_the_plane(kind: str) -> Outcomes:
     """Rays along the plane, half of them in it. Right is a miss, or in the plane a hit within the shape."""
-    return total(_along(kind, plane, rng) for plane, rng in planes(1, SMALL))
+    return (_along(kind, plane, rng) for plane, rng in planes(1, SMALL))
 
 
 def _along(kind: str, plane: Plane, rng: np.random.Generator) -> Outcome:
@@ -293,9 +286,9 @@ def _depths(plane: Plane, origins: Floats, directions: Floats) -> tuple[Floats, 
     return low - (high - low) / 1000, high + (high - low) / 1000
 
 
-def from_the_plane(kind: str) -> Outcome:
+def from_the_plane(kind: str) -> Outcomes:
     """Rays that begin on the shape, in eighths of its edges, and go anywhere. Right is a miss."""
-    return total(_from(kind, plane, rng) for plane, rng in planes(2, LARGE))
+    return (_from(kind, plane, rng) for plane, rng in planes(2, LARGE))
 
 
 def _from(kind: str, plane: Plane, rng: np.random.Generator) -> Outcome:
@@ -321,6 +314,11 @@ def _outcome(
     return Outcome(RAYS, *(tally(~right(t)) for t in (found, *textbook)))
 
 
+def tried(family: str, textbook: Textbook) -> Outcomes:
+    """A family of rays at flat shapes: hit or miss, t and what comes with it, right but for rounding."""
+    return scoring.tried(FLAT[family](), textbook, double=rounded(np.float64), details=flat_details)
+
+
 PARTS = ("vertices", "corner", "edges")
 """What lengths a flat shape has."""
 
@@ -328,9 +326,9 @@ UNITS = (-40, -13, 7, 40)
 """Powers of two by which a scene is scaled."""
 
 
-def scaled(family: Iterable[FamilyCase], textbook: Textbook) -> Outcome:
+def scaled(family: Iterable[FamilyCase], textbook: Textbook) -> Outcomes:
     """Shapes and rays in other units: wrong is every t that is not the same bit for bit."""
-    return total(_scaled(document, rays, textbook) for document, rays in family)
+    return (_scaled(document, rays, textbook) for document, rays in family)
 
 
 def _scaled(document: Json, rays: list[Ray], textbook: Textbook) -> Outcome:

@@ -266,7 +266,7 @@ def true_fresnel(cosine: float, ratio: float) -> float:
     return float((across**2 + along**2) / 2)
 
 
-def plain_meetings(center: Pairs, radius: float, origins: Pairs, directions: Pairs, dtype: Any) -> Integers:
+def plain_hits(center: Pairs, radius: float, origins: Pairs, directions: Pairs, dtype: Any) -> Integers:
     """How often refracted rays (3, N) hit a sphere, if each starts where `t > 1e-4`, (N,)."""
     center, origins, directions = (part.astype(dtype) for part in (center, origins, directions))
     radius = dtype(radius)

@@ -5,9 +5,10 @@ exact numbers or closed forms say; an `exact` answer has 50 digits, whoever asks
 """
 
 import io
+import itertools
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import wraps
 from typing import Any, ParamSpec, TypeVar
 
@@ -27,7 +28,7 @@ from schemas.problems import Problem
 from schemas.quality import FixedQuality
 from schemas.reading import read_scene
 
-__all__ = ["EPS", "Case", "Outcome", "Section"]
+__all__ = ["EPS", "Case", "Cases", "Outcome", "Section"]
 
 SINGLE = FixedQuality(mode="fixed", precision="single")
 DOUBLE = FixedQuality(mode="fixed", precision="double")
@@ -86,9 +87,13 @@ def judged(errors: Floats, *textbook: ArrayLike) -> Outcome:
     return replace(outcome, worst=float(right.max(initial=0.0)))
 
 
-def total(outcomes: Iterable[Outcome]) -> Outcome:
+Outcomes = Outcome | Iterable["Outcomes"]
+"""One outcome, or those of the parts of a case, however they are nested."""
+
+
+def total(outcomes: Outcomes) -> Outcome:
     """Several outcomes of one case as one."""
-    parts = list(outcomes)
+    parts = list(each_of(outcomes))
     return Outcome(
         tried=sum(part.tried for part in parts),
         wrong=sum(part.wrong for part in parts),
@@ -96,6 +101,15 @@ def total(outcomes: Iterable[Outcome]) -> Outcome:
         textbook_single=_sum(part.textbook_single for part in parts),
         worst=max((part.worst for part in parts if part.worst is not None), default=None),
     )
+
+
+def each_of(outcomes: Outcomes) -> Iterator[Outcome]:
+    """The outcomes of all parts, each as soon as it is there."""
+    if isinstance(outcomes, Outcome):
+        yield outcomes
+    else:
+        for part in outcomes:
+            yield from each_of(part)
 
 
 def _sum(counts: Iterable[int | None]) -> int | None:
@@ -108,6 +122,10 @@ def plain_only(*textbook: int | None) -> Outcome:
     return Outcome(0, 0, *textbook)
 
 
+Cases = Mapping[str, Callable[[], Outcomes]]
+"""What tries each case, by its heading, such as "A1, A2: name"; docs/numerics_cases.toml describes them."""
+
+
 @dataclass(frozen=True, slots=True)
 class Case:
     """One hard case.
@@ -118,54 +136,40 @@ class Case:
         Its numbers in the catalogue: the letter of its section and a number.
     name : str
         In words.
-    symptom, cause, remedy, expected, source : str
-        What users see where it goes wrong; why plain code fails; what is done here; what counts as right,
-        with its tolerance; where the remedy comes from. One sentence or two each.
-    run : callable
-        Tries the case.
+    outcomes : callable
+        Tries the case, part by part.
     """
 
     ids: tuple[str, ...]
     name: str
-    symptom: str
-    cause: str
-    remedy: str
-    expected: str
-    source: str
-    run: Callable[[], Outcome]
+    outcomes: Callable[[], Outcomes]
+
+    def run(self) -> Outcome:
+        """Try the whole case."""
+        return total(self.outcomes())
+
+    @property
+    def heading(self) -> str:
+        """Its numbers and its name."""
+        return f"{', '.join(self.ids)}: {self.name}"
 
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """Cases that belong together.
-
-    Attributes
-    ----------
-    title : str
-    cases : list of Case
-    """
+    """Cases that belong together, under a title."""
 
     title: str
-    cases: list[Case] = field(default_factory=list)
-
-    def case(
-        self, heading: str, *, symptom: str, cause: str, remedy: str, expected: str, source: str = "geometry"
-    ) -> Callable[[Callable[[], Outcome]], Callable[[], Outcome]]:
-        """Make a function a case of this section, under a heading "A1, A2: name"; the rest as for `Case`."""
-        ids, name = heading.split(": ", 1)
-
-        def add(run: Callable[[], Outcome]) -> Callable[[], Outcome]:
-            self.cases.append(
-                Case(tuple(ids.split(", ")), name, symptom, cause, remedy, expected, source, run)
-            )
-            return run
-
-        return add
+    cases: tuple[Case, ...]
 
 
-def gathered(title: str, *parts: Section) -> Section:
-    """One section of all cases of its parts, in their order."""
-    return Section(title, [case for part in parts for case in part.cases])
+def section(title: str, *parts: Cases) -> Section:
+    """All cases of some tables, in their order."""
+    return Section(title, tuple(itertools.starmap(_case, itertools.chain(*(part.items() for part in parts)))))
+
+
+def _case(heading: str, outcomes: Callable[[], Outcomes]) -> Case:
+    ids, name = heading.split(": ", 1)
+    return Case(tuple(ids.split(", ")), name, outcomes)
 
 
 def problems_of(source: Json | bytes) -> list[Problem]:

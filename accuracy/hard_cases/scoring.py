@@ -18,7 +18,7 @@ import renderer
 from accuracy.hard_cases import oracle
 from accuracy.hard_cases.documents import scene
 from accuracy.hard_cases.families import FamilyCase
-from accuracy.hard_cases.harness import EPS, Outcome, compiled, eps_of, judged, total
+from accuracy.hard_cases.harness import EPS, Outcome, Outcomes, compiled, eps_of, judged
 from accuracy.hard_cases.oracle import Answer
 from renderer.math.arrays import Floats
 from schemas.reading import read_scene
@@ -83,12 +83,12 @@ def tried(
     double: Tolerance = DOUBLE_TOLERANCE,
     single: Tolerance = SINGLE_TOLERANCE,
     details: Details | None = None,
-) -> Outcome:
+) -> Outcomes:
     """Ask `renderer.trace`, and the textbook's formula in both precisions, about a family of rays.
 
     `details` judges what the renderer says beside t.
     """
-    return total(_tried(case, textbook, (double, single), details) for case in family)
+    return (_tried(case, textbook, (double, single), details) for case in family)
 
 
 def _tried(

@@ -5,40 +5,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from accuracy.hard_cases.documents import Json, rectangle, triangle
-from accuracy.hard_cases.harness import tally
+from accuracy.hard_cases.documents import Json, triangle
 
 Floats = np.ndarray
-
-
-def box(corner: list[float], size: float) -> list[Json]:
-    """Six rectangles, each edge of the box written twice from the same corner or from its end."""
-    x, y, z = corner
-    a, b, c = [size, 0.0, 0.0], [0.0, size, 0.0], [0.0, 0.0, size]
-    return [
-        rectangle(corner, a, b),
-        rectangle(corner, b, c),
-        rectangle(corner, c, a),
-        rectangle([x, y, z + size], a, b),
-        rectangle([x + size, y, z], b, c),
-        rectangle([x, y + size, z], c, a),
-    ]
-
-
-def box_corners(corner: list[float], size: float) -> Floats:
-    """Its eight corners, (8, 3)."""
-    return np.array(
-        [
-            [x + size * s for x, s in zip(corner, side, strict=True)]
-            for side in itertools.product((0, 1), repeat=3)
-        ]
-    )
-
-
-def box_edges(corner: list[float], size: float) -> list[tuple[Floats, Floats]]:
-    """Its twelve edges as pairs of corners."""
-    corners = box_corners(corner, size)
-    return [(a, b) for a, b in itertools.combinations(corners, 2) if tally(a != b) == 1]
 
 
 def turned_box(center: Floats, axes: Floats, size: float) -> list[Json]:

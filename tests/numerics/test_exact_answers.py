@@ -11,10 +11,8 @@ import numpy as np
 import pytest
 
 import accuracy.hard_cases
-from accuracy.hard_cases import cameras, formulas, harness, oracle
+from accuracy.hard_cases import cameras, ellipsoids, formulas, harness, oracle, phong
 from accuracy.hard_cases.documents import ellipsoid, scene
-from accuracy.hard_cases.ellipsoids import surfaces
-from accuracy.hard_cases.phong import highlights, normals
 from accuracy.hard_cases.samples_and_output import output, samples
 from accuracy.hard_cases.scene_values import values
 from schemas.reading import read_scene
@@ -40,10 +38,10 @@ ORACLES: dict[str, Callable[[], Any]] = {
     "places on a lens": lambda: [cameras.on_the_disk(*place) for place in PLACES],
     "texture coordinates of ellipsoids": texture_coordinates,
     "texture coordinates at poles": lambda: [
-        surfaces.exact_coordinates(*p, -1) for p in PLACES if sum(p) < 1
+        ellipsoids.exact_coordinates(*p, -1) for p in PLACES if sum(p) < 1
     ],
-    "highlights": lambda: highlights.exact_highlights(LIGHT, np.abs(VECTORS), 20.5).tolist(),
-    "reflections": lambda: normals.exact_reflections(VECTORS, VECTORS[:, ::-1]).tolist(),
+    "highlights": lambda: phong.exact_highlights(LIGHT, np.abs(VECTORS), 20.5).tolist(),
+    "reflections": lambda: phong.exact_reflections(VECTORS, VECTORS[:, ::-1]).tolist(),
     "Fresnel's shares": lambda: [formulas.true_fresnel(x, y) for x, y in PLACES],
     "turned grids": lambda: samples.wrapped(20),
     "the curve of sRGB": lambda: [output.curve_of(x) for x, _ in PLACES],

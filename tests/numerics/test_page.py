@@ -1,4 +1,4 @@
-"""docs/numerics.md lists every hard case, in the words of the case."""
+"""docs/numerics.md describes every hard case, in the words of docs/numerics_cases.toml."""
 
 import runpy
 from typing import Any
@@ -15,10 +15,18 @@ def generator() -> dict[str, Any]:
     return runpy.run_path(str(ROOT / "docs" / "generate_numerics_reference.py"))
 
 
+def test_every_case_has_its_texts_and_no_text_is_without_a_case(generator: dict[str, Any]) -> None:
+    texts = generator["tomllib"].loads(generator["CASES"].read_text(encoding="utf-8"))
+    assert list(texts) == [case.heading for section in sections() for case in section.cases]
+    fields = set(generator["TEXTS"].values())
+    for heading, text in texts.items():
+        assert fields - {"source"} <= text.keys() <= fields, heading
+
+
 def test_every_case_has_counts_and_none_of_them_is_wrong(generator: dict[str, Any]) -> None:
     counts = generator["json"].loads(generator["COUNTS"].read_text(encoding="utf-8"))
-    listed = [(section, case) for section, cases in counts.items() for case in cases]
-    assert listed == [(section.title, case.name) for section in sections() for case in section.cases], (
+    counted = [(section, case) for section, cases in counts.items() for case in cases]
+    assert counted == [(section.title, case.name) for section in sections() for case in section.cases], (
         "run python docs/generate_numerics_reference.py"
     )
     assert {case["wrong"] for cases in counts.values() for case in cases.values()} == {0}
@@ -29,7 +37,7 @@ def test_the_page_is_made_of_the_texts_of_the_cases_and_their_counts(generator: 
     assert generator["page"]() == page, "run python docs/generate_numerics_reference.py"
 
 
-def test_the_page_has_the_price_and_the_errors_of_what_the_benchmark_measures(
+def test_the_page_gives_the_price_and_the_errors_of_what_the_benchmark_measures(
     generator: dict[str, Any],
 ) -> None:
     measured = generator["json"].loads(generator["COSTS"].read_text(encoding="utf-8"))["stability"]

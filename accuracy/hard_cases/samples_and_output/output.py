@@ -3,6 +3,7 @@
 import io
 import math
 import warnings
+from collections.abc import Iterator
 from functools import partial
 
 import mpmath
@@ -14,20 +15,18 @@ import renderer
 from accuracy.hard_cases.documents import Json, bulb, camera, lamp, phong, rectangle, room, scene
 from accuracy.hard_cases.harness import (
     EPS,
+    Cases,
     Outcome,
-    Section,
+    Outcomes,
     compiled,
     exact,
     in_both,
     plain_only,
     tally,
-    total,
 )
 from renderer.images.colors import linear_from_srgb, srgb_from_linear
 from renderer.images.files import displayed, encode_png
 from schemas.display import Display
-
-SECTION = Section("Output")
 
 Values = NDArray[np.floating]
 Codes = NDArray[np.uint8]
@@ -72,26 +71,16 @@ def plain_codes(values: Values, dtype: type[np.floating]) -> Codes:
     return (values.astype(dtype) * dtype(255)).astype(np.uint8)
 
 
-@SECTION.case(
-    "I6: numbers that are no brightness",
-    symptom="Black specks in the middle of the sun; colours that wrap round from white to black.",
-    cause="A cast of NaN, infinity, or more than 255 to a byte gives any number; clipping keeps NaN.",
-    remedy="NaN is black, and so is less than 0; what is more than 1, infinity too, is white. The result "
-    "counts pixels that are NaN or beyond float32.",
-    expected="The code of the exact value for every exposure and both curves.",
-)
-def no_brightness() -> Outcome:
+def no_brightness() -> Iterator[Outcomes]:
     """NaN, infinities, zeros, the smallest and the largest numbers, and some between."""
     ends = [math.nan, math.inf, -math.inf, 0.0, -0.0, 5e-324, 1e-45, 1e300, -1e300, 3.4e38, 1e30, -0.2, 1.7]
     values = np.array([*ends, *np.random.default_rng(7).random(50)])
-    outcomes = []
     for display in DISPLAYS:
         true = np.array([code(x, display) for x in values.tolist()])
         plain = (tally(codes != true) for codes in in_both(partial(plain_codes, values)))
         unexposed = display.exposure == 0 and display.transfer == "linear"
         wrong = tally(codes_of(values, display) != true)
-        outcomes.append(Outcome(values.size, wrong, *(plain if unexposed else ())))
-    return total(outcomes)
+        yield Outcome(values.size, wrong, *(plain if unexposed else ()))
 
 
 def truncated(linear: Values, dtype: type[np.floating]) -> Codes:
@@ -103,15 +92,7 @@ def truncated(linear: Values, dtype: type[np.floating]) -> Codes:
     return plain_codes(shown, dtype)
 
 
-@SECTION.case(
-    "I7: all codes there and back",
-    symptom="A picture that is used as a texture comes out one shade darker, in bands.",
-    cause="A code that comes back as 126.9999 is cut off to 126.",
-    remedy="Codes are rounded to the nearest.",
-    expected="All 256 codes, in both curves, and from a PNG file.",
-    source="IEC 61966-2-1",
-)
-def there_and_back() -> Outcome:
+def there_and_back() -> Outcomes:
     """Code to linear value and back again."""
     codes = np.arange(256)
     linear = linear_from_srgb((codes / 255).astype(np.float32))
@@ -122,18 +103,9 @@ def there_and_back() -> Outcome:
     found = (codes_of(linear, Display()), *read.T)
     evenly = codes_of((codes / 255).astype(np.float32), Display(transfer="linear"))
     outcomes = [Outcome(256, tally(f != codes)) for f in (*found, evenly)]
-    return total([*outcomes, plain_only(*plain)])
+    return [*outcomes, plain_only(*plain)]
 
 
-@SECTION.case(
-    "I8: the toe of the curve",
-    symptom="A warning about invalid numbers, or NaN, from pixels that are a little below 0.",
-    cause="The curve has two branches, and an array goes through both: a negative number's power is NaN.",
-    remedy="Values are clipped to 0..1 before the curve.",
-    expected="Values within 8 eps of the curve's, which falls by 3e-8 where its branches meet; no code for "
-    "more light is smaller; no warning.",
-    source="IEC 61966-2-1, to 50 digits",
-)
 def toe_of_the_curve() -> Outcome:
     """Around the joint, near 0 and 1, and below 0."""
     toe = 0.0031308
@@ -151,27 +123,16 @@ def toe_of_the_curve() -> Outcome:
     return Outcome(inside.size + climbing.size, wrong, *(tally(np.isnan(each)) for each in powers))
 
 
-@SECTION.case(
-    "I9: very bright and quite black",
-    symptom="The brightest part of a picture is black; a scene without light is grey or NaN.",
-    cause="A product of brightness and colour leaves float32, and infinity times 0 is NaN.",
-    remedy="Radiance is float64; what is beyond float32 in a pixel is the largest float32, and counted.",
-    expected="White and no count; white and each pixel counted; black. No NaN, no warning.",
-)
-def bright_and_black() -> Outcome:
+def bright_and_black() -> Outcomes:
     """Lights of 1e30, a surface that is beyond float32, and a room without light."""
     floor = rectangle([-90, 0, -90], [0, 0, 180], [180, 0, 0])
     glaring = {"plain": phong([1e30] * 3, ambient=1e30)}
     down = camera(position=[0, 5, 0.5], look_at=[0, 0, 0])
     dark = {"background": [0, 0, 0], "ambient": [0, 0, 0]}
-    return total(
-        (
-            _shown(255, 0, scene(floor, camera=down, lights=[bulb([0, 9, 0], [1e30] * 3)])),
-            _shown(255, 24 * 16, scene(floor, camera=down, ambient=[1e30] * 3, materials=glaring)),
-            _shown(
-                0, 0, scene(*room(), lights=[lamp(*CEILING, [0, 0, 0]), bulb([0, 2, 0], [0, 0, 0])], **dark)
-            ),
-        )
+    return (
+        _shown(255, 0, scene(floor, camera=down, lights=[bulb([0, 9, 0], [1e30] * 3)])),
+        _shown(255, 24 * 16, scene(floor, camera=down, ambient=[1e30] * 3, materials=glaring)),
+        _shown(0, 0, scene(*room(), lights=[lamp(*CEILING, [0, 0, 0]), bulb([0, 2, 0], [0, 0, 0])], **dark)),
     )
 
 
@@ -189,3 +150,11 @@ def _shown(expected: int, clamped: int, document: Json) -> Outcome:
     with np.errstate(all="ignore"):
         plain = plain_codes(result.image, np.float32)
     return Outcome(codes.size, wrong, tally(plain != expected))
+
+
+CASES: Cases = {
+    "I6: numbers that are no brightness": no_brightness,
+    "I7: all codes there and back": there_and_back,
+    "I8: the toe of the curve": toe_of_the_curve,
+    "I9: very bright and quite black": bright_and_black,
+}

@@ -14,14 +14,14 @@ import renderer
 from accuracy.hard_cases.documents import bulb, camera, lamp, phong, rectangle, room, sampled, scene
 from accuracy.hard_cases.harness import (
     EPS,
+    Cases,
     Outcome,
-    Section,
+    Outcomes,
     compiled,
     exact,
     in_both,
     plain_only,
     tally,
-    total,
 )
 from renderer.film import Film, compose
 from renderer.layers import Spread, merged, standard_errors
@@ -31,8 +31,6 @@ from renderer.math.streams import bits, keys, uniforms
 from renderer.samplers import PATTERNS
 from renderer.tiling import passes
 from schemas.tiles import Tile
-
-SECTION = Section("Samples, sums, output")
 
 
 def grid(n: int) -> tuple[Floats, Floats]:
@@ -59,22 +57,6 @@ def wrapped(n: int) -> tuple[list[float], list[float]]:
             place = mpmath.mpf(offset.numerator) / offset.denominator / root + mpmath.mpf(1) / 2
             places.append(float(place - mpmath.floor(place)))
     return columns, rows
-
-
-@SECTION.case(
-    "I1: a turned grid that leaves the pixel",
-    symptom="Pixels take light from their neighbours, and their own corners count for nothing.",
-    cause="A square that is turned about its middle reaches beyond its sides: of a 4 x 4 grid turned by "
-    "atan(1/2), 4 samples do.",
-    remedy="They are wrapped into the pixel by whole pixels. Shrinking the grid until it fits would nearly "
-    "halve its second moment.",
-    expected="All in [0, 1), within 2 eps of the exact places, their mean in the middle within 2 eps, in "
-    "3 n - 2 columns and as many rows.",
-    source="geometry, to 50 digits",
-)
-def turned_grid() -> Outcome:
-    """Grids of 1 to 20 columns."""
-    return total(_turned_grid(n) for n in range(1, 21))
 
 
 def _turned_grid(n: int) -> Outcome:
@@ -168,24 +150,9 @@ def shrunk(line: Line, pixel: tuple[int, int]) -> float:
     return float(np.mean(x < float(line[0]) + float(line[1]) * y))
 
 
-@SECTION.case(
-    "I2: an edge through a pixel",
-    symptom="Edges that look too sharp, in steps, or wider than a pixel.",
-    cause="Samples that crowd in the middle of the pixel, as those of a grid shrunk to fit, count its border "
-    "too little.",
-    remedy="Every pattern fills the pixel evenly, and the pixel is the plain mean.",
-    expected="Each pixel within 1/n of the share that the edge leaves, for n x n samples; for the pattern "
-    "random, within what is as likely as 4 standard deviations of a normal number.",
-    source="geometry, in rational numbers",
-)
-def edge_through_a_pixel() -> Outcome:
-    """A hundred pixels or so, each crossed elsewhere, with 256 samples."""
-    return total(_edge(line, shares(line)) for line in lines(20))
-
-
-def _edge(line: Line, true: dict[tuple[int, int], float]) -> Outcome:
+def _edge(line: Line, true: dict[tuple[int, int], float]) -> Iterator[Outcomes]:
     plain = sum(abs(shrunk(line, pixel) - share) > 1 / SIDE for pixel, share in true.items())
-    outcomes = [plain_only(plain)]
+    yield plain_only(plain)
     for pattern in ("uniform", "rotated", "stratified", "sobol", "random"):
         image = pictured(line, pattern)
         found = [(float(image[j, i]), share) for (i, j), share in true.items()]
@@ -193,8 +160,7 @@ def _edge(line: Line, true: dict[tuple[int, int], float]) -> Outcome:
             wrong = sum(unlikely(round(seen * SIDE**2), SIDE**2, share) for seen, share in found)
         else:
             wrong = sum(abs(seen - share) > 1 / SIDE for seen, share in found)
-        outcomes.append(Outcome(len(true), wrong))
-    return total(outcomes)
+        yield Outcome(len(true), wrong)
 
 
 def unlikely(hits: int, count: int, share: float) -> bool:
@@ -212,15 +178,7 @@ def in_turn(side: int, tile: int, samples: int) -> Floats:
     return places
 
 
-@SECTION.case(
-    "I3: random numbers and tiles",
-    symptom="Another picture with another size of tiles, more workers, or after a restart.",
-    cause="A generator hands out numbers in turn, and who asks first depends on all of these.",
-    remedy="A number is a function of seed, pixel, sample and dimension, and of nothing else.",
-    expected="The same bytes for tiles of any size.",
-    source="Salmon and others 2011, Parallel random numbers: as easy as 1, 2, 3",
-)
-def random_numbers_and_tiles() -> Outcome:
+def random_numbers_and_tiles() -> Iterator[Outcomes]:
     """A room with random places in pixels and on its lamp, in tiles of 3, 5 and 7 pixels and in one."""
     side = 16
     document = scene(
@@ -231,22 +189,12 @@ def random_numbers_and_tiles() -> Outcome:
     )
     plan = compiled(document)
     whole, drawn = renderer.render(plan).image, in_turn(side, side, 4)
-    outcomes = []
     for size in (3, 5, 7):
         image, places = renderer.render(plan, tile_size=size).image, in_turn(side, size, 4)
         differ = [(a != b).reshape(side, side, -1).any(axis=2) for a, b in ((image, whole), (places, drawn))]
-        outcomes.append(Outcome(side * side, *map(tally, differ)))
-    return total(outcomes)
+        yield Outcome(side * side, *map(tally, differ))
 
 
-@SECTION.case(
-    "I10: random numbers just below 1",
-    symptom="A sample in the next pixel, or beside its lamp: one in 33 million.",
-    cause="The 128 largest numbers of 32 random bits, as shares of 2^32, round to 1 in float32.",
-    remedy="Only the upper 24 bits are taken, which float32 holds exactly.",
-    expected="At least 0 and less than 1, the same number in float32 as in float64.",
-    source="Goldberg 1991, What every computer scientist should know about floating-point arithmetic",
-)
 def below_one() -> Outcome:
     """The 1,000 smallest and largest sets of bits, and some between."""
     ends = np.arange(1000, dtype=np.uint32)
@@ -272,22 +220,6 @@ def brightnesses(count: int, seed: int) -> Floats:
 def in_order(samples: Floats, dtype: type[np.floating]) -> Floats:
     """Sums (3,) of samples one after the other."""
     return np.cumsum(samples.astype(dtype), axis=1)[:, -1].astype(np.float64)
-
-
-@SECTION.case(
-    "I4: a million samples",
-    symptom="Pixels with many samples are too dark, and stay so with more of them.",
-    cause="Each addition rounds to the spacing of the sum so far, always the same way for equal samples: a "
-    "million times 0.1 is off by 1e-11 in float64 and by 1e-2 in float32.",
-    remedy="The samples of a pass are added by halves in float64, the passes by their weights.",
-    expected="Sums within 1e-12 of themselves; pixels, rounded to float32 after each pass and at the end, "
-    "within 2^-23.",
-    source="Higham 2002, Accuracy and stability of numerical algorithms, section 4.2",
-)
-def million_samples() -> Outcome:
-    """Sums of a million, and pixels of up to 4,096 samples through film and passes."""
-    counts = (1, 4, 5, 63, 64, 100, 1000, 4096)
-    return total([_sums(brightnesses(MILLION, seed=0)), *map(_pixels, counts)])
 
 
 def _sums(samples: Floats) -> Outcome:
@@ -328,21 +260,11 @@ def plain_variances(samples: Floats, dtype: type[np.floating]) -> Floats:
     return variances.astype(np.float64) * count / (count - 1)
 
 
-@SECTION.case(
-    "I5: samples that are nearly equal",
-    symptom="Estimated errors that are far too large, or negative and then NaN, in bright and even places.",
-    cause="The mean of the squares and the square of the mean share all their digits.",
-    remedy="Squares are taken of differences to the mean of a pass, in float64; passes are merged by their "
-    "counts, means and squares.",
-    expected="Standard errors within 2^-23, the rounding to float32, and never below 0; 0 for equal samples.",
-    source="Chan, Golub, LeVeque 1979, Updating formulae and a pairwise algorithm for computing sample "
-    "variances",
-)
-def nearly_equal_samples() -> Outcome:
+def nearly_equal_samples() -> Outcomes:
     """Pixels of 2 to 200 samples, in passes."""
     varied = [_spread(nearly_equal(count, seed=count)) for count in (2, 4, 16, 50, 200)]
     alike = errors_of(np.repeat([[0.1], [1e3], [1e30]], 100, axis=1))
-    return total([*varied, Outcome(3, tally(alike))])
+    return [*varied, Outcome(3, tally(alike))]
 
 
 def errors_of(samples: Floats) -> Floats:
@@ -361,3 +283,16 @@ def _spread(samples: Floats) -> Outcome:
     plain = in_both(lambda dtype: np.sqrt(plain_variances(samples, dtype) / count))
     found = (errors_of(samples), *plain)
     return Outcome(3, *(tally(~(np.abs(e / true - 1) <= 2.0**-23)) for e in found))
+
+
+CASES: Cases = {
+    "I1: a turned grid that leaves the pixel": lambda: (_turned_grid(n) for n in range(1, 21)),
+    "I2: an edge through a pixel": lambda: (_edge(line, shares(line)) for line in lines(20)),
+    "I3: random numbers and tiles": random_numbers_and_tiles,
+    "I10: random numbers just below 1": below_one,
+    "I4: a million samples": lambda: [
+        _sums(brightnesses(MILLION, seed=0)),
+        *map(_pixels, (1, 4, 5, 63, 64, 100, 1000, 4096)),
+    ],
+    "I5: samples that are nearly equal": nearly_equal_samples,
+}

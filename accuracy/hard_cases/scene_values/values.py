@@ -25,14 +25,14 @@ from accuracy.hard_cases.documents import (
 )
 from accuracy.hard_cases.harness import (
     EPS,
+    Cases,
     Outcome,
-    Section,
+    Outcomes,
     eps_of,
     exact,
     in_both,
     refused_at,
     tally,
-    total,
     traced,
 )
 from renderer.math.arrays import Floats, Pairs, unit
@@ -101,17 +101,6 @@ def vectors_in(node: Any, parts: Parts = ()) -> Iterator[Parts]:
             yield from vectors_in(value, (*parts, key))
 
 
-SECTION = Section("Values")
-
-
-@SECTION.case(
-    "J1: NaN and infinity in a scene file",
-    symptom="A black picture, or one full of holes, and nobody says why.",
-    cause="JSON has no NaN, but Python's parser takes it, and Infinity, and makes 1e999 infinite.",
-    remedy="Every number of the scene language must be finite.",
-    expected="Refused at its own place, in every field that takes a number.",
-    source="RFC 8259, section 6",
-)
 def not_finite() -> Outcome:
     """Each of four texts in place of each number of a scene with everything."""
     document = everything()
@@ -161,33 +150,15 @@ def _distance_along_z(shape: Json, start: float) -> float:
     return float(traced([shape], [[0.0, 0.0, start]], [[0.0, 0.0, 1.0]]).t[0])
 
 
-@SECTION.case(
-    "J2: very large numbers",
-    symptom="Shapes vanish, or a whole picture is NaN.",
-    cause="Squares and cubes of 1e200 are infinite; float32 makes 1e39 infinite, and 16777217 one less.",
-    remedy="Coordinates and sizes are float64 and at most 1e15, so that their squares and cubes are finite.",
-    expected="Larger ones are refused at their place; walls of up to 1e15 units are hit at their distance to "
-    "4 eps, and a wall at 16777217 is hit 1 unit from 16777216.",
-    source="IEEE 754",
-)
-def large() -> Outcome:
+def large() -> Outcomes:
     """Walls as far away as they are large, and two planes of whole numbers."""
     t = _distance_along_z(wall(16.0, 16777217.0), 16777216.0)
     plain = in_both(lambda dtype: int(dtype(16777217) - dtype(16777216) != 1))
     kept = walls([10.0**k for k in range(16)], refused=False)
-    return total([walls(LARGE, refused=True), kept, Outcome(1, int(t != 1), *plain)])
+    return [walls(LARGE, refused=True), kept, Outcome(1, int(t != 1), *plain)]
 
 
-@SECTION.case(
-    "J3: very small numbers",
-    symptom="A tiny model is empty, or a direction written in tiny numbers gives NaN.",
-    cause="The square of 1e-200 is 0, and so is the length of such a vector; float32 makes 1e-50 itself 0.",
-    remedy="Sizes are at least 1e-100; vectors are divided by their largest component and squared then.",
-    expected="Smaller sizes are refused at their place; walls down to 1e-100 units are hit to 4 eps; "
-    "directions of any length down to 5e-324 have unit vectors right to 4 eps a component.",
-    source="Blue 1978, A portable Fortran program to find the Euclidean norm of a vector",
-)
-def small() -> Outcome:
+def small() -> Outcomes:
     """Walls as near as they are small, and vectors of lengths from 1e-323 to 1."""
     rng = np.random.default_rng(1)
     vectors = rng.normal(size=(3, 300)) * 10.0 ** -np.linspace(0, 323, 300)
@@ -203,7 +174,7 @@ def small() -> Outcome:
 
     units = Outcome(vectors.shape[1], off(unit(vectors), EPS), *in_both(plain))
     kept = walls([10.0**-k for k in range(0, 101, 5)], refused=False)
-    return total([walls(SMALL, refused=True), kept, units])
+    return [walls(SMALL, refused=True), kept, units]
 
 
 @exact
@@ -225,13 +196,6 @@ COUNTS: list[Parts] = [
 ]
 
 
-@SECTION.case(
-    "J4: counts that are none",
-    symptom="The service runs out of memory, or draws another size than was asked for.",
-    cause="int() makes 1 of 1.5 and of true, and a billion columns are allocated before anyone looks.",
-    remedy="Counts are whole numbers from 1 to 65536, written without quotes; 2.0 is 2.",
-    expected="Refused at their place while the scene is read, before anything is allocated.",
-)
 def counts() -> Outcome:
     """Sizes of the picture and numbers of samples."""
     values: list[Any] = [0, -1, 1.5, 2.5, True, "4", 10**9, 10**300, None]
@@ -241,13 +205,6 @@ def counts() -> Outcome:
     return Outcome(len(places), wrong)
 
 
-@SECTION.case(
-    "J5: vectors of length zero",
-    symptom="A shape, a light or the whole picture is NaN.",
-    cause="0 divided by 0, when the vector is made a unit vector.",
-    remedy="A direction of length zero is refused when the scene is read; a ray without direction misses.",
-    expected="Refused at its place, +0 and -0 alike, in every field that takes a direction or an edge.",
-)
 def zero_vectors() -> Outcome:
     """Every direction and edge of a scene with everything, and two rays."""
     document = everything()
@@ -256,3 +213,12 @@ def zero_vectors() -> Outcome:
     wrong = sum(not refused_at(changed(document, parts, zero), pointer(parts)) for parts, zero in places)
     still = traced([sphere([0, 0, 0], 1)], [[0.0, 0.0, 5.0], [0.0, 0.0, 0.0]], [[0.0, 0.0, 0.0]] * 2)
     return Outcome(len(places) + 2, wrong + tally(np.isfinite(still.t)))
+
+
+CASES: Cases = {
+    "J1: NaN and infinity in a scene file": not_finite,
+    "J2: very large numbers": large,
+    "J3: very small numbers": small,
+    "J4: counts that are none": counts,
+    "J5: vectors of length zero": zero_vectors,
+}

@@ -12,13 +12,13 @@ import renderer
 from accuracy.hard_cases.documents import Json, bulb, lamp, rectangle, sampled, scene, sphere
 from accuracy.hard_cases.harness import (
     QUALITIES,
+    Cases,
     Outcome,
-    Section,
+    Outcomes,
     compiled,
     in_both,
     plain_only,
     tally,
-    total,
 )
 from accuracy.hard_cases.shadows.plain import (
     STEP,
@@ -53,12 +53,10 @@ from accuracy.hard_cases.shadows.scenes import (
 )
 from renderer.math.arrays import Floats, Masks
 
-SECTION = Section("What is in the way")
 
-
-def asked(views: Iterable[tuple[View, list[int]]]) -> Outcome:
+def asked(views: Iterable[tuple[View, list[int]]]) -> Outcomes:
     """Ask about views in both precisions and all patterns in turn; each comes with the textbook's errors."""
-    return total(
+    return (
         Outcome(view.seen.size, view.wrong(QUALITIES[number % 2], PATTERNS[number // 2 % 4]), *plain)
         for number, (view, plain) in enumerate(views)
     )
@@ -73,31 +71,8 @@ def _bare(step: float, **where: Any) -> Iterator[tuple[View, list[int]]]:
             yield view, [tally(each) for each in in_both(shadowed)]
 
 
-@SECTION.case(
-    "E1: a plane in its own shadow",
-    symptom="Lit surfaces have dark speckles, more of them far from the origin and at flat angles.",
-    cause="A hit is rounded to either side of its surface, so half of the shadow rays start behind it.",
-    remedy="A flat surface is left out of its own occluders; a place that touches another plane is on the "
-    "side that its ray came from. Nothing is stepped over.",
-    expected="Every light is seen whole from bare floors, up to 10,000,000 sizes from the origin.",
-    source="geometry; for the rounding bounds, Pharr, Jakob and Humphreys, Physically Based Rendering, 6.8",
-)
-def acne() -> Outcome:
-    """Bare floors at all offsets, with nothing to step over."""
-    return asked(_bare(0.0, offsets=OFFSETS))
-
-
-@SECTION.case(
-    "E1: a ball in its own shadow",
-    symptom="A ball has dark speckles on its lit side, more of them the farther it is from the origin.",
-    cause="A hit is rounded to the inside of the ball, and the way out of it hits the ball again.",
-    remedy="A ball shades its own outer side by the sign of one cosine: it is convex.",
-    expected="A bulb is seen where the cosine is positive and not where it is negative, within 2^-48 times "
-    "the distance from the origin in radii, up to 10,000,000 of them; radii 0.001 to 1,000.",
-)
-def own_ball() -> Outcome:
+def own_ball() -> Iterator[Outcomes]:
     """Balls of all sizes at all offsets; the textbook starts at the hit and takes t > 0."""
-    outcomes = []
     for number, (offset, radius) in enumerate(itertools.product(OFFSETS, (1e-3, 1.0, 1e3))):
         ((chosen, place),) = places(f"ball {offset} {radius}", (offset,), (radius,))
         ball, other = (sphere(place.at(*np.full(3, way)), radius) for way in (0.0, 90.0))
@@ -110,34 +85,11 @@ def own_ball() -> Outcome:
         doubt = 2.0**-48 * (1 + offset)
         wrong = (hits.visibility[:, 0] != (cosines > 0)) & (np.abs(cosines) > doubt) | (hits.shape != 0)
         plain = in_both(partial(ball_shades_itself, hits.position, place, light))
-        outcomes.append(Outcome(80, tally(wrong), *(tally(mask & (cosines > 0)) for mask in plain)))
-    return total(outcomes)
+        yield Outcome(80, tally(wrong), *(tally(mask & (cosines > 0)) for mask in plain))
 
 
-@SECTION.case(
-    "E3: a scene in other units",
-    symptom="A scene written in other units loses its small shadows or gets speckles.",
-    cause="A step of 0.0001 is a length: too short for a scene of kilometres, too long for micrometres.",
-    remedy="No comparison has a length in it: each bound is a multiple of the numbers that it belongs to.",
-    expected="Every light is seen whole in scenes from 1/1,048,576 to 1,048,576 times the size.",
-)
-def units() -> Outcome:
-    """Bare floors of all sizes, with a fixed step."""
-    return asked(_bare(STEP, offsets=(0.0, 1e3), scales=SCALES))
-
-
-@SECTION.case(
-    "E3: shadows in units of a power of two",
-    symptom="In a small model shadows are missing; in a large one they have other outlines.",
-    cause="What is nearer than a fixed length does not count, and how much that is depends on the unit.",
-    remedy="No comparison has a length in it, so a scale that is exact changes no bit of any of them.",
-    expected="Covers that end above a floor leave the same share of every light at 2^-20 and 2^20 times the "
-    "size, bit for bit, in both precisions.",
-    source="geometry (such a scale is exact)",
-)
-def powers_of_two() -> Outcome:
+def powers_of_two() -> Iterator[Outcomes]:
     """All floors under all covers; the textbook is asked whether the cover is in the way of a bulb."""
-    outcomes = []
     for number, (kind, above) in enumerate(itertools.product(FLOORS, COVERS)):
         seen, plain = [], []
         for scale in (1.0, 2.0**-20, 2.0**20):
@@ -147,8 +99,7 @@ def powers_of_two() -> Outcome:
             plain.append(in_both(partial(_under, view)))
         wrong = sum(tally(other != seen[0]) for other in seen[1:])
         differ = [sum(tally(other[i] != plain[0][i]) for other in plain[1:]) for i in (0, 1)]
-        outcomes.append(Outcome(2 * seen[0].size, wrong, *differ))
-    return total(outcomes)
+        yield Outcome(2 * seen[0].size, wrong, *differ)
 
 
 def _under(view: View, dtype: type[np.floating]) -> Masks:
@@ -160,14 +111,7 @@ def _under(view: View, dtype: type[np.floating]) -> Masks:
     return in_the_way(above, ends, np.array(view.lights[0]["position"]) - ends, dtype, STEP)
 
 
-@SECTION.case(
-    "E2: an occluder just above the floor",
-    symptom="A shadow does not touch what casts it, or is missing under thin things.",
-    cause="A shadow ray that starts some way off the surface jumps over what is nearer than that.",
-    remedy="Shadow rays start on the surface itself, see above.",
-    expected="No light is seen under covers at 0.001 to 0.9 of the way to it.",
-)
-def detached() -> Outcome:
+def detached() -> Outcomes:
     """Floors under covers; the textbook steps over a hundredth."""
 
     def views() -> Iterator[tuple[View, list[int]]]:
@@ -180,18 +124,9 @@ def detached() -> Outcome:
     return asked(views())
 
 
-@SECTION.case(
-    "E10: the corners of a room",
-    symptom="Light from outside shines in along the lines where walls meet; mirrors there show black dots.",
-    cause="Each wall rounds its own edge, and a gap of one rounding is left between two.",
-    remedy="Edge functions of neighbours differ in sign alone, and edges are moved out by their rounding.",
-    expected="At the corner lines, lights outside are never seen, and lights inside always are. In a room of "
-    "five walls, no point of the lights behind them is seen: more than 100,000 shadow rays.",
-    source="Woop, Benthin and Wald 2013; geometry",
-)
-def corners() -> Outcome:
+def corners() -> Iterator[Outcomes]:
     """Rooms of three kinds of walls, with and without a mirror; the textbook steps over what is near."""
-    outcomes = [_five_walls(kind, number) for number, kind in enumerate(WALLS)]
+    yield (_five_walls(kind, number) for number, kind in enumerate(WALLS))
     upright = Place(np.array([148376.0, 1234.0, -223423.0]), np.eye(3), 1.0)
     for number, (kind, mirrors) in enumerate(itertools.product(WALLS, ((), (0,)))):
         turned = places(f"corners {kind}", offsets=(0.0, 1e7))
@@ -199,33 +134,30 @@ def corners() -> Outcome:
             seen = partial(seen_in_room, room(kind, place, mirrors), place, chosen, QUALITIES[number % 2])
             for shining, dark in ((inner_lights(place), False), (outer_lights(place), True)):
                 light = seen(shining=shining, pattern=PATTERNS[number % 4])
-                outcomes.append(Outcome(light.size, tally((light == 0) != dark)))
+                yield Outcome(light.size, tally((light == 0) != dark))
             targets = place.at(*corner_targets(chosen, 6).T)
-            outcomes.append(plain_only(*in_both(partial(_plain_corners, kind, place, targets))))
-    return total(outcomes)
+            yield plain_only(*in_both(partial(_plain_corners, kind, place, targets)))
 
 
 POINTS = 64
 """Light points of each lamp behind a wall."""
 
 
-def _five_walls(kind: str, number: int) -> Outcome:
+def _five_walls(kind: str, number: int) -> Iterator[Outcomes]:
     """Points of lights behind an open room's walls that its corner lines see, and lines that are not hit."""
-    outcomes: list[Outcome] = []
-    for chosen, place in places(f"five walls {kind}", offsets=(0.0, 1e7)):
+    for turn, (chosen, place) in enumerate(places(f"five walls {kind}", offsets=(0.0, 1e7))):
         walls = [shape for wall_ in range(1, 6) for shape in wall(kind, place, wall_, "plain")]
         lights = [
             lamp(place.at(-2, -2, 1.25), place.way(4, 0, 0), place.way(0, 4, 0), visible=False),
             lamp(place.at(1.25, -2, -0.9), place.way(0, 4, 0), place.way(0, 0, 2), visible=False),
         ]
-        sampling = sampled(1, POINTS, light=PATTERNS[(number + len(outcomes)) % 4])
+        sampling = sampled(1, POINTS, light=PATTERNS[(number + turn) % 4])
         plan = compiled(scene(*walls, lights=lights, sampling=sampling), QUALITIES[number % 2])
         lines = corner_targets(chosen, 12)
         targets, eye = place.at(*lines[lines[:, 2] > OPEN].T), place.at(*EYE)
         hits = renderer.trace(plan, np.broadcast_to(eye, targets.shape), targets - eye)
         shadow_rays = POINTS * hits.visibility.size
-        outcomes.append(Outcome(shadow_rays, tally(hits.visibility) + tally(hits.shape < 0)))
-    return total(outcomes)
+        yield Outcome(shadow_rays, tally(hits.visibility) + tally(hits.shape < 0))
 
 
 OPEN = -0.75
@@ -245,16 +177,7 @@ ANGLES = (90.0, 50.0, 20.0, 1.0)
 """Between the outer two of three walls, degrees."""
 
 
-@SECTION.case(
-    "E14: walls at a sharp angle",
-    symptom="Bright dots from a light outside, along the line where the walls of a tent or a wedge meet.",
-    cause="A place on that line is a rounding in front of a wall. The way to a light goes through the wall "
-    "farther along, the flatter it is the farther, and there the wall has ended.",
-    remedy="A place that touches a plane counts as in front of it, yet next to nothing away.",
-    expected="From the foot of a wall between two others no light behind these is seen, at angles down to "
-    "1 degree.",
-)
-def sharp_corners() -> Outcome:
+def sharp_corners() -> Outcomes:
     """A bulb and a lamp, seen flat by both walls; of the bulb, the textbook steps over what is near."""
 
     def views() -> Iterator[tuple[View, list[int]]]:
@@ -291,3 +214,14 @@ def rising(kind: str, place: Place, angle: float) -> list[Json]:
     u, v = (part.ravel() for part in np.meshgrid(steps, steps, indexing="ij"))
     _, faces = grid(place, steps, 0.0)
     return triangulated(kind, corner + np.outer(u, along) + np.outer(v, up), faces)
+
+
+CASES: Cases = {
+    "E1: a plane in its own shadow": lambda: asked(_bare(0.0, offsets=OFFSETS)),
+    "E1: a ball in its own shadow": own_ball,
+    "E3: a scene in other units": lambda: asked(_bare(STEP, offsets=(0.0, 1e3), scales=SCALES)),
+    "E3: shadows in units of a power of two": powers_of_two,
+    "E2: an occluder just above the floor": detached,
+    "E10: the corners of a room": corners,
+    "E14: walls at a sharp angle": sharp_corners,
+}

@@ -13,6 +13,7 @@ from accuracy.hard_cases.documents import (
     Json,
     bulb,
     camera,
+    dark_scene,
     ellipsoid,
     lamp,
     mesh,
@@ -331,11 +332,9 @@ def seen_in_room(
     depth: int = 8,
 ) -> Floats:
     """Radiance (N,) along paths from a place in the room to its corner lines; nothing but lights shines."""
-    document = scene(
+    document = dark_scene(
         *shapes,
         lights=shining,
-        ambient=[0, 0, 0],
-        background=[0, 0, 0],
         materials={
             "plain": phong([1, 1, 1], ambient=0, diffuse=1),
             "mirror": phong([0, 0, 0], ambient=0, diffuse=0, mirror=0.9, max_depth=depth),

@@ -10,27 +10,18 @@ import renderer
 from accuracy.hard_cases import solids
 from accuracy.hard_cases.documents import Json, bulb, mesh, rectangle, sun, triangle
 from accuracy.hard_cases.formulas import by_dtype, moeller_trumbore
-from accuracy.hard_cases.harness import QUALITIES, Outcome, Section, compiled, in_both, png, tally, total
+from accuracy.hard_cases.harness import QUALITIES, Cases, Outcome, Outcomes, compiled, in_both, png, tally
 from accuracy.hard_cases.shadows.occluders import asked
 from accuracy.hard_cases.shadows.plain import in_the_way, self_shadowed
 from accuracy.hard_cases.shadows.scenes import Place, View, floor, grid, lights, on_seams, places
 from accuracy.hard_cases.textures.relief import WHITE, fine_mesh, relief_scene
 from renderer.math.arrays import Floats, Masks
 
-SECTION = Section("Seams")
-
 COVERS = {"tiles": 2, "triangles": 2, "mesh": 6}
 """Parts along a side of what is above, by its kind."""
 
 
-@SECTION.case(
-    "E15: the seams of a flat floor",
-    symptom="Dark lines along the seams of a flat floor of triangles, at low light.",
-    cause="A place on a seam is rounded to below the plane of the neighbour, which is then in the way.",
-    remedy="A place that touches a plane is on the side that its ray came from.",
-    expected="Every light is seen whole from the seams and corners of flat floors, at angles down to 0.003.",
-)
-def flat_seams() -> Outcome:
+def flat_seams() -> Outcomes:
     """Places exactly on the lines where the parts of a floor meet."""
 
     def views() -> Iterator[tuple[View, list[int]]]:
@@ -42,18 +33,8 @@ def flat_seams() -> Outcome:
     return asked(views())
 
 
-@SECTION.case(
-    "E8: a place under a seam",
-    symptom="Fine bright lines in the shadow of a surface, where two of its parts meet.",
-    cause="The way to the light passes exactly through the edge, and each part rounds it to its outside.",
-    remedy="Edge functions of neighbours differ in sign alone; what touches an edge is inside.",
-    expected="No light is seen through the inner edges and corners of covers of tiles, triangles or a mesh, "
-    "with whole numbers and with turned ones.",
-    source="Woop, Benthin and Wald 2013; geometry",
-)
-def under_seams() -> Outcome:
+def under_seams() -> Iterator[Outcomes]:
     """A bulb or the sun behind each place of a seam."""
-    outcomes = []
     for number, (kind, shining) in enumerate(itertools.product(COVERS, ("bulb", "sun"))):
         upright = Place(np.zeros(3), np.eye(3), 1.0)
         for chosen, place in [(np.random.default_rng(1), upright), *places(f"under {kind}")]:
@@ -61,8 +42,7 @@ def under_seams() -> Outcome:
             ends = view.origins + view.directions
             ways = np.array(view.lights[0].get("position", place.at(0, 0, 4e3))) - ends
             plain = (tally(~each) for each in in_both(partial(in_the_way, view.shapes[1:], ends, ways)))
-            outcomes.append(Outcome(view.seen.size, view.wrong(QUALITIES[number % 2]), *plain))
-    return total(outcomes)
+            yield Outcome(view.seen.size, view.wrong(QUALITIES[number % 2]), *plain)
 
 
 def _below(kind: str, shining: str, place: Place, chosen: np.random.Generator) -> View:
@@ -82,14 +62,7 @@ def _below(kind: str, shining: str, place: Place, chosen: np.random.Generator) -
     return View(shapes, [light], 1, origins, targets - origins, np.zeros((len(seams), 1)))
 
 
-@SECTION.case(
-    "E16: a sliver in the light",
-    symptom="Long and thin triangles, and rectangles of two nearly parallel edges, have dark speckles.",
-    cause="The normal of a sliver is off by a rounding over its angle: its own places lie off its plane.",
-    remedy="A flat shape is left out of its own occluders, whatever its numbers say.",
-    expected="Every light is seen whole from slivers of widths down to 1e-8 of their length.",
-)
-def slivers() -> Outcome:
+def slivers() -> Outcomes:
     """Slivers alone and in meshes, seen and lit from above."""
 
     def views() -> Iterator[tuple[View, list[int]]]:
@@ -129,19 +102,11 @@ def _sliver(kind: str, vertices: Floats) -> Json:
     return mesh(vertices, np.arange(len(vertices)).reshape(-1, 3))
 
 
-@SECTION.case(
-    "E17: a rough relief",
-    symptom="A rough displaced surface is covered with dots, or its fine shadows are missing.",
-    cause="Each of its fine triangles is a chance to shade itself or a neighbour by rounding.",
-    remedy="Of the fine triangles only the one that a place lies on is left out; nothing is stepped over.",
-    expected="The shadows of asking every fine triangle but the own one in float64, except for light that "
-    "passes an edge within 2^-40 of the triangle's size; at 1e-3, 1 and 1e3 times the size.",
-)
-def rough_relief() -> Outcome:
+def rough_relief() -> Outcomes:
     """Heights drawn at random, and low and high suns."""
     chosen = np.random.default_rng(5)
     heights = (WHITE * chosen.uniform(0, 1, (64, 64))).astype(np.uint16)
-    return total(
+    return (
         _rough(heights, chosen, scale, way)
         for scale, way in itertools.product((1e-3, 1.0, 1e3), ((-1.0, -0.3, 0.5), (-1.0, -0.3, 3.0)))
     )
@@ -193,3 +158,11 @@ def _plainly(corners: Floats, hits: renderer.Hits, towards: Floats, hidden: Mask
     """What a textbook gets wrong, in float64 and in float32, which asks every triangle, the own one too."""
     found = by_dtype(moeller_trumbore, list(corners), hits.position[:, None], towards)
     return [tally(np.isfinite(t).any(axis=1) != hidden) for t in found]
+
+
+CASES: Cases = {
+    "E15: the seams of a flat floor": flat_seams,
+    "E8: a place under a seam": under_seams,
+    "E16: a sliver in the light": slivers,
+    "E17: a rough relief": rough_relief,
+}

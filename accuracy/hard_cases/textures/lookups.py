@@ -3,6 +3,7 @@
 import itertools
 import math
 import warnings
+from collections.abc import Iterator
 from fractions import Fraction
 from functools import partial
 from typing import Any
@@ -17,24 +18,22 @@ from accuracy.hard_cases.harness import (
     DOUBLE,
     DTYPES,
     EPS,
+    Cases,
     Files,
     Outcome,
-    Section,
+    Outcomes,
     compiled,
     in_both,
     judged,
     png,
     points,
     tally,
-    total,
 )
 from accuracy.hard_cases.triangles import on_lines
 from renderer import RenderPlan
 from renderer.math.arrays import Floats, dot
 from renderer.textures import image
 from renderer.textures.image import ImageTexture
-
-SECTION = Section("Image look-ups")
 
 FILTERS = ("nearest", "bilinear")
 WRAPS = ("clamp", "repeat", "mirror")
@@ -96,9 +95,9 @@ def _texel(texels: np.ndarray, index: int) -> float:
     return float(texels[index]) if 0 <= index < texels.size else math.nan
 
 
-def asked(places: list[float], widths: tuple[int, ...]) -> Outcome:
+def asked(places: list[float], widths: tuple[int, ...]) -> Outcomes:
     """Look-ups at places in rows of texels, by every filter and beyond every kind of border."""
-    return total(_row(places, ramp(each[0]), *each[1:]) for each in itertools.product(widths, FILTERS, WRAPS))
+    return (_row(places, ramp(each[0]), *each[1:]) for each in itertools.product(widths, FILTERS, WRAPS))
 
 
 def _row(places: list[float], codes: list[int], filter_: str, wrap: str) -> Outcome:
@@ -114,67 +113,29 @@ def _row(places: list[float], codes: list[int], filter_: str, wrap: str) -> Outc
     return judged(errors(found), *map(errors, textbook))
 
 
-@SECTION.case(
-    "G1: the borders of an image",
-    symptom="A seam where a repeated image meets itself, or an IndexError at u = 1.",
-    cause="u = 1 is the texel after the last one, and half of the bilinear texels at a border stand outside.",
-    remedy="Places become whole numbers of texels first, and then whole numbers are clamped, repeated or "
-    "mirrored.",
-    expected="The value of rational numbers, within 16 eps times the width, at 0, at 1, just below 1, and on "
-    "texel centres and edges.",
-)
-def borders() -> Outcome:
-    """0, 1, just below, every half texel, one period to each side."""
-    halves = [k / 24 for k in range(-24, 49)]
-    return asked([0.0, 1.0, -1.0, 2.0, *JUST_BELOW_1, *halves], (1, 2, 3, 12, 256))
-
-
-@SECTION.case(
-    "G2: tiny negative coordinates",
-    symptom="An IndexError, or a wrong line of texels, just before u = 0.",
-    cause="u - floor(u) rounds to 1 for a small negative u, and 1 is the texel after the last one.",
-    remedy="What rounds to a whole period is wrapped as a whole number.",
-    expected="The value of rational numbers, within 16 eps times the width.",
-)
-def tiny_negative() -> Outcome:
+def tiny_negative() -> Outcomes:
     """From -1e-300 to -0.01, -0, and whole numbers below 0."""
     small = (-(10 ** np.random.default_rng(1).uniform(-20, -2, 60))).tolist()
     places = [-0.0, -5e-324, -1e-300, -1e-17, -1e-9, -1.0, -1.5, *small]
     return asked(places, (1, 2, 3, 256))
 
 
-@SECTION.case(
-    "G3: huge coordinates",
-    symptom="Textures that repeat many thousand times become blocks, then a single colour.",
-    cause="u times the width has no digits left for the place within the image.",
-    remedy="u is reduced to two periods first, which is exact in float64.",
-    expected="The value of rational numbers of the same u, within 16 eps times the width, up to 1e15.",
-)
-def huge() -> Outcome:
+def huge() -> Outcomes:
     """Up to the largest coordinate that a scene may have."""
     rng = np.random.default_rng(2)
     spread = (rng.choice([-1, 1], 80) * 10 ** rng.uniform(3, 15, 80)).tolist()
     return asked([1e9 + 0.25, -(1e9 + 0.25), 1e15, -1e15, *spread], (1, 3, 7, 1000))
 
 
-@SECTION.case(
-    "G4: constant images",
-    symptom="A plain surface with a bilinear texture shows a faint pattern.",
-    cause="The four weights of a bilinear look-up sum to 1 only up to rounding.",
-    remedy="Values are mixed as a + f (b - a), which is a wherever a and b are the same.",
-    expected="The constant, bit for bit, in images down to 1 x 1.",
-)
-def constant() -> Outcome:
+def constant() -> Iterator[Outcomes]:
     """Random places in images of one colour."""
-    parts = []
     for number, size in enumerate(((1, 1), (1, 7), (7, 1), (2, 2), (3, 5))):
         places = np.random.default_rng(number).uniform(-3, 4, (2, 500))
         value = np.float32(77 + number) / np.float32(255)
         plain = [_weighted(places, size, dtype(value)) for dtype in DTYPES]
         for wrap in WRAPS:
             found = texture(np.full(size, 77 + number), "bilinear", wrap).at(places)[0]
-            parts.append(Outcome(500, tally(found != float(value)), *plain))
-    return total(parts)
+            yield Outcome(500, tally(found != float(value)), *plain)
 
 
 def _weighted(places: Floats, size: tuple[int, int], value: Any) -> int:
@@ -200,16 +161,7 @@ ROWS = np.arange(20, 240, 20)
 """Codes of the rows of an image, the first on the side v = 1."""
 
 
-@SECTION.case(
-    "G5: the poles of a ball",
-    symptom="A pixel of a wrong colour, an IndexError, or NaN where a textured ball has its poles.",
-    cause="There the cosine of the latitude rounds to above 1, whose angle is NaN, and NaN as a whole number "
-    "is -2^63.",
-    remedy="Latitude and longitude come from atan2, which has an answer for every direction.",
-    expected="The colour of the first or last row of the texture, exactly, at the poles and 1e-9 beside "
-    "them.",
-)
-def poles() -> Outcome:
+def poles() -> Iterator[Outcomes]:
     """Many balls, and rays aimed at both poles of each from within 60 degrees of the axis."""
     rng = np.random.default_rng(1)
     count = 170
@@ -218,17 +170,15 @@ def poles() -> Outcome:
     balls = [sphere(c, float(r)) for c, r in zip(centers.T, radii, strict=True)]
     codes = np.repeat(ROWS[:, None, None], 3, axis=2).repeat(5, axis=1)
     plan = mapped(*balls, codes=codes, filter_="bilinear", color_texture="map")
-    parts = []
     for side, widest in itertools.product((1.0, -1.0), (0.0, 0.5, 1.5)):
         across = rng.uniform(-widest, widest, (2, count))
         directions = np.stack((*across, np.full(count, -side)))
         origins = centers + np.array([[0.0], [0.0], [side]]) * radii - 2 * radii * directions
-        met = points(plan, origins, directions)
+        hits = points(plan, origins, directions)
         true = float(np.float32(ROWS[0 if side > 0 else -1] / 255))
         plain = in_both(partial(_latitudes, origins, directions, centers, radii))
-        wrong = tally(met.colors[0] != true) + count - met.count
-        parts.append(Outcome(count, wrong, *(tally(np.isnan(latitudes)) for latitudes in plain)))
-    return total(parts)
+        wrong = tally(hits.colors[0] != true) + count - hits.count
+        yield Outcome(count, wrong, *(tally(np.isnan(latitudes)) for latitudes in plain))
 
 
 def _latitudes(origins: Floats, directions: Floats, centers: Floats, radii: Floats, dtype: Any) -> Floats:
@@ -240,15 +190,7 @@ def _latitudes(origins: Floats, directions: Floats, centers: Floats, radii: Floa
     return np.arccos(-(o[2] + t * d[2] - c[2]) / r) / dtype(np.pi)
 
 
-@SECTION.case(
-    "G5: texture coordinates that are no numbers",
-    symptom="An IndexError, or any colour, where a textured mesh has triangles without area.",
-    cause="The weights of its corners are 0 / 0 there, and NaN as a whole number is -2^63.",
-    remedy="Triangles without area are left out, and counted, before any weight is formed.",
-    expected="No point on a triangle without area. Where coordinates are one place or lie on a line, the "
-    "colour of an image of one colour, bit for bit, by every filter. No warning.",
-)
-def no_numbers() -> Outcome:
+def no_numbers() -> Outcomes:
     """1,000 rays at textured triangles on lines or in a point, and 200 at each that spans no coordinates."""
     corners, origins, targets = on_lines()
     codes = np.full((4, 8, 3), 77)
@@ -261,11 +203,10 @@ def no_numbers() -> Outcome:
         warnings.simplefilter("always")
         parts = [_without_coordinates(uvs, filter_, codes) for uvs in NOWHERE for filter_ in MANY_FILTERS]
         plan = mapped(flat, codes=codes, filter_="bilinear", color_texture="map")
-        met = points(plan, origins.T.copy(), (targets - origins).T.copy())
+        hits = points(plan, origins.T.copy(), (targets - origins).T.copy())
     owners = list(corners.repeat(10, axis=0).transpose(1, 0, 2))
     plain = by_dtype(plain_weights, owners, origins, targets - origins)
-    parts.append(Outcome(1000, met.count + len(raised), *(tally(~np.isfinite(each)) for each in plain)))
-    return total(parts)
+    return [*parts, Outcome(1000, hits.count + len(raised), *(tally(~np.isfinite(each)) for each in plain))]
 
 
 NOWHERE: tuple[list[list[float]], ...] = (
@@ -283,8 +224,8 @@ def _without_coordinates(uvs: list[list[float]], filter_: str, codes: NDArray[An
     plan = mapped(shape, codes=codes, filter_=filter_, color_texture="map")
     x, z = np.random.default_rng(7).uniform(-3.9, -0.1, (2, 200))
     origins = np.stack((x, np.full(200, 3.0), z))
-    met = points(plan, origins, np.repeat(-UP, 200, axis=1))
-    return Outcome(200, tally(met.colors[0] != float(np.float32(77 / 255))) + 200 - met.count)
+    hits = points(plan, origins, np.repeat(-UP, 200, axis=1))
+    return Outcome(200, tally(hits.colors[0] != float(np.float32(77 / 255))) + 200 - hits.count)
 
 
 FIELDS = 4
@@ -306,27 +247,28 @@ def board(texture: Json, repeats: float) -> Json:
     )
 
 
-@SECTION.case(
-    "G6: fields smaller than pixels",
-    symptom="A board to the horizon has moire patterns that crawl when the camera moves.",
-    cause="A look-up at a point takes one field for all that a pixel covers.",
-    remedy="The filters `box` and `mipmap` take the mean over what a sample of the pixel covers; without "
-    "them more samples are needed.",
-    expected="Where a pixel covers at least 4 fields each way, the mean 1/2 within 1/32: a mean over w "
-    "fields of a wave of +1 and -1 is at most 1 / w.",
-    source="Igehy 1999; Williams 1983",
-)
-def small_fields() -> Outcome:
+def small_fields() -> Iterator[Outcomes]:
     """One board as a checker and as an image of two by two texels, each with its filter."""
     checker = {"type": "checker", "even": [1, 1, 1], "odd": [0, 0, 0], "repeat": [2, 2], "filter": "box"}
     image_ = {"type": "image", "asset": "map", "encoding": "linear", "wrap": "repeat", "filter": "mipmap"}
     codes = np.array([[0, 255], [255, 0]])[:, :, None].repeat(3, axis=2).astype(np.uint8)
-    parts = []
     for texture_ in (checker, image_):
         plan = compiled(board(texture_, 6000), DOUBLE, {"map": png(codes)})
         rows, columns = np.divmod(np.arange(48 * 48, dtype=np.float64), 48)
-        met = points(plan, plan.camera.position, plan.camera.directions(columns + 0.5, rows + 0.5))
+        hits = points(plan, plan.camera.position, plan.camera.directions(columns + 0.5, rows + 0.5))
         # A field is 0.1 units wide; the middle of the picture has the narrowest pixels.
-        far = met.t >= FIELDS * 0.1 / (2 * plan.camera.half_width / 48)
-        parts.append(judged(np.abs(met.colors[0, far] - 0.5) * 32))
-    return total(parts)
+        far = hits.t >= FIELDS * 0.1 / (2 * plan.camera.half_width / 48)
+        yield judged(np.abs(hits.colors[0, far] - 0.5) * 32)
+
+
+CASES: Cases = {
+    "G1: the borders of an image": lambda: asked(
+        [0.0, 1.0, -1.0, 2.0, *JUST_BELOW_1, *[k / 24 for k in range(-24, 49)]], (1, 2, 3, 12, 256)
+    ),
+    "G2: tiny negative coordinates": tiny_negative,
+    "G3: huge coordinates": huge,
+    "G4: constant images": constant,
+    "G5: the poles of a ball": poles,
+    "G5: texture coordinates that are no numbers": no_numbers,
+    "G6: fields smaller than pixels": small_fields,
+}

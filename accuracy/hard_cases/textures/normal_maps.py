@@ -1,18 +1,27 @@
 """Hard cases G: normal maps, and the frames they stand in."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from accuracy.hard_cases.documents import Json, rectangle, triangle
-from accuracy.hard_cases.harness import EPS, Outcome, Section, eps_of, in_both, judged, points, tally, total
+from accuracy.hard_cases.harness import (
+    EPS,
+    Cases,
+    Outcome,
+    Outcomes,
+    eps_of,
+    in_both,
+    judged,
+    points,
+    tally,
+)
 from accuracy.hard_cases.textures.lookups import UP, mapped
 from renderer.materials.maps import FLAT
 from renderer.math.arrays import Floats, cross, dot, unit
 from renderer.shapes.frames import frame_of_normals
-
-SECTION = Section("Normal maps")
 
 
 def texels() -> NDArray[Any]:
@@ -22,17 +31,7 @@ def texels() -> NDArray[Any]:
     return np.vstack((near, special, np.random.default_rng(2).integers(0, 256, (700, 3))))[None]
 
 
-@SECTION.case(
-    "G7: normal-map texels that say nothing",
-    symptom="NaN pixels, or random bright dots, where a normal map is grey or black.",
-    cause="Mid grey stands for a vector of length 0.007, whose direction is that of its rounding; the mean "
-    "of 127 and 128 stands for 0, which has none.",
-    remedy="A texel whose vector is shorter than 0.03 leaves the surface's normal; one that points inwards "
-    "is bent to the horizon.",
-    expected="Within 16 eps of the formula, over the sine of its angle to the viewer; (128, 128, 255) within "
-    "0.4 degrees of the surface's normal.",
-)
-def silent_texels() -> Outcome:
+def silent_texels() -> Iterator[Outcomes]:
     """All texels from above and aslant; then places half-way between 127 and 128."""
     codes = texels()
     floor = rectangle([-4, 0, -4], [0, 0, 8], [8, 0, 0])
@@ -41,7 +40,7 @@ def silent_texels() -> Outcome:
     targets = np.stack((np.zeros(count), np.zeros(count), -4 + 8 * (np.arange(count) + 0.5) / count))
     decoded = (2 * (codes[0].T / np.float32(255)).astype(np.float32).astype(np.float64) - 1)[[1, 2, 0]]
     flat = (codes[0] == (128, 128, 255)).all(axis=1)
-    parts = [_grey_between(floor)]
+    yield _grey_between(floor)
     for viewer in (np.array([[0.1], [0.9], [-0.2]]), np.array([[0.7], [0.3], [0.4]])):
         viewers = np.repeat(unit(viewer), count, axis=1)
         true, sines = _formula(decoded, viewers)
@@ -49,8 +48,7 @@ def silent_texels() -> Outcome:
         off = np.abs(normals - true).max(axis=0) / (16 * EPS / sines)
         off[flat & (normals[1] < np.cos(np.radians(0.4)))] = np.inf
         plain, _ = _formula(decoded, viewers, least=0.0)
-        parts.append(judged(off, np.abs(plain - true).max(axis=0) / (16 * EPS / sines)))
-    return total(parts)
+        yield judged(off, np.abs(plain - true).max(axis=0) / (16 * EPS / sines))
 
 
 def _formula(decoded: Floats, viewers: Floats, least: float = FLAT) -> tuple[Floats, Floats]:
@@ -69,20 +67,11 @@ def _grey_between(floor: Json) -> Outcome:
     return Outcome(39, tally((normals != UP).any(axis=0)))
 
 
-@SECTION.case(
-    "G11: a flat normal map on a smooth mesh",
-    symptom="The rims of a smooth mesh change when it gets a normal map that is flat.",
-    cause="Normals are bent where the map is looked up, and those of the mesh itself are not.",
-    remedy="They are bent once, after smooth normals and all maps.",
-    expected="The same shading normals with and without the map, within 8 eps over the sine of their angle "
-    "to the viewer.",
-)
-def flat_map() -> Outcome:
+def flat_map() -> Iterator[Outcomes]:
     """Triangles whose normals tilt away from the viewer, with a grey map and without."""
     rng = np.random.default_rng(3)
     share = (np.arange(100) + 0.5) / 100
     targets = np.stack((-4 + 8 * share, np.zeros(100), np.full(100, -4 + 2.0**-20)))
-    parts = []
     for _ in range(10):
         last = unit(np.array([[rng.normal()], [-0.6], [rng.normal()]]))
         viewers = np.repeat(unit(np.array([[rng.normal()], [0.4], [rng.normal()]])), 100, axis=1)
@@ -96,18 +85,9 @@ def flat_map() -> Outcome:
         bent, sines = _formula(raw, viewers)
         off = np.abs(bare - carved).max(axis=0) / (8 * EPS / sines)
         allowed = 8 * EPS / sines
-        parts.append(judged(off, np.abs(raw - bent).max(axis=0) / allowed))
-    return total(parts)
+        yield judged(off, np.abs(raw - bent).max(axis=0) / allowed)
 
 
-@SECTION.case(
-    "G8: frames near the lower pole",
-    symptom="Normal maps turn to noise, or to NaN, where the surface looks straight down.",
-    cause="Forms with 1 / (1 + z) divide by almost nothing near z = -1.",
-    remedy="The sign of z is taken into the form, so that the divisor is never below 1.",
-    expected="Tangents of length 1 and at right angles to the normals, within 8 eps.",
-    source="Duff et al. 2017, Building an Orthonormal Basis, Revisited",
-)
 def frames() -> Outcome:
     """Normals 1e-7 to 0.1 from straight down, straight down itself, and the one that pbrt tests."""
     rng = np.random.default_rng(4)
@@ -132,23 +112,12 @@ def plain_tangents(normals: Any) -> Any:
     return np.stack((1 - x * x * a, -x * y * a, -x))
 
 
-@SECTION.case(
-    "G8: tangents that say nothing",
-    symptom="Triangles of a normal-mapped mesh are black or NaN.",
-    cause="Texture coordinates that span no area give no tangent, and one along the smooth normal has "
-    "nothing left across it: 0 / 0.",
-    remedy="A tangent of which less than 1e-6 is left gives way to any frame that fits the normal.",
-    expected="The mapped normal makes the texel's angle with the smooth one, and has length 1, within 16 "
-    "eps.",
-    source="Duff et al. 2017, Building an Orthonormal Basis, Revisited",
-)
-def silent_tangents() -> Outcome:
+def silent_tangents() -> Iterator[Outcomes]:
     """Smooth normals within 1e-7 of the tangent or on it, and texture coordinates on a point or a line."""
     rng = np.random.default_rng(5)
     texel = np.array([200, 150, 225])
     decoded = 2 * (texel / 255).astype(np.float32).astype(np.float64) - 1
     height = decoded[2] / np.sqrt(decoded @ decoded)
-    parts = []
     for number in range(150):
         aside = unit(np.array([[rng.normal()], [abs(rng.normal())], [0.0]]))
         smooth = unit(np.array([[0.0], [0.0], [1.0]]) + (0.0, 10 ** rng.uniform(-16, -7))[number % 2] * aside)
@@ -159,8 +128,7 @@ def silent_tangents() -> Outcome:
         targets = np.stack((rng.uniform(-0.9, 0, 8), np.zeros(8), rng.uniform(-0.9, 0, 8)))
         normal = points(plan, targets + viewer, np.repeat(-viewer, 8, axis=1)).shading_normals
         off = np.maximum(np.abs(dot(normal, smooth) - height), np.abs(dot(normal, normal) - 1)) / (16 * EPS)
-        parts.append(judged(off, np.full(8, _plain_frame(smooth, np.array(uvs, dtype=np.float64)))))
-    return total(parts)
+        yield judged(off, np.full(8, _plain_frame(smooth, np.array(uvs, dtype=np.float64))))
 
 
 def _plain_frame(smooth: Floats, uvs: Floats) -> float:
@@ -174,3 +142,11 @@ def _plain_frame(smooth: Floats, uvs: Floats) -> float:
         beside = cross(smooth, rest)
         off = np.maximum(np.abs(dot(rest, smooth)), np.abs(dot(beside, beside) - 1))
     return float(off[0]) / (16 * EPS)
+
+
+CASES: Cases = {
+    "G7: normal-map texels that say nothing": silent_texels,
+    "G11: a flat normal map on a smooth mesh": flat_map,
+    "G8: frames near the lower pole": frames,
+    "G8: tangents that say nothing": silent_tangents,
+}

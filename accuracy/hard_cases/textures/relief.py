@@ -1,7 +1,7 @@
 """Hard cases G: surfaces displaced by a height map, alone and side by side."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,26 +12,26 @@ import schemas.textures as language
 from accuracy.hard_cases.documents import (
     Json,
     camera,
+    dark_scene,
     ellipsoid,
     mesh,
     phong,
     rectangle,
-    scene,
     sphere,
     sun,
     triangle,
 )
 from accuracy.hard_cases.harness import (
     DOUBLE,
+    Cases,
     Files,
     Outcome,
-    Section,
+    Outcomes,
     compiled,
     judged,
     png,
     radiance,
     tally,
-    total,
 )
 from accuracy.hard_cases.solids import outward
 from renderer.cameras import build_pinhole
@@ -42,8 +42,6 @@ from renderer.shapes.triangles import Triangles
 from renderer.textures import image
 from renderer.textures.heights import Heights
 from schemas.reading import read_scene
-
-SECTION = Section("Displacement")
 
 TEXELS = 64
 WHITE = 65535
@@ -64,11 +62,10 @@ def relief_scene(shape: Json, size: int, height: float, **changes: Any) -> Json:
     """A shape moved by the file `map`, before a camera of size x size pixels."""
     view = camera(position=[0.4, 0.7, 6], look_at=[0, 0, 0], vertical_fov=40, width=size, height=size)
     moved = {"displacement_map": "map", "displacement_height": height} if height else {}
-    return scene(
+    return dark_scene(
         shape,
         camera=view,
         lights=[sun([0.2, -0.1, -1], [1, 1, 1])],
-        ambient=[0, 0, 0],
         textures={"map": {"type": "image", "asset": "map", "encoding": "linear"}},
         materials={"plain": phong([1, 1, 1], ambient=0.0, diffuse=1.0, **moved)},
         **changes,
@@ -122,17 +119,8 @@ def open_edges(corners: Floats) -> tuple[int, int]:
     return len(edges), sum(not count == edges[b, a] == 1 for (a, b), count in edges.items())
 
 
-@SECTION.case(
-    "G9: edges of displaced faces",
-    symptom="Cracks open along the edges of a displaced mesh, and light comes through.",
-    cause="Two faces move their common edge along two normals, or by two heights of a texture.",
-    remedy="Vertices in one place share one normal and one height, the means over the faces that meet there.",
-    expected="A closed shape stays closed: each edge twice, once each way, and no ray from within gets out.",
-    source="Embree issue 286",
-)
-def edges() -> Outcome:
+def edges() -> Iterator[Outcomes]:
     """Solids moved by hills: all fine edges, and rays from the centre at their corners and middles."""
-    parts = []
     for shape in closed_shapes():
         document = relief_scene(shape, 20, 0.3)
         moved, still = (fine_mesh(document, hills(), scale) for scale in (0.3, 0.0))
@@ -141,8 +129,7 @@ def edges() -> Outcome:
         targets = np.hstack([moved.vertices[0], (moved.vertices[0] + moved.vertices[1]) / 2])
         plan = compiled(document, DOUBLE, {"map": png(hills())})
         lost = tally(np.isinf(renderer.trace(plan, np.zeros_like(targets.T), targets.T).t))
-        parts.append(Outcome(count + targets.shape[1], wrong + lost, textbook=open_edges(apart)[1]))
-    return total(parts)
+        yield Outcome(count + targets.shape[1], wrong + lost, textbook=open_edges(apart)[1])
 
 
 def _moved_alone(still: Triangles, corner: int) -> Floats:
@@ -161,20 +148,6 @@ def flat_shapes() -> list[Json]:
         mesh(*outward([0, 0, 0], 1.5, 1), smooth=True),
         sphere([0, 0, 0], 1.5),
     ]
-
-
-@SECTION.case(
-    "G10: flat height maps",
-    symptom="A shape with a displacement map that is flat shows facets, or rounded edges, that it did not "
-    "have.",
-    cause="The fine mesh is shaded with its own normals: facets of what was smooth, and means across edges.",
-    remedy="Normals are those of the shape before, turned by what the relief adds to the fine mesh's.",
-    expected="The undisplaced picture, within a^2 where normals differ by a from corner to corner of a fine "
-    "triangle, but for the rim of a ball where it turns away by more than 60 degrees.",
-)
-def flat_heights() -> Outcome:
-    """The pixels of a picture, before and after; and of the fine mesh as a smooth one."""
-    return total(_flat(shape) for shape in flat_shapes())
 
 
 def _flat(shape: Json) -> Outcome:
@@ -212,21 +185,6 @@ def ridge() -> NDArray[Any]:
     heights = np.zeros((TEXELS, TEXELS), dtype=np.uint16)
     heights[:, 28:36] = WHITE
     return heights
-
-
-@SECTION.case(
-    "G10: the shadow of a fine relief",
-    symptom="A fine relief has no shadows, or the whole surface is covered with dots of its own shadow.",
-    cause="Shadow rays start a fixed length above the surface, which is more than the relief is high, or "
-    "less than rounding.",
-    remedy="Shadow rays start on the surface; the triangle they leave is left out, and its neighbours are "
-    "intersected by exact edges.",
-    expected="Behind a ridge of 1e-4 of the surface's size, shadow as far as geometry says, and light "
-    "before and beyond, in scenes a thousandth and a thousand times the size.",
-)
-def fine_shadow() -> Outcome:
-    """Places before the ridge, in its shadow and beyond, one cell of the fine mesh from the border."""
-    return total(_shadow(scale) for scale in (1e-3, 1.0, 1e3))
 
 
 def _shadow(scale: float) -> Outcome:
@@ -280,20 +238,6 @@ def boxes() -> list[list[Json]]:
     return [whole, halves]
 
 
-@SECTION.case(
-    "G12: edges of displaced neighbours",
-    symptom="A box of displaced rectangles falls apart: one sees through along all of its edges.",
-    cause="Each shape moves the common edge along its own normal by its own heights, and is cut into parts "
-    "of its own length.",
-    remedy="Shapes of one relief whose borders agree bit for bit are cut alike, and places that they share "
-    "move along one normal by one height, the means of theirs.",
-    expected="A box stays closed: each fine edge twice, once each way, and no ray from within gets out.",
-)
-def neighbours() -> Outcome:
-    """Boxes moved by hills, and for the textbook the same shapes moved one by one."""
-    return total(_closed(shapes) for shapes in boxes())
-
-
 def _closed(shapes: list[Json]) -> Outcome:
     document = {**relief_scene(shapes[0], 30, HEIGHT), "shapes": shapes}
     together = fine_mesh(document, hills(), HEIGHT, range(len(shapes))).vertices
@@ -303,3 +247,11 @@ def _closed(shapes: list[Json]) -> Outcome:
     lost = tally(np.isinf(renderer.trace(plan, np.full_like(targets, 0.05), targets - 0.05).t))
     apart = [fine_mesh(document, hills(), HEIGHT, [number]).vertices for number in range(len(shapes))]
     return Outcome(count + len(targets), wrong + lost, open_edges(np.concatenate(apart, axis=2))[1])
+
+
+CASES: Cases = {
+    "G9: edges of displaced faces": edges,
+    "G10: flat height maps": lambda: (_flat(shape) for shape in flat_shapes()),
+    "G10: the shadow of a fine relief": lambda: (_shadow(scale) for scale in (1e-3, 1.0, 1e3)),
+    "G12: edges of displaced neighbours": lambda: (_closed(shapes) for shapes in boxes()),
+}

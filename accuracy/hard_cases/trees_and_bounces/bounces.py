@@ -2,7 +2,7 @@
 
 import itertools
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 
 import mpmath
@@ -10,20 +10,20 @@ import numpy as np
 
 import renderer
 from accuracy.hard_cases.documents import Json, camera, phong, rectangle, scene, sphere, triangle
-from accuracy.hard_cases.formulas import plain_fresnel, plain_meetings, true_fresnel
+from accuracy.hard_cases.formulas import plain_fresnel, plain_hits, true_fresnel
 from accuracy.hard_cases.harness import (
     DOUBLE,
     EPS,
     QUALITIES,
+    Cases,
     Outcome,
-    Section,
+    Outcomes,
     compiled,
     eps_of,
     exact,
     in_both,
     rays_of,
     tally,
-    total,
 )
 from accuracy.hard_cases.shadows.plain import STEP
 from accuracy.hard_cases.shadows.scenes import (
@@ -43,7 +43,6 @@ from renderer.materials.optics import fresnel, refracted
 from renderer.math.arrays import Floats, Integers, Masks, Pairs, dot, unit
 from renderer.waves import Wave, camera_wave
 
-SECTION = Section("Mirrors and glass")
 UNSEEN = 2.0**-24
 """Radiance that a path which ends could add at most, as the scene language says; none here is above 1."""
 
@@ -87,14 +86,6 @@ def beyond(shares: Pairs, cosines: Pairs, ratio: float, eps: float) -> int:
     return wrong
 
 
-@SECTION.case(
-    "H6: the critical angle",
-    symptom="Black or white dots on a ring inside of glass.",
-    cause="Just at the angle the square of the refracted cosine comes out as -1e-16, whose root is NaN.",
-    remedy="The square is taken as 0 where it is negative, which makes the reflected share exactly 1.",
-    expected="Finite directions; shares between those of cosines 4 eps to either side, to 4 eps; 1 beyond.",
-    source="Born and Wolf, Principles of Optics, 1.5; geometry (from index 1.5 to 1 the sine is 2/3)",
-)
 def critical_angle() -> Outcome:
     """From inside, at cosines down to a rounding of the critical one, and on both sides of it."""
     steps = np.concatenate([side * 10.0 ** np.arange(-17, -0.9, 0.25) for side in (-1, 1)] + [[0.0]])
@@ -112,14 +103,6 @@ def _plain_shares(cosines: Floats, dtype: type[np.floating]) -> int:
     return beyond(shares.astype(np.float64), given.astype(np.float64), 1.5, eps_of(dtype))
 
 
-@SECTION.case(
-    "H7: facing mirrors",
-    symptom="A render that never ends, or stops for want of memory, where two mirrors face each other.",
-    cause="Every bounce asks for another one.",
-    remedy="A material bounds the number of bounces, and a path ends that can add 2^-24 at most.",
-    expected="Each pixel is the geometric sum of its bounces to 1e-13 relative, and each bounce is counted.",
-    source="Whitted 1980, An improved illumination model for shaded display; Hall and Greenberg 1983",
-)
 def facing_mirrors() -> Outcome:
     """A camera between two mirrors that fill its view, without light but the ambient."""
     tried = wrong = 0
@@ -145,35 +128,23 @@ def _corridor(strength: float, depth: int) -> renderer.RenderPlan:
 SPHERES = [(radius, place) for radius in (1e-6, 1.0, 1e4) for place in (0.0, 1e3)]
 
 
-@SECTION.case(
-    "H8: a ray that leaves glass",
-    symptom="Glass balls that are black, or show no inside, in a model of small or large units.",
-    cause="The start of the inner ray is moved by a length, or hits nearer than a length are dropped; the "
-    "other side may be nearer.",
-    remedy="No ray is moved: a shape knows the rays that begin on it, and to which side they go.",
-    expected="Every ray hits a ball exactly twice, whatever its size and place; behind a unit ball at the "
-    "origin each component of the direction is right to 32 eps, 16 a bounce.",
-    source="geometry (a ray through a ball turns by twice the difference of its two angles)",
-)
-def leaving_glass() -> Outcome:
+def leaving_glass() -> Iterator[Outcomes]:
     """Parallel rays at balls, up to 0.8 of the radius from the middle."""
     rng = np.random.default_rng(1)
     turns, away = rng.uniform(0, 2 * np.pi, 200), np.sqrt(rng.uniform(0, 0.64, 200))
     directions = np.broadcast_to([[0.0], [0.0], [-1.0]], (3, 200)).copy()
-    outcomes = []
     for radius, place in SPHERES:
         center = np.full((3, 1), place)
         origins = center + radius * np.stack((away * np.cos(turns), away * np.sin(turns), np.full(200, 3.0)))
         ball = scene(sphere(center[:, 0], radius), materials={"plain": GLASS})
         chain = through(ball, origins, directions)
-        met = np.zeros(200, dtype=np.int64)
+        hits = np.zeros(200, dtype=np.int64)
         for wave in chain:
-            met[wave.targets] += np.isfinite(wave.rays.t)
-        plain = in_both(partial(plain_meetings, center, radius, origins, directions))
-        outcomes.append(Outcome(200, *(tally(number != 2) for number in (met, *plain))))
+            hits[wave.targets] += np.isfinite(wave.rays.t)
+        plain = in_both(partial(plain_hits, center, radius, origins, directions))
+        yield Outcome(200, *(tally(number != 2) for number in (hits, *plain)))
         if (radius, place) == (1.0, 0.0):
-            outcomes.append(Outcome(200, _wrong_turns(chain[2], origins)))
-    return total(outcomes)
+            yield Outcome(200, _wrong_turns(chain[2], origins))
 
 
 @exact
@@ -190,16 +161,6 @@ def _wrong_turns(behind: Wave, origins: Floats) -> int:
     return wrong
 
 
-@SECTION.case(
-    "H12: the edge of a glass block",
-    symptom="A line of wrong pixels along the edge of a glass block that stands in the very middle of "
-    "the picture.",
-    cause="At the edge a ray hits two faces in one place, and is bent by both.",
-    remedy="A face that a ray passes in the place where it passed another of the same glass, the same way, "
-    "bends nothing more.",
-    expected="Inside, the direction by Snell's law of the one face or of the other, to 16 eps a component.",
-    source="geometry (beside the edge there is one face only)",
-)
 def edge_of_glass() -> Outcome:
     """Turned cubes, seen along the bisector of two faces, more or less."""
     rng = np.random.default_rng(6)
@@ -229,15 +190,7 @@ def _bent_by_none(bent: Floats, ways: Floats, normals: Floats) -> int:
     return tally(~(np.minimum(*off) <= 16 * EPS))
 
 
-@SECTION.case(
-    "H9: glass of index 1",
-    symptom="The outline of a ball of air shines like a ring.",
-    cause="1 - (1 - c^2) is not c^2 for a small cosine c, so Fresnel's formulas see two different angles.",
-    remedy="The square is written (1 - n)(1 + n) + (n c)^2: for n = 1 the square of the cosine itself.",
-    expected="A reflected share of exactly 0 at every angle, and the very picture without the glass.",
-    source="geometry (nothing bends or reflects between two parts of one thing)",
-)
-def index_one() -> Outcome:
+def index_one() -> Outcomes:
     """Cosines down to 1e-12, and a room seen through a ball, a box side and a prism of index 1."""
     cosines = 10.0 ** -np.linspace(0, 12, 500)
     viewers = np.stack((np.sqrt(1 - cosines * cosines), cosines, np.zeros(500)))
@@ -246,7 +199,7 @@ def index_one() -> Outcome:
         *in_both(lambda dtype: plain_fresnel(cosines.astype(dtype), np.ones(500, dtype))),
     )
     off = _seen_through_air()
-    return total([Outcome(500, *(tally(each != 0) for each in shares)), Outcome(off.size, tally(off))])
+    return [Outcome(500, *(tally(each != 0) for each in shares)), Outcome(off.size, tally(off))]
 
 
 def _seen_through_air() -> Floats:
@@ -277,20 +230,8 @@ ACROSS = (2, 0, 1)
 """Axis that the walls of a room are across, in their order."""
 
 
-@SECTION.case(
-    "H13: corners of facing mirrors",
-    symptom="Dark dots along the lines where mirrors meet, among the places that are dark for a reason: "
-    "their paths come to the last bounce.",
-    cause="In a corner the way from one mirror to the next is shorter than rounding. What steps over a "
-    "length leaves the room there.",
-    remedy="No ray is moved: it knows the surface that it leaves, and on which side of the walls its path "
-    "came there.",
-    expected="At the corner lines a path is dark exactly where it needs more bounces than allowed. How many, "
-    "the straight way through rooms mirrored at their walls says.",
-)
-def facing_corners() -> Outcome:
+def facing_corners() -> Iterator[Outcomes]:
     """Rooms with one or two pairs of facing mirrors; the other walls are lit by lights in the room."""
-    outcomes = []
     upright = Place(np.zeros(3), np.eye(3), 1.0)
     for number, (axes, kind) in enumerate(itertools.product(AXES, WALLS)):
         depth, seed = DEPTHS[number % 3], [number, 4]
@@ -308,8 +249,7 @@ def facing_corners() -> Outcome:
                 pattern=PATTERNS[number % 4],
                 depth=depth,
             )
-            outcomes.append(Outcome(dark.size, tally((light == 0) != dark), *plain))
-    return total(outcomes)
+            yield Outcome(dark.size, tally((light == 0) != dark), *plain)
 
 
 def bounces(ways: Floats, axes: Sequence[int]) -> Floats:
@@ -346,6 +286,16 @@ def _next_wall(at: Pairs, along: Pairs) -> tuple[Integers, Pairs]:
     for axis, side in itertools.product(range(3), (-1, 1)):
         t = (side - at[:, axis]) / along[:, axis]
         places = np.delete(at + t[:, None] * along, axis, axis=1)
-        met = (t > STEP) & (np.abs(places) <= 1).all(axis=1) & (t < nearest)
-        nearest, wall = np.where(met, t, nearest), np.where(met, axis, wall)
+        hits = (t > STEP) & (np.abs(places) <= 1).all(axis=1) & (t < nearest)
+        nearest, wall = np.where(hits, t, nearest), np.where(hits, axis, wall)
     return wall, nearest
+
+
+CASES: Cases = {
+    "H6: the critical angle": critical_angle,
+    "H7: facing mirrors": facing_mirrors,
+    "H8: a ray that leaves glass": leaving_glass,
+    "H12: the edge of a glass block": edge_of_glass,
+    "H9: glass of index 1": index_one,
+    "H13: corners of facing mirrors": facing_corners,
+}

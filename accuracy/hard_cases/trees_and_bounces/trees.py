@@ -1,7 +1,7 @@
 """Hard cases H: trees of boxes, which must find what asking every triangle finds."""
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -9,8 +9,19 @@ from typing import Any
 import numpy as np
 
 import renderer
-from accuracy.hard_cases.documents import Json, bulb, camera, mesh, phong, scene
-from accuracy.hard_cases.harness import Outcome, Section, compiled, in_both, plain_only, tally, total, traced
+from accuracy.hard_cases.documents import Json, bulb, camera, mesh, phong, rectangle, scene, triangle
+from accuracy.hard_cases.harness import (
+    Cases,
+    Outcome,
+    Outcomes,
+    compiled,
+    in_both,
+    plain_only,
+    tally,
+    traced,
+)
+from accuracy.hard_cases.shadows.plain import pieces
+from accuracy.hard_cases.shadows.scenes import SCALES, Place, grid, places
 from renderer.interaction import Rays
 from renderer.math.arrays import Floats, Integers, Masks, Pairs
 from renderer.math.numerics import finite
@@ -26,22 +37,9 @@ BoxTest = Callable[[Box, Pairs, Pairs], Masks]
 def nearest(
     corners: Floats, origins: Floats, directions: Floats, order: Integers | None = None
 ) -> tuple[Floats, Integers]:
-    """Distance and number of the nearest triangle of (T, 3, 3), of equal ones the first that was asked.
+    """Distance and number (N,) of the nearest triangle of (T, 3, 3), inf and -1 for a miss.
 
-    Parameters
-    ----------
-    corners : (T, 3, 3) float64
-        Triangle, vertex, coordinate.
-    origins, directions : (N, 3) float64
-    order : (T,) int64, optional
-        In which the triangles are asked; by number unless given.
-
-    Returns
-    -------
-    t : (N,) float64
-        inf for a miss.
-    first : (N,) int64
-        -1 for a miss.
+    Of equal ones the first that is asked: they are in the order of their numbers, or another (T,).
     """
     t, first = np.full(len(origins), np.inf), np.full(len(origins), -1)
     for number in np.arange(len(corners)) if order is None else order:
@@ -51,16 +49,16 @@ def nearest(
     return t, first
 
 
-def nearest_in_met_boxes(
-    corners: Floats, origins: Floats, directions: Floats, meets: BoxTest, dtype: type[np.floating]
+def nearest_in_hit_boxes(
+    corners: Floats, origins: Floats, directions: Floats, is_hit: BoxTest, dtype: type[np.floating]
 ) -> Floats:
     """Distance (N,) of the nearest triangle, where only those are asked whose box a test in `dtype` hits."""
     start, along = origins.astype(dtype), directions.astype(dtype)
     t = np.full(len(origins), np.inf)
-    for triangle in corners:
-        rays, found = _hits(triangle, origins, directions)
-        met = meets(box_of(triangle, dtype), start[rays], along[rays])
-        np.minimum.at(t, rays[met], found[met])
+    for face in corners:
+        rays, found = _hits(face, origins, directions)
+        hit = is_hit(box_of(face, dtype), start[rays], along[rays])
+        np.minimum.at(t, rays[hit], found[hit])
     return t
 
 
@@ -78,10 +76,10 @@ def nearest_by_entries(
     """
     start, inverse = origins.astype(dtype), 1 / directions.astype(dtype)
     t = np.full(len(origins), np.inf)
-    for triangle in corners[::-1]:
-        sides = [(side - start) * inverse for side in box_of(triangle, dtype)]
+    for face in corners[::-1]:
+        sides = [(side - start) * inverse for side in box_of(face, dtype)]
         begins = np.minimum(*sides).max(axis=1)
-        rays, found = _hits(triangle, origins, directions)
+        rays, found = _hits(face, origins, directions)
         asked = begins[rays] <= t[rays]
         np.minimum.at(t, rays[asked], found[asked])
     return t
@@ -108,8 +106,6 @@ def exact_sides_slabs(box: Box, origins: Pairs, directions: Pairs) -> Masks:
     far = np.fmin.reduce(np.fmax(first, second), axis=1)
     return (near <= far) & (far >= 0)
 
-
-SECTION = Section("Trees")
 
 STEPS = 1024
 """Coordinates are multiples of 1 / STEPS below 4, so that differences of them are exact in float32 too."""
@@ -139,22 +135,12 @@ def compared(
     number = np.where(hits.shape < 0, -1, hits.primitive)
     plain: list[int] = []
     if textbook is not None:
-        asked = in_both(partial(nearest_in_met_boxes, corners, origins, directions, textbook))
+        asked = in_both(partial(nearest_in_hit_boxes, corners, origins, directions, textbook))
         plain = [tally(found != t) for found in asked]
     return Outcome(len(t), tally((hits.t != t) | (number != first)), *plain)
 
 
-@SECTION.case(
-    "H1: rays in the plane of a box's side",
-    symptom="Lines of holes in meshes with axis-parallel faces, where the view is along an axis.",
-    cause="0 times infinity is NaN, minimum and maximum hand it on, and the box counts as missed.",
-    remedy="Boxes are widened by the rounding of what they hold: a ray that hits something in a box never "
-    "lies in the plane of its side.",
-    expected="Distance and number of the nearest triangle as of asking every one, bit for bit; +0 and -0 "
-    "alike.",
-    source="Ize 2013, Robust BVH ray traversal; Embree, pull request 589",
-)
-def in_the_plane_of_a_side() -> Outcome:
+def in_the_plane_of_a_side() -> Outcomes:
     """Whole and half numbers: in the planes of boxes, on edges, on vertices, and between."""
     rng = np.random.default_rng(2)
     origins = rng.integers(-4, 16, (2000, 3)) / 2
@@ -163,19 +149,9 @@ def in_the_plane_of_a_side() -> Outcome:
     directions[~directions.any(axis=1)] = [0, 0, 1]
     negative = np.copysign(directions, np.where(directions, directions, rng.choice([-1.0, 1.0], (2000, 3))))
     corners = lattice(5)
-    return total(compared(corners, origins, along, plain_slabs) for along in (directions, negative))
+    return (compared(corners, origins, along, plain_slabs) for along in (directions, negative))
 
 
-@SECTION.case(
-    "H2: rays at the edges of boxes",
-    symptom="Single pixels that show what is behind a mesh, at its vertices and along its outline.",
-    cause="Distances to the sides of a box are rounded, so a ray that touches it seems to leave before it "
-    "enters.",
-    remedy="The far side is moved out by 1 + 2 gamma(3), and boxes are widened by the rounding of what they "
-    "hold.",
-    expected="Distance and number of the nearest triangle as of asking every one, bit for bit.",
-    source="Ize 2013, Robust BVH ray traversal; pbrt-v4, Bounds3::IntersectP",
-)
 def at_the_edges() -> Outcome:
     """Rays through vertices, where a triangle touches the edges of its box; all numbers exact in float32.
 
@@ -189,26 +165,15 @@ def at_the_edges() -> Outcome:
     return compared(corners, origins, targets - origins, exact_sides_slabs)
 
 
-@SECTION.case(
-    "H3: boxes that are flat, points, or all in one place",
-    symptom="Building never ends, or the tree is one long chain and every ray slow.",
-    cause="A builder that shares out places by where they are divides by the extent of their box: 0.",
-    remedy="Triangles are shared out by number, half and half, whatever their places are.",
-    expected="The first of 1,000 equal triangles is hit; flat meshes as of asking every triangle; triangles "
-    "that are points are not hit.",
-    source="Wald 2007, On fast construction of SAH-based bounding volume hierarchies",
-)
-def in_one_place() -> Outcome:
+def in_one_place() -> Iterator[Outcomes]:
     """A thousand equal triangles, a flat mesh, and triangles that are points."""
     rng = np.random.default_rng(4)
     equal = np.broadcast_to([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]], (1000, 3, 3))
     points = np.repeat(rng.integers(-8, 8, (300, 1, 3)) / 4, 3, axis=1)
-    outcomes = []
     for corners in (equal, lattice(12)[:288], points):
         targets = corners[rng.integers(0, len(corners), 200)].mean(axis=1)
         origins = targets + rng.integers(-8, 9, (200, 3)) / 4 + [0, 0, 4]
-        outcomes.append(compared(corners, origins, targets - origins))
-    return total(outcomes)
+        yield compared(corners, origins, targets - origins)
 
 
 @dataclass
@@ -222,15 +187,6 @@ class Watch:
         self.seen += tally(~(finite(rays.origins) & finite(rays.directions)))
 
 
-@SECTION.case(
-    "H4: rays that are not finite",
-    symptom="A picture takes minutes because of a few rays that are NaN.",
-    cause="A test that drops NaN lets such a ray into every box of the tree.",
-    remedy="Rays with a component that is not finite are taken out before anything is tested, and miss.",
-    expected="Misses without visibility. None comes to a shape or a tree, so each costs no box at all, where "
-    "Embree allows 2.5 times a ray's. The finite rays among them hit what they hit alone, bit for bit.",
-    source="Embree, limits of its own tests",
-)
 def not_finite() -> Outcome:
     """NaN and both infinities in every component of origins and directions."""
     rng = np.random.default_rng(5)
@@ -257,41 +213,23 @@ def _visited(corners: Floats, rays: Floats, dtype: type[np.floating]) -> Integer
     return np.sum([exact_sides_slabs(box, given[:, :3], given[:, 3:]) for box in boxes], axis=0)
 
 
-@SECTION.case(
-    "H10: faces that overlap in one plane",
-    symptom="Speckles of two colours where faces overlap, when they are seen from far away.",
-    cause="Boxes behind a known hit are left out, and where a box begins is rounded: a face in it may be hit "
-    "before that.",
-    remedy="A box is left out only where it begins farther than the hit by gamma(32).",
-    expected="Distance and number of the nearest triangle as of asking every one, bit for bit.",
-)
-def overlapping() -> Outcome:
+def overlapping() -> Iterator[Outcomes]:
     """Triangles in one plane, from up to 200 and up to 12,000 units away."""
     rng = np.random.default_rng(7)
     corners = rng.integers(-2 * STEPS, 2 * STEPS, (60, 3, 3)) / STEPS
     corners[..., 2] = 0.5
     targets = np.concatenate((corners.mean(axis=1)[:, :2], np.full((60, 1), 0.5)), axis=1)
-    outcomes = []
     for away in (64, 4096):
         origins = np.round(rng.normal(size=(1500, 3)) * away)
         directions = np.round(targets[rng.integers(0, 60, 1500)] * STEPS) / STEPS - origins
         t, _ = nearest(corners, origins, directions)
         plain = in_both(partial(nearest_by_entries, corners, origins, directions))
-        outcomes += [
+        yield [
             compared(corners, origins, directions),
             plain_only(*(tally(each != t) for each in plain)),
         ]
-    return total(outcomes)
 
 
-@SECTION.case(
-    "H5: faces in one place",
-    symptom="Speckles of two colours where faces coincide, different with every change of the tree or tile.",
-    cause="Of hits at the same distance the first that was found is kept, and the order is the tree's.",
-    remedy="Of equal hits the lowest shape counts, then the lowest triangle, in every comparison.",
-    expected="The lowest number, however the triangles are shared out to meshes; pictures with a second mesh "
-    "in the same place have the bytes of those without, at tiles of 5 pixels too.",
-)
 def equal_distances() -> Outcome:
     """Every triangle three times, once in the opposite order."""
     rng = np.random.default_rng(6)
@@ -326,3 +264,67 @@ def _two_colors(corners: Floats) -> Masks:
         plan = compiled(document)
         images.append(renderer.render(plan, tile_size=5 * len(shapes)).image)
     return (images[0] != images[1]).any(axis=2)
+
+
+KINDS = ("rectangle", "triangle", "small mesh", "large mesh")
+"""Of what lies in the plane of a rectangle; only the large mesh is in a tree."""
+
+CORNERS = np.array([[-0.7, -0.9], [1.0, -0.4], [0.1, 0.8]])
+"""A triangle in the middle of all of them, across and along."""
+
+
+def overlapping_shapes() -> Iterator[Outcomes]:
+    """A rectangle, and something else in its plane before it or after it in the scene."""
+    for kind in KINDS:
+        for number, (chosen, place) in enumerate(
+            itertools.chain(places(f"plane {kind}"), places(f"plane {kind} sizes", (1.0,), SCALES))
+        ):
+            pair = [rectangle(*_rectangle(place, 2.0)), _other(kind, place)][:: 1 - 2 * (number % 2)]
+            targets, origins = _rays(place, chosen)
+            ways = targets - origins
+            plain = in_both(partial(_plainly, pair, origins, ways))
+            found = (traced(pair, origins, ways).shape, *plain)
+            yield Outcome(len(targets), *(tally(number != 0) for number in found))
+
+
+def _rectangle(place: Place, half: float) -> tuple[Floats, Floats, Floats]:
+    return place.at(-half, -half, 0), place.way(2 * half, 0, 0), place.way(half / 3, 2 * half, 0)
+
+
+def _other(kind: str, place: Place) -> Json:
+    if kind == "rectangle":
+        return rectangle(*_rectangle(place, 1.5))
+    if kind == "triangle":
+        return triangle(*place.at(*(1.5 * CORNERS).T, 0))
+    steps = np.linspace(-1.4, 1.4, 4 if kind == "small mesh" else 8)
+    vertices, faces = grid(place, steps, 0.0)
+    return mesh(vertices, faces)
+
+
+def _rays(place: Place, chosen: np.random.Generator) -> tuple[Floats, Floats]:
+    """Places (60, 3) well inside of both shapes, and origins above them."""
+    across, along = (chosen.dirichlet([1, 1, 1], 60) @ CORNERS).T
+    view, turn = 10 ** chosen.uniform(-2.5, 0, 60), chosen.uniform(0, 2 * np.pi, 60)
+    targets = place.at(across, along, 0)
+    return targets, targets + 3 * place.way(np.cos(turn), np.sin(turn), view)
+
+
+def _plainly(pair: list[Json], origins: Floats, ways: Floats, dtype: type[np.floating]) -> Integers:
+    """Number of the nearer of two shapes, the first of equal ones, for rays (N, 3)."""
+    begins, along = origins.astype(dtype)[:, None], ways.astype(dtype)[:, None]
+    nearest = []
+    for shape in pair:
+        formula, parts = pieces([shape])
+        nearest.append(formula([part.astype(dtype) for part in parts], begins, along).min(axis=1))
+    return np.argmin(np.stack(nearest), axis=0)
+
+
+CASES: Cases = {
+    "H1: rays in the plane of a box's side": in_the_plane_of_a_side,
+    "H2: rays at the edges of boxes": at_the_edges,
+    "H3: boxes that are flat, points, or all in one place": in_one_place,
+    "H4: rays that are not finite": not_finite,
+    "H10: faces that overlap in one plane": overlapping,
+    "H5: faces in one place": equal_distances,
+    "H11: shapes that overlap in one plane": overlapping_shapes,
+}

@@ -11,20 +11,17 @@ from pathlib import Path
 import pytest
 
 import accuracy.hard_cases
-from accuracy.hard_cases import Outcome, Section
+from accuracy.hard_cases import Outcome, Section, section
 from service.cli import numerics, output, trials
 from service.cli.errors import ExitCode
 from service.cli.process import outcome
 
-TEXTS = dict.fromkeys(("symptom", "cause", "remedy", "expected", "source"), "Words.")
 RIGHT = Outcome(tried=1200, wrong=0, textbook=7, textbook_single=340, worst=0.25)
 
 
 def section_of(**cases: Callable[[], Outcome]) -> Section:
-    section = Section("Doors")
-    for number, (name, run) in enumerate(cases.items(), start=1):
-        section.case(f"Z{number}: {name.replace('_', ' ')}", **TEXTS)(run)
-    return section
+    numbered = enumerate(cases.items(), start=1)
+    return section("Doors", {f"Z{i}: {name.replace('_', ' ')}": run for i, (name, run) in numbered})
 
 
 def breaks() -> Outcome:
@@ -46,8 +43,8 @@ def doctor(
 ) -> Callable[..., tuple[int, str]]:
     """Run the command in this process, on a catalogue; give its exit code and what it printed."""
 
-    def run(section: Section, *words: str) -> tuple[int, str]:
-        monkeypatch.setattr(accuracy.hard_cases, "sections", lambda: (section,))
+    def run(known: Section, *words: str) -> tuple[int, str]:
+        monkeypatch.setattr(accuracy.hard_cases, "sections", lambda: (known,))
         monkeypatch.setattr(numerics, "MOST_WORKERS", 1)
         return outcome(["doctor", "--numerics", *words]), capsys.readouterr().out
 
@@ -68,14 +65,14 @@ def test_every_case_is_a_line_with_its_counts_and_the_sum_comes_last(doctor: Doc
     assert "7 wrong in float64 and 340 in float32" in lines[3][0]
 
 
-def test_a_wrong_answer_makes_the_exit_code_1_and_is_told_again_at_the_end(doctor: Doctor) -> None:
+def test_a_wrong_answer_makes_the_exit_code_1_and_is_repeated_at_the_end(doctor: Doctor) -> None:
     code, out = doctor(section_of(jams=lambda: Outcome(tried=40, wrong=3)))
     assert code == ExitCode.BELOW_THRESHOLD == 1
     assert "wrong Z1 Doors: jams: 3 of 40 answers" in out
     assert "1 wrong" in out.splitlines()[-2]
 
 
-def test_a_case_that_breaks_off_is_wrong_with_its_message_and_the_others_go_on(doctor: Doctor) -> None:
+def test_a_case_that_breaks_off_is_wrong_with_its_message_and_the_others_are_tried(doctor: Doctor) -> None:
     code, out = doctor(FAULTY, "--json")
     cases = {case["name"]: case for case in json.loads(out)["cases"]}
     assert code == ExitCode.BELOW_THRESHOLD
@@ -121,10 +118,10 @@ def test_the_table_keeps_every_count_whole_in_a_narrow_and_in_a_wide_terminal(
 ) -> None:
     name = "a case whose name is about as long as any of them gets to be"
     large = Outcome(tried=1_234_567, wrong=0, textbook=1_234_566, textbook_single=1_234_565)
-    section = section_of(**{name: lambda: large})
+    known = section_of(**{name: lambda: large})
     monkeypatch.setenv("COLUMNS", str(width))
     monkeypatch.setattr(output, "on_terminal", lambda: True)
-    numerics.show(list(trials.one_after_another([section])))
+    numerics.show(list(trials.one_after_another([known])))
     lines = capsys.readouterr().out.splitlines()
     assert max(map(len, lines)) <= width
     assert all(any(count in line for line in lines) for count in ("1,234,567", "1,234,566", "1,234,565"))

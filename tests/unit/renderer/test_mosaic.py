@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from renderer.cameras import Mosaic, Pinhole
+from renderer.cameras import build_lens as thin_lens
 from renderer.cameras import build_pinhole as pinhole
-from renderer.cameras.thin_lens import build as thin_lens
 from schemas.cameras import Camera
 from schemas.sampling import Antialiasing
 

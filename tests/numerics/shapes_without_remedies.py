@@ -1,26 +1,33 @@
-"""The renderer's code without its remedies: textbook formulas, or the same code without a guard.
+"""Scene files, cameras, shapes and trees without their remedies: textbook formulas, or no guard.
 
 Each function or method has the signature of what it stands for.
 """
 
+import json
 from collections.abc import Callable
+from dataclasses import fields
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
 from accuracy.hard_cases import formulas
-from renderer.images.colors import srgb_from_linear
+from renderer.accelerators.bvh import NOTHING, Level
+from renderer.cameras import Pinhole, build_pinhole
 from renderer.interaction import Points, Rays
-from renderer.math.arrays import Floats, Masks, dot, unit
+from renderer.math.arrays import Floats, dot, unit
 from renderer.math.numerics import gamma
-from renderer.samplers import PATTERNS
 from renderer.shapes import ellipsoids, woop
-from renderer.shapes.borders import Lift
 from renderer.shapes.ellipsoids import Ellipsoids
 from renderer.shapes.family import WHOLE
 from renderer.shapes.rectangles import Rectangles
 from renderer.shapes.triangles import Triangles
+from schemas.cameras import Camera
+
+
+def unchecked(source: dict[str, Any] | bytes) -> Any:
+    """A scene file as the standard parser reads it: with NaN, infinities, and anything in any field."""
+    return json.loads(source) if isinstance(source, bytes) else source
 
 
 def plain_unit(v: Floats) -> Floats:
@@ -49,6 +56,20 @@ def between_places(view: Any, x: Floats, y: Floats) -> Floats:
     return (view.position + view.forward + view.right * across + view.up * along) - view.position
 
 
+BUILD = build_pinhole
+
+
+def at_the_focal_length(camera: Camera) -> Pinhole:
+    """A camera whose rays pass through points of the virtual screen."""
+
+    class Screen(Pinhole):
+        def directions(self, x: Floats, y: Floats) -> Floats:
+            return formulas.through_the_screen(self, x, y, np.float64, camera.focal_length)
+
+    view = BUILD(camera)
+    return Screen(**{item.name: getattr(view, item.name) for item in fields(view)})
+
+
 WATERTIGHT = woop.hits
 
 
@@ -71,6 +92,17 @@ def hits_by(limit: float) -> Callable[..., woop.PairHits]:
         return woop.PairHits(found, t[found], u[found], v[found])
 
     return hits
+
+
+def hits_or_nan(vertices: Floats, origins: Floats, directions: Floats, start: Any = None) -> woop.PairHits:
+    """The same, where 0/0 is no miss."""
+    del start
+    places = [vertex.T for vertex in np.broadcast_to(vertices, (3, *directions.shape))]
+    begins = np.broadcast_to(origins, directions.shape).T
+    with np.errstate(all="ignore"):
+        t = formulas.moeller_trumbore(places, begins, directions.T)
+    found = np.flatnonzero(~np.isinf(t))
+    return woop.PairHits(found, t[found], t[found], t[found])
 
 
 def hits_in_single(vertices: Floats, origins: Floats, directions: Floats, start: Any = None) -> woop.PairHits:
@@ -102,6 +134,12 @@ def along_the_ray(family: Triangles, points: Points, chosen: Any, shapes: Any) -
     points.positions[:, chosen] = (origins + points.t * points.directions)[:, chosen]
 
 
+def not_turned(family: Triangles, points: Points, chosen: Any, shapes: Any) -> None:
+    """Normals on the outward side, wherever the ray came from."""
+    LOCATE(family, points, chosen, shapes)
+    points.normals[:, chosen] = points.shading_normals[:, chosen] = family.normals[:, shapes]
+
+
 def projected(limit: float) -> Callable[[Rectangles, int, Rays], None]:
     """A rectangle's hits by projection on its edges."""
 
@@ -118,14 +156,42 @@ def projected(limit: float) -> Callable[[Rectangles, int, Rays], None]:
     return intersect
 
 
-def quadratic(dtype: Any) -> Callable[[Ellipsoids, int, Rays], None]:
-    """An ellipsoid's hits by b^2 - 4ac, after one matrix that also moves."""
+def projected_or_nan(family: Rectangles, shape: int, rays: Rays) -> None:
+    """The same, where 0/0 is no miss."""
+    parts = [part[:, shape] for part in (family.anchors, family.first, family.second)]
+    begins = np.broadcast_to(rays.origins, rays.directions.shape).T
+    with np.errstate(all="ignore"):
+        t = formulas.projected_on_edges(parts, begins, rays.directions.T)
+    found = np.flatnonzero(~np.isinf(t))
+    rays.offer(found, t[found], (t[found], t[found]), family.numbers[shape : shape + 1], WHOLE)
+
+
+def taken_unless_farther(rays: Rays, candidates: Any, t: Floats, *what: Any) -> None:
+    """Hits that are not known to be farther: a comparison with NaN is false."""
+    nearer = ~(t >= rays.t[candidates])
+    rays.t[candidates[nearer]] = t[nearer]
+    rays.shapes[candidates[nearer]] = np.broadcast_to(what[1], t.shape)[nearer]
+
+
+OFFER = Rays.offer
+
+
+def first_come(rays: Rays, candidates: Any, t: Floats, *what: Any) -> None:
+    """Of equal hits the first that was found."""
+    coordinates, *numbers = what
+    new = t < rays.t[candidates]
+    places = tuple(part[new] for part in coordinates)
+    OFFER(rays, candidates[new], t[new], places, *(np.broadcast_to(each, t.shape)[new] for each in numbers))
+
+
+def roots_by(formula: Callable[..., Any], dtype: Any = np.float64) -> Callable[[Ellipsoids, int, Rays], None]:
+    """An ellipsoid's hits by a textbook's formula."""
 
     def intersect(family: Ellipsoids, shape: int, rays: Rays) -> None:
         one = SimpleNamespace(center=family.centers[:, shape], axes=family.axes[:, :, shape])
         begins = np.broadcast_to(rays.origins, rays.directions.shape).T
         with np.errstate(all="ignore"):
-            t = formulas.quadratic(one, begins.astype(dtype), rays.directions.T.astype(dtype))
+            t = formula(one, begins.astype(dtype), rays.directions.T.astype(dtype))
         found = np.flatnonzero(np.isfinite(t))
         t = t[found].astype(np.float64)
         places = (begins[found] + t[:, None] * rays.directions.T[found]).T - family.centers[:, [shape]]
@@ -134,6 +200,11 @@ def quadratic(dtype: Any) -> Callable[[Ellipsoids, int, Rays], None]:
         rays.offer(found, t, angles, family.numbers[shape : shape + 1], WHOLE)
 
     return intersect
+
+
+def quadratic(dtype: Any) -> Callable[[Ellipsoids, int, Rays], None]:
+    """An ellipsoid's hits by b^2 - 4ac, after one matrix that also moves."""
+    return roots_by(formulas.quadratic, dtype)
 
 
 LOCATE_ROUND = Ellipsoids.locate
@@ -158,107 +229,25 @@ def free_to_leave(family: Any, shape: int, start: Any, found: Any, power: Floats
     return power, np.ones(found.size, dtype=bool)
 
 
-def plain_powers(cosines: Any, exponents: Floats) -> None:
-    """With 0 ** 0 = 1."""
-    np.power(np.maximum(cosines, 0), exponents.astype(cosines.dtype), out=cosines)
+def bare_slabs(level: Level, nodes: Any, origins: Floats, inverse: Floats) -> tuple[Floats, Floats]:
+    """The test of boxes as they are, by minimum and maximum, which hand a NaN on."""
+    near, far = np.zeros((level.children, nodes.size)), np.full((level.children, nodes.size), np.inf)
+    for axis, sides in enumerate(level.sides):
+        low, high = (np.take(sides, nodes + upper * level.nodes, axis=1) for upper in (0, 1))
+        first = (np.nextafter(low, np.inf) - origins[axis]) * inverse[axis]
+        second = (np.nextafter(high, -np.inf) - origins[axis]) * inverse[axis]
+        near = np.maximum(near, np.minimum(first, second))
+        far = np.minimum(far, np.maximum(first, second))
+    return near, far
 
 
-def powers_of_any_sign(cosines: Any, exponents: Floats) -> None:
-    with np.errstate(invalid="ignore"):
-        np.power(cosines, exponents.astype(cosines.dtype), out=cosines)
-
-
-def cosines_of_any_sign(view: Any, vectors: Floats, out: Any) -> Any:
-    view.light_points.affine(view.terms(vectors), out, view.workspace)
-    return np.multiply(out, view.inverse_distances(), out=out)
-
-
-def left_black(points: Any, away: Any) -> Floats:
-    return -points.shading_normals[:, away]
-
-
-def four_weights(texture: Any, x: Floats, y: Floats) -> Floats:
-    """The sum of four texels by their weights."""
-    i, j = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
-    u, v = x - i, y - j
-    weights = {(0, 0): (1 - u) * (1 - v), (0, 1): u * (1 - v), (1, 0): (1 - u) * v, (1, 1): u * v}
-    return sum(weight * texture._fetch(j + b, i + a) for (b, a), weight in weights.items())  # noqa: SLF001
-
-
-def without_reduction(texture: Any, coordinate: Floats, size: int) -> Floats:
-    del texture
-    return coordinate.astype(np.float32).astype(np.float64) * size
-
-
-def no_footprints(stage: Any, points: Points) -> None:
-    del stage
-    points.footprints = np.zeros((2, 2, points.t.size))
-
-
-def unwelded(part: Any, patch: Any) -> Lift:
-    """Every vertex moves by its own normal and height."""
-    return Lift(
-        places=patch.positions,
-        owner=np.arange(patch.positions.shape[1]),
-        normals=unit(patch.normals),
-        heights=part.heights.at(patch.coordinates),
-        border=patch.border,
-    )
-
-
-def plain_transmitted_cosine(cosine: Floats, ratio: Floats) -> Floats:
-    with np.errstate(invalid="ignore"):
-        return np.sqrt(1 - ratio * ratio * (1 - cosine * cosine))
-
-
-def not_wrapped(key: Any, index: Any, count: int) -> tuple[Floats, Floats]:
-    a, b = (part - 0.5 for part in PATTERNS["uniform"](key, index, count))
-    return (2 * a - b) / np.sqrt(5.0) + 0.5, (a + 2 * b) / np.sqrt(5.0) + 0.5
-
-
-def shrunk(key: Any, index: Any, count: int) -> tuple[Floats, Floats]:
-    """The turned grid made small enough for the pixel."""
-    a, b = (part - 0.5 for part in not_wrapped(key, index, count))
-    return a * np.sqrt(5.0) / 3 + 0.5, b * np.sqrt(5.0) / 3 + 0.5
-
-
-def in_turn(seed: int) -> Callable[..., Any]:
-    """Random bits from one generator, in the order of the questions."""
-    rng = np.random.default_rng(seed)
-
-    def bits(key: Any, counter: Any) -> Any:
-        shape = np.broadcast_shapes(np.shape(key), np.shape(counter))
-        return rng.integers(0, 2**32, shape, dtype=np.uint32)
-
-    return bits
-
-
-def summed_in_order(terms: Any) -> Any:
-    return np.cumsum(terms.astype(np.float32), axis=0)[-1].astype(np.float64)
-
-
-def plain_spread(part: Any, columns: Any, rows: Any, radiance: Floats) -> None:
-    """The mean of the squares less the square of the mean."""
-    samples = radiance.reshape(3, columns.size, -1)
-    mean, count = samples.mean(axis=2), samples.shape[2]
-    part.record[0:3, rows, columns] = mean
-    part.record[3:6, rows, columns] = count * ((samples * samples).mean(axis=2) - mean * mean)
-
-
-def shown(*, clipped: bool, rounded: bool) -> Callable[..., Any]:
-    """Codes without the guard against numbers that are no brightness, or without rounding."""
-
-    def displayed(image: Any, display: Any) -> Any:
-        with np.errstate(all="ignore"):
-            exposed = image.astype(np.float64) * 2.0**display.exposure
-            values = np.clip(exposed, 0.0, 1.0) if clipped else exposed
-            encoded = srgb_from_linear(values) if display.transfer == "srgb" else values
-            return np.floor(encoded * 255 + (0.5 if rounded else 0.0)).astype(np.uint8)
-
-    return displayed
-
-
-def trusted(distances: Floats, bounds: Floats, sides: Floats, own: Masks) -> Floats:
-    """Signed distances as they were computed, 0 on a point's own surface."""
-    del bounds, sides
-    return np.where(own, 0.0, distances)
+def shared_out_by_place(centers: Floats, splits: int, width: int) -> Any:
+    """As many leaves as a tree by number has, each a part of equal width of the box of all places."""
+    low, extent = centers.min(axis=1, keepdims=True), np.ptp(centers, axis=1, keepdims=True)
+    along = np.argmax(extent)
+    leaves = ((centers - low) / extent * ((1 << splits) - 1)).astype(np.int64)[along]
+    order = np.full((1 << splits, width), NOTHING)
+    for leaf in range(1 << splits):
+        held = np.flatnonzero(leaves == leaf)
+        order[leaf, : held.size] = held
+    return order.reshape(-1)

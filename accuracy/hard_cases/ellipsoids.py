@@ -1,7 +1,8 @@
-"""Hard cases D: normals, texture coordinates, outlines and sizes of ellipsoids."""
+"""Hard cases D: what rays hit of ellipsoids and where; normals, texture coordinates, outlines and sizes."""
 
 import itertools
 import math
+import random
 from collections.abc import Iterable, Iterator, Sequence
 from types import SimpleNamespace
 from typing import Any
@@ -12,14 +13,15 @@ import numpy as np
 import renderer
 from accuracy.hard_cases import oracle
 from accuracy.hard_cases.documents import Json, camera, ellipsoid, phong, sampled, scene, sphere
-from accuracy.hard_cases.families import ROUND, Ray
-from accuracy.hard_cases.formulas import quadratic
+from accuracy.hard_cases.families import ROUND, Drawn, Ray, direction, family, listed, of_axes
+from accuracy.hard_cases.formulas import boxed_quadratic, quadratic
 from accuracy.hard_cases.harness import (
     DOUBLE,
     EPS,
     QUALITIES,
+    Cases,
     Outcome,
-    Section,
+    Outcomes,
     compiled,
     eps_of,
     exact,
@@ -29,43 +31,114 @@ from accuracy.hard_cases.harness import (
     problems_of,
     refused_at,
     tally,
-    total,
     traced,
 )
 from accuracy.hard_cases.oracle import Answer
-from accuracy.hard_cases.scoring import EXCUSED, angle, semi_axes, turned
+from accuracy.hard_cases.scoring import (
+    DOUBLE_TOLERANCE,
+    EXCUSED,
+    Tolerance,
+    angle,
+    of_the_axes,
+    round_details,
+    rounded,
+    semi_axes,
+    tried,
+    turned,
+)
 from renderer.math.arrays import Floats, Masks, Pairs
 from schemas.reading import read_scene
 
-SECTION = Section("Ellipsoids")
+ROUNDED = rounded(np.float64)
 
 
-@SECTION.case(
-    "D13: normals of flat ellipsoids",
-    symptom="A lens or a coin made of an ellipsoid is lit as if it were a needle, or from its other side.",
-    cause="The matrix that makes the sphere an ellipsoid turns normals towards the longest axes: with "
-    "semi-axes of 1, 1 and 1e-6, (0.6, 0, 0.8) becomes (0.6, 0, 8e-7).",
-    remedy="Normals go through the inverse transposed; mirrored axes do not turn them over.",
-    expected="On the outer side, within 16 eps and what 8 roundings of the place, over the cosine, turn the "
-    "normal by.",
-    source="Turkowski 1990, Properties of Surface-Normal Transformations, Graphics Gems",
-)
-def normals() -> Outcome:
+def _tried(name: str, double: Tolerance = DOUBLE_TOLERANCE) -> Outcomes:
+    return tried(ROUND[name](), quadratic, double=double, details=round_details)
+
+
+TOUCHING = 16
+"""Roundings of the start, in radii, by which a line may pass inside of the sphere that it touches."""
+
+
+def exactly_tangent() -> Outcomes:
+    """From 1 to a million radii away."""
+    double, single = touching(np.float64), touching(np.float32)
+    return tried(family("exactly tangent", in_tangent_planes), quadratic, double=double, single=single)
+
+
+def touching(dtype: type[np.floating]) -> Tolerance:
+    """Error of t where a line touches: half the chord of one that passes inside by some roundings."""
+
+    def allowed(shape: Any, true: Answer, origin: Floats, direction: Floats) -> float:
+        del true
+        axes = semi_axes(shape)
+        rows = axes / (axes * axes).sum(axis=1)[:, None]
+        away, length = (math.hypot(*(rows @ v)) for v in (origin - np.array(shape.center), direction))
+        return math.sqrt(TOUCHING * eps_of(dtype) * away) / length
+
+    return Tolerance(dtype, allowed)
+
+
+RADIUS = 25.0
+ON_SPHERE = [(7, 24, 0), (15, 20, 0), (9, 12, 20), (12, 15, 16), (25, 0, 0)]
+"""Whole numbers whose squares add up to that of the radius."""
+
+
+def placed_exactly(chosen: random.Random) -> tuple[Json, Floats, Floats]:
+    """An ellipsoid, a place exactly on it, and a vector along the normal there, (3,) each.
+
+    All are whole numbers times powers of two. The frame has rows of one length by Euler's parametrisation of
+    rotations.
+    """
+    a, b, c, d = (chosen.randint(low, 3) for low in (-3, -3, -3, 1))
+    rows = np.array(
+        [
+            [a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c)],
+            [2 * (b * c + a * d), a * a - b * b + c * c - d * d, 2 * (c * d - a * b)],
+            [2 * (b * d - a * c), 2 * (c * d + a * b), a * a - b * b - c * c + d * d],
+        ]
+    )
+    place = np.array(chosen.sample(chosen.choice(ON_SPHERE), 3)) * [chosen.choice([-1, 1]) for _ in range(3)]
+    middle = np.array([chosen.randint(-50, 50) for _ in range(3)])
+    powers = 2.0 ** np.array([chosen.randint(-3, 3) for _ in range(3)])
+    shape = of_axes(middle, RADIUS * powers[:, None] * rows)
+    return shape, middle + (place * powers) @ rows, (place / powers) @ rows
+
+
+def in_tangent_planes(chosen: random.Random) -> Drawn:
+    """Rays in tangent planes through the place where these touch, from up to some million radii away."""
+    shape, place, normal = placed_exactly(chosen)
+
+    def ray() -> Ray:
+        along = np.cross(normal, [chosen.randint(-9, 9) for _ in range(3)])
+        along = along if along.any() else np.cross(normal, normal[[1, 2, 0]])
+        return listed(place - 2.0 ** chosen.randint(0, 16) * along), listed(along)
+
+    return shape, ray
+
+
+def from_the_surface(chosen: random.Random) -> Drawn:
+    """Rays in all directions from places exactly on ellipsoids."""
+    shape, place, _ = placed_exactly(chosen)
+    return shape, lambda: (listed(place), direction(chosen))
+
+
+def normals() -> Outcomes:
     """Semi-axes down to a millionth of the longest, half of them mirrored."""
-    return total(_normals(*case) for case in ROUND["flat, from outside"]())
+    return (_normals(*case) for case in ROUND["flat, from outside"]())
 
 
 def _normals(document: Json, rays: list[Ray]) -> Outcome:
     shape = read_scene(scene(document))[0].shapes[0]
     origins, directions = (np.array(part).T for part in zip(*rays, strict=True))
-    met = points(compiled(scene(document), DOUBLE), origins, directions)
-    true = [oracle.answer(shape, *rays[ray]) for ray in met.rays.tolist()]
+    found = points(compiled(scene(document), DOUBLE), origins, directions)
+    true = [oracle.answer(shape, *rays[ray]) for ray in found.rays.tolist()]
 
     def errors(normals: Iterable[Floats], eps: float) -> Floats:
-        ways = zip(true, origins[:, met.rays].T, directions[:, met.rays].T, normals, strict=True)
+        ways = zip(true, origins[:, found.rays].T, directions[:, found.rays].T, normals, strict=True)
         return np.array([angle(n, each.normal) / turned(shape, each, o, d, eps) for each, o, d, n in ways])
 
-    outer = (met.normals * np.where(met.flipped, -1.0, 1.0)).T
+    outer = (found.normals * np.where(found.flipped, -1.0, 1.0)).T
     plain = in_both(lambda dtype: errors([by_the_axes(shape, each, dtype) for each in true], eps_of(dtype)))
     return judged(errors(outer, EPS), *plain)
 
@@ -82,21 +155,6 @@ ANGLES = [1e-1, 1e-3, 1e-5, 1e-7, 1e-9, 1e-12, 1e-15, 0.0]
 """Sines of polar angles."""
 BESIDE = [0.0, 1e-20, 1e-17, 2.0**-53, 2.0**-52, 1e-9]
 """Sines of longitudes on both sides of the seam."""
-
-
-@SECTION.case(
-    "D15: texture coordinates at the poles",
-    symptom="The picture on a ball falls into rings at its poles, or has a line of wrong texels at a seam.",
-    cause="The arc cosine of 1 - x keeps half the digits of a small x, and is NaN beyond 1; a longitude just "
-    "below 0 is 1 modulo 1, a column beyond the last.",
-    remedy="Latitude is the angle of (height, distance from the axis), by atan2; longitude is 0 at a pole "
-    "and where it would round to 1.",
-    expected="u from 0 and below 1; u, and v from the lower pole, within 4 eps of themselves; 1 - v within "
-    "4 eps of 1.",
-)
-def poles() -> Outcome:
-    """Rays along the third axis, down to a polar angle of 1e-15, and on it."""
-    return total(_poles(turn, side) for turn in range(3) for side in (-1, 1))
 
 
 def _poles(turn: int, side: int) -> Outcome:
@@ -144,19 +202,6 @@ def by_arc_cosine(shape: Any, origins: Pairs, directions: Pairs) -> Pairs:
     t = quadratic(shape, origins, directions)
     x, y, z = ((origins + t[:, None] * directions) @ (axes / (axes * axes).sum(axis=1)[:, None]).T).T
     return np.column_stack((np.arctan2(y, x) / (2 * np.pi) % 1, np.arccos(-z) / np.pi))
-
-
-@SECTION.case(
-    "D8: outlines in both precisions",
-    symptom="The outline of a ball is another one in a quick picture than in an exact one.",
-    cause="The discriminant decides there, and float32 keeps few digits of it.",
-    remedy="Single precision is for light and shadow; which shape a pixel sees is float64 in both.",
-    expected="In both precisions, a pixel shows the ball if exact arithmetic says that its ray hits it, but "
-    "within 16 eps of the outline.",
-)
-def outlines() -> Outcome:
-    """Balls that fill the picture, from near and from far away."""
-    return total(_outline(10.0**k) for k in range(1, 7))
 
 
 def _outline(distance: float) -> Outcome:
@@ -228,16 +273,6 @@ def accepted() -> list[tuple[Json, bool]]:
     return [*spheres, *axes, *aslant]
 
 
-@SECTION.case(
-    "D14: semi-axes that make no ellipsoid",
-    symptom="A ball whose radius is 0, -1 or NaN is drawn as something, or fills the picture with NaN.",
-    cause="A semi-axis is divided by its squared length, which is 0 for 0 and for 1e-200, and 1 for a radius "
-    "of -1.",
-    remedy="Radii and semi-axes are from 1e-100 to 1e15 long, semi-axes perpendicular to 1e-6. There is a "
-    "warning where one is more than 1e8 times as long as another. Any may point the other way.",
-    expected="Refused at its place, in all axes alike. What is rare, but right, is read, and hit from its "
-    "centre with t within 1e-10 of itself.",
-)
 def no_ellipsoids() -> Outcome:
     """Wrong is what is read, reported elsewhere or missed; of the plain formula, whatever is no miss."""
     wrong = sum(not refused_at(scene(shape), place) for shape, place in refused())
@@ -262,3 +297,33 @@ def _is_hit_plainly(document: Json, dtype: type[np.floating]) -> bool:
     """Whether the formula says of a ray along (1, 1, 1) anything else than that it misses."""
     ray = np.ones((1, 3), dtype)
     return not bool(np.isinf(quadratic(SimpleNamespace(**document), -3 * ray, ray)[0]))
+
+
+CASES: Cases = {
+    "D1: tiny spheres far away": lambda: _tried("tiny spheres far away"),
+    "D2: a giant sphere as the ground": lambda: _tried("the ground", of_the_axes(4, np.float64)),
+    "D3: starts close to the surface": lambda: _tried(
+        "from close to the surface", of_the_axes(16, np.float64)
+    ),
+    "D4: axes a million to one": lambda: map(_tried, ("axes far apart", "thin and far away")),
+    "D5: centres far from the origin": lambda: _tried("far from the origin"),
+    "D6: starts inside": lambda: _tried("from inside", ROUNDED),
+    "D8: nearly tangent rays": lambda: _tried("nearly tangent"),
+    "D10: ellipsoids behind the start": lambda: tried(ROUND["behind"](), quadratic, double=ROUNDED),
+    "D11: directions of any length": lambda: (
+        _tried(name, ROUNDED) for name in ("long and short directions", "extreme directions")
+    ),
+    "D12: zero and negative zero components": lambda: tried(
+        ROUND["directions with zeros"](), boxed_quadratic, details=round_details
+    ),
+    "D7: exactly tangent rays": exactly_tangent,
+    "D9: starts on the surface": lambda: tried(
+        family("from the surface", from_the_surface), quadratic, double=ROUNDED, details=round_details
+    ),
+    "D13: normals of flat ellipsoids": normals,
+    "D15: texture coordinates at the poles": lambda: (
+        _poles(turn, side) for turn in range(3) for side in (-1, 1)
+    ),
+    "D8: outlines in both precisions": lambda: (_outline(10.0**k) for k in range(1, 7)),
+    "D14: semi-axes that make no ellipsoid": no_ellipsoids,
+}
