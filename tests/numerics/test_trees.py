@@ -207,8 +207,8 @@ LIGHTS = {
 }
 
 
-def hidden_pairs(corners: Floats, light: Json, pattern: str, origins: Floats, targets: Floats) -> Any:
-    """Pairs (light points, points) that are hidden or below the horizon, by the tree and one by one."""
+def seen(corners: Floats, light: Json, pattern: str, origins: Floats, targets: Floats) -> tuple[Any, Any]:
+    """The shadows of one light, as a plan casts them, and what rays from origins to targets hit."""
     sampling = sampled(1, 16, light=pattern)
     plan = plan_of(
         scene(*(triangle(*rows) for rows in corners.tolist()), lights=[light], sampling=sampling), DOUBLE
@@ -217,15 +217,23 @@ def hidden_pairs(corners: Floats, light: Json, pattern: str, origins: Floats, ta
     rays = Rays(origins.T.copy(), (targets - origins).T.copy(), numbers, np.zeros_like(numbers))
     points = intersect(plan, rays, lights=False)
     (lighting,) = compile_visibility(plan)
+    assert isinstance(lighting.shadows[0], TreeShadows)
+    return lighting, points
+
+
+def hidden_by(lighting: Any, points: Any, shadows: Any) -> Any:
+    """Pairs (light points, points) that are hidden or below the horizon."""
+    view = replace(lighting, shadows=(shadows,)).view(points, Workspace())
+    dark = ~view.above_horizon(view.of_points(points.normals))
+    return dark if view.blocked is None else view.blocked | dark
+
+
+def hidden_pairs(corners: Floats, light: Json, pattern: str, origins: Floats, targets: Floats) -> Any:
+    """Pairs (light points, points) that are hidden or below the horizon, by the tree and one by one."""
+    lighting, points = seen(corners, light, pattern, origins, targets)
     (stage,) = lighting.shadows
-    assert isinstance(stage, TreeShadows)
     one_by_one = ScatterPolygonShadows(stage.family.occluders(), lighting.emitter, lighting.dtype, False)
-    views = []
-    for shadows in (stage, one_by_one):
-        view = replace(lighting, shadows=(shadows,)).view(points, Workspace())
-        dark = ~view.above_horizon(view.of_points(points.normals))
-        views.append(dark if view.blocked is None else view.blocked | dark)
-    return views
+    return [hidden_by(lighting, points, shadows) for shadows in (stage, one_by_one)]
 
 
 @pytest.mark.parametrize("light", LIGHTS.values(), ids=LIGHTS)
@@ -242,6 +250,55 @@ def test_shadows_are_those_of_every_triangle(light: Json, pattern: str, size: fl
     np.testing.assert_array_equal(found, true)
     assert true.any() or size < 1
     assert not true.all() or size == 1
+
+
+CULLED = {
+    "above": lamp([-0.7, 5, -0.7], [1.5, 0, 0], [0, 0.1, 1.5]),
+    "amid the mesh": lamp([-0.7, 0.1, -0.7], [1.5, 0, 0], [0, 0.1, 1.5]),
+    "skewed": lamp([-0.7, 3, -0.7], [1.5, 0, 0], [1, 0, 1.5]),
+    "narrow": lamp([-0.2, 3, -0.7], [2.0**-20, 0, 0], [0, 0.1, 1.5]),
+    "almost in line": lamp([-0.7, 3, -0.7], [1.5, 0, 0], [1.5, 0, 2.0**-20]),
+}
+
+
+@pytest.mark.parametrize("unit", [2.0**-40, 1.0, 2.0**40], ids=["tiny", "as they are", "huge"])
+@pytest.mark.parametrize("light", CULLED.values(), ids=CULLED)
+def test_triangles_beside_a_light_are_left_out_and_nothing_else(light: Json, unit: float) -> None:
+    rng = np.random.default_rng(8)
+    corners = soup(rng, 600, 0.1)
+    # Some points lie in the planes of lights, where the pyramid to the light is flat.
+    corners[::10, :, 1] = 3.0
+    origins = rng.normal(size=(400, 3)) * [2, 0.5, 2] + [0, 4, 0]
+    targets = corners[rng.integers(0, 600, 400)].mean(axis=1)
+    sides = {name: (np.array(light[name]) * unit).tolist() for name in ("corner", "edges")}
+    lighting, points = seen(corners * unit, light | sides, "sobol", origins * unit, targets * unit)
+    (stage,) = lighting.shadows
+    found = hidden_by(lighting, points, stage)
+    stage.frame = None
+    np.testing.assert_array_equal(found, hidden_by(lighting, points, stage))
+    assert found.any()
+
+
+@pytest.mark.parametrize("name", ["above", "amid the mesh", "skewed"])
+def test_triangles_are_left_out_from_the_border_of_the_light_on(name: str) -> None:
+    """Tiny triangles in the way from points of a floor to the border of a light, and to beside it."""
+    light = CULLED[name]
+    rng = np.random.default_rng(9)
+    points = rng.uniform(-3, 3, (400, 3)) * [1, 0, 1] - [0, 1, 0]
+    border = np.where(np.arange(400) % 2, 0.5, 0.5 + 2.0**-8) * rng.choice([-1.0, 1.0], 400)
+    places = np.stack((border, rng.uniform(-0.5, 0.5, 400)))[[[0, 1], [1, 0]][rng.integers(2)]]
+    corner, edges = np.array(light["corner"]), np.array(light["edges"])
+    towards_border = corner + (places.T + 0.5) @ edges - points
+    tiny = points + rng.uniform(0.2, 0.9, (400, 1)) * towards_border
+    tiny = tiny[:, None] + 2.0**-32 * rng.uniform(-1, 1, (400, 3, 3))
+    floor = np.array([[[-99.0, -1, -99], [0, -1, 199], [99, -1, -99]]])
+    lighting, hits = seen(np.concatenate((floor, tiny)), light, "sobol", np.add(points, [0, 1, 0]), points)
+    view = replace(lighting, shadows=()).view(hits, Workspace())
+    assert view.count == 400
+    frame = lighting.shadows[0].frame
+    kept = frame.overlapping(frame.pyramids(view), np.arange(400), np.arange(1, 401))
+    assert set(range(1, 400, 2)) <= set(kept.tolist())
+    assert kept.size < 220
 
 
 def test_points_go_all_ways() -> None:
