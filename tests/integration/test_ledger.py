@@ -259,6 +259,15 @@ def test_a_picture_that_cannot_be_put_together_says_why(table: Table, code: str)
     assert table.job("a").failure == {"code": code, "message": "Too much.", "retryable": False}
 
 
+def test_a_picture_whose_tiles_are_damaged_may_be_rendered_again(table: Table) -> None:
+    table.add("a")
+    (compose,) = table.round(*((task, DONE) for task in [table.next() for _ in range(9)])).tasks
+    table.round((compose, TaskFailed("render_failed", "StoreDamagedError")))
+    failure = table.job("a").failure
+    assert failure is not None
+    assert (failure["code"], failure["retryable"]) == ("storage_failed", True)
+
+
 def test_the_picture_is_put_together_once_all_tiles_are_there(table: Table) -> None:
     table.add("a")
     tasks = [table.next() for _ in range(9)]
@@ -346,7 +355,9 @@ def test_putting_together_is_tried_again_after_a_death(table: Table) -> None:
         (compose,) = result.tasks
     last = table.round((compose, WorkerDied()), deaths=MAX_ATTEMPTS)
     assert (last.tasks, dict(last.retries)) == ([], {})
-    assert table.job("a").state is JobState.FAILED
+    failure = table.job("a").failure
+    assert failure is not None
+    assert (failure["code"], failure["retryable"]) == ("worker_died", True)
 
 
 def test_after_a_restart_only_what_ran_is_handed_out_again(table: Table) -> None:
