@@ -15,7 +15,7 @@ from service.dispatch import ledger
 from service.dispatch.rounds import Round
 from service.lifecycle import pass_costs, rows
 from service.storage.database.connection import Database
-from service.storage.database.models import JobRow, RenderRow, TileRow
+from service.storage.database.models import JobRow, RenderRow, ShareRow, TileRow
 from service.workers.tasks import (
     ComposeDone,
     ComposeTask,
@@ -126,6 +126,15 @@ def test_after_a_doubtful_transaction_steps_wait_again_of_which_nobody_knows_a_t
     again = table.next()
     assert (again.tile, again.pass_, again.attempt) == (lost.tile, lost.pass_, lost.attempt + 1)
     assert table.next().attempt == 1
+
+
+def test_users_whose_last_steps_were_lost_have_their_turn_again_and_pay_for_none(table: Table) -> None:
+    table.add("a")
+    assert [len(table.round(room=20).tasks) for _ in range(3)] == [1, 8, 0]
+    with table.database.writing() as session:
+        assert ledger.take_back_unknown(session, []) == 9
+        assert [(share.active, share.served) for share in session.scalars(select(ShareRow))] == [(True, 0)]
+    assert len(table.round(room=20).tasks) == 9
 
 
 def test_a_new_job_shows_its_coarse_picture_before_older_jobs_go_on(table: Table) -> None:
