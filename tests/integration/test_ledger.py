@@ -204,6 +204,14 @@ def test_a_tile_may_cost_three_workers_and_no_more(table: Table) -> None:
     assert table.round(room=5).tasks == []
 
 
+def test_a_worker_that_dies_on_the_last_step_of_a_user_gives_the_user_a_turn_again(table: Table) -> None:
+    table.add("a")
+    tasks = [task for _ in range(3) for task in table.round(room=20).tasks]
+    assert len(tasks) == 9
+    (again,) = table.round((tasks[-1], WorkerDied()), room=20).tasks
+    assert places([again]) == places(tasks[-1:])
+
+
 def test_interruptions_are_nobodys_fault(table: Table) -> None:
     table.add("a")
     for _ in range(3 * MAX_ATTEMPTS):
