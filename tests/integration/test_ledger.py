@@ -15,7 +15,7 @@ from service.dispatch import ledger
 from service.dispatch.rounds import Round
 from service.lifecycle import pass_costs, rows
 from service.storage.database.connection import Database
-from service.storage.database.models import JobRow, RenderRow, TileRow
+from service.storage.database.models import JobRow, RenderRow, ShareRow, TileRow
 from service.workers.tasks import (
     ComposeDone,
     ComposeTask,
@@ -128,6 +128,15 @@ def test_after_a_doubtful_transaction_steps_wait_again_of_which_nobody_knows_a_t
     assert table.next().attempt == 1
 
 
+def test_users_whose_last_steps_were_lost_have_their_turn_again_and_pay_for_none(table: Table) -> None:
+    table.add("a")
+    assert [len(table.round(room=20).tasks) for _ in range(3)] == [1, 8, 0]
+    with table.database.writing() as session:
+        assert ledger.take_back_unknown(session, []) == 9
+        assert [(share.active, share.served) for share in session.scalars(select(ShareRow))] == [(True, 0)]
+    assert len(table.round(room=20).tasks) == 9
+
+
 def test_a_new_job_shows_its_coarse_picture_before_older_jobs_go_on(table: Table) -> None:
     table.add("a")
     table.round(room=2)
@@ -195,6 +204,14 @@ def test_a_tile_may_cost_three_workers_and_no_more(table: Table) -> None:
     assert table.round(room=5).tasks == []
 
 
+def test_a_worker_that_dies_on_the_last_step_of_a_user_gives_the_user_a_turn_again(table: Table) -> None:
+    table.add("a")
+    tasks = [task for _ in range(3) for task in table.round(room=20).tasks]
+    assert len(tasks) == 9
+    (again,) = table.round((tasks[-1], WorkerDied()), room=20).tasks
+    assert places([again]) == places(tasks[-1:])
+
+
 def test_interruptions_are_nobodys_fault(table: Table) -> None:
     table.add("a")
     for _ in range(3 * MAX_ATTEMPTS):
@@ -257,6 +274,15 @@ def test_a_picture_that_cannot_be_put_together_says_why(table: Table, code: str)
     (compose,) = table.round(*((task, DONE) for task in [table.next() for _ in range(9)])).tasks
     table.round((compose, TaskFailed(code, "Too much.")))
     assert table.job("a").failure == {"code": code, "message": "Too much.", "retryable": False}
+
+
+def test_a_picture_whose_tiles_are_damaged_may_be_rendered_again(table: Table) -> None:
+    table.add("a")
+    (compose,) = table.round(*((task, DONE) for task in [table.next() for _ in range(9)])).tasks
+    table.round((compose, TaskFailed("render_failed", "StoreDamagedError")))
+    failure = table.job("a").failure
+    assert failure is not None
+    assert (failure["code"], failure["retryable"]) == ("storage_failed", True)
 
 
 def test_the_picture_is_put_together_once_all_tiles_are_there(table: Table) -> None:
@@ -346,7 +372,9 @@ def test_putting_together_is_tried_again_after_a_death(table: Table) -> None:
         (compose,) = result.tasks
     last = table.round((compose, WorkerDied()), deaths=MAX_ATTEMPTS)
     assert (last.tasks, dict(last.retries)) == ([], {})
-    assert table.job("a").state is JobState.FAILED
+    failure = table.job("a").failure
+    assert failure is not None
+    assert (failure["code"], failure["retryable"]) == ("worker_died", True)
 
 
 def test_after_a_restart_only_what_ran_is_handed_out_again(table: Table) -> None:

@@ -18,7 +18,7 @@ from schemas.tiles import Tile
 from service.dispatch import adaptive_passes as targets
 from service.dispatch import ledger
 from service.dispatch.rounds import Round
-from service.lifecycle import progress, rows
+from service.lifecycle import pass_costs, progress, rows
 from service.storage.database.connection import Database
 from service.storage.database.models import RenderRow, TileRow
 from service.workers import pass_tiles as target_tiles
@@ -66,16 +66,16 @@ def advanced(
 
 
 class Table:
-    """One job of 64 x 64 pixels in a database: four tiles in the first pass, of which more follow."""
+    """Jobs of 64 x 64 pixels in a database: four tiles in the first pass, of which more follow."""
 
     def __init__(self, database: Database) -> None:
         self.database = database
         self.flying: list[JobTask] = []
         self.retries = Counter[str]()
 
-    def add(self, time_limit: float | None = None) -> None:
+    def add(self, time_limit: float | None = None, name: str = "a") -> None:
         render = RenderRow(
-            id="a",
+            id=name,
             width=64,
             height=64,
             spec_sha256="",
@@ -89,7 +89,7 @@ class Table:
             predicted_cpu_seconds=1.0,
         )
         with self.database.writing() as session:
-            enter(session, "a", render)
+            enter(session, name, render)
             session.add_all(
                 TileRow(**rows.new_step(render.number, target_tiles.pass_of(0), tile))
                 for tile in TILES.values()
@@ -160,6 +160,21 @@ def test_each_pass_is_told_with_what_it_took_by_itself(table: Table) -> None:
     table.round((table.merging(), advanced(1)), room=0)
     assert [past["rays"] for past in table.job.merges] == [{"camera": 40}, {"camera": 20}]
     assert [past["cpu_seconds"] for past in table.job.merges] == [2.25, 1.25]
+
+
+def test_a_pass_is_reported_with_what_it_and_all_before_it_took(table: Table) -> None:
+    table.add()
+    table.round((table.merging(), advanced(2, 3)), room=0)
+    table.round((table.merging(), advanced(1)), room=0)
+    first, second = pass_costs.reported(table.job)
+    assert [(cost["cpu_seconds"], cost["rays"]) for cost in (first, second)] == [
+        (2.25, {"camera": 40}),
+        (3.5, {"camera": 60}),
+    ]
+    assert [first["seconds"], second["seconds"] - first["seconds"]] == pytest.approx(
+        [past["seconds"] for past in table.job.merges]
+    )
+    assert first["error"] == second["error"] == ERROR
 
 
 @BOTH
@@ -268,6 +283,18 @@ def test_a_round_says_when_the_next_time_will_be_spent(table: Table) -> None:
         result.decide(session)
     assert result.deadline_in is not None
     assert 0 < result.deadline_in <= 10
+
+
+def test_of_several_times_that_will_be_spent_a_round_says_the_first(table: Table) -> None:
+    for name, limit in (("a", 4000.0), ("b", 1000.0), ("c", 3000.0)):
+        table.add(time_limit=limit, name=name)
+    for _ in range(3):
+        table.round()
+    result = Round([], table.flying, [], 0, MAX_ATTEMPTS)
+    with table.database.writing() as session:
+        result.decide(session)
+    assert result.deadline_in is not None
+    assert 0 < result.deadline_in <= 1000
 
 
 def test_tiles_end_before_the_limit_by_as_much_as_merging_takes(table: Table) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from accuracy.hard_cases import oracle
-from accuracy.hard_cases.documents import ellipsoid, phong, scene, sphere, sun
+from accuracy.hard_cases.documents import Json, bulb, camera, ellipsoid, phong, rectangle, scene, sphere, sun
 from schemas.reading import read_scene
 from tests.images.parts import DOUBLE, image_of, png
 from tests.numerics.tracing import EPS, traced
@@ -60,3 +60,19 @@ def test_a_flat_normal_map_leaves_a_ball_as_it_is_also_at_its_poles() -> None:
     document = scene(sphere([0, 0, 0], 1), lights=[sun([-0.3, -0.5, -1])], camera=view)
     mapped = document | {"textures": texture, "materials": {"plain": phong(normal_map="n")}}
     assert np.abs(image_of(mapped, DOUBLE, files=flat) - image_of(document, DOUBLE)).max() <= 2.0**-23
+
+
+@pytest.mark.parametrize("away", [0.0, 3e3, 3e6])
+def test_a_second_ball_in_the_place_of_a_mirror_ball_changes_nothing(away: float) -> None:
+    """Of equal distances the first shape wins, and what leaves it leaves the other one too."""
+    place = [away, 1.5, -away]
+    shiny = {**sphere(place, 1.0), "material": "shiny"}
+    floor = rectangle([away - 6, 0, -away - 6], [0, 0, 12], [12, 0, 0])
+    view = camera(position=[away + 1, 3, 5 - away], look_at=place, width=24, height=24)
+    common: Json = {
+        "camera": view,
+        "lights": [bulb([away - 2, 6, 3 - away])],
+        "materials": {"plain": phong(), "shiny": phong(mirror=0.9, max_depth=3)},
+    }
+    alone, twice = scene(shiny, floor, **common), scene(shiny, floor, sphere(place, 1.0), **common)
+    assert np.array_equal(image_of(twice), image_of(alone))

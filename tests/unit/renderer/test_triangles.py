@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from accuracy.hard_cases.documents import triangle
-from renderer.shapes.frames import frame_of_texture
+from renderer.shapes.frames import derivatives_of_texture, frame_of_texture
 from renderer.shapes.triangles import unit_normals
 from tests.numerics.tracing import EPS, traced
 
@@ -55,3 +55,20 @@ def test_texture_coordinates_without_area_give_no_tangent(texture: list[list[flo
         vertices, np.array(texture, dtype=float)[:, :, None], np.array([[0], [0], [1.0]])
     )
     assert not valid.any()
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_derivatives_of_the_texture_carry_its_edges_onto_those_of_the_triangle(turned: bool) -> None:
+    """Small whole numbers, and an area of the texture that is a power of two: all of it is exact."""
+    vertices = np.array([[1, 2, 3], [4, 3, -1], [-2, 5, 1]], dtype=float)
+    texture = np.array([[1, 1], [4, 2], [5, 5]], dtype=float)[:, :: -1 if turned else 1]
+    by_u, by_v = derivatives_of_texture(vertices[:, :, None], texture[:, :, None])
+    for corner in (1, 2):
+        u, v = texture[corner] - texture[0]
+        assert np.array_equal((by_u * u + by_v * v)[:, 0], vertices[corner] - vertices[0])
+
+
+def test_a_texture_without_area_has_no_derivatives() -> None:
+    vertices = np.array([[1, 2, 3], [4, 3, -1], [-2, 5, 1]], dtype=float)[:, :, None]
+    texture = np.array([[1, 1], [2, 3], [3, 5]], dtype=float)[:, :, None]
+    assert not np.any(derivatives_of_texture(vertices, texture))

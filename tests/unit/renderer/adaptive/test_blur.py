@@ -12,6 +12,7 @@ from renderer.adaptive.between import NODE
 from renderer.adaptive.blur import missing_nodes, noise, update
 from renderer.adaptive.driver import Driver
 from renderer.adaptive.estimate import Estimate
+from renderer.adaptive.states import State
 from schemas.quality import TargetQuality
 
 SIDE = 64
@@ -90,6 +91,20 @@ def test_no_node_is_missing_where_interpolation_may_err_by_anything() -> None:
     assert not missing_nodes(estimate, 1.0).any()
     assert missing_nodes(estimate, 0.0).any()
     assert not (missing_nodes(estimate, 0.0) & estimate.shown).any()
+
+
+def test_the_first_probes_lie_between_nodes_as_often_as_their_probability_says() -> None:
+    plan = plan_of(through(0.3), 4 / 255)
+    render = stepped(plan)
+    while render.estimate.state is State.LATTICE:
+        assert render.step(lambda requests: ((request, attempt(plan, request)) for request in requests))
+    estimate = render.estimate
+    assert estimate.state is State.PROBES
+    wanted = estimate.want > estimate.have
+    chances = estimate.probe_probability[estimate.strata[~estimate.shown]]
+    assert not wanted[estimate.shown].any()
+    deviation = np.sqrt((chances * (1 - chances)).sum())
+    assert abs(wanted.sum() - chances.sum()) <= 4 * deviation < chances.sum()
 
 
 @pytest.mark.parametrize("tile_size", [16, 23])

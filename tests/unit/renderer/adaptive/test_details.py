@@ -111,6 +111,15 @@ def test_lights_without_an_area_light_detail_from_one_direction() -> None:
     assert np.sqrt(np.mean((found - expected) ** 2)) <= ERROR
 
 
+def test_what_has_no_detail_is_lit_as_where_nothing_has() -> None:
+    matt = {**rectangle([-1.5, 0, 0.1], [1.5, 0, 0], [0, 3, 0]), "material": "matt"}
+    beside, alone = first_values(panel(MATERIALS["color and normal"], matt)), first_values(panel({}, matt))
+    left = np.s_[:, 2:16]
+    assert np.array_equal(beside[left], alone[left])
+    assert not np.array_equal(beside, alone)
+    assert np.ptp(alone[left]) > 0.02
+
+
 @pytest.mark.parametrize("count", LATTICES)
 def test_lattices_are_symmetric_about_the_middle_of_the_pixel(count: int) -> None:
     offsets = lattice(count)[:, :, 0]

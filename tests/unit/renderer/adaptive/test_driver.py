@@ -1,12 +1,17 @@
 """What drives a picture of target quality from pass to pass, whoever carries its requests."""
 
+from collections.abc import Iterable, Iterator
+
 import numpy as np
 import pytest
 
 import renderer
 from accuracy.hard_cases.documents import Json, camera, scene
 from renderer.adaptive import Estimate
+from renderer.adaptive.adaptive_render import AdaptiveRender, attempt
 from renderer.adaptive.driver import Driver
+from renderer.adaptive.requests import TileRequest
+from renderer.adaptive.samples import Samples
 from renderer.adaptive.tile_rendering import render_request
 from schemas.quality import TargetQuality
 from tests.images import pictures
@@ -66,3 +71,21 @@ def test_a_picture_whose_time_is_spent_ends_with_an_error_that_is_estimated() ->
     assert driver.estimate.error is None
     assert not driver.end_pass(last=True)
     assert driver.estimate.error is not None
+
+
+def test_cpu_seconds_of_a_picture_are_those_of_its_tiles_and_of_all_between_these() -> None:
+    render = AdaptiveRender(begun(ROOM))
+    tiles: list[float] = []
+
+    def transport(requests: Iterable[TileRequest]) -> Iterator[tuple[TileRequest, Samples | None]]:
+        for request in requests:
+            samples = attempt(render.plan, request)
+            assert samples is not None
+            tiles.append(samples.cpu_seconds + samples.layer_seconds)
+            yield request, samples
+
+    while render.step(transport):
+        pass
+    assert render.between_cpu > 0
+    assert render.cpu_seconds == pytest.approx(sum(tiles) + render.between_cpu, rel=1e-12)
+    assert render.passes[-1]["cpu_seconds"] == render.cpu_seconds
