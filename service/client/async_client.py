@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import builtins
 from collections.abc import AsyncIterator, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -10,11 +11,12 @@ from anyio import to_thread
 
 from schemas.comparisons import ComparisonAnswer
 from schemas.convergence import Convergence
-from schemas.jobs import JobList, TileBatch, TileEvent, Version
+from schemas.jobs import Job, JobList, TileBatch, TileEvent, Version
 from schemas.logs import JobLog
 from schemas.plans import PlanDocument
 from schemas.quality import Quality
 from schemas.quotes import Quote
+from schemas.request_pointers import in_scene
 from schemas.retention import Pruned
 from schemas.traces import TraceAnswer
 from service.client import calls, flows
@@ -22,9 +24,8 @@ from service.client.async_connection import AsyncConnection
 from service.client.async_jobs import AsyncRemoteJob
 from service.client.batches import Encoding, PixelBatch
 from service.client.comparing import PictureSource, sent
-from service.client.documents import rows, sendable
 from service.client.following import AsyncOnProgress, Following, leaving, notify_async, succeeded
-from service.client.parcels import SceneSource, pack
+from service.client.parcels import SceneSource, pack, rows, sendable
 from service.client.pictures import Picture, PictureKind
 
 if TYPE_CHECKING:
@@ -120,7 +121,7 @@ class AsyncClient(AsyncConnection):
 
     async def get(self, job_id: str) -> AsyncRemoteJob:
         """The job as it is now."""
-        return AsyncRemoteJob.of(await self._send(calls.get_job(job_id)), self)
+        return await self._job(job_id)
 
     async def list(
         self,
@@ -131,7 +132,10 @@ class AsyncClient(AsyncConnection):
         labels: Mapping[str, str] | None = None,
     ) -> JobList:
         """One page of jobs in a state and with labels, newest first; ``next`` is the cursor of the next."""
-        return await self._send(calls.list_jobs(limit=limit, cursor=cursor, state=state, labels=labels))
+        params: dict[str, str | builtins.list[str]] = {"limit": str(limit)}
+        params |= {name: text for name, text in (("cursor", cursor), ("state", state)) if text}
+        params["label"] = [f"{name}:{value}" for name, value in (labels or {}).items()]
+        return await self._send(calls.ask("/v1/jobs", JobList, params))
 
     async def jobs(
         self, *, state: str | None = None, labels: Mapping[str, str] | None = None
@@ -147,19 +151,20 @@ class AsyncClient(AsyncConnection):
 
     async def cancel(self, job_id: str) -> AsyncRemoteJob:
         """Stop a job; one that has ended stays as it is."""
-        return AsyncRemoteJob.of(await self._send(calls.cancel_job(job_id)), self)
+        return await self._job(job_id, "/cancel", "POST")
 
     async def pause(self, job_id: str) -> AsyncRemoteJob:
         """Pause a job: no more of its tiles are handed out; one that has ended stays as it is."""
-        return AsyncRemoteJob.of(await self._send(calls.pause_job(job_id)), self)
+        return await self._job(job_id, "/pause", "POST")
 
     async def resume(self, job_id: str) -> AsyncRemoteJob:
         """Let a paused job go on; any other stays as it is."""
-        return AsyncRemoteJob.of(await self._send(calls.resume_job(job_id)), self)
+        return await self._job(job_id, "/resume", "POST")
 
     async def delete(self, job_id: str) -> None:
         """Remove a job and its image."""
-        await self._send(calls.delete_job(job_id))
+        path = calls.job_path(job_id)
+        await self._send(calls.Call("DELETE", path, lambda _: None, repeatable=False, job_id=job_id))
 
     async def pin(self, job_id: str) -> AsyncRemoteJob:
         """Keep the picture of a job until it is unpinned or deleted.
@@ -169,11 +174,11 @@ class AsyncClient(AsyncConnection):
         NotAllowedError
             As many are pinned as may be.
         """
-        return AsyncRemoteJob.of(await self._send(calls.pin_job(job_id, pinned=True)), self)
+        return await self._job(job_id, "/pin", "PUT")
 
     async def unpin(self, job_id: str) -> AsyncRemoteJob:
         """Let the picture of a job expire again."""
-        return AsyncRemoteJob.of(await self._send(calls.pin_job(job_id, pinned=False)), self)
+        return await self._job(job_id, "/pin", "DELETE")
 
     async def prune(
         self,
@@ -196,7 +201,7 @@ class AsyncClient(AsyncConnection):
             keep_asset_seconds=keep_asset_seconds,
             dry_run=dry_run,
         )
-        return await self._send(calls.prune(rules))
+        return await self._send(calls.post("/v1/prune", rules, Pruned))
 
     async def tiles(self, job_id: str, *, after: int = 0, wait: float = 0.0) -> TileBatch:
         """The tile events numbered above `after`; waits up to `wait` seconds for the first."""
@@ -269,11 +274,11 @@ class AsyncClient(AsyncConnection):
 
     async def picture(self, job_id: str, kind: PictureKind = "png") -> Picture:
         """The image file, or what there is of it while the job is running."""
-        return await self._send(calls.get_picture(job_id, kind))
+        return await self._send(calls.get_picture(job_id, f"image.{kind}"))
 
-    async def glimpse(self, job_id: str) -> bytes | None:
-        """What there is to see of a job, the bytes of a PNG file; None before its first tile."""
-        return await self._send(calls.get_glimpse(job_id))
+    async def preview(self, job_id: str) -> bytes | None:
+        """What is rendered of a job so far, the bytes of a PNG file; None before its first tile."""
+        return await self._send(calls.get_preview(job_id))
 
     async def pixels(self, job_id: str) -> npt.NDArray[np.float32]:
         """The image as linear RGB, shape (height, width, 3), float32, row 0 at the top."""
@@ -282,7 +287,7 @@ class AsyncClient(AsyncConnection):
 
     async def layer_file(self, job_id: str, name: str) -> Picture:
         """A layer that the job was asked for, as a file, or what there is of it while the job is running."""
-        return await self._send(calls.get_layer(job_id, name))
+        return await self._send(calls.get_picture(job_id, "layers", f"{name}.npy"))
 
     async def layer(self, job_id: str, name: str) -> npt.NDArray[Any]:
         """A layer as an array, (height, width) or (height, width, channels), float32 or int32."""
@@ -291,11 +296,11 @@ class AsyncClient(AsyncConnection):
 
     async def plan(self, job_id: str) -> PlanDocument:
         """What runs for a job, and who asked."""
-        return await self._send(calls.get_plan(job_id))
+        return in_scene(await self._send(calls.about(job_id, "/plan", PlanDocument)))
 
     async def convergence(self, job_id: str) -> Convergence:
         """What the passes of a job have cost, which error they left, and how fast it falls."""
-        return await self._send(calls.get_convergence(job_id))
+        return await self._send(calls.about(job_id, "/convergence", Convergence))
 
     async def convergence_file(self, job_id: str, form: str = "csv") -> bytes:
         """The same as a file: `json`, `csv`, or `svg` or `png` for a plot."""
@@ -303,7 +308,7 @@ class AsyncClient(AsyncConnection):
 
     async def log(self, job_id: str) -> JobLog:
         """What became of a job: states, passes, repeated tiles, workers lost, failures."""
-        return await self._send(calls.get_log(job_id))
+        return await self._send(calls.about(job_id, "/log", JobLog))
 
     async def explain(
         self,
@@ -313,8 +318,8 @@ class AsyncClient(AsyncConnection):
         layers: Iterable[str] = (),
     ) -> PlanDocument:
         """What would run for a scene; renders nothing."""
-        parcel = await to_thread.run_sync(pack, scene)
-        return await self._run(flows.plan(parcel, flows.given(quality=quality, layers=layers)))
+        members = flows.given(quality=quality, layers=layers)
+        return in_scene(await self._about_scene(scene, "/v1/plans", members, PlanDocument))
 
     async def quote(
         self,
@@ -341,7 +346,7 @@ class AsyncClient(AsyncConnection):
             The service makes as many quotes as it may already.
         """
         members = flows.given(quality=quality, target_error=target_error, seconds=seconds)
-        return await self._run(flows.quote(await to_thread.run_sync(pack, scene), members))
+        return in_scene(await self._about_scene(scene, "/v1/quotes", members, Quote))
 
     async def trace(
         self, scene: SceneSource, origins: npt.ArrayLike, directions: npt.ArrayLike
@@ -353,8 +358,7 @@ class AsyncClient(AsyncConnection):
         origins, directions
             Shape (rays, 3), finite.
         """
-        parcel = await to_thread.run_sync(pack, scene)
-        return await self._run(flows.traces(parcel, rows(origins, directions)))
+        return await self._about_scene(scene, "/v1/traces", rows(origins, directions), TraceAnswer)
 
     async def compare(
         self,
@@ -390,8 +394,17 @@ class AsyncClient(AsyncConnection):
             "image": await to_thread.run_sync(sent, image, encoding),
             "reference": await to_thread.run_sync(sent, reference, reference_encoding),
         }
-        return await self._send(calls.make_comparison(pictures | sendable(options)))
+        return await self._send(calls.post("/v1/comparisons", pictures | sendable(options), ComparisonAnswer))
 
     async def version(self) -> Version:
         """Which service this is."""
-        return await self._send(calls.get_version())
+        return await self._send(calls.ask("/version", Version))
+
+    async def _job(self, job_id: str, part: str = "", method: str = "GET") -> AsyncRemoteJob:
+        return AsyncRemoteJob.of(await self._send(calls.about(job_id, part, Job, method)), self)
+
+    async def _about_scene(
+        self, scene: SceneSource, path: str, members: Mapping[str, Any], model: type[calls.Model]
+    ) -> calls.Model:
+        parcel = await to_thread.run_sync(pack, scene)
+        return await self._run(flows.about_scene(parcel, path, members, model))

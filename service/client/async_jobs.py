@@ -1,4 +1,4 @@
-"""A job as its submitter holds it."""
+"""A job of a service, with everything that its submitter can do with it."""
 
 from __future__ import annotations
 
@@ -15,11 +15,10 @@ from schemas.convergence import Convergence
 from schemas.jobs import TileBatch
 from schemas.logs import JobLog
 from schemas.plans import PlanDocument
-from service.client import notebooks
 from service.client.batches import Encoding, TilePixels
 from service.client.errors import ClientError
 from service.client.following import AsyncOnProgress, leaving, notify_async, succeeded
-from service.client.known import AsyncKnownJob
+from service.client.known import AsyncKnownJob, live_card
 from service.client.pictures import Picture, PictureKind, kind_of, write
 
 if TYPE_CHECKING:
@@ -63,12 +62,12 @@ class AsyncRemoteJob(AsyncKnownJob):
         TimedOutError
             `timeout` seconds have passed.
         """
-        live = notebooks.live()
+        live = live_card()
 
         async def note(batch: TileBatch) -> None:
             self._noted(batch)
             if live is not None and live.due(batch):
-                live.show(self, await self._seen())
+                live.show(self, await self._preview())
             await notify_async(on_progress, batch)
 
         return self._renewed(await self._client.wait(self.id, timeout=timeout, on_progress=note))
@@ -167,10 +166,10 @@ class AsyncRemoteJob(AsyncKnownJob):
             await self.wait(timeout=timeout)
         return await self.picture(kind)
 
-    async def _seen(self) -> bytes | None:
+    async def _preview(self) -> bytes | None:
         """What there is to see; None where that is nothing yet, or nothing any more."""
         try:
-            return await self._client.glimpse(self.id)
+            return await self._client.preview(self.id)
         except ClientError:
             return None
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import builtins
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -10,21 +11,21 @@ import numpy.typing as npt
 
 from schemas.comparisons import ComparisonAnswer
 from schemas.convergence import Convergence
-from schemas.jobs import JobList, TileBatch, TileEvent, Version
+from schemas.jobs import Job, JobList, TileBatch, TileEvent, Version
 from schemas.logs import JobLog
 from schemas.plans import PlanDocument
 from schemas.quality import Quality
 from schemas.quotes import Quote
+from schemas.request_pointers import in_scene
 from schemas.retention import Pruned
 from schemas.traces import TraceAnswer
 from service.client import calls, flows
 from service.client.batches import Encoding, PixelBatch
 from service.client.comparing import PictureSource, sent
 from service.client.connection import Connection
-from service.client.documents import rows, sendable
 from service.client.following import Following, OnProgress, leaving, notify, succeeded
 from service.client.jobs import RemoteJob
-from service.client.parcels import SceneSource, pack
+from service.client.parcels import SceneSource, pack, rows, sendable
 from service.client.pictures import Picture, PictureKind
 
 if TYPE_CHECKING:
@@ -120,7 +121,7 @@ class Client(Connection):
 
     def get(self, job_id: str) -> RemoteJob:
         """The job as it is now."""
-        return RemoteJob.of(self._send(calls.get_job(job_id)), self)
+        return self._job(job_id)
 
     def list(
         self,
@@ -131,7 +132,10 @@ class Client(Connection):
         labels: Mapping[str, str] | None = None,
     ) -> JobList:
         """One page of jobs in a state and with labels, newest first; ``next`` is the cursor of the next."""
-        return self._send(calls.list_jobs(limit=limit, cursor=cursor, state=state, labels=labels))
+        params: dict[str, str | builtins.list[str]] = {"limit": str(limit)}
+        params |= {name: text for name, text in (("cursor", cursor), ("state", state)) if text}
+        params["label"] = [f"{name}:{value}" for name, value in (labels or {}).items()]
+        return self._send(calls.ask("/v1/jobs", JobList, params))
 
     def jobs(
         self, *, state: str | None = None, labels: Mapping[str, str] | None = None
@@ -147,19 +151,20 @@ class Client(Connection):
 
     def cancel(self, job_id: str) -> RemoteJob:
         """Stop a job; one that has ended stays as it is."""
-        return RemoteJob.of(self._send(calls.cancel_job(job_id)), self)
+        return self._job(job_id, "/cancel", "POST")
 
     def pause(self, job_id: str) -> RemoteJob:
         """Pause a job: no more of its tiles are handed out; one that has ended stays as it is."""
-        return RemoteJob.of(self._send(calls.pause_job(job_id)), self)
+        return self._job(job_id, "/pause", "POST")
 
     def resume(self, job_id: str) -> RemoteJob:
         """Let a paused job go on; any other stays as it is."""
-        return RemoteJob.of(self._send(calls.resume_job(job_id)), self)
+        return self._job(job_id, "/resume", "POST")
 
     def delete(self, job_id: str) -> None:
         """Remove a job and its image."""
-        self._send(calls.delete_job(job_id))
+        path = calls.job_path(job_id)
+        self._send(calls.Call("DELETE", path, lambda _: None, repeatable=False, job_id=job_id))
 
     def pin(self, job_id: str) -> RemoteJob:
         """Keep the picture of a job until it is unpinned or deleted.
@@ -169,11 +174,11 @@ class Client(Connection):
         NotAllowedError
             As many are pinned as may be.
         """
-        return RemoteJob.of(self._send(calls.pin_job(job_id, pinned=True)), self)
+        return self._job(job_id, "/pin", "PUT")
 
     def unpin(self, job_id: str) -> RemoteJob:
         """Let the picture of a job expire again."""
-        return RemoteJob.of(self._send(calls.pin_job(job_id, pinned=False)), self)
+        return self._job(job_id, "/pin", "DELETE")
 
     def prune(
         self,
@@ -196,7 +201,7 @@ class Client(Connection):
             keep_asset_seconds=keep_asset_seconds,
             dry_run=dry_run,
         )
-        return self._send(calls.prune(rules))
+        return self._send(calls.post("/v1/prune", rules, Pruned))
 
     def tiles(self, job_id: str, *, after: int = 0, wait: float = 0.0) -> TileBatch:
         """The tile events numbered above `after`; waits up to `wait` seconds for the first."""
@@ -267,11 +272,11 @@ class Client(Connection):
 
     def picture(self, job_id: str, kind: PictureKind = "png") -> Picture:
         """The image file, or what there is of it while the job is running."""
-        return self._send(calls.get_picture(job_id, kind))
+        return self._send(calls.get_picture(job_id, f"image.{kind}"))
 
-    def glimpse(self, job_id: str) -> bytes | None:
-        """What there is to see of a job, the bytes of a PNG file; None before its first tile."""
-        return self._send(calls.get_glimpse(job_id))
+    def preview(self, job_id: str) -> bytes | None:
+        """What is rendered of a job so far, the bytes of a PNG file; None before its first tile."""
+        return self._send(calls.get_preview(job_id))
 
     def pixels(self, job_id: str) -> npt.NDArray[np.float32]:
         """The image as linear RGB, shape (height, width, 3), float32, row 0 at the top."""
@@ -280,7 +285,7 @@ class Client(Connection):
 
     def layer_file(self, job_id: str, name: str) -> Picture:
         """A layer that the job was asked for, as a file, or what there is of it while the job is running."""
-        return self._send(calls.get_layer(job_id, name))
+        return self._send(calls.get_picture(job_id, "layers", f"{name}.npy"))
 
     def layer(self, job_id: str, name: str) -> npt.NDArray[Any]:
         """A layer as an array, (height, width) or (height, width, channels), float32 or int32."""
@@ -289,11 +294,11 @@ class Client(Connection):
 
     def plan(self, job_id: str) -> PlanDocument:
         """What runs for a job, and who asked."""
-        return self._send(calls.get_plan(job_id))
+        return in_scene(self._send(calls.about(job_id, "/plan", PlanDocument)))
 
     def convergence(self, job_id: str) -> Convergence:
         """What the passes of a job have cost, which error they left, and how fast it falls."""
-        return self._send(calls.get_convergence(job_id))
+        return self._send(calls.about(job_id, "/convergence", Convergence))
 
     def convergence_file(self, job_id: str, form: str = "csv") -> bytes:
         """The same as a file: `json`, `csv`, or `svg` or `png` for a plot."""
@@ -301,7 +306,7 @@ class Client(Connection):
 
     def log(self, job_id: str) -> JobLog:
         """What became of a job: states, passes, repeated tiles, workers lost, failures."""
-        return self._send(calls.get_log(job_id))
+        return self._send(calls.about(job_id, "/log", JobLog))
 
     def explain(
         self,
@@ -311,8 +316,8 @@ class Client(Connection):
         layers: Iterable[str] = (),
     ) -> PlanDocument:
         """What would run for a scene; renders nothing."""
-        parcel = pack(scene)
-        return self._run(flows.plan(parcel, flows.given(quality=quality, layers=layers)))
+        members = flows.given(quality=quality, layers=layers)
+        return in_scene(self._about_scene(scene, "/v1/plans", members, PlanDocument))
 
     def quote(
         self,
@@ -339,7 +344,7 @@ class Client(Connection):
             The service makes as many quotes as it may already.
         """
         members = flows.given(quality=quality, target_error=target_error, seconds=seconds)
-        return self._run(flows.quote(pack(scene), members))
+        return in_scene(self._about_scene(scene, "/v1/quotes", members, Quote))
 
     def trace(self, scene: SceneSource, origins: npt.ArrayLike, directions: npt.ArrayLike) -> TraceAnswer:
         """What each ray hits first.
@@ -349,8 +354,7 @@ class Client(Connection):
         origins, directions
             Shape (rays, 3), finite.
         """
-        parcel = pack(scene)
-        return self._run(flows.traces(parcel, rows(origins, directions)))
+        return self._about_scene(scene, "/v1/traces", rows(origins, directions), TraceAnswer)
 
     def compare(
         self,
@@ -386,8 +390,17 @@ class Client(Connection):
             "image": sent(image, encoding),
             "reference": sent(reference, reference_encoding),
         }
-        return self._send(calls.make_comparison(pictures | sendable(options)))
+        return self._send(calls.post("/v1/comparisons", pictures | sendable(options), ComparisonAnswer))
 
     def version(self) -> Version:
         """Which service this is."""
-        return self._send(calls.get_version())
+        return self._send(calls.ask("/version", Version))
+
+    def _job(self, job_id: str, part: str = "", method: str = "GET") -> RemoteJob:
+        return RemoteJob.of(self._send(calls.about(job_id, part, Job, method)), self)
+
+    def _about_scene(
+        self, scene: SceneSource, path: str, members: Mapping[str, Any], model: type[calls.Model]
+    ) -> calls.Model:
+        parcel = pack(scene)
+        return self._run(flows.about_scene(parcel, path, members, model))

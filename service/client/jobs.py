@@ -1,5 +1,5 @@
 # Generated from async_jobs.py by tools/generate_sync_client.py: edit that file, then run this script.
-"""A job as its submitter holds it."""
+"""A job of a service, with everything that its submitter can do with it."""
 
 from __future__ import annotations
 
@@ -15,11 +15,10 @@ from schemas.convergence import Convergence
 from schemas.jobs import TileBatch
 from schemas.logs import JobLog
 from schemas.plans import PlanDocument
-from service.client import notebooks
 from service.client.batches import Encoding, TilePixels
 from service.client.errors import ClientError
 from service.client.following import OnProgress, leaving, notify, succeeded
-from service.client.known import KnownJob
+from service.client.known import KnownJob, live_card
 from service.client.pictures import Picture, PictureKind, kind_of, write
 
 if TYPE_CHECKING:
@@ -63,12 +62,12 @@ class RemoteJob(KnownJob):
         TimedOutError
             `timeout` seconds have passed.
         """
-        live = notebooks.live()
+        live = live_card()
 
         def note(batch: TileBatch) -> None:
             self._noted(batch)
             if live is not None and live.due(batch):
-                live.show(self, self._seen())
+                live.show(self, self._preview())
             notify(on_progress, batch)
 
         return self._renewed(self._client.wait(self.id, timeout=timeout, on_progress=note))
@@ -164,10 +163,10 @@ class RemoteJob(KnownJob):
             self.wait(timeout=timeout)
         return self.picture(kind)
 
-    def _seen(self) -> bytes | None:
+    def _preview(self) -> bytes | None:
         """What there is to see; None where that is nothing yet, or nothing any more."""
         try:
-            return self._client.glimpse(self.id)
+            return self._client.preview(self.id)
         except ClientError:
             return None
 

@@ -33,9 +33,8 @@ from service.client import (
     flows,
 )
 from service.client.comparing import sent
-from service.client.documents import rows
 from service.client.exchange import refused
-from service.client.parcels import pack
+from service.client.parcels import pack, rows
 from service.client.pictures import Picture, write
 from tests.unit.cli.conftest import SCENE
 
@@ -147,7 +146,7 @@ def test_rays_are_checked_as_those_that_are_cast_here() -> None:
 @pytest.mark.parametrize("odd", ["", ".", "..", None, 5], ids=repr)
 def test_what_can_be_no_id_asks_for_no_other_address(odd: Any) -> None:
     with pytest.raises(ValueError, match="The id of a job is text"):
-        calls.get_job(odd)
+        calls.job_path(odd)
 
 
 @pytest.mark.parametrize(
