@@ -6,13 +6,14 @@ import os
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, fields, is_dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from service.cli import output
 from service.cli.errors import CommandError, ExitCode
-from service.cli.serve import ConfigOption, read_settings
+from service.cli.options import ConfigOption, JsonOption
+from service.cli.serve import read_settings
 
 if TYPE_CHECKING:
     from service.settings import Settings
@@ -31,19 +32,10 @@ DEVELOPERS = ("test", "check", "bench")
 LITTLE_MEMORY = 1 << 30
 GIB = 1 << 30
 
-NumericsOption = Annotated[
-    bool,
-    typer.Option(
-        "--numerics",
-        help="Instead try hard cases, inputs that plain formulas get wrong, and count the wrong answers. "
-        "Takes up to a minute; exit code 1 if there are any.",
-    ),
-]
-
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One thing looked at: what was found, whether that is good, and what to do where it is not."""
+    """One check: what was found, whether that is good, and what to do where it is not."""
 
     name: str
     level: Level
@@ -52,7 +44,16 @@ class Check:
 
 
 def doctor(
-    numerics: NumericsOption = False, config: ConfigOption = None, as_json: output.JsonOption = False
+    numerics: Annotated[
+        bool,
+        typer.Option(
+            "--numerics",
+            help="Instead try hard cases, inputs that plain formulas get wrong, and count the wrong answers. "
+            "Takes up to a minute; exit code 1 if there are any.",
+        ),
+    ] = False,
+    config: ConfigOption = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Show what is installed, found and configured here, and from where."""
     if numerics:
@@ -62,14 +63,12 @@ def doctor(
         return
     checks = list(_all_checks(config))
     settings = list(_settings(config))
-    if as_json:
-        shown = [setting | {"value": str(setting["value"])} for setting in settings]
-        output.document({"checks": [asdict(check) for check in checks], "settings": shown})
-    else:
-        for check in checks:
-            _show(check)
-        for setting in settings:
-            output.result(f"      {setting['name']:<24} {setting['value']!s:<24} {setting['source']}")
+    lines = [
+        *(line for check in checks for line in _lines(check)),
+        *(f"      {each['name']:<24} {each['value']:<24} {each['source']}" for each in settings),
+    ]
+    document = {"checks": [asdict(check) for check in checks], "settings": settings}
+    output.report(document, lines, as_json=as_json)
     if any(check.level == "fail" for check in checks):
         raise typer.Exit(ExitCode.SERVER)
 
@@ -84,11 +83,11 @@ def _all_checks(config: Path | None) -> Iterator[Check]:
     yield from _extras()
 
 
-def _show(check: Check) -> None:
+def _lines(check: Check) -> Iterator[str]:
     mark = output.emphasis(f"{check.level:<5}", COLORS[check.level])
-    output.result(f"{mark} {check.name:<12} {check.found}")
+    yield f"{mark} {check.name:<12} {check.found}"
     if check.advice:
-        output.result(f"{'':<18} {check.advice}")
+        yield f"{'':<18} {check.advice}"
 
 
 def _software() -> Iterator[Check]:
@@ -135,7 +134,7 @@ def _available_memory() -> int | None:
 
 
 def _variables() -> Iterator[Check]:
-    """Variables that look like settings and are none: nobody would hear of the mistake."""
+    """Variables that look like settings and are none: they would be ignored without a word."""
     from schemas.translation import nearest
 
     known = [*_names_of_settings(), *CLIENT]
@@ -239,7 +238,7 @@ def _traces() -> Check:
     return Check("traces", "ok", f"sent to {shown}")
 
 
-def _settings(config: Path | None) -> Iterator[dict[str, Any]]:
+def _settings(config: Path | None) -> Iterator[dict[str, str]]:
     """Every setting with its value and where it comes from; none where they make no sense."""
     from service.settings import source_of
 
@@ -251,10 +250,10 @@ def _settings(config: Path | None) -> Iterator[dict[str, Any]]:
         value = getattr(settings, name)
         if is_dataclass(value) and not isinstance(value, type):
             for inner, number in asdict(value).items():
-                yield {"name": f"{name}.{inner}", "value": number, "source": source_of((name, inner))}
+                yield {"name": f"{name}.{inner}", "value": str(number), "source": source_of((name, inner))}
         else:
             shown = _without_password(value) if name == "database" else value
-            yield {"name": name, "value": shown, "source": source_of((name,))}
+            yield {"name": name, "value": str(shown), "source": source_of((name,))}
 
 
 def _without_password(url: str | None) -> str | None:

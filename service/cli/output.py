@@ -1,16 +1,19 @@
-"""Where a command's words go: results to stdout, talk to stderr, and one document for ``--json``."""
+"""Output of commands: results on stdout, messages on stderr, one document for ``--json``, and tables."""
 
 from __future__ import annotations
 
 import json
 import os
 import sys
-from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 if TYPE_CHECKING:
+    from pydantic import BaseModel
+    from rich.table import Table
+
     from schemas.problems import Problem
 
 USUAL_WIDTH = 100
@@ -23,10 +26,6 @@ SHORTEST_LINE = 20
 BEFORE_CARET = 0.6
 """Share of a line that is too long which stands before the caret."""
 
-JsonOption = Annotated[
-    bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else there.")
-]
-
 
 def say(text: str) -> None:
     """Print a message for the person at the terminal; never part of the result."""
@@ -38,11 +37,47 @@ def result(text: str) -> None:
     typer.echo(text)
 
 
-def document(content: Mapping[str, Any]) -> None:
+def document(content: Mapping[str, Any] | BaseModel) -> None:
     """Print the one document of ``--json``."""
-    # JSON is UTF-8; what else a stream may be, it knows ASCII.
+    if not isinstance(content, Mapping):
+        content = content.model_dump(mode="json")
+    # JSON is UTF-8; an encoding that is not knows ASCII at least.
     ascii_only = sys.stdout.encoding.lower().replace("-", "") != "utf8"
     typer.echo(json.dumps(content, indent=2, ensure_ascii=ascii_only, allow_nan=False))
+
+
+def report(content: Mapping[str, Any] | BaseModel, lines: Iterable[str], *, as_json: bool) -> None:
+    """Print a result, as a document or as lines."""
+    if as_json:
+        document(content)
+    else:
+        for line in lines:
+            result(line)
+
+
+def table(
+    headings: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Collection[str] = (), **options: Any
+) -> Table:
+    """A table for `show`; columns of `numbers` stand to the right, `options` are those of a column."""
+    from rich import box
+    from rich.table import Table
+
+    made = Table(box=box.SIMPLE_HEAD)
+    for heading in headings:
+        made.add_column(heading, justify="right" if heading in numbers else "left", **options)
+    for row in rows:
+        made.add_row(*row)
+    return made
+
+
+def show(*things: Table | str, style: str | None = None) -> None:
+    """Print tables and lines on a terminal."""
+    from rich.console import Console
+
+    # Names in scenes may look like markup.
+    console = Console(markup=False, highlight=False)
+    for thing in things:
+        console.print(thing, style=style)
 
 
 def emphasis(text: str, color: str | None = None) -> str:
@@ -51,7 +86,7 @@ def emphasis(text: str, color: str | None = None) -> str:
 
 
 def harmless(text: str) -> str:
-    """What a stranger wrote, with a blank for each character that a terminal would act on."""
+    """Text of others, with a blank for each character that a terminal would act on."""
     return "".join(c if c.isprintable() else " " for c in text)
 
 

@@ -1,4 +1,4 @@
-"""Reading the scene that a command was given: a file, or ``-`` for what is piped in."""
+"""The scene that a command was given: a file, or ``-`` for stdin."""
 
 from __future__ import annotations
 
@@ -6,9 +6,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from service.cli import output
 from service.cli.errors import InputError, UnusableSceneError
@@ -19,16 +17,6 @@ if TYPE_CHECKING:
     from schemas.quality import Quality
 
 STDIN = "-"
-
-SceneArgument = Annotated[
-    str, typer.Argument(metavar="SCENE", help="A scene file; - reads it from stdin.", show_default=False)
-]
-# Written down twice so that help need not load the schemas; a test compares the two.
-LARGEST_SEED = 2**53 - 1
-SeedOption = Annotated[
-    int | None,
-    typer.Option(min=0, max=LARGEST_SEED, help="Chooses the random numbers, in place of the scene's seed."),
-]
 
 
 def read_bytes(name: str) -> bytes:
@@ -42,15 +30,13 @@ def read_bytes(name: str) -> bytes:
     if not name:
         raise InputError("The name of the scene file is empty.")
     try:
-        return _piped_in() if name == STDIN else Path(name).read_bytes()
+        if name != STDIN:
+            return Path(name).read_bytes()
+        if sys.stdin is None:
+            raise InputError("stdin is closed. Pipe a scene in, or name a file.")
+        return sys.stdin.buffer.read()
     except OSError as error:
         raise InputError(f"{name} cannot be read: {error.strerror or error}.") from error
-
-
-def _piped_in() -> bytes:
-    if sys.stdin is None:
-        raise InputError("stdin is closed. Pipe a scene in, or name a file.")
-    return sys.stdin.buffer.read()
 
 
 def folder_of(name: str) -> Path:
@@ -81,7 +67,7 @@ class SceneFile:
         try:
             return compile_scene(self.scene, quality, layers=layers)
         except SceneError as error:
-            # Whoever compiles has the scene and not its text.
+            # The compiler has the scene and not its text.
             problems = located(self.text.decode("utf-8-sig"), error.errors)
             raise UnusableSceneError(self.name, self.text, problems, error.more) from error
 
@@ -98,7 +84,11 @@ def load(name: str, *, seed: int | None = None) -> SceneFile:
     """
     file = read(name)
     print_warnings(file.text, file.scene.warnings)
-    return file if seed is None else replace(file, scene=_with_seed(file.scene, seed))
+    if seed is None:
+        return file
+    sampling = file.scene.document.sampling.model_copy(update={"seed": seed})
+    document = file.scene.document.model_copy(update={"sampling": sampling})
+    return replace(file, scene=replace(file.scene, document=document))
 
 
 def read(name: str) -> SceneFile:
@@ -116,11 +106,6 @@ def read(name: str) -> SceneFile:
         missing_line = any(problem.line is None and problem.pointer for problem in error.errors)
         problems = located(text.decode("utf-8-sig"), error.errors) if missing_line else error.errors
         raise UnusableSceneError(name, text, problems, error.more) from error
-
-
-def _with_seed(scene: LoadedScene, seed: int) -> LoadedScene:
-    sampling = scene.document.sampling.model_copy(update={"seed": seed})
-    return replace(scene, document=scene.document.model_copy(update={"sampling": sampling}))
 
 
 def parsed(text: bytes) -> Mapping[str, Any]:

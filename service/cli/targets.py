@@ -6,12 +6,10 @@ import errno
 import os
 import sys
 import tempfile
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from service.cli import output
 from service.cli.errors import CommandError
@@ -53,19 +51,21 @@ class ImageTarget:
         """The ending, in lower case."""
         return self.path.suffix.lower()
 
-    def check(self, *, with_layers: bool, as_json: bool) -> None:
-        """Find out before the work begins whether an image can be written there.
+    def check(self, layers: Collection[str] = (), *, as_json: bool) -> None:
+        """Find out before the work begins whether an image and its layers can be written there.
 
         Raises
         ------
         CommandError
-            It cannot, or stdout has to take something else besides.
+            One of them cannot, or stdout has to take something else besides.
         """
         if not self.on_stdout:
             check_target(self.path, PICTURES)
+            for name in layers:
+                check_target(layer_file_of(self.path, name), (".npy",))
         elif as_json:
             raise CommandError("-o - and --json both need stdout. Name a file with -o.")
-        elif with_layers:
+        elif layers:
             raise CommandError("--layers are saved beside the image. Name a file with -o.")
         elif sys.stdout.isatty():
             raise CommandError("stdout is a terminal, and an image is no text. Pipe it, or name a file.")
@@ -112,8 +112,17 @@ def check_target(path: Path, suffixes: Collection[str]) -> Path:
     return path
 
 
+def make_folder(folder: Path) -> None:
+    """Make a folder, and those above it; CommandError where it cannot be made."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        reason = error.strerror or error
+        raise CommandError(f"The folder {folder} cannot be made: {reason}. Name another.") from error
+
+
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file in one step: whoever looks sees the old file or the new one, never a part.
+    """Write a file in one step: readers see the old file or the new one, never a part of it.
 
     Raises
     ------
@@ -149,17 +158,6 @@ def _umask() -> int:
     return mask
 
 
-LayersOption = Annotated[
-    str | None,
-    typer.Option(
-        "--layers",
-        metavar="NAME,NAME",
-        help="What to save of each pixel beside its colour: depth, position, normal, shading_normal, "
-        "albedo, uv, shape, primitive, samples, error. Saved beside OUT as OUT.NAME.npy.",
-    ),
-]
-
-
 def parsed_layers(names: str | None) -> tuple[LayerName, ...]:
     """The layers that an option names, each once.
 
@@ -180,18 +178,6 @@ def parsed_layers(names: str | None) -> tuple[LayerName, ...]:
 def layer_file_of(out: Path, name: str) -> Path:
     """Where a layer goes: beside the picture, named after it."""
     return out.with_name(f"{out.name}.{name}.npy")
-
-
-def check_layer_targets(out: Path, names: Iterable[str]) -> None:
-    """Find out before the work begins whether the files of layers can be written.
-
-    Raises
-    ------
-    CommandError
-        One of them cannot.
-    """
-    for name in names:
-        check_target(layer_file_of(out, name), (".npy",))
 
 
 def save_layer(out: Path, name: str, content: bytes) -> None:

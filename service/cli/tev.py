@@ -1,4 +1,4 @@
-"""``--tev``: the picture of a job in the viewer tev, while it grows."""
+"""``--tev``: shows the picture of a running job in the viewer tev."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def parsed(address: str) -> tuple[str, int]:
 
 @contextmanager
 def mirror(client: Client, job_id: str, address: str | None) -> Iterator[Mirror | None]:
-    """A mirror in the viewer at an address; None without one, and, with a message, where nobody listens."""
+    """A mirror in the viewer at an address; None without one, and, with a message, where none listens."""
     with _viewer(address) as viewer:
         if viewer is None or address is None:
             yield None
@@ -119,7 +119,6 @@ def mirror(client: Client, job_id: str, address: str | None) -> Iterator[Mirror 
 
 
 def _viewer(address: str | None) -> AbstractContextManager[Viewer | None]:
-
     if address is None:
         return nullcontext()
     host, port = parsed(address)
@@ -138,7 +137,7 @@ def _reason(error: OSError) -> str:
 
 
 DEFAULT_PORT = 14158
-PATIENCE = 5.0
+TIMEOUT = 5.0
 """Seconds that tev may take to accept a connection or a packet: it runs on this machine, or near it."""
 
 _CREATE_IMAGE = 4
@@ -200,16 +199,13 @@ class Viewer:
     """
 
     def __init__(self, host: str, port: int) -> None:
-        self._socket = socket.create_connection((host, port), timeout=PATIENCE)
+        self._socket = socket.create_connection((host, port), timeout=TIMEOUT)
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         self._socket.close()
 

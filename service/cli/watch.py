@@ -1,4 +1,4 @@
-"""``penumbra wait`` and ``watch``: stay with a job until it ends, and see what its error costs."""
+"""``penumbra wait`` and ``watch``: follow a job until it ends, with its error pass by pass."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli import output
-from service.cli.connection import (
+from service.cli.options import (
     DEFAULT_SERVER,
-    LONG_PATIENCE,
+    LONG_RETRY,
     JobArgument,
+    JsonOption,
     ServerOption,
     TimeoutOption,
     connect,
@@ -39,10 +40,10 @@ def wait(
     job_id: JobArgument,
     server: ServerOption = DEFAULT_SERVER,
     timeout: TimeoutOption = None,
-    as_json: output.JsonOption = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Wait in silence until a job has its image."""
-    with connect(server, patience=LONG_PATIENCE) as client, detachable(job_id):
+    with connect(server, retry=LONG_RETRY) as client, detachable(job_id):
         show_end(client.wait(job_id, timeout=timeout), as_json=as_json)
 
 
@@ -51,13 +52,13 @@ def watch(
     server: ServerOption = DEFAULT_SERVER,
     timeout: TimeoutOption = None,
     tev: TevOption = None,
-    as_json: output.JsonOption = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Show a job's tiles and the error after each pass: a bar on a terminal, lines on a pipe.
 
-    It may be left with Ctrl-C and started again: the job goes on, and its first tiles are shown again.
+    Ctrl-C ends the watching and not the job; started again, it shows the tiles from the first.
     """
-    with connect(server, patience=LONG_PATIENCE) as client, detachable(job_id):
+    with connect(server, retry=LONG_RETRY) as client, detachable(job_id):
         with mirror(client, job_id, tev) as shown:
             job = stay(client, job_id, timeout=timeout, lines=not as_json, shown=shown)
         show_end(job, as_json=as_json)
@@ -76,34 +77,27 @@ def stay(
     Parameters
     ----------
     lines
-        Where nobody sees a bar, print a line for each tile and for each pass.
+        Where there is no bar, print a line for each tile and for each pass.
     shown
         Where the picture is shown besides.
     """
     with progress_bar("waiting") as bar:
         curve = Curve(client, job_id, bar)
         show = _bar_of(client, job_id, bar, curve) if bar.visible else _lines_of(curve) if lines else None
-        return client.wait(job_id, timeout=timeout, on_progress=_both(show, shown))
 
+        def on_progress(batch: TileBatch) -> None:
+            if shown is not None:
+                shown.show()
+            if show is not None:
+                show(batch)
 
-def _both(
-    show: Callable[[TileBatch], None] | None, shown: Mirror | None
-) -> Callable[[TileBatch], None] | None:
-    if shown is None:
-        return show
-
-    def both(batch: TileBatch) -> None:
-        shown.show()
-        if show is not None:
-            show(batch)
-
-    return both
+        return client.wait(job_id, timeout=timeout, on_progress=on_progress)
 
 
 def show_end(job: Job, *, as_json: bool) -> None:
     """Report how a job ended."""
     if as_json:
-        output.document(job.model_dump(mode="json"))
+        output.document(job)
     else:
         output.say(f"Job {job.id} is done: {job.width} x {job.height} pixels, {_cost(job)}")
 
@@ -114,7 +108,7 @@ def detachable(job_id: str) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        output.say(f"Job {job_id} goes on. See it again with: penumbra watch {job_id}")
+        output.say(f"Job {job_id} keeps running. Watch it again with: penumbra watch {job_id}")
         raise
 
 
@@ -152,7 +146,7 @@ def _lines_of(curve: Curve) -> Callable[[TileBatch], None]:
 
 
 def _is_target(job: Job) -> bool:
-    """Whether a job gets its passes one after another, so that nobody knows how many tiles there will be."""
+    """Whether passes are planned one after another, so that the number of tiles is not known."""
     return job.quality.get("mode") == "target"
 
 
@@ -240,7 +234,7 @@ class Curve:
     def _show_passes(self, found: Convergence, before: int) -> None:
         for entry in found.passes[self.passes_shown : before]:
             if not self.bar.visible:
-                output.result("\t".join(_words(entry)))
+                output.result(_line(entry))
             else:
                 if not self.passes_shown:
                     self.bar.above(_row(HEADINGS))
@@ -266,21 +260,15 @@ def _row(cells: tuple[str, ...]) -> str:
 
 def _cells(entry: PassCost) -> tuple[str, ...]:
     rays = f"{sum(entry.rays.values()) / 1e6:.2f} M"
+    seconds = (f"{entry.seconds:.2f}", f"{entry.cpu_seconds:.2f}")
+    return (str(entry.pass_index), *seconds, rays, _error(entry) or "-")
+
+
+def _line(entry: PassCost) -> str:
     return (
-        str(entry.pass_index),
-        f"{entry.seconds:.2f}",
-        f"{entry.cpu_seconds:.2f}",
-        rays,
-        _error(entry) or "-",
+        f"pass {entry.pass_index} done\t{entry.seconds:.2f} s\t{entry.cpu_seconds:.2f} CPU s\t"
+        f"{sum(entry.rays.values())} rays\terror {_error(entry) or 'unknown'}"
     )
-
-
-def _words(entry: PassCost) -> Iterator[str]:
-    yield f"pass {entry.pass_index} done"
-    yield f"{entry.seconds:.2f} s"
-    yield f"{entry.cpu_seconds:.2f} CPU s"
-    yield f"{sum(entry.rays.values())} rays"
-    yield f"error {_error(entry) or 'unknown'}"
 
 
 def _error(entry: PassCost) -> str | None:

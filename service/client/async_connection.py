@@ -41,10 +41,7 @@ class AsyncConnection:
         return self
 
     async def __aexit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         await self.close()
 
@@ -54,7 +51,7 @@ class AsyncConnection:
 
     @asynccontextmanager
     async def _stream(self, call: Call[Answer]) -> AsyncIterator[Answer]:
-        """Send a call whose answer goes on; the connection is closed at the end of the block."""
+        """Send a call whose answer is a stream; the connection is closed at the end of the block."""
         refuse_closed(self._http.is_closed)
         with transport_errors(self.server, job_id=call.job_id):
             async with self._http.stream(call.method, call.path, headers=dict(call.headers)) as answer:

@@ -13,7 +13,7 @@ import httpx2
 from pydantic import BaseModel, ValidationError
 
 from schemas.batches import MEDIA_TYPE
-from schemas.jobs import Asset, Job, TileBatch, TileEvent
+from schemas.jobs import Asset, Job, JobList, TileBatch, TileEvent
 from service.client.batches import Encoding, PixelBatch, decode_batch
 from service.client.errors import UnexpectedAnswerError
 from service.client.pictures import Picture, read_picture
@@ -119,6 +119,21 @@ def submit_job(body: Mapping[str, Any], *, wait: float, key: str | None, anew: b
     headers |= {"Prefer": f"wait={wait:g}"} if wait > 0 else {}
     headers |= {"Cache-Control": "no-cache"} if anew else {}
     return post("/v1/jobs", body, Job, headers=headers, hold=wait)
+
+
+def list_jobs(
+    *, limit: int, cursor: str | None, state: str | None, labels: Mapping[str, str] | None
+) -> Call[JobList]:
+    """One page of jobs, newest first, of those in a state and with all these labels."""
+    params: dict[str, str | list[str]] = {"limit": str(limit)}
+    params |= {name: text for name, text in (("cursor", cursor), ("state", state)) if text}
+    params["label"] = [f"{name}:{value}" for name, value in (labels or {}).items()]
+    return ask("/v1/jobs", JobList, params)
+
+
+def delete_job(job_id: str) -> Call[None]:
+    """Remove a job and its image."""
+    return Call("DELETE", job_path(job_id), lambda _: None, repeatable=False, job_id=job_id)
 
 
 def get_tiles(job_id: str, *, after: int, wait: float) -> Call[TileBatch]:

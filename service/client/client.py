@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import builtins
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -42,10 +41,9 @@ class Client(Connection):
     server
         Its address; by default that in ``PENUMBRA_SERVER``, else ``http://127.0.0.1:8000``.
     key
-        What lets us in, where the service asks for it; by default that in ``PENUMBRA_KEY``.
+        The API key, where the service needs one; by default that in ``PENUMBRA_KEY``.
     timeout
-        Seconds that the server may be silent; where the request asks it to hold its answer, that time
-        comes on top.
+        Seconds that the server may be silent, beyond those that a request asks it to hold its answer.
     patience
         Seconds over which a request is repeated when the connection breaks or the server is too busy.
         Only requests that may safely be sent twice are repeated; 0 repeats none.
@@ -92,16 +90,15 @@ class Client(Connection):
         layers
             What to record of each pixel beside its colour, such as ``depth``.
         labels
-            Words of your own by which the job is found again.
+            Names and values by which the job is found again.
         priority
-            Of your own jobs those of a higher priority go first.
+            Of your own jobs those of a higher priority run first.
         time_limit
-            Seconds after its beginning when a job that is not finished ends.
+            Seconds after its start at which an unfinished job ends.
         wait
-            Seconds to wait for the end before the answer comes, whatever the state is then.
+            Seconds that the answer may be held back for the job to end.
         idempotency_key
-            The same request sent again with the same key is the same job; by default a key of its own for
-            each call, so that only the client's own repetitions count as the same.
+            The same request with the same key is the same job; by default each call has a new key.
         anew
             Render it even if the service has the same picture already.
 
@@ -132,10 +129,7 @@ class Client(Connection):
         labels: Mapping[str, str] | None = None,
     ) -> JobList:
         """One page of jobs in a state and with labels, newest first; ``next`` is the cursor of the next."""
-        params: dict[str, str | builtins.list[str]] = {"limit": str(limit)}
-        params |= {name: text for name, text in (("cursor", cursor), ("state", state)) if text}
-        params["label"] = [f"{name}:{value}" for name, value in (labels or {}).items()]
-        return self._send(calls.ask("/v1/jobs", JobList, params))
+        return self._send(calls.list_jobs(limit=limit, cursor=cursor, state=state, labels=labels))
 
     def jobs(
         self, *, state: str | None = None, labels: Mapping[str, str] | None = None
@@ -158,13 +152,12 @@ class Client(Connection):
         return self._job(job_id, "/pause", "POST")
 
     def resume(self, job_id: str) -> RemoteJob:
-        """Let a paused job go on; any other stays as it is."""
+        """Resume a paused job; any other stays as it is."""
         return self._job(job_id, "/resume", "POST")
 
     def delete(self, job_id: str) -> None:
         """Remove a job and its image."""
-        path = calls.job_path(job_id)
-        self._send(calls.Call("DELETE", path, lambda _: None, repeatable=False, job_id=job_id))
+        self._send(calls.delete_job(job_id))
 
     def pin(self, job_id: str) -> RemoteJob:
         """Keep the picture of a job until it is unpinned or deleted.
@@ -216,8 +209,8 @@ class Client(Connection):
     def follow(self, job_id: str, *, after: int = 0, timeout: float | None = None) -> Iterator[TileBatch]:
         """Batches of tile events as they come, until the job has ended.
 
-        A batch may be empty: it tells that the job is still there. A job that failed or was cancelled
-        ends like any other; the last batch has its state.
+        A batch may be empty. A job that failed or was cancelled ends like any other; the last batch has
+        its state.
 
         Raises
         ------
@@ -225,22 +218,20 @@ class Client(Connection):
             `timeout` seconds have passed.
         """
         place = Following(job_id, after, timeout)
-        more = True
-        while more:
+        while place.more:
             batch = self.tiles(job_id, after=place.after, wait=place.hold)
             yield batch
-            more = place.goes_on(batch)
+            place.advance(batch)
 
     def follow_pixels(
         self, job_id: str, *, after: int = 0, timeout: float | None = None, encoding: Encoding = "float32"
     ) -> Iterator[PixelBatch]:
         """The same with the pixels of the tiles."""
         place = Following(job_id, after, timeout)
-        more = True
-        while more:
+        while place.more:
             batch = self.tile_pixels(job_id, after=place.after, wait=place.hold, encoding=encoding)
             yield batch
-            more = place.goes_on(batch)
+            place.advance(batch)
 
     def wait(
         self, job_id: str, *, timeout: float | None = None, on_progress: OnProgress | None = None
@@ -252,7 +243,7 @@ class Client(Connection):
         NoImageError
             There will be no image.
         TimedOutError
-            `timeout` seconds have passed; the job goes on.
+            `timeout` seconds have passed; the job keeps running.
         """
         with leaving(job_id):
             for batch in self.follow(job_id, timeout=timeout):
@@ -262,8 +253,8 @@ class Client(Connection):
     def events(self, job_id: str, *, after: int = 0) -> Iterator[TileEvent]:
         """Tile events as a stream that the server pushes, until the job has ended or the connection breaks.
 
-        Start again with the last number seen as `after` to go on where it broke. To leave it early, go
-        through it in ``contextlib.closing``: that closes the connection.
+        To resume, give the last number seen as `after`. To leave it early, go through it in
+        ``contextlib.closing``: that closes the connection.
         """
         with self._stream(calls.get_events(job_id, after=after)) as events:
             for event in events:
@@ -280,8 +271,7 @@ class Client(Connection):
 
     def pixels(self, job_id: str) -> npt.NDArray[np.float32]:
         """The image as linear RGB, shape (height, width, 3), float32, row 0 at the top."""
-        picture = self.picture(job_id, "npy")
-        return picture.array()
+        return (self.picture(job_id, "npy")).array()
 
     def layer_file(self, job_id: str, name: str) -> Picture:
         """A layer that the job was asked for, as a file, or what there is of it while the job is running."""
@@ -289,15 +279,14 @@ class Client(Connection):
 
     def layer(self, job_id: str, name: str) -> npt.NDArray[Any]:
         """A layer as an array, (height, width) or (height, width, channels), float32 or int32."""
-        file = self.layer_file(job_id, name)
-        return file.array()
+        return (self.layer_file(job_id, name)).array()
 
     def plan(self, job_id: str) -> PlanDocument:
         """What runs for a job, and who asked."""
         return in_scene(self._send(calls.about(job_id, "/plan", PlanDocument)))
 
     def convergence(self, job_id: str) -> Convergence:
-        """What the passes of a job have cost, which error they left, and how fast it falls."""
+        """The cost and error of each pass of a job, and how fast the error falls."""
         return self._send(calls.about(job_id, "/convergence", Convergence))
 
     def convergence_file(self, job_id: str, form: str = "csv") -> bytes:
@@ -305,7 +294,7 @@ class Client(Connection):
         return self._send(calls.get_convergence_file(job_id, form))
 
     def log(self, job_id: str) -> JobLog:
-        """What became of a job: states, passes, repeated tiles, workers lost, failures."""
+        """The history of a job: states, passes, repeated tiles, workers lost, failures."""
         return self._send(calls.about(job_id, "/log", JobLog))
 
     def explain(
@@ -327,21 +316,21 @@ class Client(Connection):
         target_error: float | None = None,
         seconds: float | None = None,
     ) -> Quote:
-        """What a scene would cost, and how far off it would be, at several qualities.
+        """The predicted seconds and error of a scene at several qualities.
 
         Parameters
         ----------
         quality
-            What is priced first, in place of the scene's ``sampling``.
+            Priced besides, in place of the scene's ``sampling``.
         target_error
-            A target error; ``for_error`` of the answer reaches it soonest.
+            ``for_error`` of the answer reaches it soonest.
         seconds
-            A given time; ``for_seconds`` of the answer comes closest in it.
+            ``for_seconds`` of the answer has the smallest error in this time.
 
         Raises
         ------
         BusyError
-            The service makes as many quotes as it may already.
+            The service makes as many quotes as it may.
         """
         members = flows.given(quality=quality, target_error=target_error, seconds=seconds)
         return in_scene(self._about_scene(scene, "/v1/quotes", members, Quote))
@@ -373,7 +362,7 @@ class Client(Connection):
             A job or ``job:ID``; the path of a PNG, NPY or EXR file, or its bytes; an array (H, W, 3); or an
             image of Pillow.
         encoding, reference_encoding
-            ``srgb`` or ``linear``; by default what files of that kind usually mean, which the answer tells.
+            ``srgb`` or ``linear``; by default what files of that kind usually mean.
         options
             ``tolerance``, ``max_bias``, ``limit``, ``flip`` and ``pictures``, as the request has them.
 

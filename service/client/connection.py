@@ -42,10 +42,7 @@ class Connection:
         return self
 
     def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         self.close()
 
@@ -55,7 +52,7 @@ class Connection:
 
     @contextmanager
     def _stream(self, call: Call[Answer]) -> Iterator[Answer]:
-        """Send a call whose answer goes on; the connection is closed at the end of the block."""
+        """Send a call whose answer is a stream; the connection is closed at the end of the block."""
         refuse_closed(self._http.is_closed)
         with transport_errors(self.server, job_id=call.job_id):
             with self._http.stream(call.method, call.path, headers=dict(call.headers)) as answer:

@@ -63,7 +63,7 @@ class LiveCard:
 
 def live_card() -> LiveCard | None:
     """A place to show progress, where this runs in a notebook; elsewhere None."""
-    # Whoever runs in a notebook has loaded IPython already; to load it only for asking would be slow.
+    # A notebook has loaded IPython already; loading it elsewhere would be slow.
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython is not None else None
     return LiveCard() if getattr(shell, "kernel", None) is not None else None

@@ -58,7 +58,7 @@ class Parcel:
         """Problems with the body that was sent, as problems with the user's own document.
 
         Pointers into the scene lose ``/scene`` and get line and column of the user's text. Others keep
-        their pointer alone: nobody has seen the lines of the body.
+        their pointer alone: users have not seen the lines of the body.
         """
         return [
             *located(self.text, (_inside(problem) for problem in problems if _is_inside(problem))),
@@ -183,7 +183,7 @@ def sendable(members: Mapping[str, Any]) -> dict[str, Any]:
     Raises
     ------
     schemas.errors.SceneError
-        With every value that JSON has no word for.
+        With every value that JSON cannot represent.
     """
     made = {name: plain(value, max_depth=limits_in_force().max_depth) for name, value in members.items()}
     _refuse_not_finite(made, None)
@@ -198,7 +198,7 @@ def rows(origins: npt.ArrayLike, directions: npt.ArrayLike) -> dict[str, Any]:
     ValueError
         One has another shape, or does not hold real numbers.
     """
-    # Not before somebody casts rays: a client needs nothing of the renderer otherwise.
+    # Not before rays are cast: a client needs nothing of the renderer otherwise.
     from renderer.math.arrays import vectors  # noqa: PLC0415
 
     given = {"origins": origins, "directions": directions}

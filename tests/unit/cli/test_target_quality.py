@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from service.cli.errors import CommandError
-from service.cli.render_options import QualityOptions
+from service.cli.quality_options import QualityOptions
 from tests.unit.cli.conftest import Penumbra
 
 
