@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -21,13 +22,15 @@ from service.cli.options import (
     image_option,
     parsed_labels,
 )
-from service.cli.targets import ImageTarget, check_target, parsed_layers, save_layer
-from service.cli.watch import CURVE_FORMS, CurveOption, save_curve
+from service.cli.targets import ImageTarget, check_target, parsed_layers, save_layer, write_whole
 
 if TYPE_CHECKING:
     from schemas.jobs import Job, JobList
     from schemas.logs import LogEntry
     from service.client import Client
+
+CURVE_FORMS = (".json", ".csv", ".svg", ".png")
+"""Endings of the files that a curve can be saved as."""
 
 HEADINGS = ("id", "state", "done", "pixels", "submitted", "scene")
 
@@ -36,7 +39,13 @@ def get(
     job_id: JobArgument,
     out: Annotated[ImageTarget | None, image_option("Save the image")] = None,
     layers: LayersOption = None,
-    curve: CurveOption = None,
+    convergence: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Save what the error costs, pass by pass: .json, .csv, or a plot as .svg or .png.",
+        ),
+    ] = None,
     server: ServerOption = DEFAULT_SERVER,
     as_json: JsonOption = False,
 ) -> None:
@@ -46,19 +55,21 @@ def get(
         raise CommandError("--layers are saved beside the image. Give -o too.")
     if out is not None:
         out.check(names, as_json=as_json)
-    if curve is not None:
-        check_target(curve, CURVE_FORMS)
+    if convergence is not None:
+        check_target(convergence, CURVE_FORMS)
     with connect(server) as client:
         if names:
             _check_layers(client.get(job_id), names)
         if out is not None:
             save_picture(client, job_id, out, names)
-        if curve is not None:
-            save_curve(client, job_id, curve)
+        if convergence is not None:
+            form = convergence.suffix.lower().removeprefix(".")
+            write_whole(convergence, client.convergence_file(job_id, form))
+            output.say(f"{convergence}: the error of {job_id} against time")
         job = client.get(job_id)
     if as_json:
         output.document(job)
-    elif out is None and curve is None:
+    elif out is None and convergence is None:
         _show(job)
 
 

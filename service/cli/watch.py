@@ -7,10 +7,7 @@ from collections.abc import Callable
 from contextlib import contextmanager
 from dataclasses import dataclass
 from math import log2
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from service.cli import output
 from service.cli.options import (
@@ -23,7 +20,6 @@ from service.cli.options import (
     connect,
 )
 from service.cli.progress import Bar, progress_bar, remaining
-from service.cli.targets import write_whole
 from service.cli.tev import Mirror, TevOption, mirror
 
 if TYPE_CHECKING:
@@ -169,34 +165,15 @@ def _cost(job: Job) -> str:
     return f"{seconds}{job.cost.cpu_seconds:.2f} CPU s{_rays(job)}{error}"
 
 
-CURVE_FORMS = (".json", ".csv", ".svg", ".png")
-"""Endings of the files that a curve can be saved as."""
-
-CurveOption = Annotated[
-    Path | None,
-    typer.Option(
-        "--convergence",
-        metavar="FILE",
-        help="Save what the error costs, pass by pass: .json, .csv, or a plot as .svg or .png.",
-    ),
-]
-
 HEADINGS = ("pass", "seconds", "CPU s", "rays", "error")
-WIDTHS = (4, 9, 9, 9, 27)
-"""Columns of a table on a terminal."""
+ROW = "{:>4}{:>9}{:>9}{:>9}   {:<27}"
+"""A row of the table on a terminal."""
 
 FULL = 20
 """Length of the bar of the first known error."""
 
 CELLS = 2
 """By which a bar is shorter where the error is half as large."""
-
-
-def save_curve(client: Client, job_id: str, path: Path) -> None:
-    """Write the curve of a job to a file; its ending chooses the form."""
-    content = client.convergence_file(job_id, path.suffix.lower().removeprefix("."))
-    write_whole(path, content)
-    output.say(f"{path}: the error of {job_id} against time")
 
 
 @dataclass(slots=True)
@@ -237,8 +214,8 @@ class Curve:
                 output.result(_line(entry))
             else:
                 if not self.passes_shown:
-                    self.bar.above(_row(HEADINGS))
-                self.bar.above(_row(_cells(entry)) + self._drawn(entry))
+                    self.bar.above(ROW.format(*HEADINGS))
+                self.bar.above(ROW.format(*_cells(entry)) + self._drawn(entry))
             self.passes_shown += 1
 
     def _drawn(self, entry: PassCost) -> str:
@@ -249,13 +226,6 @@ class Curve:
         return "  " + self.bar.block * max(
             1, round(FULL + CELLS * log2(entry.error.estimate / self.first_error))
         )
-
-
-def _row(cells: tuple[str, ...]) -> str:
-    return "".join(
-        cell.rjust(width) if place < len(WIDTHS) - 1 else "   " + cell.ljust(width)
-        for place, (cell, width) in enumerate(zip(cells, WIDTHS, strict=True))
-    )
 
 
 def _cells(entry: PassCost) -> tuple[str, ...]:

@@ -44,7 +44,7 @@ def test_where_tev_is_away_the_job_is_watched_without_it(penumbra: Penumbra, job
         address = f"127.0.0.1:{nobody.getsockname()[1]}"
     outcome = penumbra("watch", job, "--tev", address)
     assert outcome.code == 0
-    assert f"tev cannot be reached at {address}" in outcome.err
+    assert address in outcome.err
     assert outcome.out.count("\ttile ") > 1
 
 

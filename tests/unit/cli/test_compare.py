@@ -26,7 +26,7 @@ def test_equal_pictures_match_and_the_output_says_how_they_were_read(
     outcome = penumbra("compare", "picture.png", "picture.png")
     assert outcome.code == 0
     assert outcome.out.startswith("match: ")
-    assert "srgb (not stated, usual for such files)" in outcome.out
+    assert outcome.out.count("srgb (not stated") == 2
     assert outcome.err == ""
 
 
@@ -35,7 +35,7 @@ def test_the_mistake_is_told_with_its_cure(here: Penumbra, picture: np.ndarray) 
     assert outcome.code == 0
     assert outcome.out.startswith("mismatch: ")
     assert "cause: flipped_vertically" in outcome.out
-    assert "Row 0 is the top one" in outcome.out
+    assert "Row 0" in outcome.out
 
 
 @pytest.mark.parametrize(("image", "code"), [("flipped.png", 1), ("picture.png", 0)])

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -31,14 +32,13 @@ def test_a_variable_that_is_no_setting_is_told_with_what_was_meant(
     for name in ("PENUMBRA_SERVER", "PENUMBRA_KEY"):
         monkeypatch.setenv(name, "x")
     outcome = here("doctor", "--json")
-    told = {
-        check["found"]: check["advice"] for check in outcome.document["checks"] if check["name"] == "variable"
-    }
-    assert told == {
-        "PENUMBRA_LIMITS__MAX_PIXEL": "Did you mean PENUMBRA_LIMITS__MAX_PIXELS?",
-        "PENUMBRA_WORKER": "Did you mean PENUMBRA_WORKERS?",
-        "PENUMBRA_XYZ": "It is not known here, and does nothing.",
-        "penumbra_prot": "Did you mean PENUMBRA_PORT?",
+    checks = [check for check in outcome.document["checks"] if check["name"] == "variable"]
+    meant = {check["found"]: re.findall(r"PENUMBRA_\w+", check["advice"]) for check in checks}
+    assert meant == {
+        "PENUMBRA_LIMITS__MAX_PIXEL": ["PENUMBRA_LIMITS__MAX_PIXELS"],
+        "PENUMBRA_WORKER": ["PENUMBRA_WORKERS"],
+        "PENUMBRA_XYZ": [],
+        "penumbra_prot": ["PENUMBRA_PORT"],
     }
     assert "s3cret" not in outcome.out + outcome.err
 

@@ -149,7 +149,8 @@ def _with_server(words: list[str]) -> list[str]:
 
 def test_one_mistake_is_told_once_and_nothing_in_it_acts_on_the_terminal(here: Penumbra) -> None:
     outcome = here("render", "no\x1b[31m\nsuch.json", "-o", "a.png")
-    assert outcome.err == "error: no [31m\nsuch.json cannot be read: No such file or directory.\n"
+    assert outcome.err.startswith("error: no [31m\nsuch.json ")
+    assert outcome.err.count("such.json") == 1
 
 
 def test_commands_that_have_commands_show_them(here: Penumbra) -> None:

@@ -72,7 +72,7 @@ def test_an_image_is_not_written_to_a_terminal(scene_file: Path) -> None:
     os.close(ours)
     os.close(terminal)
     assert done.returncode == 2
-    assert done.stderr == "error: stdout is a terminal, and an image is no text. Pipe it, or name a file.\n"
+    assert done.stderr.startswith("error: stdout is a terminal")
 
 
 def test_the_report_is_the_only_thing_on_stdout(penumbra: Penumbra, scene_file: Path) -> None:

