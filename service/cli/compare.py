@@ -12,7 +12,7 @@ import typer
 from service.cli import output, scene_files
 from service.cli.errors import CommandError, ExitCode, InputError
 from service.cli.options import DEFAULT_SERVER, JsonOption, ServerOption, connect
-from service.cli.targets import check_target, write_whole
+from service.cli.targets import check_target, save
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -127,8 +127,7 @@ def _save(found: Comparison, heat_map: Path | None, side_by_side: Path | None) -
     pictures = found.image.linear, found.reference.linear
     for target, draw in ((heat_map, heat.heat_map), (side_by_side, heat.side_by_side)):
         if target is not None:
-            write_whole(target, heat.encoded(draw(*pictures)))
-            output.say(f"{target}: written")
+            save(target, heat.encoded(draw(*pictures)))
 
 
 def lines(document: dict[str, Any]) -> Iterator[str]:

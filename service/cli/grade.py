@@ -17,7 +17,7 @@ from service.cli import output, scene_files
 from service.cli.errors import CommandError, ExitCode, InputError, UnusableSceneError
 from service.cli.options import MOST_WORKERS, JsonOption, connect
 from service.cli.progress import progress_bar
-from service.cli.targets import check_target, make_folder, write_whole
+from service.cli.targets import check_target, make_folder, save, write_whole
 
 if TYPE_CHECKING:
     from schemas.grades import Grade, TestGrade
@@ -145,9 +145,7 @@ def _check_time(text: str | None) -> None:
         if text is not None:
             datetime.fromisoformat(text)
     except ValueError as error:
-        raise CommandError(
-            f"--submitted-at {text}: give a time such as 2026-11-21T20:15:00+00:00."
-        ) from error
+        raise CommandError(f"--submitted-at {text}: give a time such as 2026-11-21T20:15:00Z.") from error
 
 
 def _save(found: Graded, out: Path | None, targets: Mapping[str, Path]) -> None:
@@ -156,24 +154,19 @@ def _save(found: Graded, out: Path | None, targets: Mapping[str, Path]) -> None:
     with _pictures(found.pictures, out) as folder:
         if out is not None:
             text = found.grade.model_dump_json(indent=2) + "\n"
-            _write(out / RESULT, text.encode())
+            save(out / RESULT, text.encode())
         if targets:
             from service.grading.exports import EXPORTS
 
             for form, path in targets.items():
-                _write(path, EXPORTS[form](found.grade, folder))
-
-
-def _write(path: Path, content: bytes) -> None:
-    write_whole(path, content)
-    output.say(f"{path}: written")
+                save(path, EXPORTS[form](found.grade, folder))
 
 
 @contextmanager
 def _pictures(pictures: Mapping[str, bytes], out: Path | None) -> Iterator[Path]:
     """A folder with all pictures: that of the user, or a temporary one."""
-    with tempfile.TemporaryDirectory(prefix="penumbra-grade-") as passing:
-        folder = out or Path(passing)
+    with tempfile.TemporaryDirectory(prefix="penumbra-grade-") as temporary:
+        folder = out or Path(temporary)
         for name, content in pictures.items():
             write_whole(folder / name, content)
         yield folder

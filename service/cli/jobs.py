@@ -22,7 +22,7 @@ from service.cli.options import (
     image_option,
     parsed_labels,
 )
-from service.cli.targets import ImageTarget, check_target, parsed_layers, save_layer, write_whole
+from service.cli.targets import ImageTarget, check_target, parsed_layers, save, save_layer
 
 if TYPE_CHECKING:
     from schemas.jobs import Job, JobList
@@ -64,8 +64,8 @@ def get(
             save_picture(client, job_id, out, names)
         if convergence is not None:
             form = convergence.suffix.lower().removeprefix(".")
-            write_whole(convergence, client.convergence_file(job_id, form))
-            output.say(f"{convergence}: the error of {job_id} against time")
+            content = client.convergence_file(job_id, form)
+            save(convergence, content, f"the error of {job_id} against time")
         job = client.get(job_id)
     if as_json:
         output.document(job)
@@ -158,7 +158,7 @@ def _cells(job: Job) -> tuple[str, ...]:
 
 
 def state_of(job: Job) -> str:
-    """The state of a job, in words."""
+    """The state of a job, and whether it is paused."""
     return f"{job.state}, paused" if job.paused else str(job.state)
 
 

@@ -28,15 +28,7 @@ HEADINGS = ("Id", "Case", "Tried", "Wrong\nhere", "Textbook\nfloat64", "Textbook
 
 
 def check_numerics(*, as_json: bool) -> None:
-    """Try every hard case and show what came of it.
-
-    Raises
-    ------
-    CommandError
-        A package that the exact answers need is missing.
-    typer.Exit
-        Some answer was wrong.
-    """
+    """Try every hard case and show the outcomes; typer.Exit where an answer was wrong."""
     found = list(_with_progress(catalogue()))
     if as_json:
         output.document(as_document(found))
@@ -47,13 +39,7 @@ def check_numerics(*, as_json: bool) -> None:
 
 
 def catalogue() -> tuple[Section, ...]:
-    """All sections of hard cases.
-
-    Raises
-    ------
-    CommandError
-        A package that the exact answers need is missing.
-    """
+    """All sections of hard cases; CommandError where the package for exact answers is missing."""
     try:
         from accuracy.hard_cases import sections
 

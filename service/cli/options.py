@@ -98,7 +98,7 @@ def connect(server: str, *, retry: float = SHORT_RETRY) -> Client:
     """A client for the service at this address, which repeats requests for `retry` seconds."""
     from service.client import Client
 
-    return Client(server, patience=retry)
+    return Client(server, retry_seconds=retry)
 
 
 def parsed_labels(given: Sequence[str] | None) -> dict[str, str]:

@@ -75,7 +75,7 @@ def show(*things: Table | str, style: str | None = None) -> None:
     from rich.console import Console
 
     # Names in scenes may look like markup.
-    console = Console(markup=False, highlight=False)
+    console = Console(markup=False, emoji=False, highlight=False)
     for thing in things:
         console.print(thing, style=style)
 
@@ -91,7 +91,7 @@ def harmless(text: str) -> str:
 
 
 def reached_error(*, estimate: float, low: float, high: float) -> str:
-    """The error of a picture, in words.
+    """The error of a picture with its interval.
 
     >>> reached_error(estimate=0.0033, low=0.0023, high=0.00406)
     '0.0033 (0.0023 to 0.0041)'
@@ -167,10 +167,9 @@ def _window(line: str, place: int, room: int) -> tuple[str, str]:
 
 def _beginning(text: str, cells: int) -> str:
     """As much of a text as has room in so many cells; some letters take two."""
-    text = text[: cells + 1]
-    while _cells(text) > cells:
-        text = text[:-1]
-    return text
+    from rich.cells import set_cell_size
+
+    return text if _cells(text[: cells + 1]) <= cells else set_cell_size(text[: cells + 1], cells)
 
 
 def _cells(text: str) -> int:

@@ -1,4 +1,4 @@
-"""``penumbra quote``: what a picture will cost and how far off it will be, before it is rendered."""
+"""``penumbra quote``: the predicted cost and error of a picture, before it is rendered."""
 
 from __future__ import annotations
 
@@ -86,15 +86,15 @@ def _line(name: str, offer: Offer | None) -> str:
     if offer is None:
         return f"{name}\t{NOTHING}\t\t\t"
     numbers = map(_numbers, (offer.seconds, offer.cpu_seconds, offer.error))
-    return "\t".join([name, words(offer.quality), *numbers])
+    return "\t".join([name, describe(offer.quality), *numbers])
 
 
 def _numbers(known: Predicted | None) -> str:
     return "" if known is None else f"{known.estimate:.3g} {known.low:.3g} {known.high:.3g}"
 
 
-def words(quality: FixedQuality | TargetQuality) -> str:
-    """A quality in the words of the options of ``penumbra render``."""
+def describe(quality: FixedQuality | TargetQuality) -> str:
+    """A quality, named like the options of ``penumbra render``."""
     if quality.mode == "target":
         limit = f", at most {quality.time_limit:g} s" if quality.time_limit else ""
         return f"error {quality.error:.2g}{limit}"

@@ -13,6 +13,7 @@ from service.cli.errors import InputError, UnusableSceneError
 
 if TYPE_CHECKING:
     from renderer import LoadedScene, RenderPlan
+    from schemas.errors import SceneError
     from schemas.problems import Problem
     from schemas.quality import Quality
 
@@ -53,23 +54,14 @@ class SceneFile:
     scene: LoadedScene
 
     def plan(self, quality: Quality | None = None, layers: Sequence[str] = ()) -> RenderPlan:
-        """What runs for this scene.
-
-        Raises
-        ------
-        UnusableSceneError
-            It names a texture that is not there, or one that is no picture.
-        """
+        """The plan of this scene; UnusableSceneError where one of its textures or meshes cannot be used."""
         from renderer import compile_scene
         from schemas.errors import SceneError
-        from schemas.findings import located
 
         try:
             return compile_scene(self.scene, quality, layers=layers)
         except SceneError as error:
-            # The compiler has the scene and not its text.
-            problems = located(self.text.decode("utf-8-sig"), error.errors)
-            raise UnusableSceneError(self.name, self.text, problems, error.more) from error
+            raise _unusable(self.name, self.text, error) from error
 
 
 def load(name: str, *, seed: int | None = None) -> SceneFile:
@@ -96,26 +88,26 @@ def read(name: str) -> SceneFile:
     from renderer import load_scene
     from renderer.assets import FolderAssets
     from schemas.errors import SceneError
-    from schemas.findings import located
 
     text = read_bytes(name)
     try:
         return SceneFile(name, text, load_scene(text, assets=FolderAssets(folder_of(name))))
     except SceneError as error:
-        # A problem with a pointer is in a document that was parsed: any other text has no places to look up.
-        missing_line = any(problem.line is None and problem.pointer for problem in error.errors)
-        problems = located(text.decode("utf-8-sig"), error.errors) if missing_line else error.errors
-        raise UnusableSceneError(name, text, problems, error.more) from error
+        raise _unusable(name, text, error) from error
+
+
+def _unusable(name: str, text: bytes, error: SceneError) -> UnusableSceneError:
+    """The error with a line for each pointer: the renderer has the scene and not its text."""
+    from schemas.findings import located
+
+    # A problem with a pointer is in a document that was parsed: any other text has no places to look up.
+    missing_line = any(problem.line is None and problem.pointer for problem in error.errors)
+    problems = located(text.decode("utf-8-sig"), error.errors) if missing_line else error.errors
+    return UnusableSceneError(name, text, problems, error.more)
 
 
 def parsed(text: bytes) -> Mapping[str, Any]:
-    """The members of a scene that is not checked any further.
-
-    Raises
-    ------
-    schemas.errors.SceneError
-        It is not JSON.
-    """
+    """The members of a scene that is not checked any further; SceneError where it is not JSON."""
     from schemas.documents import read_text
     from schemas.limits import limits_in_force
 

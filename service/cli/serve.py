@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 def read_settings(given: Mapping[str, Any], *, config: Path | None = None) -> Settings:
-    """The settings with these options; what is not given comes from the environment, else from a file.
+    """The settings with these options; others come from the environment, else from a file.
 
     Parameters
     ----------

@@ -52,13 +52,7 @@ class ImageTarget:
         return self.path.suffix.lower()
 
     def check(self, layers: Collection[str] = (), *, as_json: bool) -> None:
-        """Find out before the work begins whether an image and its layers can be written there.
-
-        Raises
-        ------
-        CommandError
-            One of them cannot, or stdout has to take something else besides.
-        """
+        """Raise CommandError, before the work begins, where an image and its layers cannot be written."""
         if not self.on_stdout:
             check_target(self.path, PICTURES)
             for name in layers:
@@ -71,13 +65,7 @@ class ImageTarget:
             raise CommandError("stdout is a terminal, and an image is no text. Pipe it, or name a file.")
 
     def write(self, content: bytes) -> None:
-        """Write the image, a file in one step.
-
-        Raises
-        ------
-        CommandError
-            It cannot be written.
-        """
+        """Write the image, a file in one step; CommandError where it cannot be written."""
         if self.on_stdout:
             sys.stdout.buffer.write(content)
             sys.stdout.flush()
@@ -86,7 +74,7 @@ class ImageTarget:
 
 
 def check_target(path: Path, suffixes: Collection[str]) -> Path:
-    """Give the path back if a file of this name can be written there.
+    """Return the path of a file that can be written.
 
     Raises
     ------
@@ -146,6 +134,12 @@ def write_whole(path: Path, content: bytes) -> None:
             temporary.unlink(missing_ok=True)
 
 
+def save(path: Path, content: bytes, about: str = "written") -> None:
+    """Write a file in one step, and say so."""
+    write_whole(path, content)
+    output.say(f"{path}: {about}")
+
+
 def _cure(error: OSError) -> str:
     full = error.errno in {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
     return " Free some space there, or write elsewhere." if full else " Write elsewhere."
@@ -182,5 +176,4 @@ def layer_file_of(out: Path, name: str) -> Path:
 
 def save_layer(out: Path, name: str, content: bytes) -> None:
     """Write the file of a layer, and say where it is."""
-    write_whole(layer_file_of(out, name), content)
-    output.say(f"{layer_file_of(out, name)}: {name}")
+    save(layer_file_of(out, name), content, name)

@@ -48,7 +48,7 @@ class Trial:
 
 
 def attempt(section: Section, case: Case) -> Trial:
-    """Try one case; whatever it raises is part of the trial, so that the others go on."""
+    """Try one case; what it raises is part of the trial, so that the others still run."""
     begun = time.process_time()
     outcome, error = None, ""
     try:

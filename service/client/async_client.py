@@ -44,7 +44,7 @@ class AsyncClient(AsyncConnection):
         The API key, where the service needs one; by default that in ``PENUMBRA_KEY``.
     timeout
         Seconds that the server may be silent, beyond those that a request asks it to hold its answer.
-    patience
+    retry_seconds
         Seconds over which a request is repeated when the connection breaks or the server is too busy.
         Only requests that may safely be sent twice are repeated; 0 repeats none.
 

@@ -26,12 +26,12 @@ class AsyncConnection:
         *,
         key: str | None = None,
         timeout: float = 30.0,
-        patience: float = 5.0,
+        retry_seconds: float = 5.0,
     ) -> None:
         found = access(server, key)
         self.server = found.server
         self._timeout = timeout
-        self._patience = patience
+        self._retry_seconds = retry_seconds
         self._http = httpx2.AsyncClient(base_url=found.server, headers=found.headers, timeout=timeout)
 
     def __repr__(self) -> str:
@@ -76,7 +76,7 @@ class AsyncConnection:
                 return result
 
     async def _send(self, call: Call[Answer]) -> Answer:
-        tries = Tries(call, self._patience)
+        tries = Tries(call, self._retry_seconds)
         while True:
             try:
                 return await self._send_once(call)

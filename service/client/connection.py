@@ -27,12 +27,12 @@ class Connection:
         *,
         key: str | None = None,
         timeout: float = 30.0,
-        patience: float = 5.0,
+        retry_seconds: float = 5.0,
     ) -> None:
         found = access(server, key)
         self.server = found.server
         self._timeout = timeout
-        self._patience = patience
+        self._retry_seconds = retry_seconds
         self._http = httpx2.Client(base_url=found.server, headers=found.headers, timeout=timeout)
 
     def __repr__(self) -> str:
@@ -77,7 +77,7 @@ class Connection:
                 return result
 
     def _send(self, call: Call[Answer]) -> Answer:
-        tries = Tries(call, self._patience)
+        tries = Tries(call, self._retry_seconds)
         while True:
             try:
                 return self._send_once(call)

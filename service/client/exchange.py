@@ -100,14 +100,14 @@ class Tries:
 
     Parameters
     ----------
-    patience
+    retry_seconds
         Seconds over which it is repeated. They are counted from the first failure on, since the server may
         hold back an answer for longer than that.
     """
 
-    def __init__(self, call: Call[Any], patience: float) -> None:
+    def __init__(self, call: Call[Any], retry_seconds: float) -> None:
         self._call = call
-        self._patience = patience
+        self._retry_seconds = retry_seconds
         self._failures = 0
         self._first = 0.0
         self._logged = False
@@ -123,7 +123,7 @@ class Tries:
         now = time.monotonic()
         self._first = self._first if self._failures else now
         self._failures += 1
-        left = self._first + self._patience - now
+        left = self._first + self._retry_seconds - now
         pause = self._pause(error)
         if pause is None or left <= 0:
             raise error
@@ -136,7 +136,7 @@ class Tries:
         match error:
             case RefusedError(retry_after=float(seconds)) | UnexpectedAnswerError(retry_after=float(seconds)):
                 asked = max(seconds, SHORTEST_PAUSE)
-                return asked if self._first + self._patience >= time.monotonic() + seconds else None
+                return asked if self._first + self._retry_seconds >= time.monotonic() + seconds else None
             case UnreachableError(sent=sent) if self._call.repeatable or not sent:
                 # At random, so that many clients do not come back at the same moment.
                 spread = random.uniform(0.0, SHORTEST_PAUSE)  # noqa: S311 - no secret

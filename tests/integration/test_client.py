@@ -70,12 +70,12 @@ def done(server: RunningServer) -> str:
 def rendered(url: str, *, awaited: bool) -> tuple[str, np.ndarray]:
     """Submit a scene and stay until its image is there; the job's id and the image."""
     if not awaited:
-        with Client(url, patience=PATIENCE) as client:
+        with Client(url, retry_seconds=PATIENCE) as client:
             job = client.submit(scene(32, 24), anew=True).wait()
             return job.id, job.image()
 
     async def run() -> tuple[str, np.ndarray]:
-        async with AsyncClient(url, patience=PATIENCE) as client:
+        async with AsyncClient(url, retry_seconds=PATIENCE) as client:
             job = await client.submit(scene(32, 24), anew=True)
             await job.wait()
             return job.id, await job.image()
@@ -107,19 +107,19 @@ def test_connections_that_break_cost_time_and_nothing_else(
         (busy(503, "nonsense"), UnexpectedAnswerError),
         (Cut(20), UnreachableError),
     ],
-    ids=["too long a pause", "no pause told", "broken"],
+    ids=["too long a pause", "no pause named", "broken"],
 )
-def test_patience_has_an_end(
+def test_requests_are_repeated_for_so_many_seconds_only(
     network: Flaky, done: str, fault: Fault, kind: type[Exception], awaited: bool
 ) -> None:
     network.faults = deque([fault] * 50)
 
     def ask() -> None:
-        with Client(network.url, patience=0.3) as client:
+        with Client(network.url, retry_seconds=0.3) as client:
             client.get(done)
 
     async def ask_awaited() -> None:
-        async with AsyncClient(network.url, patience=0.3) as client:
+        async with AsyncClient(network.url, retry_seconds=0.3) as client:
             await client.get(done)
 
     with pytest.raises(kind) as caught:
@@ -130,13 +130,13 @@ def test_patience_has_an_end(
     assert network.faults
 
 
-def test_patience_begins_with_the_first_failure_and_not_with_the_request(
+def test_the_time_of_repeating_begins_with_the_first_failure_and_not_with_the_request(
     network: Flaky, server: RunningServer
 ) -> None:
-    with Client(server.url) as direct, Client(network.url, patience=0.5) as client:
+    with Client(server.url) as direct, Client(network.url, retry_seconds=0.5) as client:
         job = direct.submit(endless())
         after = next(iter(direct.follow(job.id))).next
-        # The server holds its answer back for longer than the client has patience, and then it is lost.
+        # The server holds its answer back for longer than the client repeats requests; then it is lost.
         network.faults = deque([Cut(0)])
         batch = client.tiles(job.id, after=after + 10_000, wait=0.8)
         assert (batch.events, len(network.requests)) == ((), 2)
@@ -355,7 +355,7 @@ def test_a_submission_whose_answer_was_lost_is_one_job_however_often_it_was_sent
     network: Flaky, server: RunningServer
 ) -> None:
     network.faults = deque([Cut(0), Cut(20), Cut(200)])
-    with Client(network.url, patience=PATIENCE) as client:
+    with Client(network.url, retry_seconds=PATIENCE) as client:
         job = client.submit(scene(16, 8) | {"name": "sent four times"})
         named = [found.id for found in client.jobs() if found.name == "sent four times"]
     assert not network.faults

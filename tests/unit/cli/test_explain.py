@@ -48,7 +48,7 @@ def test_pilot_samples_of_target_quality_are_told(here: Penumbra, scene_file: Pa
     assert found["stages"] == plan["stages"]
     lines = [line.split("\t") for line in here("explain", scene_file, *options).out.splitlines()]
     told = [(line[1], line[4]) for line in lines if line[0] == "pilot samples"]
-    assert told == [(look["name"], look["detail"]) for look in plan["pilot_samples"]]
+    assert told == [(stage["name"], stage["detail"]) for stage in plan["pilot_samples"]]
 
 
 def test_a_smaller_error_is_predicted_to_cost_more_and_a_time_limit_bounds_it(

@@ -98,9 +98,9 @@ def test_the_exit_code_tells_that_nothing_could_be_graded(
     assert json.loads((tmp_path / "out" / "result.json").read_text())["gradable"] is False
 
 
-def test_a_wrong_manifest_is_told_with_its_lines(penumbra: Penumbra, tmp_path: Path) -> None:
+def test_a_wrong_manifest_is_told_with_its_lines(here: Penumbra, tmp_path: Path) -> None:
     (tmp_path / "wrong.yaml").write_text("schema: penumbra/manifest/v1\ntitle: T\ntest: []\n")
-    outcome = penumbra("grade", "wrong.yaml")
+    outcome = here("grade", "wrong.yaml")
     assert outcome.code == 3
     assert "/test  line 3, column 1" in outcome.err
     assert "'tests'" in outcome.err
@@ -120,10 +120,10 @@ def test_a_wrong_manifest_is_told_with_its_lines(penumbra: Penumbra, tmp_path: P
     ],
 )
 def test_what_makes_no_sense_is_told_before_anything_is_graded(
-    penumbra: Penumbra, assignment: Assignment, words: tuple[str, ...], code: int, told: str
+    here: Penumbra, assignment: Assignment, words: tuple[str, ...], code: int, told: str
 ) -> None:
     assignment.manifest(image_test())
-    outcome = penumbra(*words)
+    outcome = here(*words)
     assert outcome.code == code
     assert told in outcome.err
     assert outcome.out == ""
@@ -152,7 +152,7 @@ def on_a_terminal(columns: int, *words: str, folder: Path) -> list[str]:
         while part := os.read(here, 4096):
             written += part
     except OSError:
-        # Nobody holds the other end any more.
+        # The other end is closed.
         pass
     assert done.wait(timeout=60) == 0
     os.close(here)

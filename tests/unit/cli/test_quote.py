@@ -11,7 +11,7 @@ from rich.console import Console
 from schemas.quality import FixedQuality, TargetQuality
 from schemas.quotes import Quote
 from schemas.sampling import Antialiasing, LightSampling
-from service.cli.quote import offers, options, short, words
+from service.cli.quote import describe, offers, options, short
 from tests.unit.cli.conftest import Penumbra
 
 SOBOL = FixedQuality(
@@ -78,8 +78,8 @@ def test_options_ask_for_what_is_offered(quality: FixedQuality | TargetQuality, 
 
 
 def test_qualities_are_told_in_words() -> None:
-    assert words(SOBOL) == "sobol 16, light sobol 4"
-    assert words(TARGET) == "error 0.004, at most 2.5 s"
+    assert describe(SOBOL) == "sobol 16, light sobol 4"
+    assert describe(TARGET) == "error 0.004, at most 2.5 s"
 
 
 def test_a_row_names_its_quality_shortly() -> None:

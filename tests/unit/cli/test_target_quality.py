@@ -67,9 +67,3 @@ def test_a_picture_of_target_quality_tells_the_error_that_it_has_reached(
     error = outcome.document["error"]
     assert error["low"] <= error["estimate"] <= error["high"]
     assert np.load(tmp_path / "a.npy").tobytes() == np.load(tmp_path / "b.npy").tobytes()
-
-
-def test_contradicting_options_are_wrong_use(penumbra: Penumbra, scene_file: Path) -> None:
-    outcome = penumbra("render", scene_file, "-o", "a.png", "--target-error", 0.05, "--samples", 4)
-    assert outcome.code == 2
-    assert "--samples" in outcome.err

@@ -143,7 +143,7 @@ def test_a_problem_document_becomes_the_exception_of_its_status(
     serve: Serve, status: int, kind: type[Exception]
 ) -> None:
     server = serve([(status, PROBLEM, _problem(status, unknown="member"))])
-    with Client(server.url, patience=0.5) as client, pytest.raises(kind, match="It is so"):
+    with Client(server.url, retry_seconds=0.5) as client, pytest.raises(kind, match="It is so"):
         client.get("x")
     assert server.seen == ["GET"]
 
@@ -221,7 +221,7 @@ def test_a_key_that_no_header_can_hold_is_refused_without_being_told(key: str) -
     assert key not in str(caught.value)
 
 
-def test_a_longer_wait_than_the_clients_patience_is_not_begun(serve: Serve) -> None:
+def test_a_longer_wait_than_the_client_may_take_is_not_begun(serve: Serve) -> None:
     server = serve([(429, PROBLEM | {"Retry-After": "3600"}, _problem(429))])
     with Client(server.url) as client, pytest.raises(BusyError) as caught:
         client.version()
@@ -272,7 +272,7 @@ def test_silence_becomes_a_time_out_that_names_the_job() -> None:
 
 @pytest.mark.parametrize("address", ["http://127.0.0.1:1", "nonsense", "ftp://x", "http://"])
 def test_where_there_is_no_server_the_address_is_told(address: str) -> None:
-    with pytest.raises(UnreachableError, match=address), Client(address, patience=0.0) as client:
+    with pytest.raises(UnreachableError, match=address), Client(address, retry_seconds=0.0) as client:
         client.version()
 
 
