@@ -105,9 +105,8 @@ def _simd() -> Check:
     extensions = np.show_config(mode="dicts")["SIMD Extensions"]
     found = extensions.get("found", [])
     shown = ", ".join([*extensions.get("baseline", []), *found])
-    if found:
-        return Check("numpy simd", "ok", shown)
-    return Check("numpy simd", "warn", shown, "NumPy uses no more than its baseline; rendering may be slow.")
+    advice = "" if found else "NumPy uses no more than its baseline; rendering may be slow."
+    return Check("numpy simd", "warn" if advice else "ok", shown, advice)
 
 
 def _processors() -> Check:
@@ -117,20 +116,14 @@ def _processors() -> Check:
 
 
 def _memory() -> Check:
-    available = _available_memory()
-    if available is None:
-        return Check("memory", "warn", "not known", "This system does not report how much memory is free.")
-    advice = "A large picture needs more; close something." if available < LITTLE_MEMORY else ""
-    return Check("memory", "warn" if advice else "ok", f"{available / GIB:.1f} GiB free", advice)
-
-
-def _available_memory() -> int | None:
     try:
         lines = Path("/proc/meminfo").read_text().splitlines()
     except OSError:
-        return None
-    fields = dict(line.split(":", 1) for line in lines)
-    return int(fields["MemAvailable"].split()[0]) * 1024
+        return Check("memory", "warn", "not known", "This system does not report how much memory is free.")
+    reported = dict(line.split(":", 1) for line in lines)
+    available = int(reported["MemAvailable"].split()[0]) * 1024
+    advice = "A large picture needs more; close something." if available < LITTLE_MEMORY else ""
+    return Check("memory", "warn" if advice else "ok", f"{available / GIB:.1f} GiB free", advice)
 
 
 def _variables() -> Iterator[Check]:
@@ -291,12 +284,10 @@ def _extras() -> Iterator[Check]:
     for extra, packages in groups.items():
         if extra in DEVELOPERS:
             continue
-        missing = list(_missing(packages))
-        if missing:
-            cure = f"If you need it: pip install 'penumbra-render[{extra}]'"
-            yield Check(f"[{extra}]", "warn", f"missing: {', '.join(missing)}", cure)
-        else:
-            yield Check(f"[{extra}]", "ok", ", ".join(packages))
+        missing = ", ".join(_missing(packages))
+        cure = f"If you need it: pip install 'penumbra-render[{extra}]'" if missing else ""
+        found = f"missing: {missing}" if missing else ", ".join(packages)
+        yield Check(f"[{extra}]", "warn" if missing else "ok", found, cure)
 
 
 def _missing(packages: Iterable[str]) -> Iterator[str]:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import errno
-import os
+import secrets
 import sys
 import tempfile
 from collections.abc import Collection
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -117,21 +118,20 @@ def write_whole(path: Path, content: bytes) -> None:
     CommandError
         The file cannot be written.
     """
-    temporary = None
     # A link stays a link; what it leads to is replaced.
     path = path.resolve() if path.is_symlink() else path
+    # Unlike a file of tempfile this one has the rights of any new file. The name of the target is not part of
+    # its name, which might get too long.
+    temporary = path.with_name(f".penumbra-{secrets.token_hex(8)}")
     try:
-        # The name of the file is not part of it: with more letters it might be too long.
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".penumbra-", delete=False) as file:
-            temporary = Path(file.name)
+        with temporary.open("xb") as file:
             file.write(content)
-        temporary.chmod(0o666 & ~_umask())
         temporary.replace(path)
     except OSError as error:
         raise CommandError(f"{path} cannot be written: {error.strerror or error}.{_cure(error)}") from error
     finally:
-        if temporary is not None:
-            temporary.unlink(missing_ok=True)
+        with suppress(OSError):
+            temporary.unlink()
 
 
 def save(path: Path, content: bytes, about: str = "written") -> None:
@@ -143,13 +143,6 @@ def save(path: Path, content: bytes, about: str = "written") -> None:
 def _cure(error: OSError) -> str:
     full = error.errno in {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
     return " Free some space there, or write elsewhere." if full else " Write elsewhere."
-
-
-def _umask() -> int:
-    # The only way to read it is to set it.
-    mask = os.umask(0o077)
-    os.umask(mask)
-    return mask
 
 
 def parsed_layers(names: str | None) -> tuple[LayerName, ...]:
