@@ -46,7 +46,7 @@ NUMBERS = itertools.count(1)
 
 
 def endless() -> dict[str, Any]:
-    """A scene that takes some seconds and that nobody else has asked for: the same is rendered once."""
+    """A scene that takes some seconds and that no other test submits: the same is rendered once."""
     return long_scene() | {"background": [next(NUMBERS) / 1000, 0, 0]}
 
 
@@ -164,7 +164,7 @@ def test_tiles_arrive_one_by_one_until_the_image_is_there(network: Flaky, server
     assert np.array_equal(canvas, asyncio.run(painted()))
 
 
-def test_a_cancelled_task_closes_its_connection_and_the_job_goes_on(
+def test_a_cancelled_task_closes_its_connection_and_the_job_keeps_running(
     network: Flaky, server: RunningServer
 ) -> None:
     async def run() -> tuple[str, str]:
@@ -196,13 +196,13 @@ def test_leaving_a_stream_early_closes_its_connection(network: Flaky, done: str)
     assert asyncio.run(first()) == 1
 
 
-def test_both_clients_tell_the_same_events(server: RunningServer, done: str) -> None:
-    async def told() -> list[int]:
+def test_both_clients_report_the_same_events(server: RunningServer, done: str) -> None:
+    async def reported() -> list[int]:
         async with AsyncClient(server.url) as client:
             return [event.seq async for event in client.events(done)]
 
     with Client(server.url) as client:
-        assert asyncio.run(told()) == [event.seq for event in client.events(done)]
+        assert asyncio.run(reported()) == [event.seq for event in client.events(done)]
 
 
 def test_a_job_gives_its_image_as_array_pillow_and_files(
@@ -241,7 +241,7 @@ def test_where_a_finished_image_is_asked_for_it_is_waited_for(server: RunningSer
         assert "100% of 64" in repr(job)
 
 
-def test_a_time_out_tells_which_job_goes_on_and_how_to_go_on_with_it(server: RunningServer) -> None:
+def test_a_time_out_names_the_job_and_how_to_wait_again(server: RunningServer) -> None:
     with Client(server.url) as client:
         job = client.submit(endless())
         with pytest.raises(TimedOutError, match=rf"client.wait\('{job.id}'\)") as caught:
@@ -253,7 +253,7 @@ def test_a_time_out_tells_which_job_goes_on_and_how_to_go_on_with_it(server: Run
             next(job.tiles(), None)
 
 
-def test_progress_may_be_told_to_a_function_or_a_coroutine_function(server: RunningServer) -> None:
+def test_progress_may_be_reported_to_a_function_or_a_coroutine_function(server: RunningServer) -> None:
     shares: list[float] = []
 
     async def note(batch: TileBatch) -> None:
@@ -271,7 +271,7 @@ def test_progress_may_be_told_to_a_function_or_a_coroutine_function(server: Runn
     asyncio.run(run())
 
 
-def test_what_is_wrong_with_a_scene_is_told_by_both_clients_in_its_own_lines(
+def test_what_is_wrong_with_a_scene_is_reported_by_both_clients_in_its_own_lines(
     server: RunningServer, tmp_path: Path
 ) -> None:
     path = tmp_path / "scene.json"
@@ -376,7 +376,7 @@ def test_what_is_requested_of_a_job_reaches_the_service(server: RunningServer) -
         assert (caught.value.failure.code, late.state, late.done) == ("time_limit", "failed", True)
 
 
-def test_a_service_with_keys_lets_in_whoever_has_one(start: Start, tmp_path: Path) -> None:
+def test_a_service_with_keys_lets_in_their_owners(start: Start, tmp_path: Path) -> None:
     database = Database(Settings(data=tmp_path).database_url)
     upgrade(database)
     with database.writing() as session:

@@ -79,7 +79,7 @@ def test_wrong_use_and_missing_files_have_their_codes(
     assert here("convert", *words).code == code
 
 
-def test_warnings_about_the_new_scene_are_told(here: Penumbra, box: Path) -> None:
+def test_warnings_about_the_new_scene_are_reported(here: Penumbra, box: Path) -> None:
     document = json.loads(box.read_text())
     document["cam_config"]["ref_up"] = [0, 0, 1]
     box.write_text(json.dumps(document))

@@ -12,7 +12,7 @@ from tests.unit.cli.conftest import Penumbra
 NAMES = {"penumbra", "python", "libraries", "numpy simd", "processors", "memory", "data folder", "database"}
 
 
-def test_everything_is_looked_at_and_nothing_is_made(penumbra: Penumbra, tmp_path: Path) -> None:
+def test_everything_is_checked_and_nothing_is_made(penumbra: Penumbra, tmp_path: Path) -> None:
     outcome = penumbra("doctor", "--json")
     assert outcome.code == 0
     checks = {check["name"]: check for check in outcome.document["checks"]}
@@ -22,7 +22,7 @@ def test_everything_is_looked_at_and_nothing_is_made(penumbra: Penumbra, tmp_pat
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_variable_that_is_no_setting_is_told_with_what_was_meant(
+def test_a_variable_that_is_no_setting_is_reported_with_what_was_meant(
     here: Penumbra, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name in ("PENUMBRA_WORKER", "PENUMBRA_LIMITS__MAX_PIXEL", "penumbra_prot", "PENUMBRA_XYZ"):
@@ -76,7 +76,7 @@ def test_a_folder_that_cannot_be_made_is_a_failure_with_its_source(
 )
 @pytest.mark.parametrize("form", [(), ("--json",)], ids=["for people", "as JSON"])
 @pytest.mark.parametrize("place", ["variable", "file"])
-def test_no_password_is_told_however_it_is_given(
+def test_no_password_is_shown_however_it_is_given(
     here: Penumbra,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -85,8 +85,8 @@ def test_no_password_is_told_however_it_is_given(
     place: str,
 ) -> None:
     (tmp_path / "p.toml").write_text(f'database = "{url}"\n')
-    told = ("PENUMBRA_CONFIG", "p.toml") if place == "file" else ("PENUMBRA_DATABASE", url)
-    monkeypatch.setenv(*told)
+    reported = ("PENUMBRA_CONFIG", "p.toml") if place == "file" else ("PENUMBRA_DATABASE", url)
+    monkeypatch.setenv(*reported)
     outcome = here("doctor", *form)
     assert "s3cret" not in outcome.out + outcome.err
     assert outcome.code == ExitCode.SERVER
@@ -111,7 +111,7 @@ def test_an_address_that_names_no_bucket_is_a_failure(monkeypatch: pytest.Monkey
     assert {check.level for check in _service()} == {"fail"}
 
 
-def test_where_traces_go_is_told_without_what_may_be_secret(
+def test_where_traces_go_is_reported_without_what_may_be_secret(
     here: Penumbra, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     variable = "OTEL_EXPORTER_OTLP_ENDPOINT"

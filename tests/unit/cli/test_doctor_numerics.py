@@ -69,14 +69,14 @@ def test_every_case_is_a_line_with_its_counts_and_the_sum_comes_last(doctor: Doc
     assert re.findall(r"\b\d+ ", lines[3][0]) == ["7 ", "340 "]
 
 
-def test_a_wrong_answer_makes_the_exit_code_1_and_is_told_again_at_the_end(doctor: Doctor) -> None:
+def test_a_wrong_answer_makes_the_exit_code_1_and_is_reported_again_at_the_end(doctor: Doctor) -> None:
     code, out = doctor(section_of(jams=lambda: Outcome(tried=40, wrong=3)))
     assert code == ExitCode.BELOW_THRESHOLD == 1
     assert "wrong Z1 Doors: jams: 3 of 40" in out
     assert "1 wrong" in out.splitlines()[-2]
 
 
-def test_a_case_that_breaks_off_is_wrong_with_its_message_and_the_others_go_on(doctor: Doctor) -> None:
+def test_a_case_that_raises_is_wrong_with_its_message_and_the_others_still_run(doctor: Doctor) -> None:
     code, out = doctor(FAULTY, "--json")
     cases = {case["name"]: case for case in json.loads(out)["cases"]}
     assert code == ExitCode.BELOW_THRESHOLD

@@ -79,14 +79,14 @@ def test_the_result_is_written_in_every_form_that_is_asked_for(
 
 
 @pytest.mark.parametrize(("least", "code"), [("10", 0), ("10.01", 1)])
-def test_the_exit_code_tells_too_few_points_where_that_was_asked_for(
+def test_the_exit_code_reports_too_few_points_where_that_was_asked_for(
     penumbra: Penumbra, assignment: Assignment, least: str, code: int
 ) -> None:
     assignment.manifest(image_test(), flipped())
     assert penumbra(*WORDS, "--fail-under", least).code == code
 
 
-def test_the_exit_code_tells_that_nothing_could_be_graded(
+def test_the_exit_code_reports_that_nothing_could_be_graded(
     penumbra: Penumbra, assignment: Assignment, tmp_path: Path
 ) -> None:
     assignment.hand_in("picture.npy", np.full((32, 48, 3), np.nan, np.float32))
@@ -98,7 +98,7 @@ def test_the_exit_code_tells_that_nothing_could_be_graded(
     assert json.loads((tmp_path / "out" / "result.json").read_text())["gradable"] is False
 
 
-def test_a_wrong_manifest_is_told_with_its_lines(here: Penumbra, tmp_path: Path) -> None:
+def test_a_wrong_manifest_is_reported_with_its_lines(here: Penumbra, tmp_path: Path) -> None:
     (tmp_path / "wrong.yaml").write_text("schema: penumbra/manifest/v1\ntitle: T\ntest: []\n")
     outcome = here("grade", "wrong.yaml")
     assert outcome.code == 3
@@ -108,7 +108,7 @@ def test_a_wrong_manifest_is_told_with_its_lines(here: Penumbra, tmp_path: Path)
 
 
 @pytest.mark.parametrize(
-    ("words", "code", "told"),
+    ("words", "code", "reported"),
     [
         (("grade", "none.yaml"), 3, "none.yaml"),
         (("grade", "manifest.txt"), 2, ".yaml"),
@@ -119,13 +119,13 @@ def test_a_wrong_manifest_is_told_with_its_lines(here: Penumbra, tmp_path: Path)
         ((*WORDS, "--server", "http://127.0.0.1:9"), 4, "127.0.0.1:9"),
     ],
 )
-def test_what_makes_no_sense_is_told_before_anything_is_graded(
-    here: Penumbra, assignment: Assignment, words: tuple[str, ...], code: int, told: str
+def test_what_makes_no_sense_is_reported_before_anything_is_graded(
+    here: Penumbra, assignment: Assignment, words: tuple[str, ...], code: int, reported: str
 ) -> None:
     assignment.manifest(image_test())
     outcome = here(*words)
     assert outcome.code == code
-    assert told in outcome.err
+    assert reported in outcome.err
     assert outcome.out == ""
 
 
@@ -179,9 +179,9 @@ def test_ctrl_c_ends_all_tests_and_leaves_no_result(assignment: Assignment, tmp_
         assert running.poll() is None
         time.sleep(0.05)
     running.send_signal(signal.SIGINT)
-    _, told = running.communicate(timeout=60)
+    _, reported = running.communicate(timeout=60)
     assert running.returncode == 130
-    assert "Interrupted" in told
+    assert "Interrupted" in reported
     assert not (tmp_path / "out" / "result.json").exists()
     assert not [process for process in started if Path(f"/proc/{process}").exists()]
 

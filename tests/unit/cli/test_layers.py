@@ -48,7 +48,7 @@ def test_without_the_option_there_are_no_layers(penumbra: Penumbra, scene_file: 
         (["render", "scene.json", "-o", "a.png", "--layers", ""], "layer ''"),
     ],
 )
-def test_wrong_use_is_told_before_any_work(
+def test_wrong_use_is_reported_before_any_work(
     here: Penumbra, scene_file: Path, tmp_path: Path, words: list[str], said: str
 ) -> None:
     outcome = here(*words)

@@ -53,12 +53,14 @@ def test_a_time_limit_and_a_confidence_need_an_error(name: str, value: float) ->
         ({"target_error": 0.1, "confidence": 1.0}, "--confidence"),
     ],
 )
-def test_numbers_that_make_no_sense_are_told_by_their_options(changes: dict[str, float], option: str) -> None:
+def test_numbers_that_make_no_sense_are_reported_by_their_options(
+    changes: dict[str, float], option: str
+) -> None:
     with pytest.raises(CommandError, match=f"^{option}: "):
         QualityOptions(**changes).requested({})
 
 
-def test_a_picture_of_target_quality_tells_the_error_that_it_has_reached(
+def test_a_picture_of_target_quality_reports_the_error_that_it_has_reached(
     penumbra: Penumbra, scene_file: Path, tmp_path: Path
 ) -> None:
     for name, options in {"a": ["--workers", 1], "b": ["--workers", 2, "--tile", 9, "--json"]}.items():

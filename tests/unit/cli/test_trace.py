@@ -41,7 +41,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize(("arrays", "message"), WRONG.values(), ids=WRONG)
-def test_rays_that_cannot_be_cast_are_told_with_array_and_row(
+def test_rays_that_cannot_be_cast_are_reported_with_array_and_row(
     tmp_path: Path, arrays: dict[str, np.ndarray], message: str
 ) -> None:
     np.savez(tmp_path / "rays.npz", **arrays)
@@ -49,7 +49,7 @@ def test_rays_that_cannot_be_cast_are_told_with_array_and_row(
         read_rays(tmp_path / "rays.npz")
 
 
-def test_rays_from_beyond_all_scenes_are_told_with_file_array_and_row(
+def test_rays_from_beyond_all_scenes_are_reported_with_file_array_and_row(
     penumbra: Penumbra, scene_file: Path, tmp_path: Path
 ) -> None:
     np.savez(tmp_path / "rays.npz", origins=np.diag([1, 1e200, 1]), directions=DOWN[1])

@@ -117,5 +117,5 @@ def test_limits_of_the_environment_are_those_of_the_command(
             main(["validate", str(scene_file)])
         outcomes.append((left.value.code, "".join(capsys.readouterr())))
     assert [code for code, _ in outcomes] == [3, 2, 0]
-    assert all("PENUMBRA_LIMITS__MAX_PIXELS" in told for _, told in outcomes[:2])
+    assert all("PENUMBRA_LIMITS__MAX_PIXELS" in found for _, found in outcomes[:2])
     assert "'many'" in outcomes[1][1]

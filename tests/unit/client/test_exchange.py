@@ -168,7 +168,7 @@ def test_what_is_busy_is_asked_again_after_the_time_it_names(serve: Serve) -> No
 
 
 @pytest.mark.parametrize(("state", "kind"), [("cancelled", JobCancelledError), ("expired", JobExpiredError)])
-def test_a_job_whose_picture_is_gone_is_told_by_its_own_exception(
+def test_a_job_whose_picture_is_gone_is_reported_by_its_own_exception(
     serve: Serve, state: str, kind: type[NoImageError]
 ) -> None:
     status, headers, content = JOB
@@ -215,7 +215,7 @@ def test_a_key_goes_with_every_request_and_is_never_shown(
 
 
 @pytest.mark.parametrize("key", ["two words", "line\n", "naïve"])
-def test_a_key_that_no_header_can_hold_is_refused_without_being_told(key: str) -> None:
+def test_a_key_that_no_header_can_hold_is_refused_without_being_shown(key: str) -> None:
     with pytest.raises(ClientError, match="PENUMBRA_KEY") as caught:
         Client("http://127.0.0.1:1", key=key)
     assert key not in str(caught.value)
@@ -253,7 +253,7 @@ def test_a_submission_is_repeated_under_one_key_and_the_next_has_another(serve: 
     assert first != second
 
 
-def test_whoever_is_not_a_service_of_this_kind_is_told_apart(serve: Serve) -> None:
+def test_other_servers_are_distinguished_from_the_service(serve: Serve) -> None:
     page: Answer = (502, {"Content-Type": "text/html"}, b"<h1>Bad gateway</h1>")
     for answer in (page, (200, {}, b"{}"), (200, {}, b"<html>"), (500, PROBLEM, b"{}")):
         server = serve([answer])
@@ -271,7 +271,7 @@ def test_silence_becomes_a_time_out_that_names_the_job() -> None:
 
 
 @pytest.mark.parametrize("address", ["http://127.0.0.1:1", "nonsense", "ftp://x", "http://"])
-def test_where_there_is_no_server_the_address_is_told(address: str) -> None:
+def test_where_there_is_no_server_the_address_is_reported(address: str) -> None:
     with pytest.raises(UnreachableError, match=address), Client(address, retry_seconds=0.0) as client:
         client.version()
 

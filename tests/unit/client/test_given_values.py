@@ -1,4 +1,4 @@
-"""What people give to the clients, and what they are told where it cannot be used: nothing is sent here."""
+"""Values given to the clients, and the errors where they cannot be used: nothing is sent here."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ from service.client.parcels import pack, rows
 from service.client.pictures import Picture, write
 from tests.unit.cli.conftest import SCENE
 
-NOBODY = "http://127.0.0.1:9"
+NO_SERVER = "http://127.0.0.1:9"
 
 
 def job(job_id: str) -> Job:
@@ -155,14 +155,14 @@ def test_what_can_be_no_id_asks_for_no_other_address(odd: Any) -> None:
     [lambda client: client.version(), lambda client: client.get("1"), lambda client: client.submit(SCENE)],
 )
 def test_a_closed_client_says_that_it_is_closed(use: Callable[[Any], Any]) -> None:
-    with Client(NOBODY) as client:
+    with Client(NO_SERVER) as client:
         pass
     client.close()
     with pytest.raises(ClientError, match="closed"):
         use(client)
 
     async def awaited(use: Callable[[Any], Awaitable[Any]]) -> None:
-        async with AsyncClient(NOBODY) as later:
+        async with AsyncClient(NO_SERVER) as later:
             pass
         await use(later)
 

@@ -46,7 +46,7 @@ def test_everything_but_names_of_files_is_sent_as_it_is(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["missing.png", "../outside.png", "/etc/hostname", ""])
-def test_a_file_that_is_not_there_is_told_at_its_line(folder: Path, name: str) -> None:
+def test_a_file_that_is_not_there_is_reported_at_its_line(folder: Path, name: str) -> None:
     (folder.parent / "outside.png").write_bytes(b"secret")
     path = _file(folder, _scene(x="a.png", y=name))
     with pytest.raises(SceneError) as caught:
