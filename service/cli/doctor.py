@@ -27,7 +27,7 @@ CLIENT = ("SERVER", "KEY", "CONFIG")
 """Variables that are no settings of a service."""
 
 DEVELOPERS = ("test", "check", "bench")
-"""Extras that only work on this project needs."""
+"""Extras for work on this project."""
 
 LITTLE_MEMORY = 1 << 30
 GIB = 1 << 30
@@ -140,7 +140,7 @@ def _variables() -> Iterator[Check]:
 
 
 def _names_of_settings() -> Iterator[str]:
-    """What may follow the prefix, the members of groups included."""
+    """Names of settings in variables, those in groups included."""
     from service.settings import Settings
 
     for name, field in Settings.model_fields.items():

@@ -70,7 +70,7 @@ class ServiceStartError(CommandError):
 
 
 class ExitCode(IntEnum):
-    """What a command's exit code says to a script."""
+    """Exit codes of commands."""
 
     DONE = 0
     BELOW_THRESHOLD = 1

@@ -113,7 +113,7 @@ def ls(
 
 
 def _listed(client: Client, limit: int, cursor: str | None, filters: dict[str, Any]) -> JobList:
-    """So many jobs, from as many pages as they take."""
+    """The first `limit` jobs; a service gives at most `LONGEST_PAGE` at once."""
     from service.client.calls import LONGEST_PAGE
 
     page = client.list(limit=min(limit, LONGEST_PAGE), cursor=cursor, **filters)
@@ -173,14 +173,14 @@ def logs(job_id: JobArgument, server: ServerOption = DEFAULT_SERVER, as_json: Js
 
 
 def _log_lines(entries: Iterable[LogEntry]) -> Iterator[str]:
-    """Time, word and sentence with tabs between them; no time where only the order is known."""
+    """Time, event and message with tabs between them; no time where only the order is known."""
     for entry in entries:
         at = f"{entry.at.astimezone():%Y-%m-%d %H:%M:%S}" if entry.at else ""
         yield f"{at}\t{entry.event}\t{output.harmless(entry.message)}"
 
 
 def _log_by_day(entries: Iterable[LogEntry]) -> Iterator[str]:
-    """Times and sentences under the days to which they belong: a terminal may have only 80 columns."""
+    """Times and messages below their days: a terminal may have only 80 columns."""
     day = None
     for entry in entries:
         at = entry.at.astimezone() if entry.at else None

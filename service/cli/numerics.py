@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from service.cli.trials import Trial
 
 MOST_WORKERS = 2
-"""Two halve the minute; more would take the cores from whatever else runs here."""
+"""Two halve the minute; more would take cores from other programs."""
 
 COUNTS = ("tried", "wrong", "textbook", "textbook_single", "worst")
 NOT_ASKED = "–"
@@ -120,7 +120,7 @@ def _counts(outcome: Outcome | None) -> Iterable[str]:
 
 
 def _closing(trials: Sequence[Trial]) -> Iterator[str]:
-    """The wrong cases once more, with what they mean, and the sum last: where a reader looks."""
+    """The wrong cases once more, with their errors, and the sum last."""
     for trial in trials:
         if not trial.right:
             place = f"{_ids(trial)} {trial.section}: {trial.case}"

@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     from schemas.problems import Problem
 
 USUAL_WIDTH = 100
-"""Columns where there is no terminal to ask."""
+"""Columns where there is no terminal."""
 
 LONGEST_LINE = 100
 SHORTEST_LINE = 20
 """Columns of a line that are shown, however narrow the terminal is."""
 
 BEFORE_CARET = 0.6
-"""Share of a line that is too long which stands before the caret."""
+"""Share of `room` before the caret, where a line is too long."""
 
 
 def say(text: str) -> None:
@@ -86,7 +86,7 @@ def emphasis(text: str, color: str | None = None) -> str:
 
 
 def harmless(text: str) -> str:
-    """Text of others, with a blank for each character that a terminal would act on."""
+    """Text with a blank in place of each control character, which a terminal would act on."""
     return "".join(c if c.isprintable() else " " for c in text)
 
 
@@ -100,7 +100,7 @@ def reached_error(*, estimate: float, low: float, high: float) -> str:
 
 
 def width() -> int:
-    """Columns of the terminal, and of any other place where lines are read."""
+    """Columns of the terminal, or `USUAL_WIDTH`."""
     asked = os.environ.get("COLUMNS", "")
     if asked.isdecimal() and int(asked) > 0:
         return int(asked)
@@ -157,7 +157,7 @@ def _marked(line: str, number: int, column: int) -> Iterable[str]:
 
 
 def _window(line: str, place: int, room: int) -> tuple[str, str]:
-    """What is shown of a line before a place and from it on, together at most `room` cells."""
+    """The part of a line before a place and the part after it, together at most `room` cells."""
     before, after = line[:place], line[place:]
     if _cells(line) > room:
         before = _beginning(before[::-1], int(BEFORE_CARET * room))[::-1]

@@ -142,7 +142,7 @@ def _text(file: io.FileIO, like: TextIO | None) -> io.TextIOWrapper:
 
 
 def _path() -> str:
-    """What stdout is, so far as the system says."""
+    """The name of stdout, as far as the system knows it."""
     try:
         return f"stdout ({Path(f'/proc/self/fd/{STDOUT}').readlink()})"
     except OSError:
@@ -164,7 +164,7 @@ CODES = {
     signal.SIGHUP: ExitCode.HUNG_UP,
 }
 CLEAN_UP_SECONDS = 1.0
-"""Removing files and ending workers takes a tenth of this; a signal that comes later finds it stuck."""
+"""Removing files and ending workers takes a tenth of this; after it the clean-up is taken to be stuck."""
 
 INTERRUPTED = '{"type": "about:blank", "title": "Interrupted", "detail": "Interrupted.", "exit_code": 130, '
 INTERRUPTED += '"errors": [], "more": 0}'

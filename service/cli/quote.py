@@ -17,12 +17,13 @@ if TYPE_CHECKING:
 
     from schemas.quality import FixedQuality, TargetQuality
     from schemas.quotes import EffectShare, Offer, Predicted, Quote
+    from schemas.sampling import Antialiasing, LightSampling
 
 NOTHING = "nothing that was tried"
 """In place of a quality where none reaches what was asked for."""
 
 CODE_VALUES = 255
-"""Of a picture of 8 bits: the unit of errors, as people see them."""
+"""Errors are shown in code values of an 8-bit picture."""
 
 
 @spread_quality
@@ -98,10 +99,15 @@ def describe(quality: FixedQuality | TargetQuality) -> str:
     if quality.mode == "target":
         limit = f", at most {quality.time_limit:g} s" if quality.time_limit else ""
         return f"error {quality.error:.2g}{limit}"
+    camera, light = _samples(quality)
+    return f"{camera.pattern} {camera.samples}, light {light.pattern} {light.samples}"
+
+
+def _samples(quality: FixedQuality) -> tuple[Antialiasing, LightSampling]:
+    # A quality that was offered names both.
     assert quality.antialiasing is not None
     assert quality.light is not None
-    camera, light = quality.antialiasing, quality.light
-    return f"{camera.pattern} {camera.samples}, light {light.pattern} {light.samples}"
+    return quality.antialiasing, quality.light
 
 
 def options(quality: FixedQuality | TargetQuality) -> str:
@@ -113,9 +119,7 @@ def options(quality: FixedQuality | TargetQuality) -> str:
         limit = f" --time-limit {quality.time_limit:g}" if quality.time_limit else ""
         sure = "" if quality.confidence == CONFIDENCE else f" --confidence {quality.confidence:g}"
         return f"--target-error {quality.error:.2g}{sure}{limit}{double}"
-    assert quality.antialiasing is not None
-    assert quality.light is not None
-    camera, light = quality.antialiasing, quality.light
+    camera, light = _samples(quality)
     return (
         f"--samples {camera.samples} --pattern {camera.pattern} "
         f"--light-samples {light.samples} --light-pattern {light.pattern}{double}"
@@ -164,9 +168,7 @@ def short(quality: FixedQuality | TargetQuality) -> str:
     """A quality in at most 30 characters: camera by light samples, or an error in code values of 255."""
     if quality.mode == "target":
         return f"target {CODE_VALUES * quality.error:.2g}/{CODE_VALUES}"
-    assert quality.antialiasing is not None
-    assert quality.light is not None
-    camera, light = quality.antialiasing, quality.light
+    camera, light = _samples(quality)
     between = "x" if light.pattern == camera.pattern else f"x {light.pattern}"
     return f"{camera.pattern} {camera.samples} {between} {light.samples}"
 

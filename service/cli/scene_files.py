@@ -84,7 +84,7 @@ def load(name: str, *, seed: int | None = None) -> SceneFile:
 
 
 def read(name: str) -> SceneFile:
-    """The same in silence."""
+    """The scene of a file, checked; its warnings are not printed."""
     from renderer import load_scene
     from renderer.assets import FolderAssets
     from schemas.errors import SceneError
@@ -116,6 +116,6 @@ def parsed(text: bytes) -> Mapping[str, Any]:
 
 
 def print_warnings(text: bytes, warnings: Sequence[Problem]) -> None:
-    """Say on stderr what is valid but probably not meant."""
+    """Print warnings on stderr: what is valid but probably not meant."""
     for line in output.excerpts(text, warnings, kind="warning"):
         output.say(line)

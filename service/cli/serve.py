@@ -156,7 +156,7 @@ def demo(
         job = client.submit(_gallery_scene())
         output.say(f"It is job {job.id}: {job.width} x {job.height} pixels. Its tiles arrive:")
         with progress_bar("rendering") as bar:
-            job = client.wait(job.id, on_progress=lambda batch: arrivals.note(batch, bar))
+            job = client.wait(job.id, on_progress=lambda batch: arrivals.show(batch, bar))
         output.say(arrivals.summary(job))
         save_picture(client, job.id, out)
         output.say("Stopping the service and removing its folder.")
@@ -180,8 +180,8 @@ class Arrivals:
     last: float = 0.0
     quarters_shown: int = 0
 
-    def note(self, batch: TileBatch, bar: Bar) -> None:
-        """Take note of some tiles and show them."""
+    def show(self, batch: TileBatch, bar: Bar) -> None:
+        """Show tiles that have arrived."""
         self.last = time.perf_counter() - self.begun
         if self.first is None and batch.events:
             self.first = self.last

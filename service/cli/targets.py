@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 PICTURES = (".png", ".npy", ".exr")
 STDOUT = {"-": ".png"} | {f"-{suffix}": suffix for suffix in PICTURES}
-"""What names stdout in place of a file, and the ending that chooses the format there."""
+"""Names of stdout in place of a file, each with the ending that chooses the format."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -100,7 +100,7 @@ def show_end(job: Job, *, as_json: bool) -> None:
 
 @contextmanager
 def detachable(job_id: str) -> Iterator[None]:
-    """Say on Ctrl-C that only the watching ends."""
+    """Say on Ctrl-C that the job keeps running."""
     try:
         yield
     except KeyboardInterrupt:
@@ -173,7 +173,7 @@ FULL = 20
 """Length of the bar of the first known error."""
 
 CELLS = 2
-"""By which a bar is shorter where the error is half as large."""
+"""How much shorter a bar is where the error is half as large."""
 
 
 @dataclass(slots=True)
@@ -189,7 +189,7 @@ class Curve:
     first_error: float | None = None
 
     def reach(self, pass_index: int) -> None:
-        """Show the passes before this one, a tile of which is there, as far as they are finished."""
+        """Show the finished passes before this one, of which a tile has arrived."""
         if pass_index <= self.reached:
             return
         self.reached = pass_index
@@ -199,7 +199,7 @@ class Curve:
         self.bar.below("\n".join(sentences(self.found, final=False)))
 
     def finish(self) -> None:
-        """Show all passes of a job that has ended, and what they say."""
+        """Show all passes of a job that has ended, and the sentences about them."""
         found = self.client.convergence(self.job_id)
         self._show_passes(found, len(found.passes))
         said = list(sentences(found, final=True))
@@ -219,7 +219,7 @@ class Curve:
             self.passes_shown += 1
 
     def _drawn(self, entry: PassCost) -> str:
-        """Draw an error: each half of it is as much shorter."""
+        """A bar for an error, `CELLS` shorter for each half of it."""
         if entry.error is None or entry.error.estimate <= 0:
             return ""
         self.first_error = self.first_error or entry.error.estimate
