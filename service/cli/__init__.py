@@ -1,1 +1,1 @@
-"""The command ``penumbra``: one file for each command or small group, all listed in ``main.py``."""
+"""The command ``penumbra``: one file for each command or small group, all listed in ``commands.py``."""

@@ -1,4 +1,4 @@
-"""The table of commands, and what lets a shell complete them."""
+"""The table of commands, and completion by shells."""
 
 from __future__ import annotations
 
@@ -33,19 +33,19 @@ ShellArgument = Annotated[
 ]
 COMMAND = "penumbra"
 VARIABLE = "_PENUMBRA_COMPLETE"
-"""Set by the script when a shell asks what may follow."""
+"""Set by the script when a shell asks for completions."""
 
 
 def completion(shell: ShellArgument) -> None:
     """Print a script that lets a shell complete commands and options: eval "$(penumbra completion bash)"."""
-    # Typer has it for its own option alone, which asks the process above which shell it is.
+    # Typer has it for its own option alone, which finds out the shell from the parent process.
     from typer.completion import get_completion_script  # type: ignore[attr-defined]
 
     output.result(get_completion_script(prog_name=COMMAND, complete_var=VARIABLE, shell=shell))
 
 
 def _prepare_completion() -> None:
-    """Know how to answer, where a shell asks."""
+    """Answer a shell that asks for completions."""
     if VARIABLE in os.environ:
         from typer.completion import completion_init  # type: ignore[attr-defined]
 
@@ -85,7 +85,7 @@ COMMANDS: tuple[tuple[str, str, Callable[..., Any]], ...] = (
 def application() -> typer.Typer:
     """The command line with all its commands."""
     app = typer.Typer(
-        help="Ray-traced scenes: rendered here, or by a service that sends back tile after tile.",
+        help="Ray-traced scenes: rendered here, or by a service that streams the tiles back.",
         epilog="Exit codes: 0 done, 1 a check found wrong answers, 2 usage, 3 scene or image not usable, "
         "4 server or network, 5 time-out, 130 interrupted.",
         add_completion=False,
@@ -99,16 +99,16 @@ def application() -> typer.Typer:
     return app
 
 
-def run(words: Sequence[str]) -> int:
-    """Run one command and give its exit code; what goes wrong is raised."""
+def run(arguments: Sequence[str]) -> int:
+    """Run one command and return its exit code; what goes wrong is raised."""
     _prepare_completion()
-    code: int | None = application()(list(words), prog_name=COMMAND, standalone_mode=False)
+    code: int | None = application()(list(arguments), prog_name=COMMAND, standalone_mode=False)
     return code or ExitCode.DONE
 
 
 def _before_any_command(
     context: typer.Context,
-    version: bool = typer.Option(False, "--version", help="Print the version and leave."),
+    version: bool = typer.Option(False, "--version", help="Print the version and exit."),
 ) -> None:
     if version:
         from importlib.metadata import version as version_of

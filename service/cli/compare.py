@@ -1,4 +1,4 @@
-"""``penumbra compare``: whether two pictures show the same, and if not, why and where."""
+"""``penumbra compare``: whether two pictures match, and if not, why and where."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from service.cli import output, scene_files
-from service.cli.connection import DEFAULT_SERVER, ServerOption, connect
 from service.cli.errors import CommandError, ExitCode, InputError
-from service.cli.targets import check_target, write_whole
+from service.cli.options import DEFAULT_SERVER, JsonOption, ServerOption, connect
+from service.cli.targets import check_target, save
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -23,65 +23,48 @@ JOB = "job:"
 NUMBERS = ("rmse", "psnr", "ssim", "relmse", "max_abs", "frac_over", "flip")
 
 Encoding = Literal["srgb", "linear"]
-ImageArgument = Annotated[
-    str, typer.Argument(help="The picture in question: .png, .npy, .exr, or job:ID.", show_default=False)
-]
-ReferenceArgument = Annotated[
-    str, typer.Argument(help="What it should look like, in the same forms.", show_default=False)
-]
-EncodingOption = Annotated[
-    Encoding | None,
-    typer.Option("--encoding", help="What the numbers of IMAGE mean; by default srgb for .png, else linear."),
-]
-ReferenceEncodingOption = Annotated[
-    Encoding | None, typer.Option("--reference-encoding", help="The same of REFERENCE.")
-]
-SceneOption = Annotated[
-    str | None, typer.Option("--scene", metavar="SCENE", help="The scene: places are named by its shapes.")
-]
-ToleranceOption = Annotated[
-    float,
-    typer.Option("--tolerance", min=0.0, max=1.0, help="Mean difference of a block that is never a reason."),
-]
-BiasOption = Annotated[
-    float, typer.Option("--max-bias", min=0.0, max=1.0, help="Share of biased blocks that is still noise.")
-]
-LimitOption = Annotated[
-    float, typer.Option("--limit", min=0.0, max=1.0, help="Linear difference that `frac_over` counts above.")
-]
-FlipOption = Annotated[
-    bool, typer.Option("--flip", help="Compute FLIP too; needs the extra `flip`, and takes the longest.")
-]
-FailOption = Annotated[
-    float | None,
-    typer.Option(
-        "--fail-under", min=0.0, max=1.0, help="Leave with 1 if the score is lower; a mismatch has 0."
-    ),
-]
-HeatOption = Annotated[Path | None, typer.Option("--heat-map", help="Save where they differ, .png.")]
-SideOption = Annotated[
-    Path | None, typer.Option("--side-by-side", help="Save picture, reference and heat map, .png.")
-]
 
 
 def compare(  # noqa: PLR0913 - one argument for each option
     *,
-    image: ImageArgument,
-    reference: ReferenceArgument,
-    encoding: EncodingOption = None,
-    reference_encoding: ReferenceEncodingOption = None,
-    scene: SceneOption = None,
-    tolerance: ToleranceOption = 0.01,
-    max_bias: BiasOption = 0.02,
-    limit: LimitOption = 0.05,
-    flip: FlipOption = False,
-    fail_under: FailOption = None,
-    heat_map: HeatOption = None,
-    side_by_side: SideOption = None,
+    image: Annotated[
+        str, typer.Argument(help="The picture in question: .png, .npy, .exr, or job:ID.", show_default=False)
+    ],
+    reference: Annotated[
+        str, typer.Argument(help="What it should look like, in the same forms.", show_default=False)
+    ],
+    encoding: Annotated[
+        Encoding | None,
+        typer.Option(help="What the numbers of IMAGE mean; by default srgb for .png, else linear."),
+    ] = None,
+    reference_encoding: Annotated[Encoding | None, typer.Option(help="The same of REFERENCE.")] = None,
+    scene: Annotated[
+        str | None, typer.Option(metavar="SCENE", help="The scene: places are named by its shapes.")
+    ] = None,
+    tolerance: Annotated[
+        float, typer.Option(min=0.0, max=1.0, help="Mean difference of a block that is never a reason.")
+    ] = 0.01,
+    max_bias: Annotated[
+        float, typer.Option(min=0.0, max=1.0, help="Share of biased blocks that is still noise.")
+    ] = 0.02,
+    limit: Annotated[
+        float, typer.Option(min=0.0, max=1.0, help="Linear difference that `frac_over` counts above.")
+    ] = 0.05,
+    flip: Annotated[
+        bool, typer.Option("--flip", help="Compute FLIP too; needs the extra `flip`, and takes the longest.")
+    ] = False,
+    fail_under: Annotated[
+        float | None,
+        typer.Option(min=0.0, max=1.0, help="Exit with 1 if the score is lower; a mismatch has 0."),
+    ] = None,
+    heat_map: Annotated[Path | None, typer.Option(help="Save where they differ, .png.")] = None,
+    side_by_side: Annotated[
+        Path | None, typer.Option(help="Save picture, reference and heat map, .png.")
+    ] = None,
     server: ServerOption = DEFAULT_SERVER,
-    as_json: output.JsonOption = False,
+    as_json: JsonOption = False,
 ) -> None:
-    """Compare a picture with its reference: metrics, a verdict that knows noise, the mistake behind it."""
+    """Compare a picture with its reference: metrics, a verdict that allows for noise, and likely mistakes."""
     begun = time.perf_counter(), time.process_time()
     for target in filter(None, (heat_map, side_by_side)):
         check_target(target, (".png",))
@@ -97,13 +80,10 @@ def compare(  # noqa: PLR0913 - one argument for each option
     except ImageFileError as error:
         raise InputError(str(error)) from error
     _save(found, heat_map, side_by_side)
-    if as_json:
-        seconds = {"seconds": time.perf_counter() - begun[0], "cpu_seconds": time.process_time() - begun[1]}
-        output.document(found.document() | {"timings": seconds})
-    else:
-        for line in lines(found.document()):
-            output.result(line)
-    if fail_under is not None and found.document()["score"] < fail_under:
+    document = found.document()
+    seconds = {"seconds": time.perf_counter() - begun[0], "cpu_seconds": time.process_time() - begun[1]}
+    output.report(document | {"timings": seconds}, lines(document), as_json=as_json)
+    if fail_under is not None and document["score"] < fail_under:
         raise typer.Exit(ExitCode.BELOW_THRESHOLD)
 
 
@@ -147,12 +127,11 @@ def _save(found: Comparison, heat_map: Path | None, side_by_side: Path | None) -
     pictures = found.image.linear, found.reference.linear
     for target, draw in ((heat_map, heat.heat_map), (side_by_side, heat.side_by_side)):
         if target is not None:
-            write_whole(target, heat.encoded(draw(*pictures)))
-            output.say(f"{target}: written")
+            save(target, heat.encoded(draw(*pictures)))
 
 
 def lines(document: dict[str, Any]) -> Iterator[str]:
-    """A comparison in words: the verdict first, then why and where, then numbers and how it was read."""
+    """A comparison as lines: the verdict, why and where, the numbers, and how each file was read."""
     color = "red" if document["verdict"] == "mismatch" else "green"
     yield f"{output.emphasis(document['verdict'], color)}: {document['reason']}"
     yield from _certainty(document)

@@ -1,4 +1,4 @@
-"""``penumbra convert``: a scene out of another program's file, with all that had to be assumed."""
+"""``penumbra convert``: a scene from another program's file, and what had to be assumed."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import typer
 
 from service.cli import output, scene_files
 from service.cli.errors import InputError, UnusableSceneError
+from service.cli.options import JsonOption
 from service.cli.targets import check_target, write_whole
 
 if TYPE_CHECKING:
@@ -20,25 +21,28 @@ if TYPE_CHECKING:
 
 COLUMNS = 80
 
-InputArgument = Annotated[
-    Path,
-    typer.Argument(metavar="INPUT", help="A CS171 scene (JSON), OBJ, PLY, glTF or GLB.", show_default=False),
-]
-OutOption = Annotated[
-    Path,
-    typer.Option("-o", "--out", help="Where the scene goes, .json; its meshes and pictures go beside it."),
-]
-RootOption = Annotated[
-    Path | None,
-    typer.Option(
-        help="The folder in and below which files that INPUT names are read; by default that of INPUT.",
-        show_default=False,
-    ),
-]
-
 
 def convert(
-    source: InputArgument, out: OutOption, root: RootOption = None, as_json: output.JsonOption = False
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar="INPUT", help="A CS171 scene (JSON), OBJ, PLY, glTF or GLB.", show_default=False
+        ),
+    ],
+    out: Annotated[
+        Path,
+        typer.Option(
+            "-o", "--out", help="Where the scene goes, .json; its meshes and pictures go beside it."
+        ),
+    ],
+    root: Annotated[
+        Path | None,
+        typer.Option(
+            help="The folder in and below which files that INPUT names are read; by default that of INPUT.",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Make a scene out of a file of another program, and report what was assumed or left out."""
     check_target(out, (".json",))

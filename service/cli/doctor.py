@@ -6,13 +6,14 @@ import os
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, fields, is_dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from service.cli import output
 from service.cli.errors import CommandError, ExitCode
-from service.cli.serve import ConfigOption, read_settings
+from service.cli.options import ConfigOption, JsonOption
+from service.cli.serve import read_settings
 
 if TYPE_CHECKING:
     from service.settings import Settings
@@ -26,24 +27,15 @@ CLIENT = ("SERVER", "KEY", "CONFIG")
 """Variables that are no settings of a service."""
 
 DEVELOPERS = ("test", "check", "bench")
-"""Extras that only work on this project needs."""
+"""Extras for work on this project."""
 
 LITTLE_MEMORY = 1 << 30
 GIB = 1 << 30
 
-NumericsOption = Annotated[
-    bool,
-    typer.Option(
-        "--numerics",
-        help="Instead try hard cases, inputs that plain formulas get wrong, and count the wrong answers. "
-        "Takes up to a minute; exit code 1 if there are any.",
-    ),
-]
-
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One thing looked at: what was found, whether that is good, and what to do where it is not."""
+    """One check: what was found, whether that is good, and what to do where it is not."""
 
     name: str
     level: Level
@@ -52,7 +44,16 @@ class Check:
 
 
 def doctor(
-    numerics: NumericsOption = False, config: ConfigOption = None, as_json: output.JsonOption = False
+    numerics: Annotated[
+        bool,
+        typer.Option(
+            "--numerics",
+            help="Instead try hard cases, inputs that plain formulas get wrong, and count the wrong answers. "
+            "Takes up to a minute; exit code 1 if there are any.",
+        ),
+    ] = False,
+    config: ConfigOption = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Show what is installed, found and configured here, and from where."""
     if numerics:
@@ -62,14 +63,12 @@ def doctor(
         return
     checks = list(_all_checks(config))
     settings = list(_settings(config))
-    if as_json:
-        shown = [setting | {"value": str(setting["value"])} for setting in settings]
-        output.document({"checks": [asdict(check) for check in checks], "settings": shown})
-    else:
-        for check in checks:
-            _show(check)
-        for setting in settings:
-            output.result(f"      {setting['name']:<24} {setting['value']!s:<24} {setting['source']}")
+    lines = [
+        *(line for check in checks for line in _lines(check)),
+        *(f"      {each['name']:<24} {each['value']:<24} {each['source']}" for each in settings),
+    ]
+    document = {"checks": [asdict(check) for check in checks], "settings": settings}
+    output.report(document, lines, as_json=as_json)
     if any(check.level == "fail" for check in checks):
         raise typer.Exit(ExitCode.SERVER)
 
@@ -84,11 +83,11 @@ def _all_checks(config: Path | None) -> Iterator[Check]:
     yield from _extras()
 
 
-def _show(check: Check) -> None:
+def _lines(check: Check) -> Iterator[str]:
     mark = output.emphasis(f"{check.level:<5}", COLORS[check.level])
-    output.result(f"{mark} {check.name:<12} {check.found}")
+    yield f"{mark} {check.name:<12} {check.found}"
     if check.advice:
-        output.result(f"{'':<18} {check.advice}")
+        yield f"{'':<18} {check.advice}"
 
 
 def _software() -> Iterator[Check]:
@@ -106,9 +105,8 @@ def _simd() -> Check:
     extensions = np.show_config(mode="dicts")["SIMD Extensions"]
     found = extensions.get("found", [])
     shown = ", ".join([*extensions.get("baseline", []), *found])
-    if found:
-        return Check("numpy simd", "ok", shown)
-    return Check("numpy simd", "warn", shown, "NumPy uses no more than its baseline; rendering may be slow.")
+    advice = "" if found else "NumPy uses no more than its baseline; rendering may be slow."
+    return Check("numpy simd", "warn" if advice else "ok", shown, advice)
 
 
 def _processors() -> Check:
@@ -118,24 +116,18 @@ def _processors() -> Check:
 
 
 def _memory() -> Check:
-    available = _available_memory()
-    if available is None:
+    try:
+        lines = Path("/proc/meminfo").read_text().splitlines()
+    except OSError:
         return Check("memory", "warn", "not known", "This system does not report how much memory is free.")
+    reported = dict(line.split(":", 1) for line in lines)
+    available = int(reported["MemAvailable"].split()[0]) * 1024
     advice = "A large picture needs more; close something." if available < LITTLE_MEMORY else ""
     return Check("memory", "warn" if advice else "ok", f"{available / GIB:.1f} GiB free", advice)
 
 
-def _available_memory() -> int | None:
-    try:
-        lines = Path("/proc/meminfo").read_text().splitlines()
-    except OSError:
-        return None
-    fields = dict(line.split(":", 1) for line in lines)
-    return int(fields["MemAvailable"].split()[0]) * 1024
-
-
 def _variables() -> Iterator[Check]:
-    """Variables that look like settings and are none: nobody would hear of the mistake."""
+    """Variables that look like settings and are none: they would be ignored without a word."""
     from schemas.translation import nearest
 
     known = [*_names_of_settings(), *CLIENT]
@@ -148,7 +140,7 @@ def _variables() -> Iterator[Check]:
 
 
 def _names_of_settings() -> Iterator[str]:
-    """What may follow the prefix, the members of groups included."""
+    """Names of settings in variables, those in groups included."""
     from service.settings import Settings
 
     for name, field in Settings.model_fields.items():
@@ -239,7 +231,7 @@ def _traces() -> Check:
     return Check("traces", "ok", f"sent to {shown}")
 
 
-def _settings(config: Path | None) -> Iterator[dict[str, Any]]:
+def _settings(config: Path | None) -> Iterator[dict[str, str]]:
     """Every setting with its value and where it comes from; none where they make no sense."""
     from service.settings import source_of
 
@@ -251,10 +243,10 @@ def _settings(config: Path | None) -> Iterator[dict[str, Any]]:
         value = getattr(settings, name)
         if is_dataclass(value) and not isinstance(value, type):
             for inner, number in asdict(value).items():
-                yield {"name": f"{name}.{inner}", "value": number, "source": source_of((name, inner))}
+                yield {"name": f"{name}.{inner}", "value": str(number), "source": source_of((name, inner))}
         else:
             shown = _without_password(value) if name == "database" else value
-            yield {"name": name, "value": shown, "source": source_of((name,))}
+            yield {"name": name, "value": str(shown), "source": source_of((name,))}
 
 
 def _without_password(url: str | None) -> str | None:
@@ -292,12 +284,10 @@ def _extras() -> Iterator[Check]:
     for extra, packages in groups.items():
         if extra in DEVELOPERS:
             continue
-        missing = list(_missing(packages))
-        if missing:
-            cure = f"If you need it: pip install 'penumbra-render[{extra}]'"
-            yield Check(f"[{extra}]", "warn", f"missing: {', '.join(missing)}", cure)
-        else:
-            yield Check(f"[{extra}]", "ok", ", ".join(packages))
+        missing = ", ".join(_missing(packages))
+        cure = f"If you need it: pip install 'penumbra-render[{extra}]'" if missing else ""
+        found = f"missing: {missing}" if missing else ", ".join(packages)
+        yield Check(f"[{extra}]", "warn" if missing else "ok", found, cure)
 
 
 def _missing(packages: Iterable[str]) -> Iterator[str]:

@@ -1,10 +1,9 @@
-"""What commands raise themselves, and the exit codes; ``failures.py`` says which of them has which.
+"""Errors that commands raise, and exit codes; the table in ``failures.py`` maps one to the other.
 
 CommandError                    wrong use: an option, or a place to write to, that makes no sense
 ├── InputError                  a file that the command was given cannot be used
 │   └── UnusableSceneError      a scene file, with its text and all that is wrong in it
 ├── RefusedOptionsError         a service refused what options asked for
-├── RenderFailedError           a scene that was accepted could not be rendered
 └── ServiceStartError           a service did not start, or stopped by itself
 """
 
@@ -66,16 +65,12 @@ class RefusedOptionsError(CommandError):
         self.problems = problems
 
 
-class RenderFailedError(CommandError):
-    """A scene that was accepted could not be rendered."""
-
-
 class ServiceStartError(CommandError):
     """A service did not start, or it stopped by itself."""
 
 
 class ExitCode(IntEnum):
-    """What a command's exit code says to a script."""
+    """Exit codes of commands."""
 
     DONE = 0
     BELOW_THRESHOLD = 1

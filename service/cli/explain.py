@@ -3,31 +3,32 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from service.cli import output, scene_files
 from service.cli.errors import ExitCode, InputError, UnusableSceneError
-from service.cli.render_options import QualityOptions, spread_quality
-from service.cli.targets import LayersOption, parsed_layers
+from service.cli.options import JsonOption, LayersOption, SceneArgument
+from service.cli.quality_options import QualityOptions, spread_quality
+from service.cli.targets import parsed_layers
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from renderer import LoadedScene, RenderPlan
     from schemas.plans import PlanDocument
     from schemas.problems import Problem
 
-ScenesArgument = Annotated[
-    list[str],
-    typer.Argument(metavar="SCENE...", help="Scene files; - reads one from stdin.", show_default=False),
-]
+MOST_POINTERS = 3
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What there is to say about one file."""
+    """The errors and warnings of one file."""
 
     name: str
     text: bytes = b""
@@ -41,16 +42,19 @@ class Finding:
         return not self.errors
 
 
-def validate(scenes: ScenesArgument, as_json: output.JsonOption = False) -> None:
+def validate(
+    scenes: Annotated[
+        list[str],
+        typer.Argument(metavar="SCENE...", help="Scene files; - reads one from stdin.", show_default=False),
+    ],
+    as_json: JsonOption = False,
+) -> None:
     """Show every error and warning of scene files, each with its pointer, line and column."""
     findings = [_examine(name) for name in scenes]
-    if as_json:
-        files = [_as_document(finding) for finding in findings]
-        output.document({"valid": all(finding.valid for finding in findings), "files": files})
-    else:
-        for finding in findings:
-            _show_finding(finding)
-    if not all(finding.valid for finding in findings):
+    valid = all(finding.valid for finding in findings)
+    document = {"valid": valid, "files": [_as_document(finding) for finding in findings]}
+    output.report(document, chain.from_iterable(map(_lines, findings)), as_json=as_json)
+    if not valid:
         raise typer.Exit(ExitCode.UNUSABLE_INPUT)
 
 
@@ -67,18 +71,12 @@ def _examine(name: str) -> Finding:
     return Finding(name, file.text, warnings=file.scene.warnings)
 
 
-def _show_finding(finding: Finding) -> None:
-    output.result(f"{output.emphasis(output.harmless(finding.name))}: {_summary(finding)}")
-    for line in output.excerpts(finding.text, finding.errors, finding.more):
-        output.result(line)
-    for line in output.excerpts(finding.text, finding.warnings, kind="warning"):
-        output.result(line)
-
-
-def _summary(finding: Finding) -> str:
+def _lines(finding: Finding) -> Iterator[str]:
     counts = [(len(finding.errors) + finding.more, "error"), (len(finding.warnings), "warning")]
-    said = [f"{count} {word}{'s' if count > 1 else ''}" for count, word in counts if count]
-    return ", ".join(said) or output.emphasis("ok", "green")
+    counted = ", ".join(f"{count} {word}{'s' if count > 1 else ''}" for count, word in counts if count)
+    yield f"{output.emphasis(output.harmless(finding.name))}: {counted or output.emphasis('ok', 'green')}"
+    yield from output.excerpts(finding.text, finding.errors, finding.more)
+    yield from output.excerpts(finding.text, finding.warnings, kind="warning")
 
 
 def _as_document(finding: Finding) -> dict[str, Any]:
@@ -101,52 +99,20 @@ def measured_costs(scene: LoadedScene) -> dict[str, Any]:
     return {"cpu_seconds": seconds, "effects": [asdict(row) for row in rows]}
 
 
-def _show_measured(measured: dict[str, Any]) -> None:
-    """Print the costs: a table on a terminal, a line an effect elsewhere."""
-    if not output.on_terminal():
-        for row in measured["effects"]:
-            values = (
-                row["effect"],
-                f"{row['seconds']:.4f}",
-                f"{row['difference'] * 255:.3f}",
-                *row["pointers"],
-            )
-            output.result("measured\t" + "\t".join(output.harmless(str(value)) for value in values))
-        return
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table("Effect", "CPU seconds", "Share", "Difference x 255", "Asked for by", box=box.SIMPLE_HEAD)
-    for row in measured["effects"]:
-        pointers = "\n".join(output.harmless(pointer) for pointer in row["pointers"][:3])
-        numbers = (f"{row['seconds']:.3f}", f"{row['share']:.0%}", f"{row['difference'] * 255:.2f}")
-        table.add_row(row["effect"], *numbers, pointers)
-    console = Console(markup=False, highlight=False)
-    seconds = f"{measured['cpu_seconds']:.3f} CPU seconds"
-    console.print(f"Measured on a small picture of {seconds}, each effect left out once:")
-    console.print(table)
-
-
-MOST_POINTERS = 3
-
-CostOption = Annotated[
-    bool,
-    typer.Option(
-        "--cost",
-        help="Also measure what each effect costs: a small picture is rendered with and without it.",
-    ),
-]
-
-
 @spread_quality
 def explain(
     *,
-    scene: scene_files.SceneArgument,
+    scene: SceneArgument,
     quality: QualityOptions,
     layers: LayersOption = None,
-    cost: CostOption = False,
-    as_json: output.JsonOption = False,
+    cost: Annotated[
+        bool,
+        typer.Option(
+            "--cost",
+            help="Also measure what each effect costs: a small picture is rendered with and without it.",
+        ),
+    ] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Show the plan of a scene: its stages, who asked for each, what is left out, the predicted cost."""
     file = scene_files.load(scene)
@@ -156,12 +122,10 @@ def explain(
     if as_json:
         output.document(plan.model_dump(mode="json") | ({"measured": measured} if measured else {}))
     elif output.on_terminal():
-        _show_tables(plan)
+        output.show(*_tables(plan, measured))
     else:
-        for line in _plain(plan):
+        for line in _plain(plan, measured):
             output.result(line)
-    if measured and not as_json:
-        _show_measured(measured)
 
 
 def _priced(plan: RenderPlan) -> PlanDocument:
@@ -171,7 +135,7 @@ def _priced(plan: RenderPlan) -> PlanDocument:
     return plan.describe().model_copy(update={"cost": price(plan, len(os.sched_getaffinity(0)))})
 
 
-def _plain(plan: PlanDocument) -> Iterable[str]:
+def _plain(plan: PlanDocument, measured: dict[str, Any] | None) -> Iterator[str]:
     for stage in plan.stages:
         yield f"runs\t{stage.name}\t{_share(stage.share)}\t{_pointers(stage.pointers)}\t{stage.detail}"
     for stage in plan.pilot_samples:
@@ -179,30 +143,39 @@ def _plain(plan: PlanDocument) -> Iterable[str]:
     for out in plan.left_out:
         yield f"left out\t{out.effect}\t\t{_pointers(out.pointers)}\t{out.reason}"
     yield f"cost\t{_cost(plan)}"
+    for row in measured["effects"] if measured else ():
+        numbers = f"{row['seconds']:.4f}\t{row['difference'] * 255:.3f}"
+        yield "\t".join(["measured", output.harmless(row["effect"]), numbers, *_shown(row["pointers"])])
 
 
-def _show_tables(plan: PlanDocument) -> None:
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-
-    runs = Table("What runs", "Time", "Asked for by", "What it does", box=box.SIMPLE_HEAD)
-    for stage in plan.stages:
-        runs.add_row(stage.name, _share(stage.share), _pointers(stage.pointers, "\n"), stage.detail)
-    looks = Table("Pilot samples", "Asked for by", "What they do", box=box.SIMPLE_HEAD)
-    for stage in plan.pilot_samples:
-        looks.add_row(stage.name, _pointers(stage.pointers, "\n"), stage.detail)
-    left_out = Table("Left out", "Named by", "Why", box=box.SIMPLE_HEAD)
-    for out in plan.left_out:
-        left_out.add_row(out.effect, _pointers(out.pointers, "\n"), out.reason)
-    # Names of materials may look like markup.
-    console = Console(markup=False, highlight=False)
-    console.print(runs)
+def _tables(plan: PlanDocument, measured: dict[str, Any] | None) -> Iterator[Table | str]:
+    yield output.table(
+        ("What runs", "Time", "Asked for by", "What it does"),
+        ([stage.name, _share(stage.share), _column(stage.pointers), stage.detail] for stage in plan.stages),
+    )
     if plan.pilot_samples:
-        console.print(looks)
+        yield output.table(
+            ("Pilot samples", "Asked for by", "What they do"),
+            ([stage.name, _column(stage.pointers), stage.detail] for stage in plan.pilot_samples),
+        )
     if plan.left_out:
-        console.print(left_out)
-    console.print(_cost(plan))
+        yield output.table(
+            ("Left out", "Named by", "Why"),
+            ([out.effect, _column(out.pointers), out.reason] for out in plan.left_out),
+        )
+    yield _cost(plan)
+    if measured:
+        seconds = f"{measured['cpu_seconds']:.3f} CPU seconds"
+        yield f"Measured on a small picture of {seconds}, each effect left out once:"
+        yield output.table(
+            ("Effect", "CPU seconds", "Share", "Difference x 255", "Asked for by"),
+            map(_measured_cells, measured["effects"]),
+        )
+
+
+def _measured_cells(row: dict[str, Any]) -> tuple[str, ...]:
+    numbers = (f"{row['seconds']:.3f}", f"{row['share']:.0%}", f"{row['difference'] * 255:.2f}")
+    return (row["effect"], *numbers, "\n".join(_shown(row["pointers"][:MOST_POINTERS])))
 
 
 def _cost(plan: PlanDocument) -> str:
@@ -218,6 +191,13 @@ def _share(share: float | None) -> str:
 
 
 def _pointers(pointers: Sequence[str], separator: str = " ") -> str:
-    shown = [output.harmless(pointer) or "(whole scene)" for pointer in pointers[:MOST_POINTERS]]
     more = [f"and {len(pointers) - MOST_POINTERS} more"] if len(pointers) > MOST_POINTERS else []
-    return separator.join(shown + more)
+    return separator.join([*_shown(pointers[:MOST_POINTERS]), *more])
+
+
+def _column(pointers: Sequence[str]) -> str:
+    return _pointers(pointers, "\n")
+
+
+def _shown(pointers: Iterable[str]) -> list[str]:
+    return [output.harmless(pointer) or "(whole scene)" for pointer in pointers]

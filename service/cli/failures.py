@@ -1,4 +1,4 @@
-"""One table from exceptions to exit codes, and what people and programs read about each."""
+"""The table from exceptions to exit codes, and how each is reported to people and programs."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 
 from typer.exceptions import TyperException
 
+from renderer.errors import ImageFileError, MissingExtraError, RenderError
 from schemas.errors import SceneError
 from schemas.limits import LimitsError
 from schemas.problems import Problem
@@ -17,7 +18,6 @@ from service.cli.errors import (
     ExitCode,
     InputError,
     RefusedOptionsError,
-    RenderFailedError,
     ServiceStartError,
     UnusableSceneError,
 )
@@ -36,9 +36,11 @@ OUTCOMES: tuple[tuple[type[BaseException], ExitCode, str], ...] = (
     (TyperException, ExitCode.USAGE, "Wrong use of the command"),
     (InputError, ExitCode.UNUSABLE_INPUT, "The input cannot be used"),
     (ServiceStartError, ExitCode.SERVER, "The service did not run"),
-    (RenderFailedError, ExitCode.INTERNAL, "Rendering failed"),
     (CommandError, ExitCode.USAGE, "Wrong use of the command"),
     (LimitsError, ExitCode.USAGE, "A limit cannot be used"),
+    (MissingExtraError, ExitCode.USAGE, "An optional package is missing"),
+    (ImageFileError, ExitCode.UNUSABLE_INPUT, "The image cannot be used"),
+    (RenderError, ExitCode.INTERNAL, "Rendering failed"),
     (ExportError, ExitCode.USAGE, "The result has no such form here"),
     (SceneError, ExitCode.UNUSABLE_INPUT, "The scene cannot be used"),
     (RequestInvalidError, ExitCode.UNUSABLE_INPUT, "The service refused the request"),
@@ -93,7 +95,7 @@ def _problem_document(error: BaseException, title: str, code: ExitCode) -> dict[
 def _lines(error: BaseException, title: str) -> list[str]:
     problems, more = ((), 0) if isinstance(error, RefusedOptionsError) else _problems(error)
     text = error.text if isinstance(error, UnusableSceneError) else b""
-    # Names of files and words of servers are strangers' words.
+    # Names of files and answers of servers may hold control characters.
     message = "\n".join(map(output.harmless, (_message(error) or title).split("\n")))
     lines = [output.emphasis("error", "red") + ": " + message]
     lines += excerpts(text, [problem for problem in problems if problem.detail != message], more)
@@ -106,9 +108,8 @@ def _advice(error: BaseException) -> list[str]:
     if isinstance(error, UnreachableError):
         return ["Start one with 'penumbra serve', or name another with --server or PENUMBRA_SERVER."]
     if isinstance(error, TimedOutError) and error.job_id:
-        return [
-            f"Go on with 'penumbra wait {error.job_id}', or stop it with 'penumbra cancel {error.job_id}'."
-        ]
+        job_id = error.job_id
+        return [f"Wait again with 'penumbra wait {job_id}', or stop it with 'penumbra cancel {job_id}'."]
     usage = getattr(getattr(error, "ctx", None), "command_path", None)
     return [f"Try '{usage} --help'."] if usage else []
 

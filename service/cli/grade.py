@@ -1,4 +1,4 @@
-"""``penumbra grade``: a submission is held to the tests of a manifest."""
+"""``penumbra grade``: runs the tests of a manifest on a submission."""
 
 from __future__ import annotations
 
@@ -14,11 +14,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli import output, scene_files
-from service.cli.connection import connect
 from service.cli.errors import CommandError, ExitCode, InputError, UnusableSceneError
+from service.cli.options import MOST_WORKERS, JsonOption, connect
 from service.cli.progress import progress_bar
-from service.cli.render_options import MOST_WORKERS
-from service.cli.targets import check_target, write_whole
+from service.cli.targets import check_target, make_folder, save, write_whole
 
 if TYPE_CHECKING:
     from schemas.grades import Grade, TestGrade
@@ -31,66 +30,49 @@ YAML = (".yaml", ".yml")
 COLORS = {"passed": "green", "partial": "yellow", "failed": "red"}
 NO_POINTS = "-"
 
-ManifestArgument = Annotated[
-    Path, typer.Argument(metavar="MANIFEST", help="The assignment, .yaml or .json.", show_default=False)
-]
-SubmissionOption = Annotated[
-    Path, typer.Option("--submission", metavar="DIR", help="The folder with what was handed in.")
-]
-OutOption = Annotated[
-    Path | None,
-    typer.Option("-o", "--out", metavar="DIR", help=f"Where {RESULT} and pictures of differences go."),
-]
-ExportOption = Annotated[
-    list[str] | None,
-    typer.Option("--export", metavar="FORM=PATH", help="Write the result in a platform's form; repeatable."),
-]
-JobsOption = Annotated[
-    int | None,
-    typer.Option(
-        "--jobs", min=1, max=MOST_WORKERS, help="Tests at a time; by default one for each processor."
-    ),
-]
-ServerOption = Annotated[
-    str | None,
-    typer.Option("--server", metavar="URL", help="The service that renders, in place of this machine."),
-]
-CacheOption = Annotated[
-    Path | None,
-    typer.Option("--cache", metavar="DIR", help="Where rendered references stay for the next time."),
-]
-StudentOption = Annotated[
-    str | None, typer.Option("--student", help="Whose submission it is, for the result.")
-]
-MomentOption = Annotated[
-    str | None, typer.Option("--submitted-at", metavar="TIME", help="Its moment, ISO 8601, for the result.")
-]
-FailOption = Annotated[
-    float | None, typer.Option("--fail-under", min=0.0, help="Leave with 1 if there are fewer points.")
-]
-
 
 def grade(  # noqa: PLR0913 - one argument for each option
     *,
-    manifest: ManifestArgument,
-    submission: SubmissionOption = Path(),
-    out: OutOption = None,
-    export: ExportOption = None,
-    jobs: JobsOption = None,
-    server: ServerOption = None,
-    cache: CacheOption = None,
-    student: StudentOption = None,
-    submitted_at: MomentOption = None,
-    fail_under: FailOption = None,
-    as_json: output.JsonOption = False,
+    manifest: Annotated[
+        Path, typer.Argument(metavar="MANIFEST", help="The assignment, .yaml or .json.", show_default=False)
+    ],
+    submission: Annotated[
+        Path, typer.Option(metavar="DIR", help="The folder with what was handed in.")
+    ] = Path(),
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--out", metavar="DIR", help=f"Where {RESULT} and pictures of differences go."),
+    ] = None,
+    export: Annotated[
+        list[str] | None,
+        typer.Option(metavar="FORM=PATH", help="Write the result in a platform's form; repeatable."),
+    ] = None,
+    jobs: Annotated[
+        int | None,
+        typer.Option(min=1, max=MOST_WORKERS, help="Tests at a time; by default one for each processor."),
+    ] = None,
+    server: Annotated[
+        str | None, typer.Option(metavar="URL", help="The service that renders, in place of this machine.")
+    ] = None,
+    cache: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Where rendered references are kept for the next time.")
+    ] = None,
+    student: Annotated[str | None, typer.Option(help="Whose submission it is, for the result.")] = None,
+    submitted_at: Annotated[
+        str | None, typer.Option(metavar="TIME", help="When it was handed in, ISO 8601, for the result.")
+    ] = None,
+    fail_under: Annotated[
+        float | None, typer.Option(min=0.0, help="Exit with 1 if there are fewer points.")
+    ] = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Grade a submission: points, why they were lost, and the result in the forms of platforms."""
     for folder in filter(None, (out, cache)):
-        _make(folder)
+        make_folder(folder)
     targets = _targets(export or [])
     if not submission.is_dir():
         raise InputError(f"{submission} is not a folder. Name the folder with what was handed in.")
-    _check_moment(submitted_at)
+    _check_time(submitted_at)
     read = _read(manifest)
     if server is not None:
         # Without a service every test would fail, and say so.
@@ -118,7 +100,8 @@ def grade(  # noqa: PLR0913 - one argument for each option
             on_test=show,
         )
     _save(found, out, targets)
-    _tell(found.grade, as_json=as_json)
+    width = shutil.get_terminal_size().columns if output.on_terminal() else None
+    output.report(found.grade, lines(found.grade, width), as_json=as_json)
     if not found.grade.gradable:
         raise typer.Exit(ExitCode.UNUSABLE_INPUT)
     from service.grading.scales import reached
@@ -155,23 +138,14 @@ def _targets(words: Sequence[str]) -> dict[str, Path]:
     return targets
 
 
-def _check_moment(moment: str | None) -> None:
+def _check_time(text: str | None) -> None:
     from datetime import datetime
 
     try:
-        if moment is not None:
-            datetime.fromisoformat(moment)
+        if text is not None:
+            datetime.fromisoformat(text)
     except ValueError as error:
-        raise CommandError(
-            f"--submitted-at {moment}: give a time such as 2026-11-21T20:15:00+00:00."
-        ) from error
-
-
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise CommandError(f"{folder} cannot be made ({error.strerror}). Name another folder.") from error
+        raise CommandError(f"--submitted-at {text}: give a time such as 2026-11-21T20:15:00Z.") from error
 
 
 def _save(found: Graded, out: Path | None, targets: Mapping[str, Path]) -> None:
@@ -180,40 +154,26 @@ def _save(found: Graded, out: Path | None, targets: Mapping[str, Path]) -> None:
     with _pictures(found.pictures, out) as folder:
         if out is not None:
             text = found.grade.model_dump_json(indent=2) + "\n"
-            _write(out / RESULT, text.encode())
+            save(out / RESULT, text.encode())
         if targets:
             from service.grading.exports import EXPORTS
 
             for form, path in targets.items():
-                _write(path, EXPORTS[form](found.grade, folder))
-
-
-def _write(path: Path, content: bytes) -> None:
-    write_whole(path, content)
-    output.say(f"{path}: written")
+                save(path, EXPORTS[form](found.grade, folder))
 
 
 @contextmanager
 def _pictures(pictures: Mapping[str, bytes], out: Path | None) -> Iterator[Path]:
-    """A folder with all pictures: that of the user, or one that is gone afterwards."""
-    with tempfile.TemporaryDirectory(prefix="penumbra-grade-") as passing:
-        folder = out or Path(passing)
+    """A folder with all pictures: that of the user, or a temporary one."""
+    with tempfile.TemporaryDirectory(prefix="penumbra-grade-") as temporary:
+        folder = out or Path(temporary)
         for name, content in pictures.items():
             write_whole(folder / name, content)
         yield folder
 
 
-def _tell(found: Grade, *, as_json: bool) -> None:
-    if as_json:
-        output.document(found.model_dump(mode="json"))
-        return
-    width = shutil.get_terminal_size().columns if output.on_terminal() else None
-    for line in lines(found, width):
-        output.result(line)
-
-
 def lines(found: Grade, width: int | None) -> Iterator[str]:
-    """A grade in words; with a width for people, without it tabs between cells for programs."""
+    """A grade as lines: wrapped to a width for people, without one cells with tabs for programs."""
     for test in found.tests:
         points = NO_POINTS if test.id in found.ungraded else f"{test.points:g}"
         cells = [test.status, f"{points}/{test.max_points:g}", output.harmless(test.name)]

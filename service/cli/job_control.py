@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from service.cli import output
-from service.cli.connection import DEFAULT_SERVER, JobArgument, JobsArgument, ServerOption, connect
 from service.cli.errors import CommandError, ExitCode
 from service.cli.jobs import state_of
+from service.cli.options import DEFAULT_SERVER, JobArgument, JobsArgument, JsonOption, ServerOption, connect
 
 if TYPE_CHECKING:
     from schemas.jobs import Job
@@ -22,38 +22,47 @@ BYTES = {"": 1, "k": 10**3, "M": 10**6, "G": 10**9, "T": 10**12}
 MOST_NAMED = 20
 """Jobs that are named on a terminal; --json names all."""
 
-OlderOption = Annotated[
-    str | None,
-    typer.Option("--older-than", metavar="TIME", help="Pictures that succeeded so long ago: 90m, 12h, 7d."),
-]
-BytesOption = Annotated[
-    str | None,
-    typer.Option("--keep-bytes", metavar="SIZE", help="The oldest pictures beyond so many: 500M, 20G."),
-]
-AssetsOption = Annotated[
-    str | None,
-    typer.Option(
-        "--assets-older-than", metavar="TIME", help="Textures that no picture needs, sent so long ago."
-    ),
-]
-DryOption = Annotated[bool, typer.Option("--dry-run", help="Only report what would be deleted.")]
+
+def _state(job: Job) -> str:
+    return f"Job {job.id}: {state_of(job)}"
 
 
-def cancel(
-    job_id: JobArgument,
-    server: ServerOption = DEFAULT_SERVER,
-    as_json: output.JsonOption = False,
-) -> None:
-    """Stop a job, queued or running."""
-    with connect(server) as client:
-        _say_state(client.cancel(job_id), as_json=as_json)
+def _kept(job: Job) -> str:
+    if job.pinned:
+        return f"Job {job.id} is pinned: its picture stays."
+    until = f"until {job.expires_at.astimezone():%Y-%m-%d %H:%M}" if job.expires_at else "like any other"
+    return f"Job {job.id} is kept {until}."
 
 
-def delete(
-    job_ids: JobsArgument,
-    server: ServerOption = DEFAULT_SERVER,
-    as_json: output.JsonOption = False,
-) -> None:
+def _command(change: str, about: Callable[[Job], str], text: str) -> Callable[..., None]:
+    """The command that makes one change to one job; `change` is the client's method."""
+
+    def command(
+        job_id: JobArgument, server: ServerOption = DEFAULT_SERVER, as_json: JsonOption = False
+    ) -> None:
+        with connect(server) as client:
+            job = getattr(client, change)(job_id)
+        if as_json:
+            output.document(job)
+        else:
+            output.say(about(job))
+
+    command.__doc__ = text
+    return command
+
+
+cancel = _command("cancel", _state, "Stop a job, queued or running.")
+pause = _command(
+    "pause", _state, "Pause a job: what is there stays, and no more of it is rendered until it is resumed."
+)
+resume = _command("resume", _state, "Resume a paused job.")
+pin = _command(
+    "pin", _kept, "Keep the picture of a job until it is unpinned or deleted; for its owner and staff."
+)
+unpin = _command("unpin", _kept, "Let the picture of a job expire like any other.")
+
+
+def delete(job_ids: JobsArgument, server: ServerOption = DEFAULT_SERVER, as_json: JsonOption = False) -> None:
     """Remove jobs and their images; one that is queued or running is stopped first."""
     from service.client import NotFoundError
 
@@ -76,56 +85,19 @@ def delete(
         raise typer.Exit(ExitCode.SERVER)
 
 
-def pause(
-    job_id: JobArgument,
-    server: ServerOption = DEFAULT_SERVER,
-    as_json: output.JsonOption = False,
-) -> None:
-    """Pause a job: what is there stays, and no more of it is rendered until it is resumed."""
-    with connect(server) as client:
-        _say_state(client.pause(job_id), as_json=as_json)
-
-
-def resume(
-    job_id: JobArgument,
-    server: ServerOption = DEFAULT_SERVER,
-    as_json: output.JsonOption = False,
-) -> None:
-    """Resume a paused job."""
-    with connect(server) as client:
-        _say_state(client.resume(job_id), as_json=as_json)
-
-
-def _say_state(job: Job, *, as_json: bool) -> None:
-    if as_json:
-        output.document(job.model_dump(mode="json"))
-    else:
-        output.say(f"Job {job.id}: {state_of(job)}")
-
-
-def pin(
-    job_id: JobArgument, server: ServerOption = DEFAULT_SERVER, as_json: output.JsonOption = False
-) -> None:
-    """Keep the picture of a job until it is unpinned or deleted; for its owner and staff."""
-    with connect(server) as client:
-        _say_kept(client.pin(job_id), as_json=as_json)
-
-
-def unpin(
-    job_id: JobArgument, server: ServerOption = DEFAULT_SERVER, as_json: output.JsonOption = False
-) -> None:
-    """Let the picture of a job expire like any other."""
-    with connect(server) as client:
-        _say_kept(client.unpin(job_id), as_json=as_json)
-
-
 def prune(
-    older_than: OlderOption = None,
-    keep_bytes: BytesOption = None,
-    assets_older_than: AssetsOption = None,
-    dry_run: DryOption = False,
+    older_than: Annotated[
+        str | None, typer.Option(metavar="TIME", help="Pictures that succeeded so long ago: 90m, 12h, 7d.")
+    ] = None,
+    keep_bytes: Annotated[
+        str | None, typer.Option(metavar="SIZE", help="The oldest pictures beyond so many: 500M, 20G.")
+    ] = None,
+    assets_older_than: Annotated[
+        str | None, typer.Option(metavar="TIME", help="Textures that no picture needs, sent so long ago.")
+    ] = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only report what would be deleted.")] = False,
     server: ServerOption = DEFAULT_SERVER,
-    as_json: output.JsonOption = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Have a service delete now what its rules, or those given, do not keep; pinned jobs stay. For admins."""
     seconds = None if older_than is None else amount(older_than, SECONDS, "7d")
@@ -136,21 +108,14 @@ def prune(
             keep_seconds=seconds, max_stored_bytes=size, keep_asset_seconds=assets, dry_run=dry_run
         )
     if as_json:
-        output.document(pruned.model_dump(mode="json"))
+        output.document(pruned)
     else:
         _say_pruned(pruned)
 
 
 def amount(text: str, units: Mapping[str, int], example: str) -> float:
-    """Read a number with its unit.
+    """Read a number with its unit; CommandError where it is none, or has another unit.
 
-    Raises
-    ------
-    CommandError
-        It is none, or has another unit.
-
-    Examples
-    --------
     >>> amount("1.5h", SECONDS, "7d"), amount("20G", BYTES, "20G")
     (5400.0, 20000000000.0)
     """
@@ -159,16 +124,6 @@ def amount(text: str, units: Mapping[str, int], example: str) -> float:
         known = ", ".join(filter(None, units))
         raise CommandError(f"{text!r} is not an amount. Write it like {example}; units are {known}.")
     return float(found[1]) * units[found[2]]
-
-
-def _say_kept(job: Job, *, as_json: bool) -> None:
-    if as_json:
-        output.document(job.model_dump(mode="json"))
-    elif job.pinned:
-        output.say(f"Job {job.id} is pinned: its picture stays.")
-    else:
-        until = f"until {job.expires_at.astimezone():%Y-%m-%d %H:%M}" if job.expires_at else "like any other"
-        output.say(f"Job {job.id} is kept {until}.")
 
 
 def _say_pruned(pruned: Pruned) -> None:

@@ -1,85 +1,75 @@
-"""``penumbra get``, ``ls`` and ``logs``: what a service knows of its jobs."""
+"""``penumbra get``, ``ls`` and ``logs``: the jobs of a service, their images and histories."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from service.cli import output
-from service.cli.connection import (
+from service.cli.errors import CommandError
+from service.cli.options import (
     DEFAULT_SERVER,
     JobArgument,
+    JsonOption,
     LabelOption,
+    LayersOption,
     ServerOption,
+    State,
     connect,
+    image_option,
     parsed_labels,
 )
-from service.cli.errors import CommandError
-from service.cli.targets import (
-    ImageTarget,
-    LayersOption,
-    check_layer_targets,
-    check_target,
-    parsed_layers,
-    save_layer,
-)
-from service.cli.watch import CURVE_FORMS, CurveOption, save_curve
+from service.cli.targets import ImageTarget, check_target, parsed_layers, save, save_layer
 
 if TYPE_CHECKING:
     from schemas.jobs import Job, JobList
     from schemas.logs import LogEntry
     from service.client import Client
 
-OutOption = Annotated[
-    ImageTarget | None,
-    typer.Option(
-        "-o",
-        "--out",
-        parser=ImageTarget.named,
-        metavar="FILE",
-        help="Save the image: .png, .npy for linear float32, or .exr; - or -.npy is stdout.",
-    ),
-]
-LimitOption = Annotated[int, typer.Option(min=1, help="How many jobs, the newest first.")]
-CursorOption = Annotated[
-    str | None, typer.Option("--after", metavar="CURSOR", help="Go on where a list before this one ended.")
-]
-# Written down twice so that `penumbra --help` need not load the schemas; a test compares the two.
-State = Literal["queued", "running", "succeeded", "failed", "cancelled", "expired"]
-StateOption = Annotated[State | None, typer.Option("--state", help="Only jobs in this state.")]
+CURVE_FORMS = (".json", ".csv", ".svg", ".png")
+"""Endings of the files that a curve can be saved as."""
+
 HEADINGS = ("id", "state", "done", "pixels", "submitted", "scene")
 
 
 def get(
     job_id: JobArgument,
-    out: OutOption = None,
+    out: Annotated[ImageTarget | None, image_option("Save the image")] = None,
     layers: LayersOption = None,
-    curve: CurveOption = None,
+    convergence: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Save what the error costs, pass by pass: .json, .csv, or a plot as .svg or .png.",
+        ),
+    ] = None,
     server: ServerOption = DEFAULT_SERVER,
-    as_json: output.JsonOption = False,
+    as_json: JsonOption = False,
 ) -> None:
-    """Show a job, or save its image and what its error costs; of a running job what there is of it."""
+    """Show a job, or save its image and its convergence; of a running job what is rendered of it."""
     names = parsed_layers(layers)
     if names and out is None:
         raise CommandError("--layers are saved beside the image. Give -o too.")
     if out is not None:
-        out.check(with_layers=bool(names), as_json=as_json)
-        check_layer_targets(out.path, names)
-    if curve is not None:
-        check_target(curve, CURVE_FORMS)
+        out.check(names, as_json=as_json)
+    if convergence is not None:
+        check_target(convergence, CURVE_FORMS)
     with connect(server) as client:
         if names:
             _check_layers(client.get(job_id), names)
         if out is not None:
             save_picture(client, job_id, out, names)
-        if curve is not None:
-            save_curve(client, job_id, curve)
+        if convergence is not None:
+            form = convergence.suffix.lower().removeprefix(".")
+            content = client.convergence_file(job_id, form)
+            save(convergence, content, f"the error of {job_id} against time")
         job = client.get(job_id)
     if as_json:
-        output.document(job.model_dump(mode="json"))
-    elif out is None and curve is None:
+        output.document(job)
+    elif out is None and convergence is None:
         _show(job)
 
 
@@ -95,12 +85,14 @@ def _check_layers(job: Job, names: Iterable[str]) -> None:
 
 
 def ls(
-    limit: LimitOption = 20,
-    after: CursorOption = None,
-    state: StateOption = None,
+    limit: Annotated[int, typer.Option(min=1, help="How many jobs, the newest first.")] = 20,
+    after: Annotated[
+        str | None, typer.Option(metavar="CURSOR", help="Continue the list that ended with this cursor.")
+    ] = None,
+    state: Annotated[State | None, typer.Option(help="Only jobs in this state.")] = None,
     label: LabelOption = None,
     server: ServerOption = DEFAULT_SERVER,
-    as_json: output.JsonOption = False,
+    as_json: JsonOption = False,
 ) -> None:
     """List the jobs of a service, the newest first."""
     wanted = parsed_labels(label)
@@ -111,20 +103,17 @@ def ls(
             page = _listed(client, limit, after, {"state": state, "labels": wanted})
     except RequestInvalidError as error:
         raise CommandError(error.document.detail or str(error)) from error
-    if as_json:
-        output.document(page.model_dump(mode="json"))
-        return
-    if output.on_terminal():
-        _show_table(page.jobs)
+    rows = [_cells(job) for job in page.jobs]
+    if output.on_terminal() and not as_json:
+        output.show(output.table(HEADINGS, rows))
     else:
-        for job in page.jobs:
-            output.result("\t".join(_cells(job)))
-    if page.next is not None:
+        output.report(page, map("\t".join, rows), as_json=as_json)
+    if page.next is not None and not as_json:
         output.say(f"There are more: --after {page.next}")
 
 
 def _listed(client: Client, limit: int, cursor: str | None, filters: dict[str, Any]) -> JobList:
-    """So many jobs, from as many pages as they take."""
+    """The first `limit` jobs; a service gives at most `LONGEST_PAGE` at once."""
     from service.client.calls import LONGEST_PAGE
 
     page = client.list(limit=min(limit, LONGEST_PAGE), cursor=cursor, **filters)
@@ -136,7 +125,7 @@ def _listed(client: Client, limit: int, cursor: str | None, filters: dict[str, A
 
 
 def save_picture(client: Client, job_id: str, out: ImageTarget, layers: Iterable[str] = ()) -> None:
-    """Write the image of a job and some of its layers, or what there is of them."""
+    """Write the image of a job and some of its layers, or what is rendered of them."""
     from service.client.pictures import kind_of
 
     picture = client.picture(job_id, kind_of(out.path))
@@ -157,18 +146,6 @@ def _show(job: Job) -> None:
         output.result(f"{'failure:':<11}{job.failure.message} ({job.failure.code})")
 
 
-def _show_table(jobs: Iterable[Job]) -> None:
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(*HEADINGS, box=box.SIMPLE_HEAD)
-    for job in jobs:
-        table.add_row(*(Text(cell) for cell in _cells(job)))
-    Console().print(table)
-
-
 def _cells(job: Job) -> tuple[str, ...]:
     return (
         job.id,
@@ -181,36 +158,29 @@ def _cells(job: Job) -> tuple[str, ...]:
 
 
 def state_of(job: Job) -> str:
-    """The state of a job, in words."""
+    """The state of a job, and whether it is paused."""
     return f"{job.state}, paused" if job.paused else str(job.state)
 
 
-def logs(
-    job_id: JobArgument,
-    server: ServerOption = DEFAULT_SERVER,
-    as_json: output.JsonOption = False,
-) -> None:
-    """Show what became of a job: states, passes, repeated tiles, workers lost, failures."""
+def logs(job_id: JobArgument, server: ServerOption = DEFAULT_SERVER, as_json: JsonOption = False) -> None:
+    """Show the history of a job: states, passes, repeated tiles, workers lost, failures."""
     with connect(server) as client:
         found = client.log(job_id)
-    if as_json:
-        output.document(found.model_dump(mode="json"))
-        return
-    for line in (_log_by_day if output.on_terminal() else _log_lines)(found.entries):
-        output.result(line)
-    if found.more:
+    lines = _log_by_day if output.on_terminal() else _log_lines
+    output.report(found, lines(found.entries), as_json=as_json)
+    if found.more and not as_json:
         output.say(f"{found.more} more tiles were repeated.")
 
 
 def _log_lines(entries: Iterable[LogEntry]) -> Iterator[str]:
-    """Time, word and sentence with tabs between them; no time where only the order is known."""
+    """Time, event and message with tabs between them; no time where only the order is known."""
     for entry in entries:
         at = f"{entry.at.astimezone():%Y-%m-%d %H:%M:%S}" if entry.at else ""
         yield f"{at}\t{entry.event}\t{output.harmless(entry.message)}"
 
 
 def _log_by_day(entries: Iterable[LogEntry]) -> Iterator[str]:
-    """Times and sentences under the days to which they belong: a terminal may have only 80 columns."""
+    """Times and messages below their days: a terminal may have only 80 columns."""
     day = None
     for entry in entries:
         at = entry.at.astimezone() if entry.at else None

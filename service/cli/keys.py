@@ -11,34 +11,21 @@ import typer
 
 from service.cli import output
 from service.cli.errors import CommandError, ExitCode
-from service.cli.serve import DatabaseOption, DataOption, read_settings
+from service.cli.options import DatabaseOption, DataOption, JsonOption
+from service.cli.serve import read_settings
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
     from service.storage.database.models import KeyRow
 
-# Written down twice so that help need not load the schemas; the database takes no other.
+# Repeated so that `penumbra --help` need not load the schemas; the database takes no other.
 RoleName = Literal["submit", "staff", "admin"]
-UserArgument = Annotated[str, typer.Argument(metavar="USER", help="Name of the user.", show_default=False)]
-KeyArgument = Annotated[
-    str,
-    typer.Argument(metavar="ID", help="The key's id, as `penumbra keys ls` shows it.", show_default=False),
-]
-RoleOption = Annotated[
-    RoleName,
-    typer.Option(help="`submit`: own jobs; `staff`: sees all; `admin`: may stop and remove them too."),
-]
-JobsOption = Annotated[int | None, typer.Option(min=1, help="Jobs of the user that may wait or run.")]
-CpuOption = Annotated[
-    float | None, typer.Option(min=0.001, help="CPU seconds of the user's jobs that may wait or run.")
-]
 # As long as a column of the database; a name must fit into a line of a log.
 LONGEST_NAME = 64
 
 app = typer.Typer(
-    help="Who may use a service: API keys.",
-    context_settings={"help_option_names": ["-h", "--help"]},
+    help="Who may use a service: API keys.", context_settings={"help_option_names": ["-h", "--help"]}
 )
 
 
@@ -51,13 +38,20 @@ def _without_a_command(context: typer.Context) -> None:
 
 @app.command()
 def add(
-    user: UserArgument,
-    role: RoleOption = "submit",
-    max_jobs: JobsOption = None,
-    max_cpu_seconds: CpuOption = None,
+    user: Annotated[str, typer.Argument(metavar="USER", help="Name of the user.", show_default=False)],
+    role: Annotated[
+        RoleName,
+        typer.Option(help="`submit`: own jobs; `staff`: sees all; `admin`: may stop and remove them too."),
+    ] = "submit",
+    max_jobs: Annotated[
+        int | None, typer.Option(min=1, help="Jobs of the user that may wait or run.")
+    ] = None,
+    max_cpu_seconds: Annotated[
+        float | None, typer.Option(min=0.001, help="CPU seconds of the user's jobs that may wait or run.")
+    ] = None,
     data: DataOption = None,
     database: DatabaseOption = None,
-    as_json: output.JsonOption = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Make a key for a user and print it: it is shown this once."""
     from schemas.access import Role
@@ -75,22 +69,28 @@ def add(
 
 
 @app.command()
-def ls(data: DataOption = None, database: DatabaseOption = None, as_json: output.JsonOption = False) -> None:
+def ls(data: DataOption = None, database: DatabaseOption = None, as_json: JsonOption = False) -> None:
     """List the keys; never the secrets, which are not known here."""
     from service.access import keys
 
     with _writing(data, database) as session:
-        found = keys.listing(session)
-        if as_json:
-            output.document({"keys": [_document(row) for row in found]})
-            return
-        for row in found:
-            output.result("\t".join(str(cell or "") for cell in _document(row).values()))
+        rows = [_document(row) for row in keys.listing(session)]
+    lines = ("\t".join(str(cell or "") for cell in row.values()) for row in rows)
+    output.report({"keys": rows}, lines, as_json=as_json)
 
 
 @app.command()
-def revoke(key_id: KeyArgument, data: DataOption = None, database: DatabaseOption = None) -> None:
-    """End a key, at once. The user's jobs stay."""
+def revoke(
+    key_id: Annotated[
+        str,
+        typer.Argument(
+            metavar="ID", help="The key's id, as `penumbra keys ls` shows it.", show_default=False
+        ),
+    ],
+    data: DataOption = None,
+    database: DatabaseOption = None,
+) -> None:
+    """Revoke a key, at once. The user's jobs stay."""
     from service.access import keys
 
     with _writing(data, database) as session:

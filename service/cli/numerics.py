@@ -14,28 +14,21 @@ from service.cli.errors import CommandError, ExitCode
 from service.cli.progress import progress_bar
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from accuracy.hard_cases import Outcome, Section
     from service.cli.trials import Trial
 
 MOST_WORKERS = 2
-"""Two halve the minute; more would take the cores from whatever else runs here."""
+"""Two halve the minute; more would take cores from other programs."""
 
 COUNTS = ("tried", "wrong", "textbook", "textbook_single", "worst")
 NOT_ASKED = "–"
 HEADINGS = ("Id", "Case", "Tried", "Wrong\nhere", "Textbook\nfloat64", "Textbook\nfloat32", "CPU\nseconds")
-IN_WORDS = ("Id", "Case")
 
 
 def check_numerics(*, as_json: bool) -> None:
-    """Try every hard case and show what came of it.
-
-    Raises
-    ------
-    CommandError
-        A package that the exact answers need is missing.
-    typer.Exit
-        Some answer was wrong.
-    """
+    """Try every hard case and show the outcomes; typer.Exit where an answer was wrong."""
     found = list(_with_progress(catalogue()))
     if as_json:
         output.document(as_document(found))
@@ -46,13 +39,7 @@ def check_numerics(*, as_json: bool) -> None:
 
 
 def catalogue() -> tuple[Section, ...]:
-    """All sections of hard cases.
-
-    Raises
-    ------
-    CommandError
-        A package that the exact answers need is missing.
-    """
+    """All sections of hard cases; CommandError where the package for exact answers is missing."""
     try:
         from accuracy.hard_cases import sections
 
@@ -71,12 +58,7 @@ def as_document(trials: Sequence[Trial]) -> dict[str, Any]:
 
 def _entry(trial: Trial) -> dict[str, Any]:
     counts = asdict(trial.outcome) if trial.outcome else dict.fromkeys(COUNTS)
-    named = {
-        "ids": list(trial.ids),
-        "section": trial.section,
-        "name": trial.case,
-        "right": trial.right,
-    }
+    named = {"ids": list(trial.ids), "section": trial.section, "name": trial.case, "right": trial.right}
     return named | counts | {"error": trial.error or None, "seconds": round(trial.seconds, 3)}
 
 
@@ -103,7 +85,7 @@ def _with_progress(known: Sequence[Section]) -> Iterator[Trial]:
 def show(trials: Sequence[Trial]) -> None:
     """Print every case, what is wrong, and the sum: a table on a terminal, a line a case elsewhere."""
     if output.on_terminal():
-        _show_table(trials)
+        output.show(_table(trials))
     else:
         for trial in trials:
             output.result("\t".join([trial.section, *_cells(trial)]))
@@ -111,21 +93,15 @@ def show(trials: Sequence[Trial]) -> None:
         output.result(line)
 
 
-def _show_table(trials: Sequence[Trial]) -> None:
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD)
-    for heading in HEADINGS:
-        table.add_column(heading, justify="left" if heading in IN_WORDS else "right")
+def _table(trials: Sequence[Trial]) -> Table:
+    table = output.table(HEADINGS, (), numbers=HEADINGS[2:])
     section = ""
     for trial in trials:
         if trial.section != section:
             section = trial.section
             table.add_row("", section, style="bold")
         table.add_row(*_cells(trial), style=None if trial.right else "red")
-    Console(markup=False, highlight=False).print(table)
+    return table
 
 
 def _cells(trial: Trial) -> tuple[str, ...]:
@@ -144,7 +120,7 @@ def _counts(outcome: Outcome | None) -> Iterable[str]:
 
 
 def _closing(trials: Sequence[Trial]) -> Iterator[str]:
-    """The wrong cases once more, with what they mean, and the sum last: where a reader looks."""
+    """The wrong cases once more, with their errors, and the sum last."""
     for trial in trials:
         if not trial.right:
             place = f"{_ids(trial)} {trial.section}: {trial.case}"

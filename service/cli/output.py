@@ -1,31 +1,30 @@
-"""Where a command's words go: results to stdout, talk to stderr, and one document for ``--json``."""
+"""Output of commands: results on stdout, messages on stderr, one document for ``--json``, and tables."""
 
 from __future__ import annotations
 
 import json
 import os
 import sys
-from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 if TYPE_CHECKING:
+    from pydantic import BaseModel
+    from rich.table import Table
+
     from schemas.problems import Problem
 
 USUAL_WIDTH = 100
-"""Columns where there is no terminal to ask."""
+"""Columns where there is no terminal."""
 
 LONGEST_LINE = 100
 SHORTEST_LINE = 20
 """Columns of a line that are shown, however narrow the terminal is."""
 
 BEFORE_CARET = 0.6
-"""Share of a line that is too long which stands before the caret."""
-
-JsonOption = Annotated[
-    bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else there.")
-]
+"""Share of `room` before the caret, where a line is too long."""
 
 
 def say(text: str) -> None:
@@ -38,11 +37,47 @@ def result(text: str) -> None:
     typer.echo(text)
 
 
-def document(content: Mapping[str, Any]) -> None:
+def document(content: Mapping[str, Any] | BaseModel) -> None:
     """Print the one document of ``--json``."""
-    # JSON is UTF-8; what else a stream may be, it knows ASCII.
+    if not isinstance(content, Mapping):
+        content = content.model_dump(mode="json")
+    # JSON is UTF-8; an encoding that is not knows ASCII at least.
     ascii_only = sys.stdout.encoding.lower().replace("-", "") != "utf8"
     typer.echo(json.dumps(content, indent=2, ensure_ascii=ascii_only, allow_nan=False))
+
+
+def report(content: Mapping[str, Any] | BaseModel, lines: Iterable[str], *, as_json: bool) -> None:
+    """Print a result, as a document or as lines."""
+    if as_json:
+        document(content)
+    else:
+        for line in lines:
+            result(line)
+
+
+def table(
+    headings: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Collection[str] = (), **options: Any
+) -> Table:
+    """A table for `show`; columns of `numbers` stand to the right, `options` are those of a column."""
+    from rich import box
+    from rich.table import Table
+
+    made = Table(box=box.SIMPLE_HEAD)
+    for heading in headings:
+        made.add_column(heading, justify="right" if heading in numbers else "left", **options)
+    for row in rows:
+        made.add_row(*row)
+    return made
+
+
+def show(*things: Table | str, style: str | None = None) -> None:
+    """Print tables and lines on a terminal."""
+    from rich.console import Console
+
+    # Names in scenes may look like markup.
+    console = Console(markup=False, emoji=False, highlight=False)
+    for thing in things:
+        console.print(thing, style=style)
 
 
 def emphasis(text: str, color: str | None = None) -> str:
@@ -51,12 +86,12 @@ def emphasis(text: str, color: str | None = None) -> str:
 
 
 def harmless(text: str) -> str:
-    """What a stranger wrote, with a blank for each character that a terminal would act on."""
+    """Text with a blank in place of each control character, which a terminal would act on."""
     return "".join(c if c.isprintable() else " " for c in text)
 
 
 def reached_error(*, estimate: float, low: float, high: float) -> str:
-    """The error of a picture, in words.
+    """The error of a picture with its interval.
 
     >>> reached_error(estimate=0.0033, low=0.0023, high=0.00406)
     '0.0033 (0.0023 to 0.0041)'
@@ -65,7 +100,7 @@ def reached_error(*, estimate: float, low: float, high: float) -> str:
 
 
 def width() -> int:
-    """Columns of the terminal, and of any other place where lines are read."""
+    """Columns of the terminal, or `USUAL_WIDTH`."""
     asked = os.environ.get("COLUMNS", "")
     if asked.isdecimal() and int(asked) > 0:
         return int(asked)
@@ -122,7 +157,7 @@ def _marked(line: str, number: int, column: int) -> Iterable[str]:
 
 
 def _window(line: str, place: int, room: int) -> tuple[str, str]:
-    """What is shown of a line before a place and from it on, together at most `room` cells."""
+    """The part of a line before a place and the part after it, together at most `room` cells."""
     before, after = line[:place], line[place:]
     if _cells(line) > room:
         before = _beginning(before[::-1], int(BEFORE_CARET * room))[::-1]
@@ -132,10 +167,9 @@ def _window(line: str, place: int, room: int) -> tuple[str, str]:
 
 def _beginning(text: str, cells: int) -> str:
     """As much of a text as has room in so many cells; some letters take two."""
-    text = text[: cells + 1]
-    while _cells(text) > cells:
-        text = text[:-1]
-    return text
+    from rich.cells import set_cell_size
+
+    return text if _cells(text[: cells + 1]) <= cells else set_cell_size(text[: cells + 1], cells)
 
 
 def _cells(text: str) -> int:

@@ -1,4 +1,4 @@
-"""One command as a process: its streams, its signals, and the way from any outcome to an exit code."""
+"""A command as a process: streams, signals, and the exit code of every outcome."""
 
 from __future__ import annotations
 
@@ -18,47 +18,47 @@ if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
 
 
-def run(words: Sequence[str]) -> NoReturn:
-    """Run the command of these words as this process, and leave with its exit code."""
+def run(arguments: Sequence[str]) -> NoReturn:
+    """Run a command as this process, and exit with its code."""
     guard_streams()
-    signals = Signals(as_json=_as_json(words))
+    signals = Signals(as_json=_as_json(arguments))
     signals.end_at_once()
     # Loading the commands takes a quarter of a second.
     import service.cli.commands  # noqa: F401
 
     signals.raise_exceptions()
     try:
-        code = outcome(words, signals)
+        code = outcome(arguments, signals)
     except KeyboardInterrupt:
-        # It came after the command, and before the line that sees to signals from there on.
+        # It came after the command, and before its signals were handled differently.
         code = ExitCode.INTERRUPTED
     settle_stdout()
     sys.exit(code)
 
 
-def outcome(words: Sequence[str], signals: Signals | None = None) -> int:
-    """Run the command of these words, report what goes wrong, and give the exit code."""
+def outcome(arguments: Sequence[str], signals: Signals | None = None) -> int:
+    """Run a command, report what goes wrong, and return the exit code."""
     from service.cli import commands
 
-    code, failure = _tried(commands.run, words)
+    code, failure = _tried(commands.run, arguments)
     if signals is not None:
-        # Only words are left, and the interpreter's own end, which a signal would litter with tracebacks.
+        # Only messages are left, and the end of the interpreter, where a signal would print tracebacks.
         signals.end_at_once()
     ended = None if signals is None else signals.code
     if signals is not None and ended is not None and (failure is not None or code == ended):
         signals.report()
         return ended
-    return code if failure is None else _reported(failure, as_json=_as_json(words))
+    return code if failure is None else _reported(failure, as_json=_as_json(arguments))
 
 
-def _as_json(words: Sequence[str]) -> bool:
-    return "--json" in words
+def _as_json(arguments: Sequence[str]) -> bool:
+    return "--json" in arguments
 
 
-def _tried(run: Callable[[Sequence[str]], int], words: Sequence[str]) -> tuple[int, BaseException | None]:
+def _tried(run: Callable[[Sequence[str]], int], arguments: Sequence[str]) -> tuple[int, BaseException | None]:
     """The exit code of a command, or what it raised."""
     try:
-        code = run(words)
+        code = run(arguments)
         sys.stdout.flush()
     except SystemExit as leaving:
         return (leaving.code if isinstance(leaving.code, int) else ExitCode.DONE), None
@@ -73,7 +73,7 @@ def _reported(failure: BaseException, *, as_json: bool) -> ExitCode:
     try:
         return report(failure, as_json=as_json and settle_stdout())
     except CommandError as lost:
-        # stdout does not even take the news.
+        # stdout does not take even this.
         return report(lost, as_json=False)
     except SystemExit:
         return ExitCode.READER_GONE
@@ -85,17 +85,17 @@ STDOUT, STDERR = 1, 2
 def guard_streams() -> None:
     """Replace stdout and stderr by streams that end a command in good order.
 
-    A stream that was put there by somebody else, such as a test, stays.
+    A stream that was replaced before, as by a test, stays.
     """
     _open_missing()
     if sys.stdout is sys.__stdout__:
         sys.stdout = _text(_Results(STDOUT, "wb", closefd=False), sys.__stdout__)
     if sys.stderr is sys.__stderr__:
-        sys.stderr = _text(_Talk(STDERR, "wb", closefd=False), sys.__stderr__)
+        sys.stderr = _text(_Messages(STDERR, "wb", closefd=False), sys.__stderr__)
 
 
 def settle_stdout() -> bool:
-    """Write what stdout holds back; False where it takes nothing, and then all of it is dropped.
+    """Flush stdout; False where it takes nothing, and then all of it is dropped.
 
     The interpreter would try again as it ends, and complain.
     """
@@ -122,12 +122,12 @@ class _Results(io.FileIO):
             ) from error
 
 
-class _Talk(io.FileIO):
+class _Messages(io.FileIO):
     def write(self, content: ReadableBuffer, /) -> int:
         try:
             return super().write(content)
         except OSError:
-            # The result is worth more than the talk about it.
+            # The result matters more than messages about it.
             return memoryview(content).nbytes
 
 
@@ -142,7 +142,7 @@ def _text(file: io.FileIO, like: TextIO | None) -> io.TextIOWrapper:
 
 
 def _path() -> str:
-    """What stdout is, so far as the system says."""
+    """The name of stdout, as far as the system knows it."""
     try:
         return f"stdout ({Path(f'/proc/self/fd/{STDOUT}').readlink()})"
     except OSError:
@@ -150,7 +150,7 @@ def _path() -> str:
 
 
 def _open_missing() -> None:
-    """Where a descriptor was closed (``>&-``) the next file would take its number and receive the talk."""
+    """Open descriptors that were closed (``>&-``): the next file would take their number and the messages."""
     for number in (0, STDOUT, STDERR):
         try:
             os.fstat(number)
@@ -164,7 +164,7 @@ CODES = {
     signal.SIGHUP: ExitCode.HUNG_UP,
 }
 CLEAN_UP_SECONDS = 1.0
-"""Removing files and ending workers takes a tenth of this; a signal that comes later finds it stuck."""
+"""Removing files and ending workers takes a tenth of this; after it the clean-up is taken to be stuck."""
 
 INTERRUPTED = '{"type": "about:blank", "title": "Interrupted", "detail": "Interrupted.", "exit_code": 130, '
 INTERRUPTED += '"errors": [], "more": 0}'
@@ -198,13 +198,13 @@ class Signals:
             signal.signal(number, self._raise)
 
     def report(self) -> None:
-        """Say what happened. SIGTERM and SIGHUP need no words: whoever sent them knows."""
+        """Say that the command was interrupted. SIGTERM and SIGHUP need no message: their sender knows."""
         if self.code != ExitCode.INTERRUPTED:
             return
         # Not through sys.stdout, which may have been left in the middle of a line.
-        descriptor, words = (1, INTERRUPTED) if self._as_json else (2, "error: Interrupted.")
+        descriptor, message = (1, INTERRUPTED) if self._as_json else (2, "error: Interrupted.")
         try:
-            os.write(descriptor, f"{words}\n".encode())
+            os.write(descriptor, f"{message}\n".encode())
         except OSError:
             return
 

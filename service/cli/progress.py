@@ -15,25 +15,25 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Bar:
-    """One line that shows how far something is; `progress` is None where nobody looks."""
+    """A progress bar with text below it; `progress` is None where there is no terminal."""
 
     progress: Progress | None
     task: TaskID | None
     live: Live | None = None
-    words: Text | None = None
+    text: Text | None = None
 
     @property
     def visible(self) -> bool:
-        """Whether anybody sees it."""
+        """Whether there is a terminal."""
         return self.progress is not None
 
     @property
     def block(self) -> str:
-        """A letter of which bars are made, one that the terminal can show."""
+        """The character that bars are made of, one that the terminal can show."""
         return "#" if self.progress is not None and self.progress.console.options.ascii_only else "\u2587"
 
     def show(self, share: float, note: str = "", *, title: str | None = None) -> None:
-        """Show how much is done, 0 to 1, and a few words about it; `title` replaces the one before."""
+        """Show the share that is done, 0 to 1, and a note; `title` replaces the one before."""
         if self.progress is not None and self.task is not None:
             self.progress.update(self.task, completed=share, note=note, description=title)
 
@@ -44,12 +44,12 @@ class Bar:
 
     def below(self, text: str) -> None:
         """Show text below the bar in place of what was there."""
-        if self.words is not None:
-            self.words.plain = text
+        if self.text is not None:
+            self.text.plain = text
 
 
 def remaining(seconds: float | None) -> str:
-    """Say how long something is expected to take, to go behind what was said before; nothing if nobody knows.
+    """The remaining time as the end of a sentence; nothing where it is not known.
 
     Examples
     --------
@@ -65,7 +65,7 @@ def remaining(seconds: float | None) -> str:
 
 @contextmanager
 def progress_bar(title: str) -> Iterator[Bar]:
-    """A bar on stderr while the block runs; afterwards it stays there as it was last."""
+    """A bar on stderr while the block runs; it stays there afterwards."""
     import sys
 
     if not sys.stderr.isatty():
@@ -84,11 +84,11 @@ def progress_bar(title: str) -> Iterator[Bar]:
         TextColumn("{task.fields[note]}", style="dim"),
     )
     console = Console(stderr=True)
-    progress, words = Progress(*columns, console=console), Text()
+    progress, text = Progress(*columns, console=console), Text()
     task = progress.add_task(title, total=1.0, note="")
 
     def shown() -> Group:
-        return Group(progress, words) if words.plain else Group(progress)
+        return Group(progress, text) if text.plain else Group(progress)
 
     with Live(console=console, get_renderable=shown) as live:
-        yield Bar(progress, task, live, words)
+        yield Bar(progress, task, live, text)

@@ -1,4 +1,4 @@
-"""``penumbra quote``: what a picture will cost and how far off it will be, before it is rendered."""
+"""``penumbra quote``: the predicted cost and error of a picture, before it is rendered."""
 
 from __future__ import annotations
 
@@ -9,46 +9,43 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli import output, scene_files
-from service.cli.render_options import SampleOptions, WorkersOption, spread_quality
+from service.cli.options import JsonOption, SceneArgument, WorkersOption
+from service.cli.quality_options import SampleOptions, spread_quality
 
 if TYPE_CHECKING:
-    from rich.console import Console
     from rich.table import Table
 
     from schemas.quality import FixedQuality, TargetQuality
-    from schemas.quotes import Offer, Predicted, Quote
+    from schemas.quotes import EffectShare, Offer, Predicted, Quote
+    from schemas.sampling import Antialiasing, LightSampling
 
 NOTHING = "nothing that was tried"
 """In place of a quality where none reaches what was asked for."""
 
 CODE_VALUES = 255
-"""Of a picture of 8 bits: the unit of errors, as people see them."""
-
-TargetErrorOption = Annotated[
-    float | None,
-    typer.Option(
-        "--target-error",
-        min=1e-6,
-        max=1.0,
-        help="A target root mean square error: find what reaches it soonest. "
-        "One code value of 255 is 0.0039.",
-    ),
-]
-TimeOption = Annotated[
-    float | None,
-    typer.Option("--time", min=1e-3, max=86400.0, help="Seconds: find what comes closest within them."),
-]
+"""Errors are shown in code values of an 8-bit picture."""
 
 
 @spread_quality
 def quote(
     *,
-    scene: scene_files.SceneArgument,
-    target_error: TargetErrorOption = None,
-    time: TimeOption = None,
+    scene: SceneArgument,
+    target_error: Annotated[
+        float | None,
+        typer.Option(
+            min=1e-6,
+            max=1.0,
+            help="A target root mean square error: find what reaches it soonest. "
+            "One code value of 255 is 0.0039.",
+        ),
+    ] = None,
+    time: Annotated[
+        float | None,
+        typer.Option(min=1e-3, max=86400.0, help="Seconds: find what comes closest within them."),
+    ] = None,
     quality: SampleOptions,
     workers: WorkersOption = None,
-    as_json: output.JsonOption = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Predict seconds and error of a scene at several qualities; tries parts of it for 1.5 seconds."""
     from accuracy.quotes import quote as quoted
@@ -64,13 +61,10 @@ def quote(
         seconds=time,
         workers=workers or len(os.sched_getaffinity(0)),
     )
-    if as_json:
-        output.document(found.model_dump(mode="json"))
-    elif output.on_terminal():
+    if output.on_terminal() and not as_json:
         _show(found, target_error, time)
     else:
-        for line in _plain(found, target_error, time):
-            output.result(line)
+        output.report(found, _plain(found, target_error, time), as_json=as_json)
 
 
 def _plain(found: Quote, target_error: float | None, time: float | None) -> Iterator[str]:
@@ -93,22 +87,27 @@ def _line(name: str, offer: Offer | None) -> str:
     if offer is None:
         return f"{name}\t{NOTHING}\t\t\t"
     numbers = map(_numbers, (offer.seconds, offer.cpu_seconds, offer.error))
-    return "\t".join([name, words(offer.quality), *numbers])
+    return "\t".join([name, describe(offer.quality), *numbers])
 
 
 def _numbers(known: Predicted | None) -> str:
     return "" if known is None else f"{known.estimate:.3g} {known.low:.3g} {known.high:.3g}"
 
 
-def words(quality: FixedQuality | TargetQuality) -> str:
-    """A quality in the words of the options of ``penumbra render``."""
+def describe(quality: FixedQuality | TargetQuality) -> str:
+    """A quality, named like the options of ``penumbra render``."""
     if quality.mode == "target":
         limit = f", at most {quality.time_limit:g} s" if quality.time_limit else ""
         return f"error {quality.error:.2g}{limit}"
+    camera, light = _samples(quality)
+    return f"{camera.pattern} {camera.samples}, light {light.pattern} {light.samples}"
+
+
+def _samples(quality: FixedQuality) -> tuple[Antialiasing, LightSampling]:
+    # A quality that was offered names both.
     assert quality.antialiasing is not None
     assert quality.light is not None
-    camera, light = quality.antialiasing, quality.light
-    return f"{camera.pattern} {camera.samples}, light {light.pattern} {light.samples}"
+    return quality.antialiasing, quality.light
 
 
 def options(quality: FixedQuality | TargetQuality) -> str:
@@ -120,9 +119,7 @@ def options(quality: FixedQuality | TargetQuality) -> str:
         limit = f" --time-limit {quality.time_limit:g}" if quality.time_limit else ""
         sure = "" if quality.confidence == CONFIDENCE else f" --confidence {quality.confidence:g}"
         return f"--target-error {quality.error:.2g}{sure}{limit}{double}"
-    assert quality.antialiasing is not None
-    assert quality.light is not None
-    camera, light = quality.antialiasing, quality.light
+    camera, light = _samples(quality)
     return (
         f"--samples {camera.samples} --pattern {camera.pattern} "
         f"--light-samples {light.samples} --light-pattern {light.pattern}{double}"
@@ -130,29 +127,23 @@ def options(quality: FixedQuality | TargetQuality) -> str:
 
 
 def _show(found: Quote, target_error: float | None, time: float | None) -> None:
-    from rich.console import Console
-
-    # Names of materials may look like markup.
-    console = Console(markup=False, highlight=False)
     if found.offers:
-        _show_offers(console, found)
+        seconds = f"Seconds of {found.workers} processes. "
+        output.show(offers(found), seconds + "Bold is what the scene or the options ask for.")
     if target_error is not None:
-        _advise(console, f"For an error of {target_error:.2g}", found.for_error)
+        _advise(f"For an error of {target_error:.2g}", found.for_error)
     if time is not None:
-        _advise(console, f"In {time:g} s", found.for_seconds)
+        _advise(f"In {time:g} s", found.for_seconds)
     if found.effects:
-        _show_effects(console, found)
-    console.print(_pilot(found), style="dim")
+        headings = ("Effect", "Share", "CPU seconds", "Asked for by")
+        output.show(output.table(headings, map(_effect_cells, found.effects)))
+    output.show(_pilot(found), style="dim")
 
 
 def offers(found: Quote) -> Table:
     """A row for each offer, in bold the one that is asked for."""
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD)
-    for name in ("Quality", "Seconds", "Error x 255"):
-        table.add_column(name, justify="left" if name == "Quality" else "right", no_wrap=True)
+    headings = ("Quality", "Seconds", "Error x 255")
+    table = output.table(headings, (), numbers=headings[1:], no_wrap=True)
     before = None
     for offer in found.offers:
         ladder = _ladder(offer.quality)
@@ -161,11 +152,6 @@ def offers(found: Quote) -> Table:
         before = ladder
         table.add_row(*_cells(offer), style="bold" if offer == found.asked else None)
     return table
-
-
-def _show_offers(console: Console, found: Quote) -> None:
-    console.print(offers(found))
-    console.print(f"Seconds of {found.workers} processes. Bold is what the scene or the options ask for.")
 
 
 def _ladder(quality: FixedQuality | TargetQuality) -> object:
@@ -182,9 +168,7 @@ def short(quality: FixedQuality | TargetQuality) -> str:
     """A quality in at most 30 characters: camera by light samples, or an error in code values of 255."""
     if quality.mode == "target":
         return f"target {CODE_VALUES * quality.error:.2g}/{CODE_VALUES}"
-    assert quality.antialiasing is not None
-    assert quality.light is not None
-    camera, light = quality.antialiasing, quality.light
+    camera, light = _samples(quality)
     between = "x" if light.pattern == camera.pattern else f"x {light.pattern}"
     return f"{camera.pattern} {camera.samples} {between} {light.samples}"
 
@@ -205,24 +189,18 @@ def _short(number: float) -> str:
     return f"{number:.2g}" if number < 100 else f"{number:.0f}"
 
 
-def _advise(console: Console, requested: str, offer: Offer | None) -> None:
+def _advise(requested: str, offer: Offer | None) -> None:
     if offer is None:
-        console.print(f"{requested}: {NOTHING}.")
+        output.show(f"{requested}: {NOTHING}.")
         return
     error = "" if offer.error is None else f", error {_range(offer.error)}"
-    console.print(f"{requested}: ", options(offer.quality), sep="", style="bold")
-    console.print(f"    {_range(offer.seconds)} s{error}")
+    output.show(f"{requested}: {options(offer.quality)}", style="bold")
+    output.show(f"    {_range(offer.seconds)} s{error}")
 
 
-def _show_effects(console: Console, found: Quote) -> None:
-    from rich import box
-    from rich.table import Table
-
-    table = Table("Effect", "Share", "CPU seconds", "Asked for by", box=box.SIMPLE_HEAD)
-    for effect in found.effects:
-        pointers = "\n".join(map(output.harmless, effect.pointers[:3]))
-        table.add_row(effect.effect, f"{effect.share:.0%}", f"{effect.cpu_seconds:.2g}", pointers)
-    console.print(table)
+def _effect_cells(effect: EffectShare) -> tuple[str, ...]:
+    pointers = "\n".join(map(output.harmless, effect.pointers[:3]))
+    return effect.effect, f"{effect.share:.0%}", f"{effect.cpu_seconds:.2g}", pointers
 
 
 def _pilot(found: Quote) -> str:

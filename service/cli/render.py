@@ -11,18 +11,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from service.cli import output, scene_files
-from service.cli.errors import CommandError, InputError, RenderFailedError
-from service.cli.progress import progress_bar, remaining
-from service.cli.render_options import QualityOptions, WorkersOption, spread_quality
-from service.cli.targets import (
-    ImageTarget,
+from service.cli.errors import InputError
+from service.cli.options import (
+    JsonOption,
     LayersOption,
-    check_layer_targets,
-    check_target,
-    parsed_layers,
-    save_layer,
-    write_whole,
+    SceneArgument,
+    SeedOption,
+    WorkersOption,
+    image_option,
 )
+from service.cli.progress import progress_bar, remaining
+from service.cli.quality_options import QualityOptions, spread_quality
+from service.cli.targets import ImageTarget, check_target, parsed_layers, save_layer, write_whole
 
 if TYPE_CHECKING:
     import numpy as np
@@ -30,36 +30,26 @@ if TYPE_CHECKING:
 
     from renderer import Hits, LoadedScene, RenderPlan, RenderResult, TileEvent
 
-OutOption = Annotated[
-    ImageTarget,
-    typer.Option(
-        "-o",
-        "--out",
-        parser=ImageTarget.named,
-        metavar="FILE",
-        help="Where the picture goes: .png, .npy for linear float32, or .exr; - or -.npy is stdout.",
-    ),
-]
-TileOption = Annotated[int | None, typer.Option(min=1, help="Side of a tile, pixels.")]
-
 
 @spread_quality
 def render(
     *,
-    scene: scene_files.SceneArgument,
-    out: OutOption,
+    scene: SceneArgument,
+    out: Annotated[ImageTarget, image_option("Where the picture goes")],
     quality: QualityOptions,
     layers: LayersOption = None,
-    seed: scene_files.SeedOption = None,
+    seed: SeedOption = None,
     workers: WorkersOption = None,
-    tile: TileOption = None,
-    as_json: output.JsonOption = False,
+    tile: Annotated[int | None, typer.Option(min=1, help="Side of a tile, pixels.")] = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Render a scene here, without a server. The bytes do not depend on workers and tiles."""
     names = parsed_layers(layers)
-    out.check(with_layers=bool(names), as_json=as_json)
-    check_layer_targets(out.path, names)
-    _check_format(out)
+    out.check(names, as_json=as_json)
+    if out.suffix == ".exr":
+        from renderer.images.files import require_exr
+
+        require_exr()
     file = scene_files.load(scene, seed=seed)
     requested = quality.requested(file.scene.document.model_dump())
     result = _run(file.plan(requested, names), workers, tile)
@@ -71,7 +61,6 @@ def render(
 
 
 def _run(plan: RenderPlan, workers: int | None, tile: int | None) -> RenderResult:
-    from renderer import RenderError
     from renderer import render as render_plan
 
     processes = workers or len(os.sched_getaffinity(0))
@@ -80,25 +69,11 @@ def _run(plan: RenderPlan, workers: int | None, tile: int | None) -> RenderResul
         def show(event: TileEvent) -> None:
             bar.show(event.share, f"tile {event.done}{remaining(event.remaining_seconds)}")
 
-        # Without somebody who looks there is no preview to render.
+        # Where there is no bar, no preview need be rendered.
         on_tile = show if bar.visible else None
-        try:
-            result = render_plan(plan, on_tile=on_tile, workers=processes, tile_size=tile)
-        except RenderError as error:
-            raise RenderFailedError(str(error)) from error
+        result = render_plan(plan, on_tile=on_tile, workers=processes, tile_size=tile)
         bar.show(1.0)
         return result
-
-
-def _check_format(out: ImageTarget) -> None:
-    if out.suffix == ".exr":
-        from renderer.errors import MissingExtraError
-        from renderer.images.files import require_exr
-
-        try:
-            require_exr()
-        except MissingExtraError as error:
-            raise CommandError(str(error)) from error
 
 
 def _save(scene: LoadedScene, result: RenderResult, out: ImageTarget) -> None:
@@ -116,19 +91,17 @@ def _cost(result: RenderResult) -> str:
     return f"{report['seconds']:.2f} s, {report['cpu_seconds']:.2f} CPU s, {rays:,} rays{error}"
 
 
-RaysArgument = Annotated[
-    Path,
-    typer.Argument(metavar="RAYS.npz", help="Arrays `origins` and `directions`, (N, 3).", show_default=False),
-]
-HitsOption = Annotated[Path, typer.Option("-o", "--out", help="Where the hits go, .npz.")]
-
-
 def trace(
-    scene: scene_files.SceneArgument,
-    rays: RaysArgument,
-    out: HitsOption,
-    seed: scene_files.SeedOption = None,
-    as_json: output.JsonOption = False,
+    scene: SceneArgument,
+    rays: Annotated[
+        Path,
+        typer.Argument(
+            metavar="RAYS.npz", help="Arrays `origins` and `directions`, (N, 3).", show_default=False
+        ),
+    ],
+    out: Annotated[Path, typer.Option("-o", "--out", help="Where the hits go, .npz.")],
+    seed: SeedOption = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Cast rays into a scene and save what each of them hits first."""
     check_target(out, (".npz",))

@@ -1,4 +1,4 @@
-"""Reading the scene that a command was given: a file, or ``-`` for what is piped in."""
+"""The scene that a command was given: a file, or ``-`` for stdin."""
 
 from __future__ import annotations
 
@@ -6,29 +6,18 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from service.cli import output
 from service.cli.errors import InputError, UnusableSceneError
 
 if TYPE_CHECKING:
     from renderer import LoadedScene, RenderPlan
+    from schemas.errors import SceneError
     from schemas.problems import Problem
     from schemas.quality import Quality
 
 STDIN = "-"
-
-SceneArgument = Annotated[
-    str, typer.Argument(metavar="SCENE", help="A scene file; - reads it from stdin.", show_default=False)
-]
-# Written down twice so that help need not load the schemas; a test compares the two.
-LARGEST_SEED = 2**53 - 1
-SeedOption = Annotated[
-    int | None,
-    typer.Option(min=0, max=LARGEST_SEED, help="Chooses the random numbers, in place of the scene's seed."),
-]
 
 
 def read_bytes(name: str) -> bytes:
@@ -42,15 +31,13 @@ def read_bytes(name: str) -> bytes:
     if not name:
         raise InputError("The name of the scene file is empty.")
     try:
-        return _piped_in() if name == STDIN else Path(name).read_bytes()
+        if name != STDIN:
+            return Path(name).read_bytes()
+        if sys.stdin is None:
+            raise InputError("stdin is closed. Pipe a scene in, or name a file.")
+        return sys.stdin.buffer.read()
     except OSError as error:
         raise InputError(f"{name} cannot be read: {error.strerror or error}.") from error
-
-
-def _piped_in() -> bytes:
-    if sys.stdin is None:
-        raise InputError("stdin is closed. Pipe a scene in, or name a file.")
-    return sys.stdin.buffer.read()
 
 
 def folder_of(name: str) -> Path:
@@ -67,23 +54,14 @@ class SceneFile:
     scene: LoadedScene
 
     def plan(self, quality: Quality | None = None, layers: Sequence[str] = ()) -> RenderPlan:
-        """What runs for this scene.
-
-        Raises
-        ------
-        UnusableSceneError
-            It names a texture that is not there, or one that is no picture.
-        """
+        """The plan of this scene; UnusableSceneError where one of its textures or meshes cannot be used."""
         from renderer import compile_scene
         from schemas.errors import SceneError
-        from schemas.findings import located
 
         try:
             return compile_scene(self.scene, quality, layers=layers)
         except SceneError as error:
-            # Whoever compiles has the scene and not its text.
-            problems = located(self.text.decode("utf-8-sig"), error.errors)
-            raise UnusableSceneError(self.name, self.text, problems, error.more) from error
+            raise _unusable(self.name, self.text, error) from error
 
 
 def load(name: str, *, seed: int | None = None) -> SceneFile:
@@ -98,39 +76,38 @@ def load(name: str, *, seed: int | None = None) -> SceneFile:
     """
     file = read(name)
     print_warnings(file.text, file.scene.warnings)
-    return file if seed is None else replace(file, scene=_with_seed(file.scene, seed))
+    if seed is None:
+        return file
+    sampling = file.scene.document.sampling.model_copy(update={"seed": seed})
+    document = file.scene.document.model_copy(update={"sampling": sampling})
+    return replace(file, scene=replace(file.scene, document=document))
 
 
 def read(name: str) -> SceneFile:
-    """The same in silence."""
+    """The scene of a file, checked; its warnings are not printed."""
     from renderer import load_scene
     from renderer.assets import FolderAssets
     from schemas.errors import SceneError
-    from schemas.findings import located
 
     text = read_bytes(name)
     try:
         return SceneFile(name, text, load_scene(text, assets=FolderAssets(folder_of(name))))
     except SceneError as error:
-        # A problem with a pointer is in a document that was parsed: any other text has no places to look up.
-        missing_line = any(problem.line is None and problem.pointer for problem in error.errors)
-        problems = located(text.decode("utf-8-sig"), error.errors) if missing_line else error.errors
-        raise UnusableSceneError(name, text, problems, error.more) from error
+        raise _unusable(name, text, error) from error
 
 
-def _with_seed(scene: LoadedScene, seed: int) -> LoadedScene:
-    sampling = scene.document.sampling.model_copy(update={"seed": seed})
-    return replace(scene, document=scene.document.model_copy(update={"sampling": sampling}))
+def _unusable(name: str, text: bytes, error: SceneError) -> UnusableSceneError:
+    """The error with a line for each pointer: the renderer has the scene and not its text."""
+    from schemas.findings import located
+
+    # A problem with a pointer is in a document that was parsed: any other text has no places to look up.
+    missing_line = any(problem.line is None and problem.pointer for problem in error.errors)
+    problems = located(text.decode("utf-8-sig"), error.errors) if missing_line else error.errors
+    return UnusableSceneError(name, text, problems, error.more)
 
 
 def parsed(text: bytes) -> Mapping[str, Any]:
-    """The members of a scene that is not checked any further.
-
-    Raises
-    ------
-    schemas.errors.SceneError
-        It is not JSON.
-    """
+    """The members of a scene that is not checked any further; SceneError where it is not JSON."""
     from schemas.documents import read_text
     from schemas.limits import limits_in_force
 
@@ -139,6 +116,6 @@ def parsed(text: bytes) -> Mapping[str, Any]:
 
 
 def print_warnings(text: bytes, warnings: Sequence[Problem]) -> None:
-    """Say on stderr what is valid but probably not meant."""
+    """Print warnings on stderr: what is valid but probably not meant."""
     for line in output.excerpts(text, warnings, kind="warning"):
         output.say(line)

@@ -13,28 +13,28 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from service.cli import output
-from service.cli.connection import connect
 from service.cli.errors import CommandError, ExitCode, ServiceStartError
 from service.cli.jobs import save_picture
+from service.cli.options import (
+    ConfigOption,
+    DatabaseOption,
+    DataOption,
+    JsonOption,
+    WorkersOption,
+    connect,
+    image_option,
+)
 from service.cli.progress import Bar, progress_bar
-from service.cli.render_options import WorkersOption
-from service.cli.targets import ImageTarget
+from service.cli.targets import ImageTarget, make_folder
 
 if TYPE_CHECKING:
     from schemas.jobs import Job, TileBatch
     from service.server import RunningServer
     from service.settings import Settings
 
-ConfigOption = Annotated[
-    Path | None,
-    typer.Option(
-        help="A TOML file of settings; by default that named by PENUMBRA_CONFIG.", show_default=False
-    ),
-]
-
 
 def read_settings(given: Mapping[str, Any], *, config: Path | None = None) -> Settings:
-    """The settings with these options; what is not given comes from the environment, else from a file.
+    """The settings with these options; others come from the environment, else from a file.
 
     Parameters
     ----------
@@ -76,66 +76,60 @@ def _setting_error(item: Mapping[str, Any]) -> str:
 
 Engine = Literal["slots", "dask"]
 
-HostOption = Annotated[str | None, typer.Option(help="Address to listen on; 127.0.0.1 by default.")]
-PortOption = Annotated[
-    int | None, typer.Option(min=0, max=65535, help="Port; 8000 by default, 0 takes a free one.")
-]
-DataOption = Annotated[Path | None, typer.Option(help="Folder for everything that is kept.")]
-StoreOption = Annotated[
-    str | None,
-    typer.Option(
-        metavar="ADDRESS", help="Bucket for pictures and textures, s3://bucket/prefix; else the data folder."
-    ),
-]
-DatabaseOption = Annotated[
-    str | None, typer.Option(help="SQLAlchemy URL; by default an SQLite file in the data folder.")
-]
-EngineOption = Annotated[
-    Engine | None, typer.Option(help="What renders: slots, processes of this machine (default), or dask.")
-]
-DaskOption = Annotated[
-    str | None,
-    typer.Option(
-        metavar="ADDRESS", help="Scheduler of the Dask cluster, tls://host:8786; by default one starts here."
-    ),
-]
-ProxyOption = Annotated[
-    bool,
-    typer.Option("--behind-proxy", help="Ask for no keys: a proxy in front lets in only who may use this."),
-]
-
 
 def serve(  # noqa: PLR0913, PLR0917 - one argument for each option
-    host: HostOption = None,
-    port: PortOption = None,
+    host: Annotated[str | None, typer.Option(help="Address to listen on; 127.0.0.1 by default.")] = None,
+    port: Annotated[
+        int | None, typer.Option(min=0, max=65535, help="Port; 8000 by default, 0 takes a free one.")
+    ] = None,
     data: DataOption = None,
-    store: StoreOption = None,
+    store: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADDRESS",
+            help="Bucket for pictures and textures, s3://bucket/prefix; else the data folder.",
+        ),
+    ] = None,
     workers: WorkersOption = None,
     database: DatabaseOption = None,
-    engine: EngineOption = None,
-    dask: DaskOption = None,
-    behind_proxy: ProxyOption = False,
+    engine: Annotated[
+        Engine | None, typer.Option(help="What renders: slots, processes of this machine (default), or dask.")
+    ] = None,
+    dask: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADDRESS",
+            help="Scheduler of the Dask cluster, tls://host:8786; by default one starts here.",
+        ),
+    ] = None,
+    behind_proxy: Annotated[
+        bool,
+        typer.Option(
+            "--behind-proxy", help="Ask for no keys: a proxy in front lets in only who may use this."
+        ),
+    ] = False,
     config: ConfigOption = None,
 ) -> None:
     """Run the service. What is not given comes from PENUMBRA_HOST, PENUMBRA_PORT and so on, or a file."""
     from service.server import run
 
-    options: dict[str, Any] = {
+    options = {
         "host": host,
         "port": port,
         "data": data,
         "store": store,
         "workers": workers,
         "database": database,
+        "engine": engine,
+        "dask": dask,
+        "behind_proxy": behind_proxy or None,
     }
-    options |= {"engine": engine, "dask": dask}
-    options["behind_proxy"] = behind_proxy or None
     given = {name: value for name, value in options.items() if value is not None}
     settings = read_settings(given, config=config)
     try:
         run(settings)
     except KeyboardInterrupt:
-        output.say("The service has stopped. Jobs that were not done go on when it starts again.")
+        output.say("The service has stopped. Unfinished jobs resume when it starts again.")
     except SystemExit as exit_:
         # The server reports what kept it from starting, and leaves by itself.
         if exit_.code not in {ExitCode.TERMINATED, ExitCode.HUNG_UP}:
@@ -143,33 +137,27 @@ def serve(  # noqa: PLR0913, PLR0917 - one argument for each option
 
 
 DEFAULT_OUT = "out/demo.png"
-OutOption = Annotated[
-    ImageTarget | None,
-    typer.Option(
-        "-o",
-        "--out",
-        parser=ImageTarget.named,
-        metavar="FILE",
-        show_default=DEFAULT_OUT,
-        help="Where the picture goes: .png, .npy, or .exr; - or -.npy is stdout.",
-    ),
-]
 SCENE = "basic.json"
 
 
-def demo(out: OutOption = None, as_json: output.JsonOption = False) -> None:
+def demo(
+    out: Annotated[
+        ImageTarget | None, image_option("Where the picture goes", show_default=DEFAULT_OUT)
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
     """Start a service, render a scene of the gallery over HTTP, save the picture, stop everything."""
     out = out or ImageTarget.named(DEFAULT_OUT)
-    _make_folder(out.path.parent)
-    out.check(with_layers=False, as_json=as_json)
-    with _passing_service() as server, connect(server.url) as client:
+    make_folder(out.path.parent)
+    out.check(as_json=as_json)
+    with _temporary_service() as server, connect(server.url) as client:
         output.say(f"It answers at {server.url}. Submitting {SCENE} from the gallery over HTTP.")
         arrivals = Arrivals()
         job = client.submit(_gallery_scene())
         output.say(f"It is job {job.id}: {job.width} x {job.height} pixels. Its tiles arrive:")
         with progress_bar("rendering") as bar:
-            job = client.wait(job.id, on_progress=lambda batch: arrivals.note(batch, bar))
-        output.say(arrivals.story(job))
+            job = client.wait(job.id, on_progress=lambda batch: arrivals.show(batch, bar))
+        output.say(arrivals.summary(job))
         save_picture(client, job.id, out)
         output.say("Stopping the service and removing its folder.")
     if as_json:
@@ -192,8 +180,8 @@ class Arrivals:
     last: float = 0.0
     quarters_shown: int = 0
 
-    def note(self, batch: TileBatch, bar: Bar) -> None:
-        """Take note of some tiles and show them."""
+    def show(self, batch: TileBatch, bar: Bar) -> None:
+        """Show tiles that have arrived."""
         self.last = time.perf_counter() - self.begun
         if self.first is None and batch.events:
             self.first = self.last
@@ -205,16 +193,16 @@ class Arrivals:
             self.quarters_shown = quarters
             output.say(f"  {said}, {done.share:.0%} of the samples")
 
-    def story(self, job: Job) -> str:
-        """What there is to say afterwards."""
+    def summary(self, job: Job) -> str:
+        """A summary for the end."""
         first = "" if self.first is None else f"The first pixels were here after {self.first:.2f} s, "
         rays = sum(job.cost.rays.values())
         return f"{first}all {job.progress.total} tiles after {self.last:.2f} s: {rays:,} rays."
 
 
 @contextmanager
-def _passing_service() -> Iterator[RunningServer]:
-    """A service on a free port with a folder of its own; afterwards both are gone."""
+def _temporary_service() -> Iterator[RunningServer]:
+    """A service on a free port, with a temporary folder."""
     import tempfile
 
     from service.errors import UnavailableError
@@ -238,10 +226,3 @@ def _gallery_scene() -> Path:
     from importlib.resources import files
 
     return Path(str(files("scenes").joinpath("gallery", SCENE)))
-
-
-def _make_folder(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise CommandError(f"The folder {folder} cannot be made: {error.strerror}.") from error

@@ -1,4 +1,4 @@
-"""``penumbra submit``: hand a scene file and its textures to a service."""
+"""``penumbra submit``: sends a scene file and its textures to a service."""
 
 from __future__ import annotations
 
@@ -8,56 +8,30 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from service.cli import output, scene_files
-from service.cli.connection import (
+from service.cli.errors import CommandError, RefusedOptionsError, UnusableSceneError
+from service.cli.jobs import save_picture
+from service.cli.options import (
     DEFAULT_SERVER,
-    LONG_PATIENCE,
-    SHORT_PATIENCE,
+    LONG_RETRY,
+    PRIORITIES,
+    SHORT_RETRY,
+    JsonOption,
     LabelOption,
+    LayersOption,
+    SceneArgument,
     ServerOption,
     TimeoutOption,
     connect,
+    image_option,
     parsed_labels,
 )
-from service.cli.errors import CommandError, RefusedOptionsError, UnusableSceneError
-from service.cli.jobs import save_picture
-from service.cli.render_options import QualityOptions, spread_quality
-from service.cli.targets import (
-    ImageTarget,
-    LayersOption,
-    check_layer_targets,
-    parsed_layers,
-)
+from service.cli.quality_options import QualityOptions, spread_quality
+from service.cli.targets import ImageTarget, parsed_layers
 from service.cli.watch import detachable, show_end, stay
 
 if TYPE_CHECKING:
     from schemas.jobs import Job
-    from schemas.problems import Problem
     from service.client import Client, RequestInvalidError
-
-WaitOption = Annotated[bool, typer.Option("--wait", help="Stay until the image is complete.")]
-OutOption = Annotated[
-    ImageTarget | None,
-    typer.Option(
-        "-o",
-        "--out",
-        parser=ImageTarget.named,
-        metavar="FILE",
-        help="Stay, and save the image: .png, .npy (linear float32) or .exr; - or -.npy is stdout.",
-    ),
-]
-# Written down twice so that help need not load the schemas; a test compares the two.
-PRIORITIES = (-10, 10)
-PriorityOption = Annotated[
-    int,
-    typer.Option(
-        min=PRIORITIES[0],
-        max=PRIORITIES[1],
-        help="Of your own jobs those of a higher priority go first.",
-    ),
-]
-FreshOption = Annotated[
-    bool, typer.Option("--fresh", help="Render it even if the service has the same picture already.")
-]
 
 OPTIONS = {
     "/quality/error": "--target-error",
@@ -79,28 +53,36 @@ OPTIONS = {
 @spread_quality
 def submit(  # noqa: PLR0913 - one argument for each option
     *,
-    scene: scene_files.SceneArgument,
-    out: OutOption = None,
-    wait: WaitOption = False,
+    scene: SceneArgument,
+    out: Annotated[ImageTarget | None, image_option("Wait, and save the image")] = None,
+    wait: Annotated[bool, typer.Option("--wait", help="Wait until the image is complete.")] = False,
     timeout: TimeoutOption = None,
     quality: QualityOptions,
     layers: LayersOption = None,
     label: LabelOption = None,
-    priority: PriorityOption = 0,
-    fresh: FreshOption = False,
+    priority: Annotated[
+        int,
+        typer.Option(
+            min=PRIORITIES[0],
+            max=PRIORITIES[1],
+            help="Of your own jobs those of a higher priority run first.",
+        ),
+    ] = 0,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Render it even if the service has the same picture already.")
+    ] = False,
     server: ServerOption = DEFAULT_SERVER,
-    as_json: output.JsonOption = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Send a scene to a service and print the job's id."""
     names = parsed_layers(layers)
     if out is not None:
-        out.check(with_layers=bool(names), as_json=as_json)
-        check_layer_targets(out.path, names)
+        out.check(names, as_json=as_json)
     requested = {"layers": names, "labels": parsed_labels(label), "priority": priority, "anew": fresh}
     stays = wait or out is not None
     if timeout is not None and not stays:
-        raise CommandError("--timeout says how long to stay. Give --wait or -o too.")
-    with connect(server, patience=LONG_PATIENCE if stays else SHORT_PATIENCE) as client:
+        raise CommandError("--timeout limits waiting. Give --wait or -o too.")
+    with connect(server, retry=LONG_RETRY if stays else SHORT_RETRY) as client:
         job = send(client, scene, quality, requested)
         if not as_json:
             # An image on stdout is alone there.
@@ -111,17 +93,12 @@ def submit(  # noqa: PLR0913 - one argument for each option
             if out is not None:
                 save_picture(client, job.id, out, names)
         if as_json:
-            output.document(job.model_dump(mode="json"))
+            output.document(job)
         elif stays:
             show_end(job, as_json=False)
 
 
-def send(
-    client: Client,
-    name: str,
-    quality: QualityOptions,
-    requested: Mapping[str, Any],
-) -> Job:
+def send(client: Client, name: str, quality: QualityOptions, requested: Mapping[str, Any]) -> Job:
     """Submit a scene file; what the service finds wrong is shown with the lines of that file.
 
     Parameters
@@ -160,23 +137,19 @@ def send(
 
 
 def _refused(name: str, text: bytes, error: RequestInvalidError) -> Exception:
-    """What a refusal means to whoever gave a scene file and options, of which the request was made."""
-    # What lies in the scene has a line; the rest of the request is made of the options.
+    """The error of a refusal, about the scene file and the options that the request was made of."""
+    # What is wrong in the scene has a line; the rest of the request is made of the options.
     wrong = [problem for problem in error.errors if problem.line is None]
     if not error.errors:
         return error
     if len(wrong) == len(error.errors):
-        return RefusedOptionsError(" ".join(map(_about_option, wrong)), wrong)
-    problems = [problem if problem.line else _of_option(problem) for problem in error.errors]
+        message = " ".join(f"{_option(problem.pointer)}: {problem.detail}" for problem in wrong)
+        return RefusedOptionsError(message, wrong)
+    problems = [
+        problem if problem.line else problem.model_copy(update={"pointer": _option(problem.pointer)})
+        for problem in error.errors
+    ]
     return UnusableSceneError(name, text, problems, error.document.more)
-
-
-def _about_option(problem: Problem) -> str:
-    return f"{_option(problem.pointer)}: {problem.detail}"
-
-
-def _of_option(problem: Problem) -> Problem:
-    return problem.model_copy(update={"pointer": _option(problem.pointer)})
 
 
 def _option(pointer: str) -> str:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import errno
-import os
+import secrets
 import sys
 import tempfile
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from service.cli import output
 from service.cli.errors import CommandError
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
 
 PICTURES = (".png", ".npy", ".exr")
 STDOUT = {"-": ".png"} | {f"-{suffix}": suffix for suffix in PICTURES}
-"""What names stdout in place of a file, and the ending that chooses the format there."""
+"""Names of stdout in place of a file, each with the ending that chooses the format."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,31 +52,21 @@ class ImageTarget:
         """The ending, in lower case."""
         return self.path.suffix.lower()
 
-    def check(self, *, with_layers: bool, as_json: bool) -> None:
-        """Find out before the work begins whether an image can be written there.
-
-        Raises
-        ------
-        CommandError
-            It cannot, or stdout has to take something else besides.
-        """
+    def check(self, layers: Collection[str] = (), *, as_json: bool) -> None:
+        """Raise CommandError, before the work begins, where an image and its layers cannot be written."""
         if not self.on_stdout:
             check_target(self.path, PICTURES)
+            for name in layers:
+                check_target(layer_file_of(self.path, name), (".npy",))
         elif as_json:
             raise CommandError("-o - and --json both need stdout. Name a file with -o.")
-        elif with_layers:
+        elif layers:
             raise CommandError("--layers are saved beside the image. Name a file with -o.")
         elif sys.stdout.isatty():
             raise CommandError("stdout is a terminal, and an image is no text. Pipe it, or name a file.")
 
     def write(self, content: bytes) -> None:
-        """Write the image, a file in one step.
-
-        Raises
-        ------
-        CommandError
-            It cannot be written.
-        """
+        """Write the image, a file in one step; CommandError where it cannot be written."""
         if self.on_stdout:
             sys.stdout.buffer.write(content)
             sys.stdout.flush()
@@ -86,7 +75,7 @@ class ImageTarget:
 
 
 def check_target(path: Path, suffixes: Collection[str]) -> Path:
-    """Give the path back if a file of this name can be written there.
+    """Return the path of a file that can be written.
 
     Raises
     ------
@@ -112,52 +101,48 @@ def check_target(path: Path, suffixes: Collection[str]) -> Path:
     return path
 
 
+def make_folder(folder: Path) -> None:
+    """Make a folder, and those above it; CommandError where it cannot be made."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        reason = error.strerror or error
+        raise CommandError(f"The folder {folder} cannot be made: {reason}. Name another.") from error
+
+
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file in one step: whoever looks sees the old file or the new one, never a part.
+    """Write a file in one step: readers see the old file or the new one, never a part of it.
 
     Raises
     ------
     CommandError
         The file cannot be written.
     """
-    temporary = None
     # A link stays a link; what it leads to is replaced.
     path = path.resolve() if path.is_symlink() else path
+    # Unlike a file of tempfile this one has the rights of any new file. The name of the target is not part of
+    # its name, which might get too long.
+    temporary = path.with_name(f".penumbra-{secrets.token_hex(8)}")
     try:
-        # The name of the file is not part of it: with more letters it might be too long.
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".penumbra-", delete=False) as file:
-            temporary = Path(file.name)
+        with temporary.open("xb") as file:
             file.write(content)
-        temporary.chmod(0o666 & ~_umask())
         temporary.replace(path)
     except OSError as error:
         raise CommandError(f"{path} cannot be written: {error.strerror or error}.{_cure(error)}") from error
     finally:
-        if temporary is not None:
-            temporary.unlink(missing_ok=True)
+        with suppress(OSError):
+            temporary.unlink()
+
+
+def save(path: Path, content: bytes, about: str = "written") -> None:
+    """Write a file in one step, and say so."""
+    write_whole(path, content)
+    output.say(f"{path}: {about}")
 
 
 def _cure(error: OSError) -> str:
     full = error.errno in {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
     return " Free some space there, or write elsewhere." if full else " Write elsewhere."
-
-
-def _umask() -> int:
-    # The only way to read it is to set it.
-    mask = os.umask(0o077)
-    os.umask(mask)
-    return mask
-
-
-LayersOption = Annotated[
-    str | None,
-    typer.Option(
-        "--layers",
-        metavar="NAME,NAME",
-        help="What to save of each pixel beside its colour: depth, position, normal, shading_normal, "
-        "albedo, uv, shape, primitive, samples, error. Saved beside OUT as OUT.NAME.npy.",
-    ),
-]
 
 
 def parsed_layers(names: str | None) -> tuple[LayerName, ...]:
@@ -182,19 +167,6 @@ def layer_file_of(out: Path, name: str) -> Path:
     return out.with_name(f"{out.name}.{name}.npy")
 
 
-def check_layer_targets(out: Path, names: Iterable[str]) -> None:
-    """Find out before the work begins whether the files of layers can be written.
-
-    Raises
-    ------
-    CommandError
-        One of them cannot.
-    """
-    for name in names:
-        check_target(layer_file_of(out, name), (".npy",))
-
-
 def save_layer(out: Path, name: str, content: bytes) -> None:
     """Write the file of a layer, and say where it is."""
-    write_whole(layer_file_of(out, name), content)
-    output.say(f"{layer_file_of(out, name)}: {name}")
+    save(layer_file_of(out, name), content, name)

@@ -1,4 +1,4 @@
-"""``--tev``: the picture of a job in the viewer tev, while it grows."""
+"""``--tev``: shows the picture of a running job in the viewer tev."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import re
 import socket
 import struct
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, nullcontext
-from types import TracebackType
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -16,14 +16,20 @@ from service.cli import output
 from service.cli.errors import CommandError
 
 if TYPE_CHECKING:
-    from contextlib import AbstractContextManager
-
     import numpy.typing as npt
 
     from service.client import Client
 
 _ADDRESS = re.compile(r"(?:\[(?P<v6>[^\]]+)\]|(?P<host>[^:\[\]]+))(?::(?P<port>\d{1,5}))?")
 LARGEST_PORT = 65535
+DEFAULT_PORT = 14158
+TIMEOUT = 5.0
+"""Seconds that tev may take to accept a connection or a packet: it runs on this machine, or near it."""
+
+_CREATE_IMAGE = 4
+_UPDATE_IMAGE = 6
+"""The third form of it: each channel has an offset and a stride in the data."""
+_CHANNELS = ("R", "G", "B")
 
 TevOption = Annotated[
     str | None,
@@ -35,28 +41,28 @@ TevOption = Annotated[
 ]
 
 
+@dataclass(slots=True)
 class Mirror:
-    """Sends the tiles of a job to tev; where tev is away it says so once and does nothing from then on.
+    """Sends the tiles of a job to tev; where tev goes away it says so once and does nothing from then on.
 
-    Parameters
+    Attributes
     ----------
-    client
-        Where pixels come from.
-    job_id
-        Of the job.
-    viewer
-        Where they go.
     address
-        How the user calls it.
+        The address of `viewer` as the user gave it.
+    seen
+        Number of the last tile sent.
     """
 
-    def __init__(self, client: Client, job_id: str, viewer: Viewer, address: str) -> None:
-        self.client = client
-        self.job_id = job_id
-        self.viewer: Viewer | None = viewer
-        self.address = address
-        self.name = f"penumbra {job_id}"
-        self.seen = 0
+    client: Client
+    job_id: str
+    viewer: socket.socket | None
+    address: str
+    seen: int = 0
+
+    @property
+    def name(self) -> str:
+        """The name of the picture in tev."""
+        return f"penumbra {self.job_id}"
 
     def open(self) -> None:
         """Open a black picture of the job's size."""
@@ -78,22 +84,15 @@ class Mirror:
         try:
             for packet in packets:
                 if self.viewer is not None:
-                    self.viewer.send(packet)
+                    self.viewer.sendall(packet)
         except OSError as error:
             self.viewer = None
             output.say(f"tev at {self.address} has gone ({_reason(error)}). The job is watched without it.")
 
 
 def parsed(address: str) -> tuple[str, int]:
-    """Host and port of an address.
+    """Host and port of an address; CommandError where it is none.
 
-    Raises
-    ------
-    CommandError
-        It is none.
-
-    Examples
-    --------
     >>> parsed("studio"), parsed("[::1]:4000")
     (('studio', 14158), ('::1', 4000))
     """
@@ -108,43 +107,31 @@ def parsed(address: str) -> tuple[str, int]:
 
 @contextmanager
 def mirror(client: Client, job_id: str, address: str | None) -> Iterator[Mirror | None]:
-    """A mirror in the viewer at an address; None without one, and, with a message, where nobody listens."""
-    with _viewer(address) as viewer:
-        if viewer is None or address is None:
-            yield None
-            return
+    """A mirror in the viewer at an address; None without one, and, with a message, where none listens."""
+    viewer = None if address is None else _connected(address)
+    if viewer is None or address is None:
+        yield None
+        return
+    with viewer:
         made = Mirror(client, job_id, viewer, address)
         made.open()
         yield made
 
 
-def _viewer(address: str | None) -> AbstractContextManager[Viewer | None]:
-
-    if address is None:
-        return nullcontext()
-    host, port = parsed(address)
+def _connected(address: str) -> socket.socket | None:
+    place = parsed(address)
     try:
-        return Viewer(host, port)
+        return socket.create_connection(place, timeout=TIMEOUT)
     except OSError as error:
         output.say(
             f"tev cannot be reached at {address} ({_reason(error)}). Start it there, with IPC switched on. "
             "The job is watched without it."
         )
-        return nullcontext()
+        return None
 
 
 def _reason(error: OSError) -> str:
     return error.strerror or str(error) or type(error).__name__
-
-
-DEFAULT_PORT = 14158
-PATIENCE = 5.0
-"""Seconds that tev may take to accept a connection or a packet: it runs on this machine, or near it."""
-
-_CREATE_IMAGE = 4
-_UPDATE_IMAGE = 6
-"""The third form of it: each channel has a place of its own in the data."""
-_CHANNELS = ("R", "G", "B")
 
 
 def create_image(name: str, width: int, height: int) -> bytes:
@@ -183,36 +170,3 @@ def _packet(kind: int, fields: bytes) -> bytes:
 
 def _texts(*texts: str) -> bytes:
     return b"".join(text.encode() + b"\0" for text in texts)
-
-
-class Viewer:
-    """A connection to tev.
-
-    Parameters
-    ----------
-    host, port
-        Where it listens.
-
-    Raises
-    ------
-    OSError
-        It does not.
-    """
-
-    def __init__(self, host: str, port: int) -> None:
-        self._socket = socket.create_connection((host, port), timeout=PATIENCE)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self._socket.close()
-
-    def send(self, packet: bytes) -> None:
-        """Send a packet; OSError where tev has gone, or takes nothing."""
-        self._socket.sendall(packet)

@@ -1,4 +1,4 @@
-"""Tries the hard cases, one after another or in processes, and keeps what came of each."""
+"""Runs the hard cases, in this process or in several, and keeps the outcome of each."""
 
 from __future__ import annotations
 
@@ -10,9 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from accuracy.hard_cases import Case, Outcome, Section, sections
-from renderer.errors import RenderError
 from renderer.workers import Workers
-from service.cli.errors import RenderFailedError
 
 Place = tuple[int, int]
 """Number of a section, and of a case in it."""
@@ -50,13 +48,13 @@ class Trial:
 
 
 def attempt(section: Section, case: Case) -> Trial:
-    """Try one case; whatever it raises is part of the trial, so that the others go on."""
+    """Try one case; what it raises is part of the trial, so that the others still run."""
     begun = time.process_time()
     outcome, error = None, ""
     try:
         outcome = case.run()
     except Exception as raised:  # noqa: BLE001 - a case that breaks off is an answer too: it is wrong
-        error = _told(raised)
+        error = _described(raised)
     return Trial(section.title, case.ids, case.name, outcome, error, time.process_time() - begun)
 
 
@@ -66,23 +64,14 @@ def one_after_another(catalogue: Iterable[Section]) -> Iterator[Trial]:
 
 
 def in_processes(places: Sequence[Place], workers: int) -> Iterator[Trial]:
-    """Try cases of the catalogue in processes of their own, and give them back in the order of `places`.
-
-    Raises
-    ------
-    RenderFailedError
-        A process died.
-    """
+    """Try cases of the catalogue in several processes, in the order of `places`; RenderError if one dies."""
     early: dict[Place, Trial] = {}
     order = deque(places)
-    try:
-        with Workers(workers, _attempt_numbered) as crew:
-            for place, trial in crew.each(places):
-                early[place] = trial
-                while order and order[0] in early:
-                    yield early.pop(order.popleft())
-    except RenderError as error:
-        raise RenderFailedError(str(error)) from error
+    with Workers(workers, _attempt_numbered) as crew:
+        for place, trial in crew.each(places):
+            early[place] = trial
+            while order and order[0] in early:
+                yield early.pop(order.popleft())
 
 
 def places_of(catalogue: Iterable[Section]) -> list[Place]:
@@ -95,6 +84,6 @@ def _attempt_numbered(place: Place) -> Trial:
     return attempt(section, section.cases[place[1]])
 
 
-def _told(error: Exception) -> str:
+def _described(error: Exception) -> str:
     place = traceback.extract_tb(error.__traceback__)[-1]
     return f"{type(error).__name__}: {error} ({Path(place.filename).name}, line {place.lineno})"

@@ -1,4 +1,4 @@
-"""``penumbra wait`` and ``watch``: stay with a job until it ends, and see what its error costs."""
+"""``penumbra wait`` and ``watch``: follow a job until it ends, with its error pass by pass."""
 
 from __future__ import annotations
 
@@ -7,22 +7,19 @@ from collections.abc import Callable
 from contextlib import contextmanager
 from dataclasses import dataclass
 from math import log2
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from service.cli import output
-from service.cli.connection import (
+from service.cli.options import (
     DEFAULT_SERVER,
-    LONG_PATIENCE,
+    LONG_RETRY,
     JobArgument,
+    JsonOption,
     ServerOption,
     TimeoutOption,
     connect,
 )
 from service.cli.progress import Bar, progress_bar, remaining
-from service.cli.targets import write_whole
 from service.cli.tev import Mirror, TevOption, mirror
 
 if TYPE_CHECKING:
@@ -39,10 +36,10 @@ def wait(
     job_id: JobArgument,
     server: ServerOption = DEFAULT_SERVER,
     timeout: TimeoutOption = None,
-    as_json: output.JsonOption = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Wait in silence until a job has its image."""
-    with connect(server, patience=LONG_PATIENCE) as client, detachable(job_id):
+    with connect(server, retry=LONG_RETRY) as client, detachable(job_id):
         show_end(client.wait(job_id, timeout=timeout), as_json=as_json)
 
 
@@ -51,13 +48,13 @@ def watch(
     server: ServerOption = DEFAULT_SERVER,
     timeout: TimeoutOption = None,
     tev: TevOption = None,
-    as_json: output.JsonOption = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Show a job's tiles and the error after each pass: a bar on a terminal, lines on a pipe.
 
-    It may be left with Ctrl-C and started again: the job goes on, and its first tiles are shown again.
+    Ctrl-C ends the watching and not the job; started again, it shows the tiles from the first.
     """
-    with connect(server, patience=LONG_PATIENCE) as client, detachable(job_id):
+    with connect(server, retry=LONG_RETRY) as client, detachable(job_id):
         with mirror(client, job_id, tev) as shown:
             job = stay(client, job_id, timeout=timeout, lines=not as_json, shown=shown)
         show_end(job, as_json=as_json)
@@ -76,45 +73,38 @@ def stay(
     Parameters
     ----------
     lines
-        Where nobody sees a bar, print a line for each tile and for each pass.
+        Where there is no bar, print a line for each tile and for each pass.
     shown
         Where the picture is shown besides.
     """
     with progress_bar("waiting") as bar:
         curve = Curve(client, job_id, bar)
         show = _bar_of(client, job_id, bar, curve) if bar.visible else _lines_of(curve) if lines else None
-        return client.wait(job_id, timeout=timeout, on_progress=_both(show, shown))
 
+        def on_progress(batch: TileBatch) -> None:
+            if shown is not None:
+                shown.show()
+            if show is not None:
+                show(batch)
 
-def _both(
-    show: Callable[[TileBatch], None] | None, shown: Mirror | None
-) -> Callable[[TileBatch], None] | None:
-    if shown is None:
-        return show
-
-    def both(batch: TileBatch) -> None:
-        shown.show()
-        if show is not None:
-            show(batch)
-
-    return both
+        return client.wait(job_id, timeout=timeout, on_progress=on_progress)
 
 
 def show_end(job: Job, *, as_json: bool) -> None:
     """Report how a job ended."""
     if as_json:
-        output.document(job.model_dump(mode="json"))
+        output.document(job)
     else:
         output.say(f"Job {job.id} is done: {job.width} x {job.height} pixels, {_cost(job)}")
 
 
 @contextmanager
 def detachable(job_id: str) -> Iterator[None]:
-    """Say on Ctrl-C that only the watching ends."""
+    """Say on Ctrl-C that the job keeps running."""
     try:
         yield
     except KeyboardInterrupt:
-        output.say(f"Job {job_id} goes on. See it again with: penumbra watch {job_id}")
+        output.say(f"Job {job_id} keeps running. Watch it again with: penumbra watch {job_id}")
         raise
 
 
@@ -152,7 +142,7 @@ def _lines_of(curve: Curve) -> Callable[[TileBatch], None]:
 
 
 def _is_target(job: Job) -> bool:
-    """Whether a job gets its passes one after another, so that nobody knows how many tiles there will be."""
+    """Whether passes are planned one after another, so that the number of tiles is not known."""
     return job.quality.get("mode") == "target"
 
 
@@ -175,34 +165,15 @@ def _cost(job: Job) -> str:
     return f"{seconds}{job.cost.cpu_seconds:.2f} CPU s{_rays(job)}{error}"
 
 
-CURVE_FORMS = (".json", ".csv", ".svg", ".png")
-"""Endings of the files that a curve can be saved as."""
-
-CurveOption = Annotated[
-    Path | None,
-    typer.Option(
-        "--convergence",
-        metavar="FILE",
-        help="Save what the error costs, pass by pass: .json, .csv, or a plot as .svg or .png.",
-    ),
-]
-
 HEADINGS = ("pass", "seconds", "CPU s", "rays", "error")
-WIDTHS = (4, 9, 9, 9, 27)
-"""Columns of a table on a terminal."""
+ROW = "{:>4}{:>9}{:>9}{:>9}   {:<27}"
+"""A row of the table on a terminal."""
 
 FULL = 20
 """Length of the bar of the first known error."""
 
 CELLS = 2
-"""By which a bar is shorter where the error is half as large."""
-
-
-def save_curve(client: Client, job_id: str, path: Path) -> None:
-    """Write the curve of a job to a file; its ending chooses the form."""
-    content = client.convergence_file(job_id, path.suffix.lower().removeprefix("."))
-    write_whole(path, content)
-    output.say(f"{path}: the error of {job_id} against time")
+"""How much shorter a bar is where the error is half as large."""
 
 
 @dataclass(slots=True)
@@ -218,7 +189,7 @@ class Curve:
     first_error: float | None = None
 
     def reach(self, pass_index: int) -> None:
-        """Show the passes before this one, a tile of which is there, as far as they are finished."""
+        """Show the finished passes before this one, of which a tile has arrived."""
         if pass_index <= self.reached:
             return
         self.reached = pass_index
@@ -228,7 +199,7 @@ class Curve:
         self.bar.below("\n".join(sentences(self.found, final=False)))
 
     def finish(self) -> None:
-        """Show all passes of a job that has ended, and what they say."""
+        """Show all passes of a job that has ended, and the sentences about them."""
         found = self.client.convergence(self.job_id)
         self._show_passes(found, len(found.passes))
         said = list(sentences(found, final=True))
@@ -240,15 +211,15 @@ class Curve:
     def _show_passes(self, found: Convergence, before: int) -> None:
         for entry in found.passes[self.passes_shown : before]:
             if not self.bar.visible:
-                output.result("\t".join(_words(entry)))
+                output.result(_line(entry))
             else:
                 if not self.passes_shown:
-                    self.bar.above(_row(HEADINGS))
-                self.bar.above(_row(_cells(entry)) + self._drawn(entry))
+                    self.bar.above(ROW.format(*HEADINGS))
+                self.bar.above(ROW.format(*_cells(entry)) + self._drawn(entry))
             self.passes_shown += 1
 
     def _drawn(self, entry: PassCost) -> str:
-        """Draw an error: each half of it is as much shorter."""
+        """A bar for an error, `CELLS` shorter for each half of it."""
         if entry.error is None or entry.error.estimate <= 0:
             return ""
         self.first_error = self.first_error or entry.error.estimate
@@ -257,30 +228,17 @@ class Curve:
         )
 
 
-def _row(cells: tuple[str, ...]) -> str:
-    return "".join(
-        cell.rjust(width) if place < len(WIDTHS) - 1 else "   " + cell.ljust(width)
-        for place, (cell, width) in enumerate(zip(cells, WIDTHS, strict=True))
-    )
-
-
 def _cells(entry: PassCost) -> tuple[str, ...]:
     rays = f"{sum(entry.rays.values()) / 1e6:.2f} M"
+    seconds = (f"{entry.seconds:.2f}", f"{entry.cpu_seconds:.2f}")
+    return (str(entry.pass_index), *seconds, rays, _error(entry) or "-")
+
+
+def _line(entry: PassCost) -> str:
     return (
-        str(entry.pass_index),
-        f"{entry.seconds:.2f}",
-        f"{entry.cpu_seconds:.2f}",
-        rays,
-        _error(entry) or "-",
+        f"pass {entry.pass_index} done\t{entry.seconds:.2f} s\t{entry.cpu_seconds:.2f} CPU s\t"
+        f"{sum(entry.rays.values())} rays\terror {_error(entry) or 'unknown'}"
     )
-
-
-def _words(entry: PassCost) -> Iterator[str]:
-    yield f"pass {entry.pass_index} done"
-    yield f"{entry.seconds:.2f} s"
-    yield f"{entry.cpu_seconds:.2f} CPU s"
-    yield f"{sum(entry.rays.values())} rays"
-    yield f"error {_error(entry) or 'unknown'}"
 
 
 def _error(entry: PassCost) -> str | None:

@@ -1,4 +1,4 @@
-"""Where the service is and what lets us in: from arguments, else from the environment."""
+"""The address of the service and the key to it: from arguments, else from the environment."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Access:
     server
         Its address.
     key
-        None where the service lets everybody in. It is in no message and in no ``repr``.
+        None where the service needs none. It is in no message and in no ``repr``.
     """
 
     server: str
@@ -32,7 +32,7 @@ class Access:
 
     @property
     def headers(self) -> dict[str, str]:
-        """What every request says of who sends it."""
+        """Headers of every request."""
         return {} if self.key is None else {"Authorization": f"Bearer {self.key}"}
 
 

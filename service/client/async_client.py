@@ -10,11 +10,12 @@ from anyio import to_thread
 
 from schemas.comparisons import ComparisonAnswer
 from schemas.convergence import Convergence
-from schemas.jobs import JobList, TileBatch, TileEvent, Version
+from schemas.jobs import Job, JobList, TileBatch, TileEvent, Version
 from schemas.logs import JobLog
 from schemas.plans import PlanDocument
 from schemas.quality import Quality
 from schemas.quotes import Quote
+from schemas.request_pointers import in_scene
 from schemas.retention import Pruned
 from schemas.traces import TraceAnswer
 from service.client import calls, flows
@@ -22,9 +23,8 @@ from service.client.async_connection import AsyncConnection
 from service.client.async_jobs import AsyncRemoteJob
 from service.client.batches import Encoding, PixelBatch
 from service.client.comparing import PictureSource, sent
-from service.client.documents import rows, sendable
 from service.client.following import AsyncOnProgress, Following, leaving, notify_async, succeeded
-from service.client.parcels import SceneSource, pack
+from service.client.parcels import SceneSource, pack, rows, sendable
 from service.client.pictures import Picture, PictureKind
 
 if TYPE_CHECKING:
@@ -41,11 +41,10 @@ class AsyncClient(AsyncConnection):
     server
         Its address; by default that in ``PENUMBRA_SERVER``, else ``http://127.0.0.1:8000``.
     key
-        What lets us in, where the service asks for it; by default that in ``PENUMBRA_KEY``.
+        The API key, where the service needs one; by default that in ``PENUMBRA_KEY``.
     timeout
-        Seconds that the server may be silent; where the request asks it to hold its answer, that time
-        comes on top.
-    patience
+        Seconds that the server may be silent, beyond those that a request asks it to hold its answer.
+    retry_seconds
         Seconds over which a request is repeated when the connection breaks or the server is too busy.
         Only requests that may safely be sent twice are repeated; 0 repeats none.
 
@@ -91,16 +90,15 @@ class AsyncClient(AsyncConnection):
         layers
             What to record of each pixel beside its colour, such as ``depth``.
         labels
-            Words of your own by which the job is found again.
+            Names and values by which the job is found again.
         priority
-            Of your own jobs those of a higher priority go first.
+            Of your own jobs those of a higher priority run first.
         time_limit
-            Seconds after its beginning when a job that is not finished ends.
+            Seconds after its start at which an unfinished job ends.
         wait
-            Seconds to wait for the end before the answer comes, whatever the state is then.
+            Seconds that the answer may be held back for the job to end.
         idempotency_key
-            The same request sent again with the same key is the same job; by default a key of its own for
-            each call, so that only the client's own repetitions count as the same.
+            The same request with the same key is the same job; by default each call has a new key.
         anew
             Render it even if the service has the same picture already.
 
@@ -120,7 +118,7 @@ class AsyncClient(AsyncConnection):
 
     async def get(self, job_id: str) -> AsyncRemoteJob:
         """The job as it is now."""
-        return AsyncRemoteJob.of(await self._send(calls.get_job(job_id)), self)
+        return await self._job(job_id)
 
     async def list(
         self,
@@ -147,15 +145,15 @@ class AsyncClient(AsyncConnection):
 
     async def cancel(self, job_id: str) -> AsyncRemoteJob:
         """Stop a job; one that has ended stays as it is."""
-        return AsyncRemoteJob.of(await self._send(calls.cancel_job(job_id)), self)
+        return await self._job(job_id, "/cancel", "POST")
 
     async def pause(self, job_id: str) -> AsyncRemoteJob:
         """Pause a job: no more of its tiles are handed out; one that has ended stays as it is."""
-        return AsyncRemoteJob.of(await self._send(calls.pause_job(job_id)), self)
+        return await self._job(job_id, "/pause", "POST")
 
     async def resume(self, job_id: str) -> AsyncRemoteJob:
-        """Let a paused job go on; any other stays as it is."""
-        return AsyncRemoteJob.of(await self._send(calls.resume_job(job_id)), self)
+        """Resume a paused job; any other stays as it is."""
+        return await self._job(job_id, "/resume", "POST")
 
     async def delete(self, job_id: str) -> None:
         """Remove a job and its image."""
@@ -169,11 +167,11 @@ class AsyncClient(AsyncConnection):
         NotAllowedError
             As many are pinned as may be.
         """
-        return AsyncRemoteJob.of(await self._send(calls.pin_job(job_id, pinned=True)), self)
+        return await self._job(job_id, "/pin", "PUT")
 
     async def unpin(self, job_id: str) -> AsyncRemoteJob:
         """Let the picture of a job expire again."""
-        return AsyncRemoteJob.of(await self._send(calls.pin_job(job_id, pinned=False)), self)
+        return await self._job(job_id, "/pin", "DELETE")
 
     async def prune(
         self,
@@ -196,7 +194,7 @@ class AsyncClient(AsyncConnection):
             keep_asset_seconds=keep_asset_seconds,
             dry_run=dry_run,
         )
-        return await self._send(calls.prune(rules))
+        return await self._send(calls.post("/v1/prune", rules, Pruned))
 
     async def tiles(self, job_id: str, *, after: int = 0, wait: float = 0.0) -> TileBatch:
         """The tile events numbered above `after`; waits up to `wait` seconds for the first."""
@@ -213,8 +211,8 @@ class AsyncClient(AsyncConnection):
     ) -> AsyncIterator[TileBatch]:
         """Batches of tile events as they come, until the job has ended.
 
-        A batch may be empty: it tells that the job is still there. A job that failed or was cancelled
-        ends like any other; the last batch has its state.
+        A batch may be empty. A job that failed or was cancelled ends like any other; the last batch has
+        its state.
 
         Raises
         ------
@@ -222,22 +220,20 @@ class AsyncClient(AsyncConnection):
             `timeout` seconds have passed.
         """
         place = Following(job_id, after, timeout)
-        more = True
-        while more:
+        while place.more:
             batch = await self.tiles(job_id, after=place.after, wait=place.hold)
             yield batch
-            more = place.goes_on(batch)
+            place.advance(batch)
 
     async def follow_pixels(
         self, job_id: str, *, after: int = 0, timeout: float | None = None, encoding: Encoding = "float32"
     ) -> AsyncIterator[PixelBatch]:
         """The same with the pixels of the tiles."""
         place = Following(job_id, after, timeout)
-        more = True
-        while more:
+        while place.more:
             batch = await self.tile_pixels(job_id, after=place.after, wait=place.hold, encoding=encoding)
             yield batch
-            more = place.goes_on(batch)
+            place.advance(batch)
 
     async def wait(
         self, job_id: str, *, timeout: float | None = None, on_progress: AsyncOnProgress | None = None
@@ -249,7 +245,7 @@ class AsyncClient(AsyncConnection):
         NoImageError
             There will be no image.
         TimedOutError
-            `timeout` seconds have passed; the job goes on.
+            `timeout` seconds have passed; the job keeps running.
         """
         with leaving(job_id):
             async for batch in self.follow(job_id, timeout=timeout):
@@ -259,8 +255,8 @@ class AsyncClient(AsyncConnection):
     async def events(self, job_id: str, *, after: int = 0) -> AsyncIterator[TileEvent]:
         """Tile events as a stream that the server pushes, until the job has ended or the connection breaks.
 
-        Start again with the last number seen as `after` to go on where it broke. To leave it early, go
-        through it in ``contextlib.aclosing``: that closes the connection.
+        To resume, give the last number seen as `after`. To leave it early, go through it in
+        ``contextlib.aclosing``: that closes the connection.
         """
         async with self._stream(calls.get_events(job_id, after=after)) as events:
             async for event in events:
@@ -269,41 +265,39 @@ class AsyncClient(AsyncConnection):
 
     async def picture(self, job_id: str, kind: PictureKind = "png") -> Picture:
         """The image file, or what there is of it while the job is running."""
-        return await self._send(calls.get_picture(job_id, kind))
+        return await self._send(calls.get_picture(job_id, f"image.{kind}"))
 
-    async def glimpse(self, job_id: str) -> bytes | None:
-        """What there is to see of a job, the bytes of a PNG file; None before its first tile."""
-        return await self._send(calls.get_glimpse(job_id))
+    async def preview(self, job_id: str) -> bytes | None:
+        """What is rendered of a job so far, the bytes of a PNG file; None before its first tile."""
+        return await self._send(calls.get_preview(job_id))
 
     async def pixels(self, job_id: str) -> npt.NDArray[np.float32]:
         """The image as linear RGB, shape (height, width, 3), float32, row 0 at the top."""
-        picture = await self.picture(job_id, "npy")
-        return picture.array()
+        return (await self.picture(job_id, "npy")).array()
 
     async def layer_file(self, job_id: str, name: str) -> Picture:
         """A layer that the job was asked for, as a file, or what there is of it while the job is running."""
-        return await self._send(calls.get_layer(job_id, name))
+        return await self._send(calls.get_picture(job_id, "layers", f"{name}.npy"))
 
     async def layer(self, job_id: str, name: str) -> npt.NDArray[Any]:
         """A layer as an array, (height, width) or (height, width, channels), float32 or int32."""
-        file = await self.layer_file(job_id, name)
-        return file.array()
+        return (await self.layer_file(job_id, name)).array()
 
     async def plan(self, job_id: str) -> PlanDocument:
         """What runs for a job, and who asked."""
-        return await self._send(calls.get_plan(job_id))
+        return in_scene(await self._send(calls.about(job_id, "/plan", PlanDocument)))
 
     async def convergence(self, job_id: str) -> Convergence:
-        """What the passes of a job have cost, which error they left, and how fast it falls."""
-        return await self._send(calls.get_convergence(job_id))
+        """The cost and error of each pass of a job, and how fast the error falls."""
+        return await self._send(calls.about(job_id, "/convergence", Convergence))
 
     async def convergence_file(self, job_id: str, form: str = "csv") -> bytes:
         """The same as a file: `json`, `csv`, or `svg` or `png` for a plot."""
         return await self._send(calls.get_convergence_file(job_id, form))
 
     async def log(self, job_id: str) -> JobLog:
-        """What became of a job: states, passes, repeated tiles, workers lost, failures."""
-        return await self._send(calls.get_log(job_id))
+        """The history of a job: states, passes, repeated tiles, workers lost, failures."""
+        return await self._send(calls.about(job_id, "/log", JobLog))
 
     async def explain(
         self,
@@ -313,8 +307,8 @@ class AsyncClient(AsyncConnection):
         layers: Iterable[str] = (),
     ) -> PlanDocument:
         """What would run for a scene; renders nothing."""
-        parcel = await to_thread.run_sync(pack, scene)
-        return await self._run(flows.plan(parcel, flows.given(quality=quality, layers=layers)))
+        members = flows.given(quality=quality, layers=layers)
+        return in_scene(await self._about_scene(scene, "/v1/plans", members, PlanDocument))
 
     async def quote(
         self,
@@ -324,24 +318,24 @@ class AsyncClient(AsyncConnection):
         target_error: float | None = None,
         seconds: float | None = None,
     ) -> Quote:
-        """What a scene would cost, and how far off it would be, at several qualities.
+        """The predicted seconds and error of a scene at several qualities.
 
         Parameters
         ----------
         quality
-            What is priced first, in place of the scene's ``sampling``.
+            Priced besides, in place of the scene's ``sampling``.
         target_error
-            A target error; ``for_error`` of the answer reaches it soonest.
+            ``for_error`` of the answer reaches it soonest.
         seconds
-            A given time; ``for_seconds`` of the answer comes closest in it.
+            ``for_seconds`` of the answer has the smallest error in this time.
 
         Raises
         ------
         BusyError
-            The service makes as many quotes as it may already.
+            The service makes as many quotes as it may.
         """
         members = flows.given(quality=quality, target_error=target_error, seconds=seconds)
-        return await self._run(flows.quote(await to_thread.run_sync(pack, scene), members))
+        return in_scene(await self._about_scene(scene, "/v1/quotes", members, Quote))
 
     async def trace(
         self, scene: SceneSource, origins: npt.ArrayLike, directions: npt.ArrayLike
@@ -353,8 +347,7 @@ class AsyncClient(AsyncConnection):
         origins, directions
             Shape (rays, 3), finite.
         """
-        parcel = await to_thread.run_sync(pack, scene)
-        return await self._run(flows.traces(parcel, rows(origins, directions)))
+        return await self._about_scene(scene, "/v1/traces", rows(origins, directions), TraceAnswer)
 
     async def compare(
         self,
@@ -373,7 +366,7 @@ class AsyncClient(AsyncConnection):
             A job or ``job:ID``; the path of a PNG, NPY or EXR file, or its bytes; an array (H, W, 3); or an
             image of Pillow.
         encoding, reference_encoding
-            ``srgb`` or ``linear``; by default what files of that kind usually mean, which the answer tells.
+            ``srgb`` or ``linear``; by default what files of that kind usually mean.
         options
             ``tolerance``, ``max_bias``, ``limit``, ``flip`` and ``pictures``, as the request has them.
 
@@ -390,8 +383,17 @@ class AsyncClient(AsyncConnection):
             "image": await to_thread.run_sync(sent, image, encoding),
             "reference": await to_thread.run_sync(sent, reference, reference_encoding),
         }
-        return await self._send(calls.make_comparison(pictures | sendable(options)))
+        return await self._send(calls.post("/v1/comparisons", pictures | sendable(options), ComparisonAnswer))
 
     async def version(self) -> Version:
         """Which service this is."""
-        return await self._send(calls.get_version())
+        return await self._send(calls.ask("/version", Version))
+
+    async def _job(self, job_id: str, part: str = "", method: str = "GET") -> AsyncRemoteJob:
+        return AsyncRemoteJob.of(await self._send(calls.about(job_id, part, Job, method)), self)
+
+    async def _about_scene(
+        self, scene: SceneSource, path: str, members: Mapping[str, Any], model: type[calls.Model]
+    ) -> calls.Model:
+        parcel = await to_thread.run_sync(pack, scene)
+        return await self._run(flows.about_scene(parcel, path, members, model))

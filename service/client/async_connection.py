@@ -26,12 +26,12 @@ class AsyncConnection:
         *,
         key: str | None = None,
         timeout: float = 30.0,
-        patience: float = 5.0,
+        retry_seconds: float = 5.0,
     ) -> None:
         found = access(server, key)
         self.server = found.server
         self._timeout = timeout
-        self._patience = patience
+        self._retry_seconds = retry_seconds
         self._http = httpx2.AsyncClient(base_url=found.server, headers=found.headers, timeout=timeout)
 
     def __repr__(self) -> str:
@@ -41,10 +41,7 @@ class AsyncConnection:
         return self
 
     async def __aexit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         await self.close()
 
@@ -54,7 +51,7 @@ class AsyncConnection:
 
     @asynccontextmanager
     async def _stream(self, call: Call[Answer]) -> AsyncIterator[Answer]:
-        """Send a call whose answer goes on; the connection is closed at the end of the block."""
+        """Send a call whose answer is a stream; the connection is closed at the end of the block."""
         refuse_closed(self._http.is_closed)
         with transport_errors(self.server, job_id=call.job_id):
             async with self._http.stream(call.method, call.path, headers=dict(call.headers)) as answer:
@@ -79,7 +76,7 @@ class AsyncConnection:
                 return result
 
     async def _send(self, call: Call[Answer]) -> Answer:
-        tries = Tries(call, self._patience)
+        tries = Tries(call, self._retry_seconds)
         while True:
             try:
                 return await self._send_once(call)

@@ -1,4 +1,4 @@
-"""A job as its submitter holds it."""
+"""A job of a service, with everything that its submitter can do with it."""
 
 from __future__ import annotations
 
@@ -15,11 +15,10 @@ from schemas.convergence import Convergence
 from schemas.jobs import TileBatch
 from schemas.logs import JobLog
 from schemas.plans import PlanDocument
-from service.client import notebooks
 from service.client.batches import Encoding, TilePixels
 from service.client.errors import ClientError
 from service.client.following import AsyncOnProgress, leaving, notify_async, succeeded
-from service.client.known import AsyncKnownJob
+from service.client.known import AsyncKnownJob, live_card
 from service.client.pictures import Picture, PictureKind, kind_of, write
 
 if TYPE_CHECKING:
@@ -32,7 +31,7 @@ if TYPE_CHECKING:
 class AsyncRemoteJob(AsyncKnownJob):
     """A job of the service, and what can be done with it.
 
-    Where the finished image is asked for, it is waited for.
+    Methods that return the finished image wait for it.
 
     Examples
     --------
@@ -43,7 +42,7 @@ class AsyncRemoteJob(AsyncKnownJob):
     _client: AsyncClient = PrivateAttr()
 
     async def refresh(self) -> Self:
-        """Ask how the job is now."""
+        """Update the job from the service."""
         return self._renewed(await self._client.get(self.id))
 
     async def wait(self, *, timeout: float | None = None, on_progress: AsyncOnProgress | None = None) -> Self:
@@ -52,7 +51,7 @@ class AsyncRemoteJob(AsyncKnownJob):
         Parameters
         ----------
         timeout
-            Seconds to wait at most; the job goes on.
+            Seconds to wait at most; the job keeps running.
         on_progress
             Called with each batch of tile events; it may be a coroutine function where calls are awaited.
 
@@ -63,12 +62,12 @@ class AsyncRemoteJob(AsyncKnownJob):
         TimedOutError
             `timeout` seconds have passed.
         """
-        live = notebooks.live()
+        live = live_card()
 
         async def note(batch: TileBatch) -> None:
             self._noted(batch)
             if live is not None and live.due(batch):
-                live.show(self, await self._seen())
+                live.show(self, await self._preview())
             await notify_async(on_progress, batch)
 
         return self._renewed(await self._client.wait(self.id, timeout=timeout, on_progress=note))
@@ -78,7 +77,7 @@ class AsyncRemoteJob(AsyncKnownJob):
         return self._renewed(await self._client.cancel(self.id))
 
     async def pause(self) -> Self:
-        """Pause it, and keep what there is; one that has ended stays as it is."""
+        """Pause it, and keep what is rendered; one that has ended stays as it is."""
         return self._renewed(await self._client.pause(self.id))
 
     async def resume(self) -> Self:
@@ -129,7 +128,7 @@ class AsyncRemoteJob(AsyncKnownJob):
         return AsyncLayers(self)
 
     async def picture(self, kind: PictureKind = "png") -> Picture:
-        """The image file, or what there is of it by now."""
+        """The image file, or what is rendered of it so far."""
         return await self._client.picture(self.id, kind)
 
     async def tiles(
@@ -155,11 +154,11 @@ class AsyncRemoteJob(AsyncKnownJob):
         return await self._client.plan(self.id)
 
     async def convergence(self) -> Convergence:
-        """What its passes have cost, which error they left, and how fast it falls."""
+        """The cost and error of each pass, and how fast the error falls."""
         return await self._client.convergence(self.id)
 
     async def log(self) -> JobLog:
-        """What became of it: states, passes, repeated tiles, workers lost, failures."""
+        """Its history: states, passes, repeated tiles, workers lost, failures."""
         return await self._client.log(self.id)
 
     async def _finished(self, kind: PictureKind, timeout: float | None) -> Picture:
@@ -167,10 +166,10 @@ class AsyncRemoteJob(AsyncKnownJob):
             await self.wait(timeout=timeout)
         return await self.picture(kind)
 
-    async def _seen(self) -> bytes | None:
-        """What there is to see; None where that is nothing yet, or nothing any more."""
+    async def _preview(self) -> bytes | None:
+        """A PNG of what is rendered so far, None where there is none."""
         try:
-            return await self._client.glimpse(self.id)
+            return await self._client.preview(self.id)
         except ClientError:
             return None
 

@@ -50,7 +50,7 @@ class PixelBatch:
     Attributes
     ----------
     next
-        The number to go on from.
+        The number to continue from.
     complete
         The job has ended and nothing follows.
     succeeded

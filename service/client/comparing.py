@@ -1,4 +1,4 @@
-"""Pictures on their way to be compared: local files, or jobs of a service."""
+"""Pictures to be compared: local files, or jobs of a service."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 JOB = "job:"
 LAYERS = ("error", "samples", "shape")
-"""Layers that say more about a difference than the picture alone."""
+"""Layers that a comparison uses besides the picture."""
 
 PictureSource = str | PathLike[str] | bytes | Job | Picture | npt.NDArray[Any] | Any
 """A job or ``job:ID``; the path of a file or its bytes; an array (H, W, 3), an image of Pillow, or what the
@@ -76,7 +76,7 @@ def _file(source: Any) -> bytes:
     pixels = getattr(source, "image", source)
     if isinstance(pixels, np.ndarray):
         np.save(buffer, pixels, allow_pickle=False)
-    # Whoever has an image of Pillow has loaded Pillow.
+    # An image of Pillow exists only where Pillow is loaded.
     elif (pillow := sys.modules.get("PIL.Image")) and isinstance(source, pillow.Image):
         source.save(buffer, format="PNG")
     else:

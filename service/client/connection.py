@@ -27,12 +27,12 @@ class Connection:
         *,
         key: str | None = None,
         timeout: float = 30.0,
-        patience: float = 5.0,
+        retry_seconds: float = 5.0,
     ) -> None:
         found = access(server, key)
         self.server = found.server
         self._timeout = timeout
-        self._patience = patience
+        self._retry_seconds = retry_seconds
         self._http = httpx2.Client(base_url=found.server, headers=found.headers, timeout=timeout)
 
     def __repr__(self) -> str:
@@ -42,10 +42,7 @@ class Connection:
         return self
 
     def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         self.close()
 
@@ -55,7 +52,7 @@ class Connection:
 
     @contextmanager
     def _stream(self, call: Call[Answer]) -> Iterator[Answer]:
-        """Send a call whose answer goes on; the connection is closed at the end of the block."""
+        """Send a call whose answer is a stream; the connection is closed at the end of the block."""
         refuse_closed(self._http.is_closed)
         with transport_errors(self.server, job_id=call.job_id):
             with self._http.stream(call.method, call.path, headers=dict(call.headers)) as answer:
@@ -80,7 +77,7 @@ class Connection:
                 return result
 
     def _send(self, call: Call[Answer]) -> Answer:
-        tries = Tries(call, self._patience)
+        tries = Tries(call, self._retry_seconds)
         while True:
             try:
                 return self._send_once(call)

@@ -2,18 +2,18 @@
 
 ClientError
 ├── UnreachableError           no connection, or it broke before the answer was complete
-├── TimedOutError              nothing is known to be wrong; `job_id` says which job to ask for again
-├── UnexpectedAnswerError      whatever answered does not speak this service's language
+├── TimedOutError              no answer, or no end of the job, in time; `job_id` says which job
+├── UnexpectedAnswerError      the answer is not one of this service
 ├── RefusedError               the service answered with a problem document
 │   ├── RequestInvalidError    the request, or the scene in it, is not usable
-│   ├── NotAllowedError        the service wants a key, or another one
+│   ├── NotAllowedError        the service needs a key, or another one
 │   ├── NotFoundError          no such job, asset or image
 │   ├── ConflictError          the state of the job does not allow it
 │   ├── BusyError              too much work at the moment: try again later
 │   └── ServerFaultError       the service itself failed
 └── NoImageError               the job ended without the image that was asked for
     ├── JobFailedError         `failure` says why, and whether it is worth another try
-    ├── JobCancelledError      somebody stopped it
+    ├── JobCancelledError      it was cancelled
     └── JobExpiredError        it was kept as long as the service keeps jobs
 """
 
@@ -53,13 +53,13 @@ class UnreachableError(ClientError):
 
 
 class TimedOutError(ClientError):
-    """Something took longer than it was given; the job, if there is one, goes on without us.
+    """Something took longer than allowed; the job, if there is one, keeps running.
 
-    `what` says so in one sentence, `job_id` which job it is; the message tells how to go on too.
+    `what` says so in one sentence, `job_id` names the job; the message also says how to wait again.
     """
 
     def __init__(self, what: str, *, job_id: str | None = None) -> None:
-        super().__init__(f"{what} {how_to_go_on(job_id)}" if job_id else what)
+        super().__init__(f"{what} {what_next(job_id)}" if job_id else what)
         self.what = what
         self.job_id = job_id
 
@@ -67,7 +67,7 @@ class TimedOutError(ClientError):
 class UnexpectedAnswerError(ClientError):
     """The answer is not one that this client knows.
 
-    `retry_after` has the seconds after which a proxy in front of the service wants to be asked again.
+    `retry_after` has the seconds that a proxy in front of the service asks to wait, None where it does not.
     """
 
     def __init__(self, message: str, *, retry_after: float | None = None) -> None:
@@ -106,7 +106,7 @@ class RequestInvalidError(RefusedError):
 
 
 class NotAllowedError(RefusedError):
-    """The service wants a key, or another one: give it as ``Client(key=...)`` or in ``PENUMBRA_KEY``."""
+    """The service needs a key, or another one: give it as ``Client(key=...)`` or in ``PENUMBRA_KEY``."""
 
 
 class NotFoundError(RefusedError):
@@ -149,14 +149,14 @@ class JobCancelledError(NoImageError):
 
 
 class JobExpiredError(NoImageError):
-    """The job is over for longer than the service keeps jobs."""
+    """The job ended longer ago than the service keeps jobs."""
 
     def __init__(self, *, job_id: str) -> None:
         super().__init__(f"Job {job_id} has expired, and its image is gone. Submit it again.", job_id=job_id)
 
 
-def how_to_go_on(job_id: str) -> str:
-    """Say what can be done about a job that nobody waits for any more."""
+def what_next(job_id: str) -> str:
+    """Say what can be done with a job after the waiting has ended."""
     return f"Wait again with client.wait({job_id!r}), or stop it with client.cancel({job_id!r})."
 
 

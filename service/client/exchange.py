@@ -1,4 +1,4 @@
-"""What clients of both kinds share: errors of the transport, refusals, and when to send again."""
+"""Errors of the transport, refusals, and when a request is sent again."""
 
 from __future__ import annotations
 
@@ -39,13 +39,7 @@ log = logging.getLogger(__name__)
 
 
 def refuse_closed(closed: bool) -> None:
-    """Refuse to send through a client that was closed.
-
-    Raises
-    ------
-    ClientError
-        Says so.
-    """
+    """Raise ClientError for a client that was closed."""
     if closed:
         raise ClientError("This client is closed. Make another, or leave its 'with' statement later.")
 
@@ -81,9 +75,8 @@ def refused(answer: httpx2.Response) -> ClientError:
     media_type = answer.headers.get("Content-Type", "").partition(";")[0]
     if media_type != "application/problem+json":
         return UnexpectedAnswerError(
-            f"{answer.url} answered {answer.status_code}, and not in the words of this service. "
-            "Is that its address?",
-            # A proxy in front of the service has no other words for this.
+            f"{answer.url} answered {answer.status_code} without a problem document. Is that its address?",
+            # A proxy in front of the service answers so.
             retry_after=retry_after if answer.status_code in {429, 503} else None,
         )
     try:
@@ -92,7 +85,7 @@ def refused(answer: httpx2.Response) -> ClientError:
         return UnexpectedAnswerError(
             f"{answer.url} answered {answer.status_code} with a broken problem document. Is that its address?"
         )
-    # The body was made here: lines and columns of it are of no use to anybody, unless they are found anew.
+    # The body was made here: its lines and columns mean nothing to the user.
     errors = tuple(problem.model_copy(update=NOWHERE) for problem in document.errors)
     return refusal(
         answer.status_code, document.model_copy(update={"errors": errors}), retry_after=retry_after
@@ -107,14 +100,14 @@ class Tries:
 
     Parameters
     ----------
-    patience
+    retry_seconds
         Seconds over which it is repeated. They are counted from the first failure on, since the server may
         hold back an answer for longer than that.
     """
 
-    def __init__(self, call: Call[Any], patience: float) -> None:
+    def __init__(self, call: Call[Any], retry_seconds: float) -> None:
         self._call = call
-        self._patience = patience
+        self._retry_seconds = retry_seconds
         self._failures = 0
         self._first = 0.0
         self._logged = False
@@ -130,7 +123,7 @@ class Tries:
         now = time.monotonic()
         self._first = self._first if self._failures else now
         self._failures += 1
-        left = self._first + self._patience - now
+        left = self._first + self._retry_seconds - now
         pause = self._pause(error)
         if pause is None or left <= 0:
             raise error
@@ -143,7 +136,7 @@ class Tries:
         match error:
             case RefusedError(retry_after=float(seconds)) | UnexpectedAnswerError(retry_after=float(seconds)):
                 asked = max(seconds, SHORTEST_PAUSE)
-                return asked if self._first + self._patience >= time.monotonic() + seconds else None
+                return asked if self._first + self._retry_seconds >= time.monotonic() + seconds else None
             case UnreachableError(sent=sent) if self._call.repeatable or not sent:
                 # At random, so that many clients do not come back at the same moment.
                 spread = random.uniform(0.0, SHORTEST_PAUSE)  # noqa: S311 - no secret

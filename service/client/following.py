@@ -1,4 +1,4 @@
-"""Staying with a job, whoever sends the requests: what to ask for next, and when to stop."""
+"""Following a job: the next request, the time-out, progress callbacks, and how the job ended."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from service.client.errors import (
     JobExpiredError,
     JobFailedError,
     TimedOutError,
-    how_to_go_on,
+    what_next,
 )
 
-Held = TypeVar("Held", bound=Job)
+AnyJob = TypeVar("AnyJob", bound=Job)
 
 OnProgress = Callable[[TileBatch], None]
 AsyncOnProgress = Callable[[TileBatch], Awaitable[None] | None]
@@ -30,21 +30,22 @@ LONGEST_HOLD = 20.0
 
 @dataclass(slots=True)
 class Following:
-    """How far somebody is who follows a job.
+    """The place in the events of a job.
 
     Attributes
     ----------
-    job_id
-        The job.
     after
         Number of the last event seen.
     timeout
-        Seconds until it is enough; None for no end.
+        Seconds to follow at most; None for no limit.
+    more
+        Whether the job has not ended yet.
     """
 
     job_id: str
     after: int = 0
     timeout: float | None = None
+    more: bool = field(default=True, init=False)
     _begun: float = field(default_factory=time.monotonic)
 
     @property
@@ -52,20 +53,19 @@ class Following:
         """Seconds for which the next request may be held back."""
         return LONGEST_HOLD if self.timeout is None else max(0.0, min(LONGEST_HOLD, self._left()))
 
-    def goes_on(self, batch: TileBatch | PixelBatch) -> bool:
-        """Take note of a batch, and say whether another follows.
+    def advance(self, batch: TileBatch | PixelBatch) -> None:
+        """Continue after a batch.
 
         Raises
         ------
         TimedOutError
             The job has not ended, and the time is over.
         """
-        self.after = batch.next
-        if not batch.complete and self.timeout is not None and self._left() <= 0:
+        self.after, self.more = batch.next, not batch.complete
+        if self.more and self.timeout is not None and self._left() <= 0:
             raise TimedOutError(
-                f"Job {self.job_id} goes on after {self.timeout:g} s of waiting.", job_id=self.job_id
+                f"Job {self.job_id} has not ended after {self.timeout:g} s of waiting.", job_id=self.job_id
             )
-        return not batch.complete
 
     def _left(self) -> float:
         assert self.timeout is not None
@@ -73,32 +73,32 @@ class Following:
 
 
 def notify(on_progress: OnProgress | None, batch: TileBatch) -> None:
-    """Report a batch to whoever asked for that."""
+    """Report a batch to the callback, if there is one."""
     if on_progress is not None:
         on_progress(batch)
 
 
 async def notify_async(on_progress: AsyncOnProgress | None, batch: TileBatch) -> None:
-    """Report a batch to whoever asked for that, and wait for a coroutine."""
+    """Report a batch to the callback, if there is one, and await it."""
     if on_progress is not None and (pending := on_progress(batch)) is not None:
         await pending
 
 
 @contextmanager
 def leaving(job_id: str) -> Iterator[None]:
-    """Say on the way out, after Ctrl-C or when a task is cancelled, that the job goes on."""
+    """Note in the exception of Ctrl-C or of a cancelled task that the job keeps running."""
     try:
         yield
     except GeneratorExit:
         raise
     except BaseException as error:
         if not isinstance(error, Exception):
-            error.add_note(f"Job {job_id} goes on: only the waiting has ended. {how_to_go_on(job_id)}")
+            error.add_note(f"Job {job_id} keeps running: only the waiting has ended. {what_next(job_id)}")
         raise
 
 
-def succeeded(job: Held) -> Held:
-    """Give a job back that has ended well; raise what became of any other.
+def succeeded(job: AnyJob) -> AnyJob:
+    """Return a job that has not failed, been cancelled or expired; raise for any other.
 
     Raises
     ------

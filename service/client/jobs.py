@@ -1,5 +1,5 @@
 # Generated from async_jobs.py by tools/generate_sync_client.py: edit that file, then run this script.
-"""A job as its submitter holds it."""
+"""A job of a service, with everything that its submitter can do with it."""
 
 from __future__ import annotations
 
@@ -15,11 +15,10 @@ from schemas.convergence import Convergence
 from schemas.jobs import TileBatch
 from schemas.logs import JobLog
 from schemas.plans import PlanDocument
-from service.client import notebooks
 from service.client.batches import Encoding, TilePixels
 from service.client.errors import ClientError
 from service.client.following import OnProgress, leaving, notify, succeeded
-from service.client.known import KnownJob
+from service.client.known import KnownJob, live_card
 from service.client.pictures import Picture, PictureKind, kind_of, write
 
 if TYPE_CHECKING:
@@ -32,7 +31,7 @@ if TYPE_CHECKING:
 class RemoteJob(KnownJob):
     """A job of the service, and what can be done with it.
 
-    Where the finished image is asked for, it is waited for.
+    Methods that return the finished image wait for it.
 
     Examples
     --------
@@ -43,7 +42,7 @@ class RemoteJob(KnownJob):
     _client: Client = PrivateAttr()
 
     def refresh(self) -> Self:
-        """Ask how the job is now."""
+        """Update the job from the service."""
         return self._renewed(self._client.get(self.id))
 
     def wait(self, *, timeout: float | None = None, on_progress: OnProgress | None = None) -> Self:
@@ -52,7 +51,7 @@ class RemoteJob(KnownJob):
         Parameters
         ----------
         timeout
-            Seconds to wait at most; the job goes on.
+            Seconds to wait at most; the job keeps running.
         on_progress
             Called with each batch of tile events; it may be a coroutine function where calls are awaited.
 
@@ -63,12 +62,12 @@ class RemoteJob(KnownJob):
         TimedOutError
             `timeout` seconds have passed.
         """
-        live = notebooks.live()
+        live = live_card()
 
         def note(batch: TileBatch) -> None:
             self._noted(batch)
             if live is not None and live.due(batch):
-                live.show(self, self._seen())
+                live.show(self, self._preview())
             notify(on_progress, batch)
 
         return self._renewed(self._client.wait(self.id, timeout=timeout, on_progress=note))
@@ -78,7 +77,7 @@ class RemoteJob(KnownJob):
         return self._renewed(self._client.cancel(self.id))
 
     def pause(self) -> Self:
-        """Pause it, and keep what there is; one that has ended stays as it is."""
+        """Pause it, and keep what is rendered; one that has ended stays as it is."""
         return self._renewed(self._client.pause(self.id))
 
     def resume(self) -> Self:
@@ -129,7 +128,7 @@ class RemoteJob(KnownJob):
         return Layers(self)
 
     def picture(self, kind: PictureKind = "png") -> Picture:
-        """The image file, or what there is of it by now."""
+        """The image file, or what is rendered of it so far."""
         return self._client.picture(self.id, kind)
 
     def tiles(self, *, timeout: float | None = None, encoding: Encoding = "float32") -> Iterator[TilePixels]:
@@ -152,11 +151,11 @@ class RemoteJob(KnownJob):
         return self._client.plan(self.id)
 
     def convergence(self) -> Convergence:
-        """What its passes have cost, which error they left, and how fast it falls."""
+        """The cost and error of each pass, and how fast the error falls."""
         return self._client.convergence(self.id)
 
     def log(self) -> JobLog:
-        """What became of it: states, passes, repeated tiles, workers lost, failures."""
+        """Its history: states, passes, repeated tiles, workers lost, failures."""
         return self._client.log(self.id)
 
     def _finished(self, kind: PictureKind, timeout: float | None) -> Picture:
@@ -164,10 +163,10 @@ class RemoteJob(KnownJob):
             self.wait(timeout=timeout)
         return self.picture(kind)
 
-    def _seen(self) -> bytes | None:
-        """What there is to see; None where that is nothing yet, or nothing any more."""
+    def _preview(self) -> bytes | None:
+        """A PNG of what is rendered so far, None where there is none."""
         try:
-            return self._client.glimpse(self.id)
+            return self._client.preview(self.id)
         except ClientError:
             return None
 

@@ -1,23 +1,27 @@
-"""Making a scene ready to travel: its textures and meshes are named by their content and come along."""
+"""What is sent: values as JSON, and a scene with its textures and meshes named by their content."""
 
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
+import numpy.typing as npt
+
 from schemas.documents import read_text
 from schemas.findings import Finding, located, refusal
 from schemas.limits import limits_in_force
+from schemas.plain import plain
 from schemas.pointers import Parts
 from schemas.problems import Problem
 from schemas.reading import scene_path
 from schemas.references import also_named
 from schemas.scene import Scene
-from service.client.documents import refuse_not_finite
+from schemas.sentences import say
 
 if TYPE_CHECKING:
     from renderer.assets import AssetSource
@@ -54,7 +58,7 @@ class Parcel:
         """Problems with the body that was sent, as problems with the user's own document.
 
         Pointers into the scene lose ``/scene`` and get line and column of the user's text. Others keep
-        their pointer alone: nobody has seen the lines of the body.
+        their pointer alone: users have not seen the lines of the body.
         """
         return [
             *located(self.text, (_inside(problem) for problem in problems if _is_inside(problem))),
@@ -95,7 +99,7 @@ def pack(scene: SceneSource, assets: Assets | None = None) -> Parcel:
     contents, missing = _contents(read.content, files)
     if read.repeated or missing:
         raise refusal([*read.repeated, *missing], read.content, read.text)
-    refuse_not_finite(read.content, read.text)
+    _refuse_not_finite(read.content, read.text)
     names = {name: hashlib.sha256(content).hexdigest() for name, content in contents.items()}
     return Parcel(
         document=_renamed(read.content, names),
@@ -171,3 +175,63 @@ def _inside(problem: Problem) -> Problem:
 
 def _without_place(problem: Problem) -> Problem:
     return problem.model_copy(update={"line": None, "column": None})
+
+
+def sendable(members: Mapping[str, Any]) -> dict[str, Any]:
+    """Members of a request as JSON has them; NumPy and models may be among them.
+
+    Raises
+    ------
+    schemas.errors.SceneError
+        With every value that JSON cannot represent.
+    """
+    made = {name: plain(value, max_depth=limits_in_force().max_depth) for name, value in members.items()}
+    _refuse_not_finite(made, None)
+    return made
+
+
+def rows(origins: npt.ArrayLike, directions: npt.ArrayLike) -> dict[str, Any]:
+    """Origins and directions of rays (rays, 3) as lists of numbers, as a request has them.
+
+    Raises
+    ------
+    ValueError
+        One has another shape, or does not hold real numbers.
+    """
+    # Not before rays are cast: a client needs nothing of the renderer otherwise.
+    from renderer.math.arrays import vectors  # noqa: PLC0415
+
+    given = {"origins": origins, "directions": directions}
+    return {name: vectors(name, values).tolist() for name, values in given.items()}
+
+
+def _refuse_not_finite(content: object, text: str | None) -> None:
+    """Refuse NaN and infinity, which JSON cannot carry.
+
+    Parameters
+    ----------
+    text
+        What the content was read from, so that places have lines; None where it never was text.
+
+    Raises
+    ------
+    schemas.errors.SceneError
+        With the place of each of them.
+    """
+    findings = [Finding(parts, *say("finite_number", "", {})) for parts in _not_finite(content, ())]
+    if findings:
+        raise refusal(findings, content, text)
+
+
+def _not_finite(node: object, parts: Parts) -> Iterator[Parts]:
+    if isinstance(node, float):
+        if not math.isfinite(node):
+            yield parts
+    elif isinstance(node, Mapping):
+        for name, member in node.items():
+            yield from _not_finite(member, (*parts, name))
+    elif isinstance(node, list):
+        for number, entry in enumerate(node):
+            # Most entries are numbers that need no place.
+            if type(entry) is not float or not math.isfinite(entry):
+                yield from _not_finite(entry, (*parts, number))

@@ -1,4 +1,4 @@
-"""The image of a job, whole or as far as it is rendered, and files of it."""
+"""Image files of a job: read as arrays and images, and written in one step."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class Picture:
         UnexpectedAnswerError
             The content is not a PNG file.
         """
-        # Whoever takes arrays or files needs no Pillow.
+        # Arrays and files need no Pillow.
         from PIL import Image, UnidentifiedImageError  # noqa: PLC0415
 
         try:
@@ -105,7 +105,7 @@ def kind_of(path: str | os.PathLike[str]) -> PictureKind:
 
 
 def write(path: str | os.PathLike[str], content: bytes) -> Path:
-    """Write a file in one step: whoever looks sees the old file or the new one, never a part.
+    """Write a file in one step: readers see the old file or the new one, never a part of it.
 
     Raises
     ------

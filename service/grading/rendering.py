@@ -114,7 +114,7 @@ def _by_service(order: Ordered, text: bytes, layers: tuple[str, ...], until: flo
     from service.client import Client, JobFailedError, RequestInvalidError  # noqa: PLC0415
 
     quality = None if order.quality is None else order.quality.model_dump(mode="json", exclude_none=True)
-    with Client(order.server, patience=order.timeout) as client:
+    with Client(order.server, retry_seconds=order.timeout) as client:
         try:
             assets = order.folder.assets(order.file)
             job = client.submit(text, quality=quality, layers=layers, assets=assets)

@@ -40,11 +40,11 @@ def test_tev_has_every_pixel_of_the_picture_in_the_end(
 
 
 def test_where_tev_is_away_the_job_is_watched_without_it(penumbra: Penumbra, job: str) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as nobody:
-        address = f"127.0.0.1:{nobody.getsockname()[1]}"
+    with socket.create_server(("127.0.0.1", 0)) as closed:
+        address = f"127.0.0.1:{closed.getsockname()[1]}"
     outcome = penumbra("watch", job, "--tev", address)
     assert outcome.code == 0
-    assert f"tev cannot be reached at {address}" in outcome.err
+    assert address in outcome.err
     assert outcome.out.count("\ttile ") > 1
 
 

@@ -141,7 +141,7 @@ def test_the_client_quotes_scenes_with_their_textures(server: RunningServer) -> 
 
 def test_a_busy_service_is_a_busy_error_to_the_client(start: Start) -> None:
     server = start(max_quotes=1, workers=1)
-    with ThreadPoolExecutor(3) as threads, Client(server.url, patience=0) as client:
+    with ThreadPoolExecutor(3) as threads, Client(server.url, retry_seconds=0) as client:
         results = [threads.submit(client.quote, scene()) for _ in range(3)]
         errors = [result.exception() for result in results]
     assert {type(error) for error in errors} <= {BusyError, type(None)}

@@ -65,7 +65,7 @@ SWITCHED_OFF: dict[str, Patches] = {
     "A6: pictures of one row, one column, one pixel": {
         "renderer.cameras.Pinhole.screen": shapes.plain_screen
     },
-    "A7: focal length": {"accuracy.hard_cases.cameras.build_pinhole": shapes.at_the_focal_length},
+    "A7: focal length": {"renderer.plan.building.build_pinhole": shapes.at_the_focal_length},
     "A8: a lens far from the origin": {"renderer.cameras.Pinhole.directions": shapes.between_places},
     "A9: the middle of the lens": {
         "accuracy.hard_cases.cameras.disk": lambda a, b: plain_disk(2 * a - 1, 2 * b - 1)

@@ -26,20 +26,20 @@ def test_equal_pictures_match_and_the_output_says_how_they_were_read(
     outcome = penumbra("compare", "picture.png", "picture.png")
     assert outcome.code == 0
     assert outcome.out.startswith("match: ")
-    assert "srgb (not stated, usual for such files)" in outcome.out
+    assert outcome.out.count("srgb (not stated") == 2
     assert outcome.err == ""
 
 
-def test_the_mistake_is_told_with_its_cure(here: Penumbra, picture: np.ndarray) -> None:
+def test_the_mistake_is_reported_with_its_cure(here: Penumbra, picture: np.ndarray) -> None:
     outcome = here("compare", "flipped.png", "picture.png")
     assert outcome.code == 0
     assert outcome.out.startswith("mismatch: ")
     assert "cause: flipped_vertically" in outcome.out
-    assert "Row 0 is the top one" in outcome.out
+    assert "Row 0" in outcome.out
 
 
 @pytest.mark.parametrize(("image", "code"), [("flipped.png", 1), ("picture.png", 0)])
-def test_the_exit_code_tells_a_low_score_where_that_was_asked_for(
+def test_the_exit_code_reports_a_low_score_where_that_was_asked_for(
     here: Penumbra, picture: np.ndarray, image: str, code: int
 ) -> None:
     assert here("compare", image, "picture.png", "--fail-under", "1").code == code
@@ -47,10 +47,10 @@ def test_the_exit_code_tells_a_low_score_where_that_was_asked_for(
 
 def test_json_is_the_document_that_the_service_answers_with(here: Penumbra, picture: np.ndarray) -> None:
     outcome = here("compare", "flipped.png", "picture.png", "--json")
-    told = ComparisonAnswer.model_validate(outcome.document)
-    assert told.verdict == "mismatch"
-    assert told.diagnosis[0].cause == "flipped_vertically"
-    assert told.inputs.image.encoding == "srgb"
+    found = ComparisonAnswer.model_validate(outcome.document)
+    assert found.verdict == "mismatch"
+    assert found.diagnosis[0].cause == "flipped_vertically"
+    assert found.inputs.image.encoding == "srgb"
     assert set(outcome.document["timings"]) == {"seconds", "cpu_seconds"}
     assert set(outcome.document) - {"timings"} == {
         field.alias or name for name, field in ComparisonAnswer.model_fields.items()
@@ -88,14 +88,14 @@ def test_places_are_named_by_the_shapes_of_the_scene(
     assert outcome.document["worst_regions"][0]["name"] == "ellipsoid (shapes/1)"
 
 
-def test_flip_is_told_where_it_is_asked_for(here: Penumbra, picture: np.ndarray) -> None:
+def test_flip_is_reported_where_it_is_asked_for(here: Penumbra, picture: np.ndarray) -> None:
     asked = here("compare", "flipped.png", "picture.png", "--flip", "--json")
     assert 0 < asked.document["metrics"]["flip"] < 1
     assert here("compare", "flipped.png", "picture.png", "--json").document["metrics"]["flip"] is None
 
 
 @pytest.mark.parametrize(
-    ("words", "code", "told"),
+    ("words", "code", "found"),
     [
         (("picture.png", "none.png"), 3, "none.png"),
         (("picture.png", "small.npy"), 3, "32 x 24"),
@@ -105,8 +105,8 @@ def test_flip_is_told_where_it_is_asked_for(here: Penumbra, picture: np.ndarray)
         (("picture.png", "picture.png", "--tolerance", "2"), 2, "tolerance"),
     ],
 )
-def test_what_cannot_be_compared_is_told_with_the_reason(
-    here: Penumbra, picture: np.ndarray, tmp_path: Path, words: tuple[str, ...], code: int, told: str
+def test_what_cannot_be_compared_is_reported_with_the_reason(
+    here: Penumbra, picture: np.ndarray, tmp_path: Path, words: tuple[str, ...], code: int, found: str
 ) -> None:
     np.save(tmp_path / "small.npy", np.zeros((4, 4, 3), np.float32))
     bad = np.zeros((24, 32, 3), np.float32)
@@ -114,5 +114,5 @@ def test_what_cannot_be_compared_is_told_with_the_reason(
     np.save(tmp_path / "nan.npy", bad)
     outcome = here("compare", *words)
     assert outcome.code == code
-    assert told in outcome.err
+    assert found in outcome.err
     assert outcome.out == ""

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,7 @@ from tests.unit.cli.conftest import Penumbra
 NAMES = {"penumbra", "python", "libraries", "numpy simd", "processors", "memory", "data folder", "database"}
 
 
-def test_everything_is_looked_at_and_nothing_is_made(penumbra: Penumbra, tmp_path: Path) -> None:
+def test_everything_is_checked_and_nothing_is_made(penumbra: Penumbra, tmp_path: Path) -> None:
     outcome = penumbra("doctor", "--json")
     assert outcome.code == 0
     checks = {check["name"]: check for check in outcome.document["checks"]}
@@ -21,7 +22,7 @@ def test_everything_is_looked_at_and_nothing_is_made(penumbra: Penumbra, tmp_pat
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_variable_that_is_no_setting_is_told_with_what_was_meant(
+def test_a_variable_that_is_no_setting_is_reported_with_what_was_meant(
     here: Penumbra, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name in ("PENUMBRA_WORKER", "PENUMBRA_LIMITS__MAX_PIXEL", "penumbra_prot", "PENUMBRA_XYZ"):
@@ -31,14 +32,13 @@ def test_a_variable_that_is_no_setting_is_told_with_what_was_meant(
     for name in ("PENUMBRA_SERVER", "PENUMBRA_KEY"):
         monkeypatch.setenv(name, "x")
     outcome = here("doctor", "--json")
-    told = {
-        check["found"]: check["advice"] for check in outcome.document["checks"] if check["name"] == "variable"
-    }
-    assert told == {
-        "PENUMBRA_LIMITS__MAX_PIXEL": "Did you mean PENUMBRA_LIMITS__MAX_PIXELS?",
-        "PENUMBRA_WORKER": "Did you mean PENUMBRA_WORKERS?",
-        "PENUMBRA_XYZ": "It is not known here, and does nothing.",
-        "penumbra_prot": "Did you mean PENUMBRA_PORT?",
+    checks = [check for check in outcome.document["checks"] if check["name"] == "variable"]
+    meant = {check["found"]: re.findall(r"PENUMBRA_\w+", check["advice"]) for check in checks}
+    assert meant == {
+        "PENUMBRA_LIMITS__MAX_PIXEL": ["PENUMBRA_LIMITS__MAX_PIXELS"],
+        "PENUMBRA_WORKER": ["PENUMBRA_WORKERS"],
+        "PENUMBRA_XYZ": [],
+        "penumbra_prot": ["PENUMBRA_PORT"],
     }
     assert "s3cret" not in outcome.out + outcome.err
 
@@ -63,14 +63,6 @@ def test_a_folder_that_cannot_be_made_is_a_failure_with_its_source(
     assert "PENUMBRA_DATA" in check.found + check.advice
 
 
-def test_a_password_is_not_shown(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("PENUMBRA_DATABASE", "postgresql+psycopg://me:secret@127.0.0.1:9/x")
-    check = _checks()["database"]
-    assert check.level == "fail"
-    assert "PENUMBRA_DATABASE" in check.found
-    assert "secret" not in check.found + check.advice
-
-
 @pytest.mark.parametrize(
     "url",
     [
@@ -84,7 +76,7 @@ def test_a_password_is_not_shown(monkeypatch: pytest.MonkeyPatch) -> None:
 )
 @pytest.mark.parametrize("form", [(), ("--json",)], ids=["for people", "as JSON"])
 @pytest.mark.parametrize("place", ["variable", "file"])
-def test_no_password_is_told_however_it_is_given(
+def test_no_password_is_shown_however_it_is_given(
     here: Penumbra,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -93,8 +85,8 @@ def test_no_password_is_told_however_it_is_given(
     place: str,
 ) -> None:
     (tmp_path / "p.toml").write_text(f'database = "{url}"\n')
-    told = ("PENUMBRA_CONFIG", "p.toml") if place == "file" else ("PENUMBRA_DATABASE", url)
-    monkeypatch.setenv(*told)
+    reported = ("PENUMBRA_CONFIG", "p.toml") if place == "file" else ("PENUMBRA_DATABASE", url)
+    monkeypatch.setenv(*reported)
     outcome = here("doctor", *form)
     assert "s3cret" not in outcome.out + outcome.err
     assert outcome.code == ExitCode.SERVER
@@ -119,7 +111,7 @@ def test_an_address_that_names_no_bucket_is_a_failure(monkeypatch: pytest.Monkey
     assert {check.level for check in _service()} == {"fail"}
 
 
-def test_where_traces_go_is_told_without_what_may_be_secret(
+def test_where_traces_go_is_reported_without_what_may_be_secret(
     here: Penumbra, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     variable = "OTEL_EXPORTER_OTLP_ENDPOINT"

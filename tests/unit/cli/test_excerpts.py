@@ -51,13 +51,13 @@ def test_the_caret_stands_under_letters_that_take_two_columns() -> None:
     assert Text(source[: source.index("x")]).cell_len == before
 
 
-def test_nothing_that_a_stranger_wrote_acts_on_the_terminal() -> None:
+def test_control_characters_of_a_document_do_not_act_on_the_terminal() -> None:
     shown, caret = _shown('"\x1b[31m\t\x07": 1', 1, 8)
     assert shown.isprintable()
     assert caret == 7
 
 
-def test_a_problem_without_a_line_is_told_without_one() -> None:
+def test_a_problem_without_a_line_is_reported_without_one() -> None:
     problem = Problem(pointer="/quality", detail="wrong", code="x", suggestion="fixed")
     assert len(excerpts(b"{}", [problem])) == 3
 

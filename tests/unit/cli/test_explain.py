@@ -39,7 +39,7 @@ def test_costs_are_measured_for_each_effect_with_who_asked(here: Penumbra, scene
     assert sum(line.startswith("measured\t") for line in lines) == len(effects)
 
 
-def test_pilot_samples_of_target_quality_are_told(here: Penumbra, scene_file: Path) -> None:
+def test_pilot_samples_of_target_quality_are_reported(here: Penumbra, scene_file: Path) -> None:
     target = TargetQuality(mode="target", error=0.004, confidence=0.8, time_limit=9.0)
     plan = compile_scene(load_scene(scene_file), target).describe().model_dump(mode="json")
     options = ("--target-error", 0.004, "--confidence", 0.8, "--time-limit", 9)
@@ -47,8 +47,8 @@ def test_pilot_samples_of_target_quality_are_told(here: Penumbra, scene_file: Pa
     assert found["pilot_samples"] == plan["pilot_samples"] != []
     assert found["stages"] == plan["stages"]
     lines = [line.split("\t") for line in here("explain", scene_file, *options).out.splitlines()]
-    told = [(line[1], line[4]) for line in lines if line[0] == "pilot samples"]
-    assert told == [(look["name"], look["detail"]) for look in plan["pilot_samples"]]
+    reported = [(line[1], line[4]) for line in lines if line[0] == "pilot samples"]
+    assert reported == [(stage["name"], stage["detail"]) for stage in plan["pilot_samples"]]
 
 
 def test_a_smaller_error_is_predicted_to_cost_more_and_a_time_limit_bounds_it(

@@ -40,25 +40,25 @@ def test_without_the_option_there_are_no_layers(penumbra: Penumbra, scene_file: 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["render", "scene.json", "-o", "a.png", "--layers", "depth,nromal"], "Did you mean 'normal'?"),
-        (["explain", "scene.json", "--layers", "elephant"], "Layers are depth, position,"),
-        (["submit", "scene.json", "-o", "a.png", "--layers", "Depth"], "Did you mean 'depth'?"),
-        (["get", "some", "-o", "a.png", "--layers", "uvw"], "Did you mean 'uv'?"),
-        (["get", "some", "--layers", "uv"], "Give -o too"),
-        (["render", "scene.json", "-o", "a.png", "--layers", ""], "There is no layer ''"),
+        (["render", "scene.json", "-o", "a.png", "--layers", "depth,nromal"], "'normal'"),
+        (["explain", "scene.json", "--layers", "elephant"], "depth, position,"),
+        (["submit", "scene.json", "-o", "a.png", "--layers", "Depth"], "'depth'"),
+        (["get", "some", "-o", "a.png", "--layers", "uvw"], "'uv'"),
+        (["get", "some", "--layers", "uv"], "-o"),
+        (["render", "scene.json", "-o", "a.png", "--layers", ""], "layer ''"),
     ],
 )
-def test_wrong_use_is_told_before_any_work(
-    penumbra: Penumbra, scene_file: Path, tmp_path: Path, words: list[str], said: str
+def test_wrong_use_is_reported_before_any_work(
+    here: Penumbra, scene_file: Path, tmp_path: Path, words: list[str], said: str
 ) -> None:
-    outcome = penumbra(*words)
+    outcome = here(*words)
     assert outcome.code == 2
     assert said in outcome.err
     assert [path.name for path in tmp_path.iterdir()] == ["scene.json"]
 
 
-def test_the_plan_names_the_layers(penumbra: Penumbra, scene_file: Path) -> None:
-    stages = penumbra("explain", scene_file, "--layers", "uv, depth", "--json").document["stages"]
+def test_the_plan_names_the_layers(here: Penumbra, scene_file: Path) -> None:
+    stages = here("explain", scene_file, "--layers", "uv, depth", "--json").document["stages"]
     named = [stage["name"] for stage in stages if stage["effect"].startswith("layers")]
     assert named == ["rays of layers", "layer depth", "layer uv"]
 

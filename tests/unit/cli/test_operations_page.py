@@ -13,16 +13,16 @@ from service.telemetry.metrics import Metrics
 PAGE = (Path(__file__).parents[3] / "docs" / "operations.md").read_text()
 
 
-def test_the_page_tells_every_metric_that_is_counted() -> None:
+def test_the_page_reports_every_metric_that_is_counted() -> None:
     ours = [family for family in Metrics().registry.collect() if family.name.startswith("penumbra_")]
     counted = {f"{family.name}_total" for family in ours if family.type == "counter"}
-    told = set(re.findall(r"`(penumbra_\w+_total)(?:\{\w+\})?` \| counter", PAGE))
-    assert told == counted
+    found = set(re.findall(r"`(penumbra_\w+_total)(?:\{\w+\})?` \| counter", PAGE))
+    assert found == counted
     shown = set(re.findall(r"`(penumbra_\w+)(?:\{\w+\})?` \| gauge", PAGE))
     assert shown >= {family.name for family in ours if family.type == "gauge"}
 
 
-def test_the_page_tells_every_cause_for_which_something_is_tried_again() -> None:
+def test_the_page_reports_every_cause_for_which_something_is_tried_again() -> None:
     (sentence,) = re.findall(r"^Causes of .*?\n\n", PAGE, re.MULTILINE | re.DOTALL)
     assert set(re.findall(r"`([a-z_]+)`", sentence)) - {"penumbra_retries_total"} == set(Cause)
 

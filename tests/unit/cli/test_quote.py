@@ -11,7 +11,7 @@ from rich.console import Console
 from schemas.quality import FixedQuality, TargetQuality
 from schemas.quotes import Quote
 from schemas.sampling import Antialiasing, LightSampling
-from service.cli.quote import offers, options, short, words
+from service.cli.quote import describe, offers, options, short
 from tests.unit.cli.conftest import Penumbra
 
 SOBOL = FixedQuality(
@@ -28,13 +28,13 @@ def test_the_document_is_a_quote(penumbra: Penumbra, scene_file: Path) -> None:
         "quote", scene_file, "--json", "--target-error", 0.02, "--time", 5, "--workers", 3, "--samples", 4,
         "--pattern", "sobol",
     )  # fmt: skip
-    told = Quote.model_validate(outcome.document)
-    assert told.workers == 3
-    assert told.asked is not None
-    assert isinstance(told.asked.quality, FixedQuality)
-    assert told.asked.quality.antialiasing == Antialiasing(pattern="sobol", samples=4)
-    assert told.for_error is not None
-    assert told.for_seconds is not None
+    found = Quote.model_validate(outcome.document)
+    assert found.workers == 3
+    assert found.asked is not None
+    assert isinstance(found.asked.quality, FixedQuality)
+    assert found.asked.quality.antialiasing == Antialiasing(pattern="sobol", samples=4)
+    assert found.for_error is not None
+    assert found.for_seconds is not None
 
 
 def test_elsewhere_each_offer_is_a_line(here: Penumbra, scene_file: Path) -> None:
@@ -50,7 +50,7 @@ def test_elsewhere_each_offer_is_a_line(here: Penumbra, scene_file: Path) -> Non
     assert seconds[0] <= cpu_seconds[0]
 
 
-def test_elsewhere_a_wish_that_nothing_fulfils_is_answered_too(
+def test_elsewhere_a_target_that_nothing_reaches_is_answered_too(
     here: Penumbra, scene: dict[str, Any], scene_file: Path
 ) -> None:
     scene["camera"] |= {"width": 256, "height": 256}
@@ -77,9 +77,9 @@ def test_options_ask_for_what_is_offered(quality: FixedQuality | TargetQuality, 
     assert options(quality) == command
 
 
-def test_qualities_are_told_in_words() -> None:
-    assert words(SOBOL) == "sobol 16, light sobol 4"
-    assert words(TARGET) == "error 0.004, at most 2.5 s"
+def test_qualities_are_reported_in_words() -> None:
+    assert describe(SOBOL) == "sobol 16, light sobol 4"
+    assert describe(TARGET) == "error 0.004, at most 2.5 s"
 
 
 def test_a_row_names_its_quality_shortly() -> None:
@@ -91,19 +91,19 @@ def test_a_row_names_its_quality_shortly() -> None:
 
 @pytest.mark.parametrize("columns", [80, 120])
 def test_each_offer_is_a_line_of_a_terminal(here: Penumbra, scene_file: Path, columns: int) -> None:
-    told = Quote.model_validate(here("quote", scene_file, "--json").document)
+    found = Quote.model_validate(here("quote", scene_file, "--json").document)
     console = Console(width=columns, file=io.StringIO())
     with console.capture() as shown:
-        console.print(offers(told))
+        console.print(offers(found))
     rows = [line.split("  ")[1].strip() for line in shown.get().splitlines() if " (" in line]
-    assert rows == [short(offer.quality) for offer in told.offers]
+    assert rows == [short(offer.quality) for offer in found.offers]
     assert "target 4/255" in rows
 
 
 @pytest.mark.parametrize(
     ("option", "value"), [("--target-error", 0), ("--target-error", 2), ("--time", 0), ("--workers", 0)]
 )
-def test_wishes_that_make_no_sense_are_wrong_use(
+def test_targets_that_make_no_sense_are_wrong_use(
     here: Penumbra, scene_file: Path, option: str, value: float
 ) -> None:
     outcome = here("quote", scene_file, option, value)

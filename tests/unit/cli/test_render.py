@@ -16,7 +16,7 @@ from PIL import Image
 
 from tests.unit.cli.conftest import CLEAN, COMMAND, Penumbra
 
-PATIENCE = 60
+TIMEOUT = 60
 
 
 def test_a_picture_has_the_size_of_the_scene_and_the_same_bytes_for_any_workers_and_tiles(
@@ -48,7 +48,7 @@ def test_an_image_on_stdout_is_alone_there_and_the_same_as_in_a_file(
             stdout=subprocess.PIPE,
             env=CLEAN | {"PYTHONPATH": str(Path(__file__).parents[3])},
             cwd=tmp_path,
-            timeout=PATIENCE,
+            timeout=TIMEOUT,
             check=True,
         )
         assert done.stdout == (tmp_path / name).read_bytes()
@@ -63,7 +63,7 @@ def test_an_image_is_not_written_to_a_terminal(scene_file: Path) -> None:
         stderr=subprocess.PIPE,
         env=CLEAN | {"PYTHONPATH": str(Path(__file__).parents[3])},
         text=True,
-        timeout=PATIENCE,
+        timeout=TIMEOUT,
         check=False,
     )
     os.set_blocking(ours, False)
@@ -72,7 +72,7 @@ def test_an_image_is_not_written_to_a_terminal(scene_file: Path) -> None:
     os.close(ours)
     os.close(terminal)
     assert done.returncode == 2
-    assert done.stderr == "error: stdout is a terminal, and an image is no text. Pipe it, or name a file.\n"
+    assert done.stderr.startswith("error: stdout is a terminal")
 
 
 def test_the_report_is_the_only_thing_on_stdout(penumbra: Penumbra, scene_file: Path) -> None:
@@ -84,7 +84,7 @@ def test_the_report_is_the_only_thing_on_stdout(penumbra: Penumbra, scene_file: 
     assert report["rays"]["camera"] == 48 * 32 * 4
 
 
-def test_a_warning_is_told_beside_the_report(
+def test_a_warning_is_reported_beside_the_report(
     penumbra: Penumbra, scene: dict[str, Any], scene_file: Path
 ) -> None:
     del scene["lights"]
@@ -114,7 +114,7 @@ def _long_render(scene: dict[str, Any], folder: Path) -> Iterator[subprocess.Pop
     scene["sampling"] = {"antialiasing": {"pattern": "uniform", "samples": 1024}}
     (folder / "long.json").write_text(json.dumps(scene))
     with subprocess.Popen(
-        # What starts the tests in the background may have told them to ignore Ctrl-C.
+        # What starts the tests in the background may have made them ignore Ctrl-C.
         ["env", "--default-signal=INT", *COMMAND, "render", "long.json", "-o", "long.png", "--workers", "2"],
         cwd=folder,
         env=CLEAN | {"PYTHONPATH": str(Path(__file__).parents[3])},
@@ -136,9 +136,9 @@ def test_an_interrupted_render_leaves_no_process_and_no_file(
 ) -> None:
     with _long_render(scene, tmp_path) as render:
         os.killpg(render.pid, number)
-        _, talk = render.communicate(timeout=PATIENCE)
+        _, messages = render.communicate(timeout=TIMEOUT)
     assert render.returncode == code
-    assert "Traceback" not in talk
+    assert "Traceback" not in messages
     _wait_for(lambda: not _group(render.pid))
     assert [path.name for path in tmp_path.iterdir()] == ["long.json"]
 
@@ -151,7 +151,7 @@ def test_a_killed_render_leaves_no_process(scene: dict[str, Any], tmp_path: Path
 
 
 def _wait_for(condition: Any) -> None:
-    deadline = time.monotonic() + PATIENCE
+    deadline = time.monotonic() + TIMEOUT
     while not condition():
         assert time.monotonic() < deadline
         time.sleep(0.02)

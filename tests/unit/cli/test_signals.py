@@ -1,4 +1,4 @@
-"""Ctrl-C and its like, at any moment of a command."""
+"""Ctrl-C and its like, at any time of a command."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[3]
 AT_IMPORT = """
 import os, signal, sys
 
-# What starts the tests in the background may have told them to ignore Ctrl-C.
+# What starts the tests in the background may have made them ignore Ctrl-C.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 class Signalling:

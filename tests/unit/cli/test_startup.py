@@ -9,11 +9,7 @@ import pytest
 from schemas.jobs import JobRequest, JobState
 from schemas.sampling import Sampling
 from service.cli.commands import COMMANDS
-from service.cli.connection import DEFAULT_SERVER
-from service.cli.jobs import State
-from service.cli.render_options import MOST_WORKERS
-from service.cli.scene_files import LARGEST_SEED
-from service.cli.submit import PRIORITIES
+from service.cli.options import DEFAULT_SERVER, LARGEST_SEED, MOST_WORKERS, PRIORITIES, State
 from service.client import DEFAULT_SERVER as CLIENT_DEFAULT
 from service.settings import Settings
 

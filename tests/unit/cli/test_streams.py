@@ -38,7 +38,7 @@ def _run(folder: Path, words: list[str], **streams: Any) -> subprocess.Completed
 
 
 @COMMANDS
-def test_where_nobody_reads_a_command_ends_in_silence(scene_file: Path, words: list[str]) -> None:
+def test_where_no_one_reads_a_command_ends_in_silence(scene_file: Path, words: list[str]) -> None:
     reading, writing = os.pipe()
     os.close(reading)
     try:
@@ -50,14 +50,14 @@ def test_where_nobody_reads_a_command_ends_in_silence(scene_file: Path, words: l
 
 @FULL
 @COMMANDS
-def test_where_nothing_more_fits_the_place_and_the_cure_are_told(scene_file: Path, words: list[str]) -> None:
+def test_where_nothing_more_fits_the_place_and_the_cure_are_reported(
+    scene_file: Path, words: list[str]
+) -> None:
     with Path("/dev/full").open("w") as full:
         done = _run(scene_file.parent, words, stdout=full, stderr=subprocess.PIPE)
     assert done.returncode == 2
-    assert done.stderr == (
-        "error: stdout (/dev/full) cannot be written: No space left on device. "
-        "Free some space there, or write elsewhere.\n"
-    )
+    assert done.stderr.startswith("error: stdout (/dev/full) ")
+    assert "write elsewhere" in done.stderr
 
 
 @FULL

@@ -26,7 +26,6 @@ def test_a_study_answers_what_users_ask_and_leaves_a_report(
     done = penumbra("study", scene_file, "--out", out, "--quick")
     assert done.code == 0, done.err
     assert [question for question in QUESTIONS if question in done.out] == QUESTIONS
-    assert "pictures to render: about" in done.err
     assert str(out / "report.html") in done.err
     assert [name for name in FILES if not (out / name).stat().st_size] == []
     results = json.loads((out / "results.json").read_text())
@@ -46,7 +45,7 @@ QUESTIONS = [
 ]
 
 
-def test_a_study_that_was_killed_goes_on_where_it_was(
+def test_a_study_that_was_killed_resumes_where_it_was(
     penumbra: Penumbra, scene_file: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
@@ -90,16 +89,16 @@ def test_options_that_make_no_sense_are_refused(
     assert penumbra("study", scene_file, *out, *words).code == 2
 
 
-def test_a_file_in_the_place_of_the_folder_is_told(
+def test_a_file_in_the_place_of_the_folder_is_reported(
     penumbra: Penumbra, scene_file: Path, tmp_path: Path
 ) -> None:
     (tmp_path / "taken").touch()
     done = penumbra("study", scene_file, "--out", tmp_path / "taken", "--quick")
     assert done.code == 2
-    assert "taken cannot be made a folder" in done.err
+    assert str(tmp_path / "taken") in done.err
 
 
-def test_a_scene_that_cannot_be_used_is_told_before_anything_is_rendered(
+def test_a_scene_that_cannot_be_used_is_reported_before_anything_is_rendered(
     penumbra: Penumbra, tmp_path: Path
 ) -> None:
     (tmp_path / "bad.json").write_text('{"version": 1}')
@@ -108,7 +107,7 @@ def test_a_scene_that_cannot_be_used_is_told_before_anything_is_rendered(
     assert not (tmp_path / "out").exists()
 
 
-def test_a_missing_library_for_plots_is_told_before_anything_is_rendered(
+def test_a_missing_library_for_plots_is_reported_before_anything_is_rendered(
     scene_file: Path, tmp_path: Path
 ) -> None:
     """A module that says it is not there stands where the library would be."""

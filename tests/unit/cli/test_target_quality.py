@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from service.cli.errors import CommandError
-from service.cli.render_options import QualityOptions
+from service.cli.quality_options import QualityOptions
 from tests.unit.cli.conftest import Penumbra
 
 
@@ -53,12 +53,14 @@ def test_a_time_limit_and_a_confidence_need_an_error(name: str, value: float) ->
         ({"target_error": 0.1, "confidence": 1.0}, "--confidence"),
     ],
 )
-def test_numbers_that_make_no_sense_are_told_by_their_options(changes: dict[str, float], option: str) -> None:
+def test_numbers_that_make_no_sense_are_reported_by_their_options(
+    changes: dict[str, float], option: str
+) -> None:
     with pytest.raises(CommandError, match=f"^{option}: "):
         QualityOptions(**changes).requested({})
 
 
-def test_a_picture_of_target_quality_tells_the_error_that_it_has_reached(
+def test_a_picture_of_target_quality_reports_the_error_that_it_has_reached(
     penumbra: Penumbra, scene_file: Path, tmp_path: Path
 ) -> None:
     for name, options in {"a": ["--workers", 1], "b": ["--workers", 2, "--tile", 9, "--json"]}.items():
@@ -67,9 +69,3 @@ def test_a_picture_of_target_quality_tells_the_error_that_it_has_reached(
     error = outcome.document["error"]
     assert error["low"] <= error["estimate"] <= error["high"]
     assert np.load(tmp_path / "a.npy").tobytes() == np.load(tmp_path / "b.npy").tobytes()
-
-
-def test_contradicting_options_are_wrong_use(penumbra: Penumbra, scene_file: Path) -> None:
-    outcome = penumbra("render", scene_file, "-o", "a.png", "--target-error", 0.05, "--samples", 4)
-    assert outcome.code == 2
-    assert "--samples" in outcome.err

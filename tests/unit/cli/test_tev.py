@@ -1,10 +1,12 @@
 from __future__ import annotations
 
+import socket
+
 import numpy as np
 import pytest
 
 from service.cli.errors import CommandError
-from service.cli.tev import Viewer, create_image, parsed, update_image
+from service.cli.tev import create_image, parsed, update_image
 from tests.tev_server import TevServer
 
 
@@ -17,9 +19,9 @@ def test_what_is_no_address_is_wrong_use(address: str) -> None:
 def test_rectangles_land_where_they_belong() -> None:
     tev = TevServer()
     pixels = np.arange(2 * 3 * 3, dtype=np.float32).reshape(2, 3, 3)
-    with Viewer(*parsed(tev.address)) as viewer:
-        viewer.send(create_image("grün", 5, 4))
-        viewer.send(update_image("grün", 1, 2, pixels))
+    with socket.create_connection(parsed(tev.address)) as viewer:
+        viewer.sendall(create_image("grün", 5, 4))
+        viewer.sendall(update_image("grün", 1, 2, pixels))
     tev.close()
     found = tev.picture("grün")
     assert found.shape == (4, 5, 3)

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import io
+import re
 from pathlib import Path
 
 import numpy as np
@@ -39,7 +41,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize(("arrays", "message"), WRONG.values(), ids=WRONG)
-def test_rays_that_cannot_be_cast_are_told_with_array_and_row(
+def test_rays_that_cannot_be_cast_are_reported_with_array_and_row(
     tmp_path: Path, arrays: dict[str, np.ndarray], message: str
 ) -> None:
     np.savez(tmp_path / "rays.npz", **arrays)
@@ -47,24 +49,24 @@ def test_rays_that_cannot_be_cast_are_told_with_array_and_row(
         read_rays(tmp_path / "rays.npz")
 
 
-def test_rays_from_beyond_all_scenes_are_told_with_file_array_and_row(
+def test_rays_from_beyond_all_scenes_are_reported_with_file_array_and_row(
     penumbra: Penumbra, scene_file: Path, tmp_path: Path
 ) -> None:
     np.savez(tmp_path / "rays.npz", origins=np.diag([1, 1e200, 1]), directions=DOWN[1])
     outcome = penumbra("trace", scene_file, "rays.npz", "-o", "hits.npz")
     assert outcome.code == 3
-    assert "rays.npz: The largest component in row 1 of 'origins' must be between 0 and 1e+30." in outcome.err
+    assert re.search("rays.npz: .*row 1 of 'origins'", outcome.err)
     assert not (tmp_path / "hits.npz").exists()
 
 
-@pytest.mark.parametrize("content", [b"", b"text", b"PK\x03\x04 cut off", b"\x93NUMPY"])
+def _single_array() -> bytes:
+    file = io.BytesIO()
+    np.save(file, DOWN[0])
+    return file.getvalue()
+
+
+@pytest.mark.parametrize("content", [b"", b"text", b"PK\x03\x04 cut off", b"\x93NUMPY", _single_array()])
 def test_a_file_that_is_no_archive_of_arrays_is_refused(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "rays.npz").write_bytes(content)
-    with pytest.raises(InputError, match=r"not an \.npz file"):
+    with pytest.raises(InputError, match="savez"):
         read_rays(tmp_path / "rays.npz")
-
-
-def test_a_single_array_is_no_archive(tmp_path: Path) -> None:
-    np.save(tmp_path / "rays.npy", DOWN[0])
-    with pytest.raises(InputError, match=r"not an \.npz file"):
-        read_rays(tmp_path / "rays.npy")

@@ -1,4 +1,4 @@
-"""What people give to the clients, and what they are told where it cannot be used: nothing is sent here."""
+"""Values given to the clients, and the errors where they cannot be used: nothing is sent here."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import base64
 import io
 import json
 import pickle
+import re
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
@@ -33,13 +34,12 @@ from service.client import (
     flows,
 )
 from service.client.comparing import sent
-from service.client.documents import rows
 from service.client.exchange import refused
-from service.client.parcels import pack
+from service.client.parcels import pack, rows
 from service.client.pictures import Picture, write
 from tests.unit.cli.conftest import SCENE
 
-NOBODY = "http://127.0.0.1:9"
+NO_SERVER = "http://127.0.0.1:9"
 
 
 def job(job_id: str) -> Job:
@@ -94,7 +94,7 @@ def test_the_folder_of_a_scenes_files_may_be_a_path(tmp_path: Path, monkeypatch:
     monkeypatch.chdir(tmp_path)
     for folder in (".", Path(), str(tmp_path)):
         assert list(pack(scene, assets=folder).contents.values()) == [b"one"]
-    with pytest.raises(NotADirectoryError, match="no folder of a scene's files"):
+    with pytest.raises(NotADirectoryError, match="nowhere"):
         pack(scene, assets="nowhere")
 
 
@@ -140,14 +140,14 @@ def test_what_can_be_no_scene_is_refused_by_its_type(source: Any) -> None:
 def test_rays_are_checked_as_those_that_are_cast_here() -> None:
     assert rows([], np.zeros((0, 3))) == {"origins": [], "directions": []}
     assert rows(np.zeros((1, 3), np.float16), [[0, 0, 1]])["directions"] == [[0.0, 0.0, 1.0]]
-    with pytest.raises(ValueError, match=r"directions must have the shape \(N, 3\), not \(3,\)"):
+    with pytest.raises(ValueError, match=r"directions .*\(N, 3\), not \(3,\)"):
         rows([[0, 0, 0]], [0, 0, 1])
 
 
 @pytest.mark.parametrize("odd", ["", ".", "..", None, 5], ids=repr)
 def test_what_can_be_no_id_asks_for_no_other_address(odd: Any) -> None:
-    with pytest.raises(ValueError, match="The id of a job is text"):
-        calls.get_job(odd)
+    with pytest.raises(ValueError, match=re.escape(repr(odd))):
+        calls.job_path(odd)
 
 
 @pytest.mark.parametrize(
@@ -155,18 +155,18 @@ def test_what_can_be_no_id_asks_for_no_other_address(odd: Any) -> None:
     [lambda client: client.version(), lambda client: client.get("1"), lambda client: client.submit(SCENE)],
 )
 def test_a_closed_client_says_that_it_is_closed(use: Callable[[Any], Any]) -> None:
-    with Client(NOBODY) as client:
+    with Client(NO_SERVER) as client:
         pass
     client.close()
-    with pytest.raises(ClientError, match="This client is closed"):
+    with pytest.raises(ClientError, match="closed"):
         use(client)
 
     async def awaited(use: Callable[[Any], Awaitable[Any]]) -> None:
-        async with AsyncClient(NOBODY) as later:
+        async with AsyncClient(NO_SERVER) as later:
             pass
         await use(later)
 
-    with pytest.raises(ClientError, match="This client is closed"):
+    with pytest.raises(ClientError, match="closed"):
         asyncio.run(awaited(use))
 
 
@@ -188,15 +188,14 @@ def test_a_refusal_says_what_is_wrong_where_and_what_was_meant() -> None:
     answer = httpx2.Response(
         422, headers={"Content-Type": "application/problem+json"}, content=DOCUMENT.model_dump_json()
     )
-    assert str(refused(answer)).splitlines() == [
-        "The service refused the request:",
-        "/camra: This field is not known here. Did you mean 'camera'?",
-        "(whole document): The field 'camera' is missing. Add it.",
-        "... and 3 more",
-    ]
-    assert str(SceneError(PROBLEMS)) == (
-        "line 1, column 9: /camra: This field is not known here. Did you mean 'camera'? (and 1 more)"
-    )
+    _, first, second, more = str(refused(answer)).splitlines()
+    assert first.startswith(f"/camra: {PROBLEMS[0].detail}")
+    assert first.endswith("'camera'?")
+    assert second == f"(whole document): {PROBLEMS[1].detail}"
+    assert "3 more" in more
+    here = str(SceneError(PROBLEMS))
+    assert here.startswith("line 1, column 9: /camra: ")
+    assert here.endswith("(and 1 more)")
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,169 @@
+"""Options of commands that render: samples or a target error in place of the scene's sampling."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from functools import wraps
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, get_type_hints
+
+import typer
+
+from service.cli.errors import CommandError
+
+if TYPE_CHECKING:
+    from schemas.quality import FixedQuality, TargetQuality
+
+Pattern = Literal["center", "uniform", "rotated", "random", "stratified", "sobol"]
+LightPattern = Literal["uniform", "random", "stratified", "sobol"]
+Precision = Literal["single", "double"]
+Checked = TypeVar("Checked", "FixedQuality", "TargetQuality")
+
+PANEL = "Quality, in place of the scene's sampling"
+
+
+def _option(text: str, **more: Any) -> Any:
+    return typer.Option(help=text, rich_help_panel=PANEL, **more)
+
+
+@dataclass(frozen=True, slots=True)
+class SampleOptions:
+    """The options that ask for exactly so many samples."""
+
+    samples: Annotated[int | None, _option("Camera samples a pixel.", min=1)] = None
+    pattern: Annotated[Pattern | None, _option("Where they lie in the pixel.")] = None
+    light_samples: Annotated[int | None, _option("Points on each rectangle light.", min=1)] = None
+    light_pattern: Annotated[LightPattern | None, _option("Where they lie on the light.")] = None
+    precision: Annotated[Precision | None, _option("Of the work on pairs of point and light.")] = None
+
+    def requested(self, scene: Mapping[str, Any]) -> FixedQuality | TargetQuality | None:
+        """The quality that the options ask for, None where they ask for nothing.
+
+        Parameters
+        ----------
+        scene
+            The scene's document: of two options that belong together, the one not given is the scene's.
+
+        Raises
+        ------
+        CommandError
+            The options contradict each other.
+        """
+        from schemas.quality import FixedQuality
+
+        members = {
+            "antialiasing": _merged(scene, "antialiasing", self.samples, self.pattern),
+            "light": _merged(scene, "light", self.light_samples, self.light_pattern),
+            "precision": self.precision,
+        }
+        return _checked(FixedQuality, "fixed", members) if any(members.values()) else None
+
+    def counts(self) -> dict[str, Any]:
+        """Values of the options that choose samples, by name."""
+        return {
+            "--samples": self.samples,
+            "--pattern": self.pattern,
+            "--light-samples": self.light_samples,
+            "--light-pattern": self.light_pattern,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class QualityOptions(SampleOptions):
+    """The options that ask for samples, or for a target error."""
+
+    target_error: Annotated[
+        float | None,
+        _option(
+            "Sample where it is needed until the picture's root mean square error is at most this; "
+            "one code value of 255 is 0.0039."
+        ),
+    ] = None
+    confidence: Annotated[
+        float | None,
+        _option(
+            "With --target-error: share of such pictures that are to keep it, 0.5 to below 1; usually 0.95."
+        ),
+    ] = None
+    time_limit: Annotated[
+        float | None, _option("With --target-error: seconds after which the picture is taken as it is.")
+    ] = None
+
+    def requested(self, scene: Mapping[str, Any]) -> FixedQuality | TargetQuality | None:
+        """As in `SampleOptions`; a target error decides about samples by itself."""
+        if self.target_error is None:
+            for option, value in (("--confidence", self.confidence), ("--time-limit", self.time_limit)):
+                if value is not None:
+                    raise CommandError(f"{option} is part of target quality. Give --target-error too.")
+            return SampleOptions.requested(self, scene)
+        given = [option for option, value in self.counts().items() if value is not None]
+        if given:
+            raise CommandError(
+                f"--target-error decides about samples by itself. Leave out {' and '.join(given)}."
+            )
+        from schemas.quality import TargetQuality
+
+        limits = {"confidence": self.confidence, "time_limit": self.time_limit}
+        return _checked(
+            TargetQuality, "target", {"error": self.target_error, **limits, "precision": self.precision}
+        )
+
+
+def spread_quality(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command an option for each member of its parameter ``quality``, in its place.
+
+    Typer makes options of the parameters of a function alone.
+    """
+    signature = inspect.signature(command, eval_str=True)
+    kind = signature.parameters["quality"].annotation
+    hints = get_type_hints(kind, include_extras=True)
+    options = [
+        inspect.Parameter(
+            field.name, inspect.Parameter.KEYWORD_ONLY, default=field.default, annotation=hints[field.name]
+        )
+        for field in fields(kind)
+    ]
+
+    @wraps(command)
+    def gathered(**given: Any) -> None:
+        members = {option.name: given.pop(option.name) for option in options}
+        command(quality=kind(**members), **given)
+
+    parameters: list[inspect.Parameter] = []
+    for parameter in signature.parameters.values():
+        parameters += options if parameter.name == "quality" else [parameter]
+    gathered.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
+    return gathered
+
+
+def _checked(kind: type[Checked], mode: str, members: Mapping[str, object]) -> Checked:
+    """A quality of what was given, the members that are not None."""
+    from pydantic import ValidationError
+
+    given = {name: value for name, value in members.items() if value is not None}
+    try:
+        return kind.model_validate({"mode": mode} | given)
+    except ValidationError as error:
+        raise CommandError(" ".join(map(_problem, error.errors(include_url=False)))) from error
+
+
+def _merged(
+    scene: Mapping[str, Any], part: str, samples: int | None, pattern: str | None
+) -> dict[str, Any] | None:
+    if samples is None and pattern is None:
+        return None
+    sampling = scene.get("sampling")
+    own = sampling.get(part) if isinstance(sampling, Mapping) else None
+    given = {"samples": samples, "pattern": pattern}
+    kept = dict(own) if isinstance(own, Mapping) else {}
+    if pattern == "center":
+        kept.pop("samples", None)
+    return kept | {name: value for name, value in given.items() if value is not None}
+
+
+def _problem(item: Mapping[str, Any]) -> str:
+    part, *rest = [str(step) for step in item["loc"]]
+    names = {"antialiasing": "--", "light": "--light-"}
+    alone = {"error": "target-error", "time_limit": "time-limit"}
+    return f"{names.get(part, '--')}{rest[0] if rest else alone.get(part, part)}: {item['msg'].rstrip('.')}."
