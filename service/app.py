@@ -22,7 +22,7 @@ from schemas.quotes import QuoteRequest
 from schemas.regions import Region
 from schemas.retention import PruneRequest
 from schemas.traces import TraceRequest
-from service.access.credential_cache import CredentialCache
+from service.access.keys import CredentialCache
 from service.api import problems
 from service.api.authentication import authenticate
 from service.api.routes import (

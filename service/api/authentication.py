@@ -43,7 +43,7 @@ async def authenticate(request: Request, here: Here) -> Principal:
 
 
 async def _keys_made(service: Service) -> bool:
-    known = service.credentials.keys_made_lately()
+    known = service.credentials.cached_keys_made()
     return await run_in_threadpool(service.credentials.keys_made) if known is None else known
 
 
