@@ -45,16 +45,15 @@ from service.dispatch.dispatcher import Dispatcher
 from service.dispatch.job_events import JobEvents
 from service.dispatch.notifications import NotificationListener
 from service.jobs import retention
-from service.jobs.concurrency import BodyMemoryLimit, ConcurrencyLimit
 from service.jobs.context import Service
+from service.jobs.limits import BodyMemoryLimit, ConcurrencyLimit
 from service.jobs.pricing import QuotedPrices
 from service.jobs.retention import RetentionThread
 from service.settings import Settings
 from service.storage.assets import AssetStore
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
-from service.storage.passes import PassStore
-from service.storage.places import ASSETS, JOBS, place_of
+from service.storage.folder import ASSETS, JOBS, place_of
 from service.storage.tiles import TileStore
 from service.telemetry import spans
 from service.telemetry.spans import SILENT, Telemetry
@@ -201,7 +200,6 @@ def assemble(
         settings=settings,
         database=database,
         store=store,
-        passes=PassStore(store.objects),
         assets=asset_store,
         dispatcher=dispatcher,
         retention_thread=RetentionThread(database, store, asset_store, retention.rules_of(settings)),

@@ -40,7 +40,7 @@ from service.storage import belonging
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from service.storage.database.urls import is_shared
-from service.storage.places import place_of
+from service.storage.folder import place_of
 from service.workers.engines import check_engine
 
 # Requests in progress have this long to end when the service stops, seconds. Watchers are sent away at once.

@@ -255,7 +255,7 @@ class Settings(BaseSettings):
 
     @property
     def place(self) -> str:
-        """Address of pictures and textures, for `service.storage.places`."""
+        """Address of pictures and textures, for `service.storage.folder.place_of`."""
         return self.store or str(self.data)
 
 

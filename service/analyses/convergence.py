@@ -13,7 +13,7 @@ from schemas.jobs import JobState
 from service.jobs import lifecycle as jobs
 from service.jobs.context import Service
 from service.jobs.negotiation import liked_best
-from service.lifecycle import pass_costs
+from service.lifecycle import progress
 from service.lifecycle.documents import work_of
 from service.storage.database.models import RenderRow
 
@@ -50,7 +50,7 @@ def convergence(service: Service, job_id: str) -> Convergence:
     with service.database.reading() as session:
         row = jobs.find(session, job_id)
         render = row.render
-    passes = list(pass_costs.reported(render)) if render else []
+    passes = list(progress.finished_passes(render)) if render else []
     target_error = render.target_error if render else None
     return Convergence.model_validate(
         {

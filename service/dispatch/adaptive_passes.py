@@ -19,11 +19,10 @@ from renderer.adaptive.time_limits import reserve
 from schemas.jobs import JobState
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
-from service.lifecycle import clock, fairness, pausing, rows
+from service.lifecycle import clock, fairness, rows
 from service.storage.database.models import DONE, WAITING, RenderRow, TileRow
 from service.storage.tiles import StoredTile
-from service.workers.pass_tiles import WHOLE, numbered, pass_of
-from service.workers.tasks import AdvanceDone, AdvanceTask
+from service.workers.tasks import WHOLE, AdvanceDone, AdvanceTask, numbered, pass_of
 
 Step = tuple[Pass, Tile]
 
@@ -88,7 +87,7 @@ def time_left(render: RenderRow) -> float | None:
     """Give a render's seconds that are left; None if it may take as long as it needs, or has not begun."""
     if render.time_limit is None or render.started_at is None:
         return None
-    return render.time_limit - pausing.ran_for(render)
+    return render.time_limit - rows.ran_for(render)
 
 
 def tile_time_left(render: RenderRow) -> float | None:

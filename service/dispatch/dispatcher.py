@@ -27,7 +27,6 @@ from service.dispatch.leadership import BEAT_SECONDS, Leadership
 from service.dispatch.rounds import Round, merging
 from service.dispatch.throughput import Throughput
 from service.errors import StoreError, UnavailableError
-from service.lifecycle.retries import Cause
 from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.models import RenderRow
@@ -37,6 +36,7 @@ from service.telemetry.spans import JobSpans
 from service.workers.engines import Engine
 from service.workers.tasks import (
     CallTask,
+    Cause,
     Interrupted,
     JobTask,
     Outcome,

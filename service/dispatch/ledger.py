@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session
 
 from schemas.jobs import JobState
 from service.dispatch import adaptive_passes as targets
-from service.lifecycle import fairness, pass_costs, rows
+from service.lifecycle import fairness, progress, rows
 from service.storage.database.models import DONE, RUNNING, WAITING, JobRow, RenderRow, ShareRow, TileRow
 from service.storage.tiles import StoredTile
 from service.workers.tasks import ComposeDone, ComposeTask, JobTask, SampleTask, TileDone, TileTask
@@ -176,17 +176,12 @@ def land(session: Session, render: RenderRow, task: TileTask, done: TileDone) ->
         done.counts["camera"] if isinstance(task, SampleTask) else rows.work(task.pass_, task.tile)
     )
     render.cpu_seconds += done.cpu_seconds
-    render.rays = _sum(render.rays, done.counts)
-    render.work = _sum(render.work, done.work)
+    render.rays = progress.add_counts(render.rays, done.counts)
+    render.work = progress.add_counts(render.work, done.work)
     if render.target_error is None:
-        pass_costs.note(render, task.pass_.index, done)
+        progress.note_step(render, task.pass_.index, done)
     step.state, step.seq, step.crc32, step.cpu_seconds = DONE, render.last_seq, done.crc32, done.cpu_seconds
     return True
-
-
-def _sum(so_far: dict[str, int], more: dict[str, int]) -> dict[str, int]:
-    """Add counts; what was counted and is 0 stays in."""
-    return {name: so_far.get(name, 0) + more.get(name, 0) for name in so_far | more}
 
 
 def take_back(session: Session, render: RenderRow, task: TileTask, *, death: bool) -> int | None:
@@ -231,7 +226,7 @@ def complete(session: Session, render: RenderRow, done: ComposeDone) -> None:
     """Take note of a final picture."""
     render.image_sha256 = done.sha256
     render.numerics = render.numerics | done.numerics
-    pass_costs.note_errors(render, done.errors)
+    progress.note_errors(render, done.errors)
     rows.end(session, render, JobState.SUCCEEDED)
 
 

@@ -27,7 +27,6 @@ from service.jobs import uploads
 from service.jobs.context import Service
 from service.jobs.pricing import check_cost, priced, target_of
 from service.storage.assets import PREFIX, is_mesh, is_sha256
-from service.workers.specs import compile_request
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -88,8 +87,8 @@ def read_request(
 def compile_admitted(request: JobRequest) -> renderer.RenderPlan:
     """Compile a request's scene without its files; pointers of problems lead into the request."""
     try:
-        scene = outlined(request.scene)
-        return compile_request(request.model_copy(update={"scene": scene}), Pixels())
+        scene = renderer.load_scene(outlined(request.scene), assets=Pixels())
+        return renderer.compile_scene(scene, request.quality, layers=request.layers)
     except renderer.SceneError as error:
         moved = [found.model_copy(update={"pointer": f"/scene{found.pointer}"}) for found in error.errors]
         raise renderer.SceneError(moved, error.more) from None

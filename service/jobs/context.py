@@ -14,13 +14,12 @@ from service.access.keys import CredentialCache
 from service.dispatch.dispatcher import Dispatcher
 from service.dispatch.job_events import JobEvents
 from service.dispatch.notifications import NotificationListener
-from service.jobs.concurrency import BodyMemoryLimit, ConcurrencyLimit
+from service.jobs.limits import BodyMemoryLimit, ConcurrencyLimit
 from service.jobs.pricing import QuotedPrices
 from service.jobs.retention import RetentionThread
 from service.settings import Settings
 from service.storage.assets import AssetStore
 from service.storage.database.connection import Database
-from service.storage.passes import PassStore
 from service.storage.tiles import TileStore
 from service.telemetry.spans import JobSpans
 
@@ -35,7 +34,6 @@ class Service:
     settings: Settings
     database: Database
     store: TileStore
-    passes: PassStore
     assets: AssetStore
     dispatcher: Dispatcher
     retention_thread: RetentionThread

@@ -19,7 +19,7 @@ from schemas.regions import Region
 from service.access.principals import Principal
 from service.errors import ForbiddenError, PictureGoneError, UnavailableError, UnknownJobError
 from service.jobs.context import Service
-from service.lifecycle import pausing, rows, sharing
+from service.lifecycle import rows, sharing
 from service.lifecycle.documents import documents
 from service.storage.database.models import JobRow, LabelRow, RenderRow, RequestRow
 
@@ -140,7 +140,7 @@ def _end(session: Session, row: JobRow) -> str | None:
     """End an open job; return the id of its render if that must be stopped first."""
     render = row.render
     assert render is not None
-    if sharing.shared(session, row):
+    if sharing.is_shared(session, row):
         sharing.leave_ended(session, row, JobState.CANCELLED)
     elif render.state is JobState.QUEUED:
         rows.end(session, render, JobState.CANCELLED)
@@ -155,7 +155,7 @@ def pause(service: Service, job_id: str) -> Job:
     with service.database.writing() as session:
         row = find(session, job_id)
         if not row.state.final:
-            pausing.pause(session, row)
+            sharing.pause(session, row)
         service.database.tell_of(session, (job_id,))
     service.job_events.publish((job_id,))
     return show(service, job_id)
@@ -166,7 +166,7 @@ def resume(service: Service, job_id: str) -> Job:
     with service.database.writing() as session:
         row = find(session, job_id)
         if not row.state.final:
-            pausing.resume(session, row)
+            sharing.resume(session, row)
         service.database.tell(session, work=True)
         service.database.tell_of(session, (job_id,))
     service.dispatcher.wake()

@@ -1,8 +1,10 @@
-"""How much may wait: jobs and predicted CPU seconds, of one user and of all."""
+"""Limits on jobs and CPU seconds in the queue, on requests in progress, and on the memory of their bodies."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from sqlalchemy import bindparam, case, func, select
@@ -11,8 +13,8 @@ from sqlalchemy.orm import Session
 import renderer
 from schemas.problems import Problem
 from service.access.principals import Principal
-from service.errors import QueueFullError
-from service.jobs.context import Service
+from service.errors import BusyError, QueueFullError
+from service.settings import Settings
 from service.storage.database.models import JobRow
 
 _MINE = JobRow.owner == bindparam("owner")
@@ -56,8 +58,15 @@ class Queue:
         return {"RateLimit-Policy": policy, "RateLimit": left}
 
 
-def check(session: Session, service: Service, principal: Principal, job: JobRow) -> Queue:
+def check_queue(
+    session: Session, settings: Settings, principal: Principal, job: JobRow, rate: float
+) -> Queue:
     """Find room for a job that is about to be entered; one that is answered from the store needs none.
+
+    Parameters
+    ----------
+    rate
+        CPU seconds that are rendered in a second.
 
     Raises
     ------
@@ -66,7 +75,6 @@ def check(session: Session, service: Service, principal: Principal, job: JobRow)
     renderer.SceneError
         If it would not fit into an empty queue either.
     """
-    settings = service.settings
     jobs, seconds, my_jobs, my_seconds = session.execute(_COUNTED, {"owner": principal.name}).one()
     my_most = principal.max_jobs or settings.max_user_jobs
     my_most_seconds = principal.max_cpu_seconds or settings.max_user_cpu_seconds
@@ -79,7 +87,7 @@ def check(session: Session, service: Service, principal: Principal, job: JobRow)
     )
     if job.load > my_most_seconds:
         _refuse_expensive(job.load, my_most_seconds)
-    queue = Queue(shares[0], shares[1], service.dispatcher.throughput.rate())
+    queue = Queue(shares[0], shares[1], rate)
     if adds:
         _refuse(queue, shares, job.predicted_cpu_seconds)
     return queue
@@ -107,3 +115,70 @@ def _refuse(queue: Queue, shares: tuple[Share, ...], cost: float) -> None:
         f"{whose} is full: {full[0].limit:.0f} {amount} may wait. Try again in {math.ceil(wait)} seconds.",
         {"Retry-After": str(math.ceil(wait))} | queue.headers(),
     )
+
+
+class ConcurrencyLimit:
+    """Bounds how many requests of a kind are worked on at once. Used by one thread, that of the event loop.
+
+    >>> limit = ConcurrencyLimit(2, "quotes")
+    >>> with limit.acquired():
+    ...     print(limit.free)
+    1
+    """
+
+    def __init__(self, count: int, made: str) -> None:
+        self.free, self._made = count, made
+
+    @contextmanager
+    def acquired(self) -> Iterator[None]:
+        """Count one more until the ``with`` statement ends.
+
+        Raises
+        ------
+        BusyError
+            There are as many as there may be.
+        """
+        if not self.free:
+            detail = f"The service makes as many {self._made} as it may already. Try again in a moment."
+            raise BusyError(detail)
+        self.free -= 1
+        try:
+            yield
+        finally:
+            self.free += 1
+
+
+class BodyMemoryLimit:
+    """Bounds the bytes of all bodies in memory. Used by one thread, that of the event loop.
+
+    Parameters
+    ----------
+    most : int
+        Bytes of all of them.
+    """
+
+    def __init__(self, most: int) -> None:
+        self.most, self.bytes = most, 0
+
+    @contextmanager
+    def account(self) -> Iterator[Account]:
+        """Count a body until the ``with`` statement ends."""
+        account = Account(self)
+        try:
+            yield account
+        finally:
+            self.bytes -= account.bytes
+
+
+class Account:
+    """What one request holds."""
+
+    def __init__(self, limit: BodyMemoryLimit) -> None:
+        self._limit, self.bytes = limit, 0
+
+    def add(self, count: int) -> None:
+        """Count more bytes; BusyError where all together would be too many."""
+        if self._limit.bytes + count > self._limit.most:
+            raise BusyError("The service holds as many requests as it may already. Try again in a moment.")
+        self._limit.bytes += count
+        self.bytes += count

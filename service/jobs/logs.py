@@ -13,7 +13,7 @@ from schemas.jobs import JobState
 from schemas.logs import JobLog, LogEntry
 from service.jobs import lifecycle as jobs
 from service.jobs.context import Service
-from service.lifecycle import pass_costs
+from service.lifecycle import progress
 from service.storage.database.models import JobRow, RenderRow, TileRow
 
 MOST_STEPS = 50
@@ -70,7 +70,7 @@ def _size(render: RenderRow | None) -> str:
 
 def _passes(row: JobRow, render: RenderRow, repeated: list[TileRow]) -> Iterator[LogEntry]:
     """Report the passes in their order, what was repeated in each before its end."""
-    finished = {cost["pass_index"]: cost for cost in pass_costs.reported(render)}
+    finished = {cost["pass_index"]: cost for cost in progress.finished_passes(render)}
     for index in sorted({*finished, *(step.pass_index for step in repeated)}):
         yield from (_step(step) for step in repeated if step.pass_index == index)
         if index in finished:

@@ -15,8 +15,8 @@ from schemas.jobs import JobState
 from service.errors import StoreTakenError
 from service.storage.database.connection import Database
 from service.storage.database.models import LeaderRow, RenderRow
+from service.storage.folder import JOBS
 from service.storage.objects import Objects
-from service.storage.places import JOBS
 
 MARK = "database-id"
 """What names the database to which a place belongs."""

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.errors import StoreAwayError, StoreFullError, StoreReadOnlyError
-from service.storage.objects import Found, Stored
+from service.storage.objects import Found, Objects, Stored
 
 NO_ROOM = "The disk is full. Try again when there is room."
 NOT_WRITABLE = "The data folder cannot be written now. Try again when its operator has seen to it."
@@ -161,3 +161,23 @@ def _is_older(path: Path, age_seconds: float) -> bool:
         return not age_seconds or path.stat().st_mtime < time.time() - age_seconds
     except FileNotFoundError:
         return False
+
+
+BUCKET = "s3://"
+JOBS, ASSETS = "jobs", "assets"
+"""What lies in a place."""
+
+
+def place_of(address: str) -> Objects:
+    """Give the bucket of an address ``s3://bucket/prefix``, or the folder of any other.
+
+    Raises
+    ------
+    StoreMissingError
+        If the extra for buckets is not installed.
+    """
+    if not address.startswith(BUCKET):
+        return Folder(Path(address))
+    from service.storage.bucket import Bucket  # noqa: PLC0415  (an extra)
+
+    return Bucket(address)

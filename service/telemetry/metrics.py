@@ -17,10 +17,9 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from schemas.jobs import JobState
-from service.lifecycle.retries import Cause
 from service.storage.database.connection import Database
 from service.storage.database.models import JobRow, RenderRow
-from service.workers.tasks import JobTask, Outcome, TaskFailed, TileDone, WorkerDied
+from service.workers.tasks import Cause, JobTask, Outcome, TaskFailed, TileDone, WorkerDied
 
 RECENT = 200
 """Pictures of target quality, the newest, of which the error is reported."""

@@ -12,7 +12,7 @@ from multiprocessing import current_process
 from distributed import Worker, WorkerPlugin, get_worker
 
 from service.errors import StoreError, UnusableWorkerError
-from service.storage.places import ASSETS, place_of
+from service.storage.folder import ASSETS, place_of
 from service.workers.slots import SlotEngine
 from service.workers.tasks import Interrupted, Outcome, Task
 from service.workers.worker import WorkerSetup

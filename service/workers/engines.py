@@ -64,8 +64,7 @@ def engine_of(settings: Settings, setup: WorkerSetup) -> Engine:
     """Give the engine that the settings ask for."""
     if settings.engine == "slots":
         return SlotEngine(settings.workers, setup)
-    from service.workers.dask_cluster import connector  # noqa: PLC0415  (an extra)
-    from service.workers.dask_engine import DaskEngine  # noqa: PLC0415
+    from service.workers.dask_engine import DaskEngine, connector  # noqa: PLC0415  (an extra)
 
     return DaskEngine(connector(settings), setup)
 

@@ -10,7 +10,7 @@ from sqlalchemy import select
 
 from renderer import tiling
 from service.dispatch.rounds import Round
-from service.lifecycle import fairness, pass_costs, rows
+from service.lifecycle import fairness, progress, rows
 from service.storage.database.connection import Database
 from service.storage.database.models import JobRow, RenderRow, ShareRow, TileRow
 from service.workers.tasks import ComposeDone, Interrupted, JobTask, Outcome, TileDone, TileTask
@@ -48,7 +48,7 @@ class Workers:
                     total_work=sum(rows.work(pass_, tile) for pass_, tile in steps),
                     predicted_cpu_seconds=price,
                     numerics={},
-                    pass_costs=pass_costs.begin([pass_.index for pass_, _ in steps]),
+                    pass_costs=progress.begin_passes([pass_.index for pass_, _ in steps]),
                 )
                 enter(session, name, render, owner=owner, priority=priority)
                 session.add_all(TileRow(**rows.new_step(render.number, *step)) for step in steps)

@@ -13,7 +13,7 @@ from renderer import tiling
 from schemas.jobs import JobState
 from service.dispatch import ledger
 from service.dispatch.rounds import Round
-from service.lifecycle import pass_costs, rows
+from service.lifecycle import progress, rows
 from service.storage.database.connection import Database
 from service.storage.database.models import JobRow, RenderRow, TileRow
 from service.workers.tasks import (
@@ -64,7 +64,7 @@ class Table:
             total_work=1,
             predicted_cpu_seconds=1.0,
             numerics={"retried": 1},
-            pass_costs=pass_costs.begin([pass_.index for pass_, _ in steps]),
+            pass_costs=progress.begin_passes([pass_.index for pass_, _ in steps]),
         )
         with self.database.writing() as session:
             enter(session, job_id, render)
@@ -280,7 +280,7 @@ def costs(table: Table) -> list[tuple[int, float, int, float | None]]:
     """What is told of each finished pass: its index, CPU seconds, camera rays, and error."""
     return [
         (entry["pass_index"], entry["cpu_seconds"], entry["rays"]["camera"], entry["error"])
-        for entry in pass_costs.reported(table.render("a"))
+        for entry in progress.finished_passes(table.render("a"))
     ]
 
 
@@ -308,7 +308,7 @@ def test_a_pass_does_not_end_before_an_earlier_one(table: Table) -> None:
     assert [index for index, *_ in costs(table)] == [0]
     for task in tasks[1:5]:
         table.round((task, DONE))
-    seconds = [entry["seconds"] for entry in pass_costs.reported(table.render("a"))]
+    seconds = [entry["seconds"] for entry in progress.finished_passes(table.render("a"))]
     assert seconds == sorted(seconds)
     assert seconds[1] == seconds[2] > seconds[0]
 

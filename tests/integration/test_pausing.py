@@ -15,7 +15,7 @@ from schemas.jobs import JobState
 from service.cli.process import outcome
 from service.client import AsyncClient, Client
 from service.dispatch import adaptive_passes as targets
-from service.lifecycle import expiry, pausing, sharing
+from service.lifecycle import sharing
 from service.server import RunningServer
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
@@ -29,17 +29,17 @@ class Held(Table):
 
     def pause(self, job_id: str) -> None:
         with self.database.writing() as session:
-            pausing.pause(session, session.merge(self.job(job_id)))
+            sharing.pause(session, session.merge(self.job(job_id)))
 
     def resume(self, job_id: str) -> None:
         with self.database.writing() as session:
-            pausing.resume(session, session.merge(self.job(job_id)))
+            sharing.resume(session, session.merge(self.job(job_id)))
 
     def join(self, job_id: str, other: str, owner: str) -> None:
         """Let a job of another user share the render of a job."""
         with self.database.writing() as session:
             job = enter(session, other, session.merge(self.render(job_id)), owner=owner)
-            pausing.follow(session, job.render)
+            sharing.follow(session, job.render)
 
     def long_ago(self, seconds: float, *jobs: str) -> None:
         """Let everything that happened to these jobs have happened so much earlier."""
@@ -112,7 +112,7 @@ def test_no_limit_of_time_runs_on_during_a_pause(table: Held) -> None:
     table.pause("a")
     table.long_ago(100, "a")
     with table.database.writing() as session:
-        assert expiry.end_late(session) == ([], [], None)
+        assert sharing.end_late(session) == ([], [], None)
     table.resume("a")
     whole: list[object] = []
 
@@ -121,7 +121,7 @@ def test_no_limit_of_time_runs_on_during_a_pause(table: Held) -> None:
 
     event.listen(JobRow, "load", note)
     with table.database.writing() as session:
-        ended, _, upcoming = expiry.end_late(session)
+        ended, _, upcoming = sharing.end_late(session)
     event.remove(JobRow, "load", note)
     # Every round looks at all jobs with a limit, which may be thousands: it reads none of them whole.
     assert ended == whole == []
@@ -130,7 +130,7 @@ def test_no_limit_of_time_runs_on_during_a_pause(table: Held) -> None:
     assert 0 < upcoming <= 4
     table.long_ago(4, "a")
     with table.database.writing() as session:
-        assert [render.id for render in expiry.end_late(session)[0]] == ["a"]
+        assert [render.id for render in sharing.end_late(session)[0]] == ["a"]
 
 
 def test_the_time_of_target_quality_waits_too(table: Held) -> None:

@@ -22,9 +22,8 @@ from service.storage import belonging
 from service.storage.assets import AssetStore
 from service.storage.database.connection import Database
 from service.storage.database.models import RenderRow
+from service.storage.folder import place_of
 from service.storage.objects import Objects
-from service.storage.passes import PassStore
-from service.storage.places import place_of
 from service.storage.tiles import StoredTile, TileStore
 from tests.integration.support import until
 from tests.s3_server import BUCKET, S3Server
@@ -146,22 +145,22 @@ def test_a_sweep_leaves_what_jobs_need(place: Objects) -> None:
 
 
 def test_passes_that_are_merged_go_and_their_layers_stay(place: Objects) -> None:
-    store, passes = TileStore(place), PassStore(place)
+    store = TileStore(place)
     store.put_spec("job", b"{}")
     for index in (9, 10):
         store.put_layers("job", TILE, Pass(index, 1, 0, 1), 1, {"depth": np.ones((3, 4))})
-        passes.put_samples("job", index, TILE, 1, {"colors": np.full(5, index)})
-        passes.put_state("job", index, 1, {"have": np.full(5, index)})
-        passes.put_picture("job", index, 1, np.full((3, 4, 3), index, np.float32))
-    passes.drop_before("job", 10)
+        store.put_samples("job", index, TILE, 1, {"colors": np.full(5, index)})
+        store.put_state("job", index, 1, {"have": np.full(5, index)})
+        store.put_map("job", index, 1, "picture", np.full((3, 4, 3), index, np.float32))
+    store.drop_before("job", 10)
     assert names(place, "job/tiles") == {
         f"job/tiles/{name}"
         for name in ("9-0.1.npz", "10-0.1.npz", "10-0.1.samples", "10-state.1", "10-picture.1")
     }
-    [samples] = passes.get_samples("job", 10, [StoredTile(TILE, PASS, 1, 0)])
+    [samples] = store.get_samples("job", 10, [StoredTile(TILE, PASS, 1, 0)])
     assert samples["colors"].tolist() == [10] * 5
-    assert passes.get_state("job", 10, 1)["have"].tolist() == [10] * 5
-    assert float(passes.get_picture("job", 10, 1).mean()) == 10
+    assert store.get_state("job", 10, 1)["have"].tolist() == [10] * 5
+    assert float(store.get_map("job", 10, 1, "picture").mean()) == 10
 
 
 def png() -> bytes:

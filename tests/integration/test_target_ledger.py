@@ -21,7 +21,6 @@ from service.dispatch.rounds import Round
 from service.lifecycle import progress, rows
 from service.storage.database.connection import Database
 from service.storage.database.models import RenderRow, TileRow
-from service.workers import pass_tiles as target_tiles
 from service.workers.tasks import (
     AdvanceDone,
     AdvanceTask,
@@ -31,6 +30,7 @@ from service.workers.tasks import (
     SampleTask,
     TileDone,
     WorkerDied,
+    pass_of,
 )
 from tests.integration.support import BOTH, enter, scene
 
@@ -79,7 +79,7 @@ class Table:
             width=64,
             height=64,
             spec_sha256="",
-            passes=[asdict(target_tiles.pass_of(0))],
+            passes=[asdict(pass_of(0))],
             display={},
             total_steps=4,
             total_work=100,
@@ -91,8 +91,7 @@ class Table:
         with self.database.writing() as session:
             enter(session, "a", render)
             session.add_all(
-                TileRow(**rows.new_step(render.number, target_tiles.pass_of(0), tile))
-                for tile in TILES.values()
+                TileRow(**rows.new_step(render.number, pass_of(0), tile)) for tile in TILES.values()
             )
 
     def round(self, *reports: tuple[JobTask, Outcome], room: int = 8, deaths: int = 0) -> list[JobTask]:
