@@ -26,10 +26,7 @@ from service.access.keys import CredentialCache
 from service.api import problems
 from service.api.authentication import authenticate
 from service.api.routes import (
-    administration,
     assets,
-    comparisons,
-    convergence,
     jobs,
     operations,
     page,
@@ -68,21 +65,21 @@ BODIES = 16
 READERS = 4
 """Documents that are read at once: the largest take some hundred megabytes each, and Python reads one."""
 
-PUBLIC = (operations, page)
-"""What anybody may ask."""
+PUBLIC = (operations.router, page.router)
+"""Routers without authentication."""
 
 ROUTERS = (
-    session,
-    jobs,
-    tiles,
-    pictures,
-    convergence,
-    scenes,
-    comparisons,
-    assets,
-    administration,
-    operations,
-    page,
+    session.router,
+    jobs.router,
+    tiles.router,
+    pictures.router,
+    pictures.convergence_router,
+    scenes.router,
+    scenes.picture_router,
+    assets.router,
+    operations.staff_router,
+    operations.router,
+    page.router,
 )
 
 
@@ -115,14 +112,15 @@ def create_app(settings: Settings) -> FastAPI:
         redoc_url=None,
         telemetry=telemetry.of_requests(),
     )
-    problems.install(app, partial(allowed, [module.router for module in ROUTERS]))
-    for module in ROUTERS:
-        asked = [] if module in PUBLIC else [Depends(authenticate)]
+    problems.install(app, partial(allowed, ROUTERS))
+    for router in ROUTERS:
+        is_public = router in PUBLIC
+        dependencies = [] if is_public else [Depends(authenticate)]
         # Scripts of the page read its addresses themselves.
-        checked = [] if module is page else [Depends(check_query)]
-        answers = problem(422, "A parameter cannot be used.") | (REFUSED if asked else {})
-        app.include_router(module.router, dependencies=asked + checked, responses=answers)
-        app.include_router(heads_of(module.router), dependencies=asked + checked)
+        dependencies += [] if router is page.router else [Depends(check_query)]
+        answers = problem(422, "A parameter cannot be used.") | ({} if is_public else REFUSED)
+        app.include_router(router, dependencies=dependencies, responses=answers)
+        app.include_router(heads_of(router), dependencies=dependencies)
     _document_bodies(app)
     return app
 

@@ -23,8 +23,7 @@ from uvicorn.config import STARTUP_FAILURE
 from service import logs
 from service.access.hosts import is_loopback
 from service.access.keys import any_made
-from service.api.middleware import RequestIds, SafeHeaders
-from service.api.slow_clients import slow_client_protocol
+from service.api.middleware import RequestIds, SafeHeaders, slow_client_protocol
 from service.app import create_app
 from service.errors import (
     DatabaseUrlError,

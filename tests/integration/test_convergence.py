@@ -18,7 +18,7 @@ import renderer
 from renderer.convergence import trend
 from schemas.convergence import Convergence
 from schemas.quality import TargetQuality
-from service.api.routes.convergence import EXAMPLE
+from service.api.routes.pictures import CONVERGENCE_EXAMPLE as EXAMPLE
 from tests.integration.conftest import Start
 from tests.integration.support import PATIENCE, finish, job_of, long_scene, scene, submit, wait
 
