@@ -184,7 +184,7 @@ def assemble(
     store
         Keeps the pixels; by default where the settings say.
     telemetry
-        Takes spans; by default nobody does.
+        Takes spans; by default they are dropped.
     """
     database = Database(settings.database_url)
     upgrade(database)

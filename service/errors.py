@@ -227,8 +227,8 @@ class OpenDoorsError(ServiceError):
 
     def __init__(self, host: str, data: Path) -> None:
         super().__init__(
-            f"Whoever reaches {host} could use this service, for there are no keys. Make one with "
-            f"'penumbra keys add NAME --data {data}', or give --behind-proxy if a proxy asks who comes."
+            f"Anyone who reaches {host} could use this service, for there are no keys. Make one with "
+            f"'penumbra keys add NAME --data {data}', or give --behind-proxy if a proxy authenticates users."
         )
 
 
@@ -252,7 +252,7 @@ class EngineMissingError(EngineError):
 
 
 class UnsafeClusterError(EngineError):
-    """Whoever is on the network could give orders to a cluster."""
+    """Anyone on the network could run code on a cluster."""
 
 
 class UnusableWorkerError(EngineError):

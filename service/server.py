@@ -130,7 +130,7 @@ def _serve(settings: Settings) -> None:
         log_config=None,
         access_log=False,
         server_header=False,
-        http=slow_client_protocol(settings.patience_seconds),
+        http=slow_client_protocol(settings.client_timeout_seconds),
         limit_concurrency=settings.max_connections,
         timeout_graceful_shutdown=FAREWELL_SECONDS,
     )

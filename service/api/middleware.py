@@ -20,7 +20,7 @@ log = structlog.get_logger()
 
 
 class RequestIds:
-    """Takes the name that the client gives, or makes one, and logs how each request ended."""
+    """Takes the id that the client sends, or makes one, and logs how each request ended."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
@@ -53,7 +53,7 @@ def _name(given: str) -> str:
 
 
 def _log(scope: Scope, status: int, seconds: float) -> None:
-    # Watchers ask all the time: what went well is logged for debugging alone.
+    # Watchers poll all the time: success is logged for debugging only.
     say = log.warning if status >= 500 else log.debug
     say("request", method=scope["method"], path=scope["path"], status=status, seconds=round(seconds, 4))
 
@@ -96,7 +96,7 @@ def _complete(headers: MutableHeaders, path: str) -> None:
         headers.setdefault(name, value)
     if not path.startswith(_OF_USERS):
         return
-    # Whom an answer is for depends on a key or a cookie: nobody keeps it for others.
+    # An answer depends on a key or a cookie: no cache may keep it for other users.
     rule = headers.get("Cache-Control")
     headers["Cache-Control"] = f"private, {rule}" if rule else "no-store"
 

@@ -1,4 +1,4 @@
-"""The dispatcher's transactions: which step is next, and what became of those handed out.
+"""The dispatcher's transactions: claims of the next steps, and results of those handed out.
 
 Every function works in a transaction of its caller, so that the results and the claims of one round
 are one write.
@@ -114,7 +114,7 @@ def tile_claims(session: Session, room: int) -> Iterator[TileTask]:
 def _turn(session: Session, share: ShareRow, until: float, room: int, begun: set[int]) -> Iterator[TileTask]:
     """Hand out steps of a user's jobs, as long as the user's clock is not past ``until``.
 
-    Each job shows its coarse picture before any of them goes on, and what has ``begun`` in this round shows
+    Each job shows its coarse picture before any of them continues, and what has ``begun`` in this round shows
     it alone; then they follow by priority and age, all tiles in one pass before any tile in the next.
     """
     wanted = {"owner": share.owner, "room": room, "begun": list(begun)}
@@ -165,7 +165,7 @@ def _hand_out(session: Session, render: RenderRow, step: TileRow) -> TileTask:
 
 
 def land(session: Session, render: RenderRow, task: TileTask, done: TileDone) -> bool:
-    """Take note of a finished step. False if it is not the attempt that was waited for."""
+    """Record a finished step. False if it is a stale attempt."""
     step = _handed_out(session, render, task)
     if step is None:
         return False
@@ -187,7 +187,7 @@ def land(session: Session, render: RenderRow, task: TileTask, done: TileDone) ->
 def take_back(session: Session, render: RenderRow, task: TileTask, *, death: bool) -> int | None:
     """Let a step wait again, and return how many workers it has cost so far.
 
-    None if it is not the attempt that was waited for: nothing waits again then.
+    None if it is a stale attempt, which changes nothing.
     """
     step = _handed_out(session, render, task)
     if step is None:
@@ -223,7 +223,7 @@ def _compose_task(session: Session, render: RenderRow) -> JobTask:
 
 
 def complete(session: Session, render: RenderRow, done: ComposeDone) -> None:
-    """Take note of a final picture."""
+    """Record a final picture."""
     render.image_sha256 = done.sha256
     render.numerics = render.numerics | done.numerics
     progress.note_errors(render, done.errors)

@@ -179,7 +179,7 @@ def merging(task: ComposeTask | AdvanceTask) -> tuple[str, int]:
 
 
 def _ends(render: RenderRow) -> bool:
-    """Whether nobody waits for more of a render."""
+    """Whether no job waits for a render any more."""
     return render.state.final or render.cancel_requested
 
 

@@ -121,14 +121,14 @@ def plan_of(service: Service, job_id: str) -> PlanDocument:
 
 
 def cancel(service: Service, job_id: str) -> None:
-    """End a job now, and have what runs for nobody else stopped; a job that has ended stays as it is."""
+    """End a job now, and stop its render if no other job shares it; a job that has ended stays as it is."""
     with service.database.writing() as session:
         row = find(session, job_id)
         render = None if row.state.final else row.render
         stopping = None if row.state.final else _end(session, row)
-        service.database.tell_of(session, (job_id,))
+        service.database.notify_jobs(session, (job_id,))
         if stopping:
-            service.database.tell(session, work=True)
+            service.database.notify(session, work=True)
     if stopping:
         service.dispatcher.cancel(stopping)
     if render is not None and render.state.final:
@@ -156,7 +156,7 @@ def pause(service: Service, job_id: str) -> Job:
         row = find(session, job_id)
         if not row.state.final:
             sharing.pause(session, row)
-        service.database.tell_of(session, (job_id,))
+        service.database.notify_jobs(session, (job_id,))
     service.job_events.publish((job_id,))
     return show(service, job_id)
 
@@ -167,8 +167,8 @@ def resume(service: Service, job_id: str) -> Job:
         row = find(session, job_id)
         if not row.state.final:
             sharing.resume(session, row)
-        service.database.tell(session, work=True)
-        service.database.tell_of(session, (job_id,))
+        service.database.notify(session, work=True)
+        service.database.notify_jobs(session, (job_id,))
     service.dispatcher.wake()
     service.job_events.publish((job_id,))
     return show(service, job_id)
@@ -177,8 +177,8 @@ def resume(service: Service, job_id: str) -> Job:
 async def stop(service: Service, job_id: str) -> Job:
     """Cancel a job and wait until nothing of it runs any more, within reason."""
     await run_in_threadpool(cancel, service, job_id)
-    patience = service.settings.cancel_grace_seconds + STOP_SECONDS
-    await until(service, job_id, patience, lambda status: status.state.final)
+    timeout = service.settings.cancel_grace_seconds + STOP_SECONDS
+    await until(service, job_id, timeout, lambda status: status.state.final)
     return await run_in_threadpool(show, service, job_id)
 
 
@@ -199,7 +199,7 @@ async def remove(service: Service, job_id: str) -> None:
 def _forget(service: Service, job_id: str) -> None:
     with service.database.writing() as session:
         unused = sharing.forget(session, find(session, job_id))
-        service.database.tell_of(session, (job_id,))
+        service.database.notify_jobs(session, (job_id,))
     if unused:
         service.store.drop_job(unused)
     service.job_events.publish((job_id,))

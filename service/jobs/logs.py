@@ -1,4 +1,4 @@
-"""What became of a job, from what the database knows: nothing is written down for it alone."""
+"""The log of a job, derived from its rows: no table is kept for it."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from service.lifecycle import progress
 from service.storage.database.models import JobRow, RenderRow, TileRow
 
 MOST_STEPS = 50
-"""Repeated steps that are listed, as many as problems of a request: more help nobody."""
+"""Repeated steps that are listed, as many as problems of a request: more are no help."""
 
 ENDS = {
     JobState.SUCCEEDED: "The picture is finished.",
-    JobState.CANCELLED: "Somebody stopped it.",
+    JobState.CANCELLED: "It was cancelled.",
     JobState.EXPIRED: "The picture was removed: the service keeps pictures for a time.",
 }
 
@@ -94,7 +94,7 @@ def _pass(row: JobRow, render: RenderRow, cost: dict[str, Any]) -> LogEntry:
     reached = f", error {error['estimate']:.2g}" if error else ""
     at = render.started_at and render.started_at + timedelta(seconds=cost["seconds"])
     return LogEntry(
-        # When others came who asked for the same is nobody's business.
+        # When others have requested the same picture stays private.
         at=at if at is not None and at >= row.created_at else None,
         event="pass_finished",
         message=f"Pass {cost['pass_index']} is finished: {cost['seconds']:.2f} s and "

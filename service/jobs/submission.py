@@ -30,7 +30,7 @@ from service.lifecycle import clock, fairness, progress, rows, sharing
 from service.settings import Settings
 from service.storage.database.models import JOINED, Base, IdempotencyRow, JobRow, RenderRow, RequestRow
 
-# One more try than others can spoil: the key, or the render, that somebody enters at the same moment.
+# Another request may enter the same key, or the same render, at the same time: each spoils one try.
 TRIES = 3
 
 # Built once: making a statement takes longer than executing it.
@@ -105,7 +105,7 @@ def submit(service: Service, sent: Submission) -> SubmittedJob:
         try:
             return enter(service, sent, admitted)
         except IntegrityError:
-            log.debug("entered by another request at the same moment")
+            log.debug("entered by another request at the same time")
     return enter(service, sent, admitted)
 
 
@@ -151,9 +151,9 @@ def enter(service: Service, sent: Submission, admitted: Admitted) -> SubmittedJo
                 if known
                 else _enter_job(service, session, sent, admitted, job, spec)
             )
-            service.database.tell(session, work=True)
+            service.database.notify(session, work=True)
     except BaseException as error:
-        # Where the connection was lost nobody knows whether the job was entered.
+        # Where the connection was lost it is unknown whether the job was entered.
         if not (isinstance(error, DBAPIError) and error.connection_invalidated):
             service.store.drop_job(job.id)
         raise

@@ -1,8 +1,8 @@
 """Uploaded assets: who may use them, and for how long they are needed.
 
 The bytes of an asset are kept once, however many users have sent them; for all others there is no such
-asset. So nobody learns from the hash of a file whether somebody else has it. Those who see the jobs of all
-see what these are made of, too.
+asset. So the hash of a file does not reveal whether another user has it. Users who see the jobs of all see
+their assets, too.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ def note(session: Session, sha256: str) -> None:
 
 
 def drop_unused(session: Session, before: datetime, most: int) -> dict[str, int]:
-    """Forget assets that no render needs and nobody has asked for since; give them with their bytes."""
+    """Delete assets that no render needs and that were not requested since; return them with their bytes."""
     old = select(AssetRow.sha256, AssetRow.bytes).where(_UNUSED, AssetRow.used_at < before)
     found = dict(session.execute(old.order_by(AssetRow.used_at).limit(most)).all())
     session.execute(delete(AssetRow).where(AssetRow.sha256.in_(found)))

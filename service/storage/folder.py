@@ -48,7 +48,7 @@ class Folder:
 
     def begin(self, prefix: str) -> None:
         """Make a folder with all above it; files are written to folders that are there alone."""
-        with told():
+        with translate_errors():
             (self._folder / prefix).mkdir(parents=True, exist_ok=True)
 
     def put(self, name: str, data: bytes) -> None:
@@ -61,7 +61,7 @@ class Folder:
     def draft(self, name: str) -> Iterator[IO[bytes]]:
         """Open a temporary file beside the one that it may become."""
         with (
-            told(),
+            translate_errors(),
             tempfile.NamedTemporaryFile(
                 dir=(self._folder / name).parent, prefix=".", suffix=".tmp", delete=False
             ) as file,
@@ -74,7 +74,7 @@ class Folder:
 
     def keep(self, draft: IO[bytes], name: str) -> None:
         """Move a draft into place."""
-        with told():
+        with translate_errors():
             draft.flush()
             Path(draft.name).replace(self._folder / name)
 
@@ -92,7 +92,7 @@ class Folder:
         return found
 
     def find(self, name: str) -> Stored | None:
-        """Tell what lies under a name, or None."""
+        """Describe what lies under a name; None if there is nothing."""
         path = self._folder / name
         try:
             state = path.stat()
@@ -135,8 +135,8 @@ def _part(path: Path, start: int, end: int) -> bytes:
 
 
 @contextmanager
-def told() -> Iterator[None]:
-    """Tell a disk that cannot be written now, which passes, from all other errors.
+def translate_errors() -> Iterator[None]:
+    """Distinguish a disk that cannot be written now, which passes, from all other errors.
 
     Raises
     ------

@@ -27,7 +27,7 @@ samples, float32 (7, H, W), and the picture after it."""
 LAYERS_SUFFIX = ".npz"
 TILES = "tiles"
 UNFINISHED_SECONDS = 3600.0
-"""What is younger may be what another server writes at the moment."""
+"""What is younger may be a file that another server is writing."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class TileStore:
         return self.objects.array(f"{job}/{name}")
 
     def find(self, job: str, name: str) -> Stored | None:
-        """Tell of a result of a job, or None."""
+        """Describe a result of a job; None if there is none."""
         return self.objects.find(f"{job}/{name}")
 
     def put_samples(self, job: str, pass_index: int, tile: Tile, attempt: int, samples: Layers) -> None:

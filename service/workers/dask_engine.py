@@ -25,7 +25,7 @@ from service.workers.dask_worker import BEGUN, NAME, SlotPlugin, execute, stop
 from service.workers.tasks import Interrupted, Outcome, Report, Task, WorkerDied
 from service.workers.worker import WorkerSetup
 
-# Tasks for each worker: one runs, and the others are there the moment it ends.
+# Tasks for each worker: one runs, and the others are there when it ends.
 WINDOW = 3
 # How often to look which workers there are, seconds.
 WATCH_SECONDS = 1.0
@@ -96,7 +96,7 @@ class DaskEngine:
 
     def close(self) -> None:
         """Stop all tasks and leave the cluster; one of this engine's own ends."""
-        self._report = _nobody
+        self._report = _drop_report
         self._loop.call_soon_threadsafe(self._main.cancel)
         self._thread.join()
 
@@ -213,7 +213,7 @@ async def _outcome(flight: _Flight) -> Outcome:
     return outcome
 
 
-def _nobody(_task: Task, _outcome: Outcome, /) -> None:
+def _drop_report(_task: Task, _outcome: Outcome, /) -> None:
     """Take reports after the end."""
 
 
@@ -234,7 +234,7 @@ LOCAL = {
 
 def connector(settings: Settings) -> Connect:
     """Say how to reach the cluster that the settings name, or start one where they name none."""
-    # What it does at every start and stop is nobody's news.
+    # Its messages at every start and stop are noise.
     logging.getLogger("distributed").setLevel(logging.WARNING)
     # The engine itself logs what becomes of the connection.
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)

@@ -70,7 +70,7 @@ class SlotPlugin(WorkerPlugin):
             self._end(Interrupted())
 
     def transition(self, key: str, start: str, finish: str, **_: object) -> None:
-        """Stop a task that nobody wants any more: it was cancelled, or whoever wanted it is gone."""
+        """Stop a task that was cancelled, or whose client is gone."""
         if start == "executing" and finish == "released":
             self.stop(key)
 

@@ -77,17 +77,17 @@ class PassWorker:
         """Merge a pass, and leave for the next one what it needs, or the final picture."""
         begun = time.process_time()
         driver = self._driver(plan, task)
-        estimate, goes_on = driver.estimate, driver.end_pass(last=task.last)
+        estimate, continues = driver.estimate, driver.end_pass(last=task.last)
         image, sha256 = estimate.image(), None
-        if goes_on:
+        if continues:
             self._keep(estimate, task, image)
         else:
             sha256 = self._keep_final(estimate, task, image)
         self.store.drop_passes_before(task.job, task.pass_.index - 1)
-        expected = driver.forecast() if goes_on else Forecast(next=0.0, later=0.0)
+        expected = driver.forecast() if continues else Forecast(next=0.0, later=0.0)
         return AdvanceDone(
-            tiles=tuple(numbered(driver.tiles())) if goes_on else (),
-            samples=estimate.rays_wanted() if goes_on else 0,
+            tiles=tuple(numbered(driver.tiles())) if continues else (),
+            samples=estimate.rays_wanted() if continues else 0,
             next_seconds=expected.next,
             later_seconds=expected.later,
             prices=dict(driver.prices),

@@ -243,7 +243,7 @@ class WorkerDied:
 class Interrupted:
     """The task was taken from its worker, or never began; nothing is known against it.
 
-    ``late`` says that the time of its job was spent, so that nobody wants it any more.
+    ``late`` says that the time of its job was spent, so that its result is not needed any more.
     """
 
     late: bool = False

@@ -212,7 +212,7 @@ def work(connection: Connection, pulse: Connection, setup: WorkerSetup) -> None:
     beating = pulse, setup.lease.beat_seconds
     threading.Thread(target=beat, args=beating, name="heartbeat", daemon=True).start()
     worker = Worker(setup)
-    with suppress(EOFError, OSError):  # nobody asks any more
+    with suppress(EOFError, OSError):  # the parent is gone
         connection.send(os.getpid())
         while True:
             connection.send(_outcome(worker, connection.recv()))

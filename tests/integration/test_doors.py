@@ -34,7 +34,7 @@ def strict(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
         log_level="error",
         behind_proxy=True,
         hosts="127.0.0.1 render.example",
-        patience_seconds=0.5,
+        client_timeout_seconds=0.5,
     )
     with running(settings) as server:
         yield server

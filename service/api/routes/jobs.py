@@ -108,7 +108,7 @@ def list_jobs(
 
 @router.get("/{job_id}", responses=UNKNOWN)
 def get_job(here: Here, job_id: JobId) -> Job:
-    """Look at a job."""
+    """Describe a job."""
     return jobs.show(here, job_id)
 
 
@@ -128,7 +128,7 @@ async def cancel_job(here: Here, response: Response, job_id: ChangedJob) -> Job:
 def pause_job(here: Here, job_id: ChangedJob) -> Job:
     """Hand out no more tiles of a job; those in work are finished, and no limit of time runs on.
 
-    What others have asked for, too, goes on for them. A job that has ended stays as it is.
+    A picture that others have requested, too, continues for them. A job that has ended stays as it is.
     """
     return jobs.pause(here, job_id)
 

@@ -38,7 +38,7 @@ class Condition(BaseModel):
 @router.get("/livez", responses=problem(503, "It needs to be started again."))
 async def livez(here: Here) -> Condition:
     """Say whether the process can still do what it is for; if not, only starting it again helps."""
-    # On the event loop: all threads may be waiting for a database that is away, and will go on with it.
+    # On the event loop: all threads may be waiting for an unreachable database, and continue with it.
     if not here.dispatcher.lives():
         raise UnavailableError("No work is handed out any more. Start the service again.")
     return Condition()

@@ -67,7 +67,7 @@ async def known(here: Here, job_id: JobId) -> str:
 
 @router.head("/events", include_in_schema=False)
 async def events_exist(job_id: Annotated[str, Depends(known)]) -> Response:  # noqa: ARG001
-    """Answer at once: the stream itself goes on as long as the job does."""
+    """Answer at once: the stream itself lasts as long as the job."""
     return Response(media_type="text/event-stream")
 
 
