@@ -1,7 +1,8 @@
 """Seconds since a stored time, whatever is done to the wall clock meanwhile.
 
 A time in the database is one of the wall clock, which an operator or NTP may set forward or back. Limits
-count elapsed seconds: each time is tied to a monotonic clock when it is taken or, after a restart, read first.
+count elapsed seconds: each time is tied to a monotonic clock when it is taken, or first read
+after a restart.
 """
 
 from __future__ import annotations
