@@ -1,4 +1,4 @@
-"""A burst of jobs by many users: all are accepted or told when to return, and none is lost."""
+"""A burst of jobs by many users: all are accepted or asked to return later, and none is lost."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from benchmarks.bursts import burst, scene
 
 
 @pytest.mark.slow
-def test_a_burst_beyond_the_queue_is_told_to_return_and_nothing_is_lost() -> None:
-    told = burst(10, 3, scene, workers=2, max_queued_jobs=8)
-    assert (told["jobs"], told["users"], told["lost"]) == (30, 10, 0)
+def test_a_burst_beyond_the_queue_is_asked_to_return_and_nothing_is_lost() -> None:
+    reported = burst(10, 3, scene, workers=2, max_queued_jobs=8)
+    assert (reported["jobs"], reported["users"], reported["lost"]) == (30, 10, 0)
     # Ten users send at once, and eight jobs fit.
-    assert told["told_to_return"] > 0
+    assert reported["told_to_return"] > 0
 
 
 @pytest.mark.slow
 def test_a_burst_of_one_picture_is_rendered_once() -> None:
-    told = burst(10, 3, lambda _: scene(0), workers=2)
-    assert (told["jobs"], told["lost"], told["told_to_return"]) == (30, 0, 0)
+    reported = burst(10, 3, lambda _: scene(0), workers=2)
+    assert (reported["jobs"], reported["lost"], reported["told_to_return"]) == (30, 0, 0)

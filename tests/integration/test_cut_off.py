@@ -1,4 +1,4 @@
-"""A server that is cut off from the database it shares, and one that is ended: another goes on."""
+"""A server that is cut off from the database it shares, and one that is ended: another takes over."""
 
 from __future__ import annotations
 

@@ -46,15 +46,15 @@ MANY = 4
 def disk() -> Iterator[Path]:
     # Not in a folder of pytest's own: another run that tidies up there must not meet what it cannot remove.
     with TemporaryDirectory() as folder:
-        told = _mount("-t", "tmpfs", "-o", f"size={SIZE}", "tmpfs", folder)
-        if told is not None:
-            pytest.skip(f"no file system can be mounted here, which needs root: {told}")
+        reported = _mount("-t", "tmpfs", "-o", f"size={SIZE}", "tmpfs", folder)
+        if reported is not None:
+            pytest.skip(f"no file system can be mounted here, which needs root: {reported}")
         yield Path(folder)
         subprocess.run(["umount", "--lazy", folder], check=True)
 
 
 def _mount(*words: str) -> str | None:
-    """Mount something, or tell why that is not possible."""
+    """Mount something, or say why that is not possible."""
     if shutil.which("mount") is None:
         return "there is no program mount"
     tried = subprocess.run(["mount", *words], check=False, capture_output=True, text=True)
@@ -97,9 +97,9 @@ def full(disk: Path) -> Iterator[Callable[[], None]]:
 
 @contextmanager
 def read_only(disk: Path) -> Iterator[None]:
-    """Let nobody write to a file that is not open yet.
+    """Refuse writes to files that are not open yet.
 
-    A file system is not made read-only while somebody has a file of it open to write, as a database has.
+    A file system is not made read-only while a process has a file of it open to write, as a database has.
     """
     assert _mount("--bind", "-o", "ro", str(disk), str(disk)) is None
     try:
@@ -120,7 +120,7 @@ def failed(client: httpx2.Client, code: str) -> bool:
 
 
 def check_reads(client: httpx2.Client, finished: str, running: str) -> None:
-    """What is there is told and shown, finished or not."""
+    """What is there is reported and shown, finished or not."""
     assert client.get(f"/v1/jobs/{finished}/image.png").status_code == 200
     assert image(client, running).shape == (192, 192, 3)
     assert len(client.get(f"/v1/jobs/{running}/tiles").json()["events"]) >= 3

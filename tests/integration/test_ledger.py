@@ -117,7 +117,7 @@ def test_passes_come_one_after_the_other_and_the_coarse_one_first(table: Table) 
     assert steps == [(0, 0), *((1, tile) for tile in range(4)), *((2, tile) for tile in range(4))]
 
 
-def test_after_a_doubtful_transaction_steps_wait_again_of_which_nobody_knows_a_task(table: Table) -> None:
+def test_after_a_doubtful_transaction_steps_wait_again_of_which_no_one_knows_a_task(table: Table) -> None:
     table.add("a")
     done, lost, flying = (table.next() for _ in range(3))
     table.round((done, DONE))
@@ -128,7 +128,7 @@ def test_after_a_doubtful_transaction_steps_wait_again_of_which_nobody_knows_a_t
     assert table.next().attempt == 1
 
 
-def test_a_new_job_shows_its_coarse_picture_before_older_jobs_go_on(table: Table) -> None:
+def test_a_new_job_shows_its_coarse_picture_before_older_jobs_continue(table: Table) -> None:
     table.add("a")
     table.round(room=2)
     table.add("b")
@@ -195,7 +195,7 @@ def test_a_tile_may_cost_three_workers_and_no_more(table: Table) -> None:
     assert table.round(room=5).tasks == []
 
 
-def test_interruptions_are_nobodys_fault(table: Table) -> None:
+def test_interruptions_are_no_fault_of_a_task(table: Table) -> None:
     table.add("a")
     for _ in range(3 * MAX_ATTEMPTS):
         table.round((table.next(), Interrupted()))
@@ -277,14 +277,14 @@ def test_the_picture_is_put_together_once_all_tiles_are_there(table: Table) -> N
 
 
 def costs(table: Table) -> list[tuple[int, float, int, float | None]]:
-    """What is told of each finished pass: its index, CPU seconds, camera rays, and error."""
+    """What is reported of each finished pass: its index, CPU seconds, camera rays, and error."""
     return [
         (entry["pass_index"], entry["cpu_seconds"], entry["rays"]["camera"], entry["error"])
         for entry in progress.finished_passes(table.render("a"))
     ]
 
 
-def test_a_pass_is_told_when_its_last_tile_is_there_with_all_that_was_done_before(table: Table) -> None:
+def test_a_pass_is_reported_when_its_last_tile_is_there_with_all_that_was_done_before(table: Table) -> None:
     table.add("a")
     tasks = [table.next() for _ in range(9)]
     assert costs(table) == []

@@ -16,28 +16,28 @@ def held(promises: list[Promise]) -> dict[str, bool]:
 
 
 @pytest.mark.slow
-def test_a_full_queue_tells_when_to_return_and_what_is_left() -> None:
-    (told,) = crowds.refusals()
-    assert told["held"], told
+def test_a_full_queue_reports_when_to_return_and_what_is_left() -> None:
+    (reported,) = crowds.refusals()
+    assert reported["held"], reported
 
 
 @pytest.mark.slow
 def test_one_users_many_jobs_do_not_hold_up_anothers_one() -> None:
-    (told,) = neighbours.measure(many=20, visits=1)
-    assert told["held"], told
+    (reported,) = neighbours.measure(many=20, visits=1)
+    assert reported["held"], reported
 
 
 @pytest.mark.slow
-def test_many_watchers_by_streams_and_by_polling_are_told_everything() -> None:
-    told, cost = watchers.measure(crowds=(1, 12))
-    assert told["held"], told
+def test_many_watchers_by_streams_and_by_polling_are_reported_everything() -> None:
+    reported, cost = watchers.measure(crowds=(1, 12))
+    assert reported["held"], reported
     assert cost["details"]["crowds"]["12"]["events"] > 0
 
 
 @pytest.mark.slow
 def test_the_memory_of_every_process_is_looked_at_while_jobs_succeed() -> None:
-    (told,) = memory.measure(jobs=40, step=40)
-    (server,), (worker,) = told["details"]["mib"].values()
+    (reported,) = memory.measure(jobs=40, step=40)
+    (server,), (worker,) = reported["details"]["mib"].values()
     assert min(server, worker) > 10
 
 

@@ -76,7 +76,7 @@ def test_a_queued_job_that_is_paused_does_not_begin_and_others_do(table: Held) -
     assert table.job("a").state is JobState.QUEUED
 
 
-def test_a_shared_render_goes_on_while_one_of_its_jobs_does(table: Held) -> None:
+def test_a_shared_render_continues_while_one_of_its_jobs_does(table: Held) -> None:
     table.add("a")
     table.round(room=1)
     table.join("a", "b", "another")
@@ -86,13 +86,13 @@ def test_a_shared_render_goes_on_while_one_of_its_jobs_does(table: Held) -> None
     table.pause("b")
     assert table.round(room=1).tasks == []
     assert table.render("a").paused_at is not None
-    # Whoever comes now wants it.
+    # A job that comes now needs it.
     table.join("a", "c", "third")
     assert len(table.round(room=1).tasks) == 1
     assert table.render("a").paused_at is None
 
 
-def test_when_the_only_job_leaves_that_was_not_paused_the_render_stands_still(table: Held) -> None:
+def test_when_the_only_job_leaves_that_was_not_paused_the_render_pauses(table: Held) -> None:
     table.add("a")
     table.round(room=1)
     table.join("a", "b", "another")
@@ -166,9 +166,9 @@ def test_a_job_is_paused_and_resumed_over_http_by_all_clients(
             return first, (await held.resume()).paused
 
     assert asyncio.run(both()) == (True, False)
-    for command, told in (("pause", "running, paused"), ("resume", "running")):
+    for command, reported in (("pause", "running, paused"), ("resume", "running")):
         assert outcome([command, job, "--server", server.url]) == 0
-        assert capsys.readouterr().err == f"Job {job}: {told}\n"
+        assert capsys.readouterr().err == f"Job {job}: {reported}\n"
     client.post(f"/v1/jobs/{job}/cancel")
     assert client.post(f"/v1/jobs/{job}/pause").json()["state"] == "cancelled"
     assert not job_of(client, job)["paused"]

@@ -65,7 +65,7 @@ def test_bytes_come_back_whole_in_part_and_many_at_once(place: Objects) -> None:
     assert names(place.within("a")) == {name.removeprefix("a/") for name in sent}
 
 
-def test_what_is_not_there_is_told_as_that(place: Objects) -> None:
+def test_what_is_not_there_is_reported_as_that(place: Objects) -> None:
     assert place.find("a") is None
     assert names(place, "a") == set()
     for read in (place.get, place.array, lambda name: list(place.many([name]))):
@@ -239,7 +239,7 @@ def test_a_database_that_has_pictures_takes_the_place_to_which_they_were_copied(
     assert place.find(belonging.MARK)
 
 
-def test_a_bucket_that_is_not_there_is_told(object_store: S3Server) -> None:
+def test_a_bucket_that_is_not_there_is_reported(object_store: S3Server) -> None:
     with pytest.raises(StoreAwayError, match="AWS_ENDPOINT_URL"):
         place_of("s3://penumbra-nowhere").check()
     with pytest.raises(StoreAwayError):

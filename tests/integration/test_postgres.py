@@ -29,7 +29,7 @@ from tests.postgres_server import LEASH, PostgresServer
 
 
 @pytest.mark.slow
-def test_a_killed_server_resumes_and_tells_no_finished_tile_again(
+def test_a_killed_server_resumes_and_reports_no_finished_tile_again(
     start: Start, postgres: PostgresServer
 ) -> None:
     url = postgres.database()

@@ -86,7 +86,7 @@ def test_who_was_silent_for_too_long_is_followed_and_learns_of_it(two: tuple[Dat
     assert term(two[0], first) == begun + 2
 
 
-def test_a_server_that_stops_in_the_middle_of_a_transaction_writes_nothing_and_holds_up_nobody(
+def test_a_server_that_stops_in_the_middle_of_a_transaction_writes_nothing_and_holds_up_no_one(
     two: tuple[Database, Database],
 ) -> None:
     def stop_in_the_middle() -> None:
@@ -128,7 +128,7 @@ def pair(tmp_path_factory: pytest.TempPathFactory, postgres: PostgresServer) -> 
 
 
 @pytest.mark.slow
-def test_whichever_server_is_asked_does_and_tells_the_same(
+def test_whichever_server_is_asked_does_and_reports_the_same(
     pair: Pair,
 ) -> None:
     leader, other, _ = pair
@@ -162,7 +162,7 @@ def test_whichever_server_is_asked_does_and_tells_the_same(
 
 
 @pytest.mark.slow
-def test_while_the_database_is_away_jobs_wait_and_requests_are_told_to_return(
+def test_while_the_database_is_away_jobs_wait_and_requests_are_asked_to_return(
     pair: Pair, postgres: PostgresServer, undisturbed: np.ndarray
 ) -> None:
     with client_of(pair[1]) as client:
@@ -170,13 +170,13 @@ def test_while_the_database_is_away_jobs_wait_and_requests_are_told_to_return(
         wait(client, job, lambda found: found["progress"]["done"] >= 3)
         postgres.stop()
         try:
-            told = [client.get(f"/v1/jobs/{job}"), client.post("/v1/jobs", json={"scene": scene()})]
+            reported = [client.get(f"/v1/jobs/{job}"), client.post("/v1/jobs", json={"scene": scene()})]
             ready = client.get("/readyz")
         finally:
             postgres.start()
-        assert [answer.status_code for answer in told] == [503, 503]
-        assert {answer.headers["Content-Type"] for answer in told} == {"application/problem+json"}
-        assert all(int(answer.headers["Retry-After"]) > 0 for answer in told)
+        assert [answer.status_code for answer in reported] == [503, 503]
+        assert {answer.headers["Content-Type"] for answer in reported} == {"application/problem+json"}
+        assert all(int(answer.headers["Retry-After"]) > 0 for answer in reported)
         assert "the database" in ready.json()["detail"]
         assert client.get("/readyz").status_code == 200
         finish(client, job)
@@ -184,7 +184,7 @@ def test_while_the_database_is_away_jobs_wait_and_requests_are_told_to_return(
 
 
 @pytest.mark.slow
-def test_when_the_leader_stops_or_dies_another_goes_on_and_loses_nothing(
+def test_when_the_leader_stops_or_dies_another_continues_and_loses_nothing(
     pair: Pair, undisturbed: np.ndarray
 ) -> None:
     database = pair[2]

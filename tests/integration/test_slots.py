@@ -69,7 +69,7 @@ class Bench:
 
     def worker(self) -> int:
         until(self.engine.alive)
-        (slot,) = self.engine._slots  # noqa: SLF001  (which process to kill is nobody else's affair)
+        (slot,) = self.engine._slots  # noqa: SLF001  (only a test kills a process)
         assert slot.pid is not None
         return slot.pid
 
@@ -123,7 +123,7 @@ def test_a_task_that_never_ends_fails_alone(tmp_path: Path) -> None:
     after = bench.tile(1)
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "jobs" / "endless").mkdir()
-    # Whoever opens it to read waits for a writer, who never comes.
+    # Opening it to read waits for a writer, which never comes.
     (tmp_path / "jobs" / "endless" / "spec.json").symlink_to(tmp_path / "pipe")
     endless = replace(bench.tile(0), job="endless", spec_sha256="other")
     bench.engine.submit(endless)

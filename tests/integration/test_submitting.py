@@ -30,7 +30,7 @@ def post(client: httpx2.Client, request: dict[str, Any], **headers: str) -> http
     return client.post("/v1/jobs", json=request, headers=headers)
 
 
-def test_labels_and_priority_are_told_again(client: httpx2.Client) -> None:
+def test_labels_and_priority_are_reported_again(client: httpx2.Client) -> None:
     labels = {"course": "graphics", "student": "a: b"}
     job = post(client, SMALL | {"labels": labels, "priority": -3}).json()
     assert (job["labels"], job["priority"], job["user"]) == (labels, -3, "local")
@@ -127,7 +127,7 @@ def test_a_request_that_was_refused_leaves_its_key_free(client: httpx2.Client) -
 
 
 @ON_BOTH
-def test_requests_with_one_key_at_the_same_moment_give_one_job(client: httpx2.Client) -> None:
+def test_requests_with_one_key_at_the_same_time_give_one_job(client: httpx2.Client) -> None:
     with ThreadPoolExecutor(8) as pool:
         answers = list(pool.map(lambda _: post(client, SMALL, **{"Idempotency-Key": "at-once"}), range(8)))
     assert {answer.status_code for answer in answers} == {202}

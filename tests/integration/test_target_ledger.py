@@ -153,7 +153,7 @@ def test_the_next_pass_has_the_tiles_that_were_decided_on(table: Table) -> None:
     assert job.merges[0]["cpu_seconds"] == 4 * 0.5 + 0.25
 
 
-def test_each_pass_is_told_with_what_it_took_by_itself(table: Table) -> None:
+def test_each_pass_is_reported_with_what_it_took_by_itself(table: Table) -> None:
     table.add()
     table.round((table.merging(), advanced(2, 3)), room=0)
     table.round((table.merging(), advanced(1)), room=0)

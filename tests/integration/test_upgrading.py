@@ -149,7 +149,7 @@ def test_jobs_are_described_as_before(database: Database) -> None:
     assert second.failure.code == "worker_died"
 
 
-def test_what_was_left_waiting_goes_on(database: Database) -> None:
+def test_what_was_left_waiting_continues(database: Database) -> None:
     upgrade(database)
     with database.writing() as session:
         ledger.recover(session)
