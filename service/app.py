@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -43,7 +44,7 @@ from service.dispatch.job_events import JobEvents
 from service.dispatch.notifications import NotificationListener
 from service.jobs import retention
 from service.jobs.context import Service
-from service.jobs.limits import BodyMemoryLimit, ConcurrencyLimit
+from service.jobs.limits import BodyMemoryLimit
 from service.jobs.pricing import QuotedPrices
 from service.jobs.retention import RetentionThread
 from service.settings import Settings
@@ -202,8 +203,8 @@ def assemble(
         dispatcher=dispatcher,
         retention_thread=RetentionThread(database, store, asset_store, retention.rules_of(settings)),
         job_events=job_events,
-        quote_limit=ConcurrencyLimit(settings.max_quotes, "quotes"),
-        comparison_limit=ConcurrencyLimit(settings.max_comparisons, "comparisons"),
+        quote_limit=asyncio.Semaphore(settings.max_quotes),
+        comparison_limit=asyncio.Semaphore(settings.max_comparisons),
         prices=QuotedPrices(),
         credentials=CredentialCache(database),
         notifications=NotificationListener(database, dispatcher, job_events),

@@ -22,7 +22,7 @@ ServiceError
 │   ├── UploadMismatchError
 │   ├── UploadQuotaError        the user has sent as much as allowed
 │   └── UploadUnusableError
-├── OpenDoorsError              strangers would be let in
+├── NoKeysError                 others could use a service without authentication
 ├── DatabaseUrlError            the address of the database cannot be used
 ├── DatabaseVersionError        another version of the service made its tables
 ├── EngineError                 the engine that the settings ask for cannot be had
@@ -214,8 +214,8 @@ class UploadUnusableError(UploadError):
     """The bytes sent are not a picture that the renderer can use."""
 
 
-class OpenDoorsError(ServiceError):
-    """A service was to listen to strangers without authentication.
+class NoKeysError(ServiceError):
+    """A service without keys was to listen beyond this machine.
 
     Parameters
     ----------

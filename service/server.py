@@ -29,13 +29,13 @@ from service.errors import (
     DatabaseUrlError,
     DatabaseVersionError,
     EngineError,
-    OpenDoorsError,
+    NoKeysError,
     StoreError,
     UnavailableError,
 )
 from service.jobs.context import Service
 from service.settings import Settings
-from service.storage import belonging
+from service.storage import ownership
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from service.storage.database.urls import is_shared
@@ -82,12 +82,12 @@ def run(settings: Settings) -> None:
     with ExitStack() as stack:
         try:
             shared = is_shared(settings.database_url)
-            stack.enter_context(belonging.held(settings.data, shared=shared))
+            stack.enter_context(ownership.held(settings.data, shared=shared))
             _prepare_database(settings)
             check_engine(settings)
         except (
             StoreError,
-            OpenDoorsError,
+            NoKeysError,
             DatabaseUrlError,
             EngineError,
             DatabaseVersionError,
@@ -110,7 +110,7 @@ def _prepare_database(settings: Settings) -> None:
         if database.shared or settings.store:
             place = place_of(settings.place)
             place.check()
-            belonging.check(database, place)
+            ownership.check(database, place)
         if settings.behind_proxy or is_loopback(settings.host):
             return
         with database.reading() as session:
@@ -118,7 +118,7 @@ def _prepare_database(settings: Settings) -> None:
                 return
     finally:
         database.close()
-    raise OpenDoorsError(settings.host, settings.data)
+    raise NoKeysError(settings.host, settings.data)
 
 
 def _serve(settings: Settings) -> None:

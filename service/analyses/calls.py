@@ -30,6 +30,7 @@ from service.errors import (
 from service.jobs import lifecycle as jobs
 from service.jobs.admission import compile_admitted, read_request
 from service.jobs.context import Service
+from service.jobs.limits import bounded
 from service.workers.tasks import (
     CallDone,
     CallTask,
@@ -103,7 +104,7 @@ async def quote(service: Service, principal: Principal, body: bytes) -> Quote:
     UnavailableError
         If it took too long, or its worker died.
     """
-    with service.quote_limit.acquired():
+    async with bounded(service.quote_limit, "quotes"):
         task = await service.read(_quote_task, service, principal, body)
         done = await ask_worker(
             service,

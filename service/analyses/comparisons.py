@@ -17,6 +17,7 @@ from service.analyses.calls import ask_worker
 from service.errors import ComparisonFailedError, UnknownJobError
 from service.jobs import lifecycle as jobs
 from service.jobs.context import Service
+from service.jobs.limits import bounded
 from service.workers.tasks import CompareDone, ComparedPicture, CompareTask
 
 
@@ -34,7 +35,7 @@ async def compare(service: Service, principal: Principal, body: bytes) -> Compar
     UnavailableError
         If it took too long, or its worker died.
     """
-    with service.comparison_limit.acquired():
+    async with bounded(service.comparison_limit, "comparisons"):
         task = await service.read(_task, service, principal, body)
         done = await ask_worker(
             service,

@@ -91,11 +91,8 @@ def _owner(service: Service, job_id: str, asked_by: str | None) -> str:
         return jobs.owner_of(session, job_id, asked_by)
 
 
-SeenJob = Annotated[str, Depends(_seen)]
-"""The id of a job that the user may see; 404 for all others."""
+JobId = Annotated[str, Depends(_seen)]
+"""The id of a job that the user may see, and pin; 404 for all others."""
 
 ChangedJob = Annotated[str, Depends(_changed)]
 """The id of a job that the user may stop and remove."""
-
-KeptJob = SeenJob
-"""The id of a job that the user may pin: staff, who see those of all, pin for their users."""

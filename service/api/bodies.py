@@ -106,10 +106,10 @@ async def _json(request: Request, here: Here, limits: Limits) -> AsyncIterator[b
     media_type = request.headers.get("content-type", "application/json").partition(";")[0].strip().lower()
     if media_type != "application/json" and not media_type.endswith("+json"):
         raise MediaTypeError("Send the body as application/json.")
-    with here.body_memory.account() as account:
+    with here.body_memory.account() as count_bytes:
         parts = []
         async for chunk in chunks(request, limits.max_body_bytes, here.settings.client_timeout_seconds):
-            account.add(len(chunk))
+            count_bytes(len(chunk))
             parts.append(chunk)
         # Problems that are found after it was read get their lines from it.
         request.state.body = b"".join(parts)

@@ -149,9 +149,8 @@ _MANY = 1024
 """Triangles that stand for a mesh: priced within a factor of two of a million of them."""
 _MOST = 200_000
 """Triangles that stand for all meshes of a scene together."""
-_PIXEL = base64.b64decode(
-    "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGP4//8/AAX+Av4N70a4AAAAAElFTkSuQmCC"
-)
+WHITE = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGP4//8/AAX+Av4N70a4AAAAAElFTkSuQmCC"
+"""One white pixel as a PNG file, in Base64."""
 
 
 class Pixels:
@@ -164,7 +163,7 @@ class Pixels:
 
     def read(self, name: str) -> bytes:  # noqa: ARG002  (an interface)
         """Give the pixel, as a PNG file."""
-        return _PIXEL
+        return base64.b64decode(WHITE)
 
 
 def outlined(scene: Scene) -> Scene:

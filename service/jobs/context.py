@@ -1,7 +1,8 @@
-"""What routes work with."""
+"""The parts of a running service, and the dependency by which routes get them."""
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -14,7 +15,7 @@ from service.access.keys import CredentialCache
 from service.dispatch.dispatcher import Dispatcher
 from service.dispatch.job_events import JobEvents
 from service.dispatch.notifications import NotificationListener
-from service.jobs.limits import BodyMemoryLimit, ConcurrencyLimit
+from service.jobs.limits import BodyMemoryLimit
 from service.jobs.pricing import QuotedPrices
 from service.jobs.retention import RetentionThread
 from service.settings import Settings
@@ -38,8 +39,8 @@ class Service:
     dispatcher: Dispatcher
     retention_thread: RetentionThread
     job_events: JobEvents
-    quote_limit: ConcurrencyLimit
-    comparison_limit: ConcurrencyLimit
+    quote_limit: asyncio.Semaphore
+    comparison_limit: asyncio.Semaphore
     prices: QuotedPrices
     credentials: CredentialCache
     notifications: NotificationListener

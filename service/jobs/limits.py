@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
 
 from sqlalchemy import bindparam, case, func, select
@@ -117,35 +118,19 @@ def _refuse(queue: Queue, shares: tuple[Share, ...], cost: float) -> None:
     )
 
 
-class ConcurrencyLimit:
-    """Bounds how many requests of a kind are worked on at once. Used by one thread, that of the event loop.
+@asynccontextmanager
+async def bounded(limit: asyncio.Semaphore, made: str) -> AsyncIterator[None]:
+    """Count one request more until the block ends; BusyError instead of a wait where there are enough.
 
-    >>> limit = ConcurrencyLimit(2, "quotes")
-    >>> with limit.acquired():
-    ...     print(limit.free)
-    1
+    Parameters
+    ----------
+    made
+        What the requests are for, in the plural.
     """
-
-    def __init__(self, count: int, made: str) -> None:
-        self.free, self._made = count, made
-
-    @contextmanager
-    def acquired(self) -> Iterator[None]:
-        """Count one more until the ``with`` statement ends.
-
-        Raises
-        ------
-        BusyError
-            There are as many as there may be.
-        """
-        if not self.free:
-            detail = f"The service makes as many {self._made} as it may already. Try again in a moment."
-            raise BusyError(detail)
-        self.free -= 1
-        try:
-            yield
-        finally:
-            self.free += 1
+    if limit.locked():
+        raise BusyError(f"The service makes as many {made} as it may already. Try again in a moment.")
+    async with limit:
+        yield
 
 
 class BodyMemoryLimit:
@@ -161,24 +146,19 @@ class BodyMemoryLimit:
         self.most, self.bytes = most, 0
 
     @contextmanager
-    def account(self) -> Iterator[Account]:
-        """Count a body until the ``with`` statement ends."""
-        account = Account(self)
+    def account(self) -> Iterator[Callable[[int], None]]:
+        """Give a function that counts bytes of one body until the block ends; it may raise BusyError."""
+        held = 0
+
+        def add(count: int) -> None:
+            nonlocal held
+            if self.bytes + count > self.most:
+                message = "The service holds as many requests as it may already. Try again in a moment."
+                raise BusyError(message)
+            self.bytes += count
+            held += count
+
         try:
-            yield account
+            yield add
         finally:
-            self.bytes -= account.bytes
-
-
-class Account:
-    """What one request holds."""
-
-    def __init__(self, limit: BodyMemoryLimit) -> None:
-        self._limit, self.bytes = limit, 0
-
-    def add(self, count: int) -> None:
-        """Count more bytes; BusyError where all together would be too many."""
-        if self._limit.bytes + count > self._limit.most:
-            raise BusyError("The service holds as many requests as it may already. Try again in a moment.")
-        self._limit.bytes += count
-        self.bytes += count
+            self.bytes -= held

@@ -16,7 +16,7 @@ import pytest
 
 from service.server import RunningServer, running
 from service.settings import Settings
-from service.storage.belonging import held
+from service.storage.ownership import held
 from tests.integration.support import PATIENCE, scene
 from tests.integration.test_bad_requests import problem_of
 

@@ -19,8 +19,8 @@ import renderer
 from schemas.quality import TargetQuality
 from service.client.batches import decode_batch
 from service.server import RunningServer, running
-from service.storage.belonging import MARK
 from service.storage.folder import place_of
+from service.storage.ownership import MARK
 from tests.integration.conftest import typical
 from tests.integration.support import PATIENCE, finish, image, scene, submit, until, wait
 from tests.s3_server import BUCKET, S3Server

@@ -18,7 +18,7 @@ from schemas.jobs import JobState
 from schemas.limits import Limits
 from schemas.tiles import Pass, Tile
 from service.errors import StoreAwayError, StoreDamagedError, StoreTakenError, UploadMismatchError
-from service.storage import belonging
+from service.storage import ownership
 from service.storage.assets import AssetStore
 from service.storage.database.connection import Database
 from service.storage.database.models import RenderRow
@@ -152,7 +152,7 @@ def test_passes_that_are_merged_go_and_their_layers_stay(place: Objects) -> None
         store.put_samples("job", index, TILE, 1, {"colors": np.full(5, index)})
         store.put_state("job", index, 1, {"have": np.full(5, index)})
         store.put_map("job", index, 1, "picture", np.full((3, 4, 3), index, np.float32))
-    store.drop_before("job", 10)
+    store.drop_passes_before("job", 10)
     assert names(place, "job/tiles") == {
         f"job/tiles/{name}"
         for name in ("9-0.1.npz", "10-0.1.npz", "10-0.1.samples", "10-state.1", "10-picture.1")
@@ -197,9 +197,9 @@ def test_an_asset_is_kept_under_its_hash_alone(place: Objects) -> None:
 @BOTH
 def test_a_place_belongs_to_one_database(place: Objects, database: Database) -> None:
     for _ in range(2):
-        belonging.check(database, place)
+        ownership.check(database, place)
     with pytest.raises(StoreTakenError, match="database-id"):
-        belonging.check(database, place.within("other"))
+        ownership.check(database, place.within("other"))
 
 
 @BOTH
@@ -208,7 +208,7 @@ def test_a_new_database_takes_no_place_of_another(place: Objects, database: Data
     place.begin("jobs/ab")
     place.put(name, b"{}")
     with pytest.raises(StoreTakenError, match="another database"):
-        belonging.check(database, place)
+        ownership.check(database, place)
 
 
 def test_a_database_that_has_pictures_takes_the_place_to_which_they_were_copied(
@@ -232,11 +232,11 @@ def test_a_database_that_has_pictures_takes_the_place_to_which_they_were_copied(
             )
         )
     with pytest.raises(StoreTakenError, match="folders jobs and"):
-        belonging.check(database, place)
+        ownership.check(database, place)
     place.begin("jobs/ab")
     place.put("jobs/ab/image.npy", b"")
-    belonging.check(database, place)
-    assert place.find(belonging.MARK)
+    ownership.check(database, place)
+    assert place.find(ownership.MARK)
 
 
 def test_a_bucket_that_is_not_there_is_reported(object_store: S3Server) -> None:

@@ -13,8 +13,8 @@ import pytest
 
 import renderer
 from service.errors import DatabaseUrlError, StoreTakenError
-from service.storage.belonging import held
 from service.storage.database.connection import Database
+from service.storage.ownership import held
 from tests.integration.conftest import Start
 from tests.integration.support import (
     PATIENCE,

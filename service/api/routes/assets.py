@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from datetime import UTC, datetime
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import APIRouter, Path, Request
 from fastapi.concurrency import run_in_threadpool
@@ -14,7 +14,7 @@ from schemas.jobs import Asset
 from service.access.principals import LOCAL, Principal
 from service.api.authentication import CurrentUser
 from service.api.bodies import chunks
-from service.api.routes.parameters import not_modified, problem
+from service.api.routes.parameters import BINARY, not_modified, problem
 from service.api.routes.stored import stored_response
 from service.errors import BodyTooLargeError, UnknownAssetError, UploadQuotaError
 from service.jobs import uploads
@@ -26,8 +26,7 @@ router = APIRouter(prefix="/v1/assets", tags=["assets"])
 
 Sha256 = Annotated[str, Path(pattern="^[0-9a-f]{64}$", description="64 lower-case hexadecimal digits.")]
 UNKNOWN = problem(404, "The user has uploaded no such asset.")
-FILE: dict[str, Any] = {"schema": {"type": "string", "format": "binary"}}
-UPLOAD = {"requestBody": {"required": True, "content": {"application/octet-stream": FILE}}}
+UPLOAD = {"requestBody": {"required": True, "content": {"application/octet-stream": BINARY}}}
 
 
 @router.put(

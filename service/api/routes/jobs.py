@@ -11,11 +11,10 @@ from schemas.jobs import Job, JobList, JobRequest, JobState
 from schemas.logs import JobLog
 from schemas.plans import PlanDocument
 from schemas.regions import Region
-from service.api.authentication import ChangedJob, CurrentUser, KeptJob
+from service.api.authentication import ChangedJob, CurrentUser, JobId
 from service.api.bodies import JsonBody
 from service.api.routes.parameters import (
     IdempotencyKey,
-    JobId,
     LabelFilter,
     Prefer,
     json_request,
@@ -103,7 +102,7 @@ def list_jobs(
     """List jobs, newest first: one's own, or those of all for staff."""
     labels = dict(text.split(":", 1) for text in label or ())
     owner = None if user.sees_all else user.name
-    return jobs.page(here, limit, cursor, jobs.JobFilter(owner, state, labels))
+    return jobs.page(here, limit, cursor, owner=owner, state=state, labels=labels)
 
 
 @router.get("/{job_id}", responses=UNKNOWN)
@@ -187,12 +186,12 @@ async def set_focus(here: Here, job_id: ChangedJob, body: JsonBody) -> None:
     "/{job_id}/pin",
     responses=UNKNOWN | GONE | problem(403, "As many of your jobs are pinned as may be."),
 )
-def pin_job(here: Here, user: CurrentUser, job_id: KeptJob) -> Job:
+def pin_job(here: Here, user: CurrentUser, job_id: JobId) -> Job:
     """Keep the picture of a job until it is unpinned or deleted. For its owner and staff."""
     return jobs.pin(here, job_id, user)
 
 
 @router.delete("/{job_id}/pin", responses=UNKNOWN)
-def unpin_job(here: Here, job_id: KeptJob) -> Job:
+def unpin_job(here: Here, job_id: JobId) -> Job:
     """Let the picture of a job expire like any other."""
     return jobs.unpin(here, job_id)

@@ -13,10 +13,8 @@ from pydantic_core import PydanticCustomError
 
 from schemas.jobs import LABEL_NAME, LABEL_NAMES
 from schemas.problems import ProblemDocument
-from service.api.authentication import SeenJob
 from service.api.problems import MEDIA_TYPE
 
-JobId = SeenJob
 After = Annotated[int, Query(ge=0, le=2**31 - 1, description="Number of the last event already known.")]
 Wait = Annotated[
     float, Query(ge=0, le=3600, description="Seconds to wait for news; the service may wait less.")
@@ -56,6 +54,7 @@ WAIT = re.compile(
     r"(?:^|[,;])\s*wait\s*=\s*(\"?)(\d{1,18}(?:\.\d{1,6})?)\1\s*(?:$|[,;])", re.IGNORECASE | re.ASCII
 )
 TAG = re.compile(r'"[^"]*"')
+BINARY: dict[str, Any] = {"schema": {"type": "string", "format": "binary"}}
 COMPONENTS = "#/components/schemas/{model}"
 
 

@@ -11,7 +11,8 @@ from fastapi.responses import Response
 from schemas.convergence import Convergence
 from service.analyses import convergence
 from service.analyses.convergence import MEDIA_TYPES, Form
-from service.api.routes.parameters import JobId, negotiate, not_modified, problem
+from service.api.authentication import JobId
+from service.api.routes.parameters import BINARY, negotiate, not_modified, problem
 from service.api.routes.stored import stored_response
 from service.jobs import pictures
 from service.jobs.context import Here, Service
@@ -46,7 +47,7 @@ LayerPart = Annotated[str, Path(description="Name of the layer.", max_length=64)
 
 
 def _responses(kind: pictures.Kind) -> dict[int | str, dict[str, Any]]:
-    content = {pictures.MEDIA_TYPES[kind]: {"schema": {"type": "string", "format": "binary"}}}
+    content = {pictures.MEDIA_TYPES[kind]: BINARY}
     return (
         {200: {"content": content, "description": "The picture. `X-Progress` is the share of samples in it."}}
         | {
@@ -109,7 +110,6 @@ def _answer(service: Service, request: Request, job_id: str, requested: ImageReq
 FormChoice = Annotated[
     Form | None, Query(alias="format", description="Form of the answer; without it `Accept` chooses.")
 ]
-BINARY: dict[str, Any] = {"schema": {"type": "string", "format": "binary"}}
 CONVERGENCE_EXAMPLE = {
     "job": "5f0c7a1be2d94c36",
     "state": "running",

@@ -15,11 +15,11 @@ from schemas.plans import PlanDocument
 from schemas.quotes import Quote, QuoteRequest
 from schemas.traces import TraceAnswer, TraceRequest
 from service.analyses import calls, comparisons
-from service.api.authentication import CurrentUser
+from service.api.authentication import CurrentUser, JobId
 from service.api.bodies import JsonBody, TraceBody
 from service.api.routes.jobs import BODY, GONE, UNKNOWN
-from service.api.routes.parameters import JobId, json_request, problem
-from service.jobs.admission import admit
+from service.api.routes.parameters import json_request, problem
+from service.jobs.admission import WHITE, admit
 from service.jobs.context import Here
 
 router = APIRouter(prefix="/v1", tags=["scenes"])
@@ -122,8 +122,6 @@ async def quote(here: Here, user: CurrentUser, body: JsonBody) -> Quote:
     return await calls.quote(here, user, body)
 
 
-# One white pixel as a PNG file.
-WHITE = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGP4//8/AAX+Av4N70a4AAAAAElFTkSuQmCC"
 PICTURES: dict[str, Any] = {"image": {"content": WHITE}, "reference": {"content": WHITE, "encoding": "srgb"}}
 
 

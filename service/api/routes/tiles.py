@@ -12,7 +12,8 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from schemas import batches
 from schemas.jobs import TileBatch
-from service.api.routes.parameters import After, JobId, Wait, negotiate, problem
+from service.api.authentication import JobId
+from service.api.routes.parameters import BINARY, After, Wait, negotiate, problem
 from service.errors import UnknownJobError
 from service.jobs import lifecycle as jobs
 from service.jobs import tile_events
@@ -34,7 +35,7 @@ TILES: dict[int | str, dict[str, Any]] = {
         "description": "The events after `after`. As `application/octet-stream`:\n\n"
         + (batches.__doc__ or ""),
         "model": TileBatch,
-        "content": {batches.MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
+        "content": {batches.MEDIA_TYPE: BINARY},
     }
 }
 
