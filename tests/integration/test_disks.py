@@ -9,7 +9,6 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import httpx2
 import numpy as np
@@ -17,7 +16,6 @@ import pytest
 from sqlalchemy import select, update
 from sqlalchemy.exc import OperationalError
 
-import renderer
 from service.server import running
 from service.settings import Settings
 from service.storage.database.connection import Database
@@ -33,6 +31,7 @@ from tests.integration.support import (
     submit,
     until,
     wait,
+    work,
 )
 
 pytestmark = pytest.mark.slow
@@ -66,16 +65,6 @@ def client(disk: Path) -> Iterator[httpx2.Client]:
     settings = Settings(data=disk, port=0, workers=1, tile_size=48, min_free_bytes=1 << 20, log_level="error")
     with running(settings) as server, httpx2.Client(base_url=server.url, timeout=PATIENCE) as opened:
         yield opened
-
-
-def work() -> dict[str, Any]:
-    """About a second of work in dozens of steps: there is time to disturb it."""
-    return scene(192, 192, samples=16, light_samples=36)
-
-
-@pytest.fixture(scope="module")
-def undisturbed() -> np.ndarray:
-    return renderer.render(renderer.compile_scene(work()), workers=2).image
 
 
 @contextmanager

@@ -7,7 +7,6 @@ import signal
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from datetime import timedelta
-from typing import Any
 
 import httpx2
 import numpy as np
@@ -15,7 +14,6 @@ import pytest
 from sqlalchemy import select
 from sqlalchemy.exc import SQLAlchemyError
 
-import renderer
 from service.dispatch.leadership import Leadership
 from service.server import RunningServer, running
 from service.settings import Settings
@@ -32,20 +30,11 @@ from tests.integration.support import (
     submit,
     until,
     wait,
+    work,
 )
 from tests.postgres_server import PostgresServer
 
 FAILOVER_SECONDS = 5.0
-
-
-def work() -> dict[str, Any]:
-    """About a second of work in dozens of steps: there is time to disturb it."""
-    return scene(192, 192, samples=16, light_samples=36)
-
-
-@pytest.fixture(scope="module")
-def undisturbed() -> np.ndarray:
-    return renderer.render(renderer.compile_scene(work()), workers=2).image
 
 
 @pytest.fixture
