@@ -260,7 +260,7 @@ class Dispatcher:
             self._act(result)
 
     def _is_due(self) -> bool:
-        """Whether to look into the database: always, or now and then where another server leads."""
+        """Whether to read the database: always, or now and then where another server leads."""
         if self._term is None:
             if time.monotonic() < self._next_stand:
                 return False

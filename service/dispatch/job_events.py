@@ -63,7 +63,7 @@ class JobEvents:
                 del self._watchers[job]
 
     def pause(self, job: str) -> float:
-        """For how long news of a job gather before its watchers look, seconds."""
+        """For how long news of a job gather before its watchers wake, seconds."""
         return 0.0 if self.closed else min(EACH_SECONDS * (len(self._watchers[job]) - 1), MOST_SECONDS)
 
     def publish(self, jobs: Iterable[str]) -> None:

@@ -31,13 +31,13 @@ class Throughput:
         self._sum = self._seconds = 0.0
 
     def watch(self, *, busy: bool) -> None:
-        """Take note of whether workers have something in hand from now on."""
+        """Record whether workers are busy from now on."""
         with self._lock:
             self._advance()
             self._busy = busy
 
     def note(self, cpu_seconds: float) -> None:
-        """Take note of finished work."""
+        """Record finished work."""
         with self._lock:
             self._advance()
             self._sum += cpu_seconds

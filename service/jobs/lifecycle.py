@@ -203,7 +203,7 @@ def _forget(service: Service, job_id: str) -> None:
 
 
 async def until(service: Service, job_id: str, seconds: float, done: Callable[[JobStatus], bool]) -> None:
-    """Wait until a job is as wanted, or the time is up, or the service stops."""
+    """Wait until a condition on a job holds, or the time is up, or the service stops."""
     deadline = time.monotonic() + seconds
     with service.job_events.watch(job_id) as watcher:
         while True:

@@ -59,7 +59,7 @@ def bytes_of(session: Session, owner: str, *, apart_from: str) -> int:
     return int(session.scalar(query) or 0)
 
 
-# Who asks for an asset again and again writes to the database no more often.
+# Repeated requests for an asset are recorded no more often.
 NOTED = timedelta(minutes=1)
 
 _UNUSED = ~exists().where(AssetUseRow.sha256 == AssetRow.sha256)
@@ -95,12 +95,12 @@ def known_hashes(session: Session, hashes: set[str]) -> set[str]:
 
 
 def is_due(row: AssetRow) -> bool:
-    """Whether it is to be noted again that somebody has asked for an asset."""
+    """Whether another request for an asset is to be recorded."""
     return row.used_at < datetime.now(UTC) - NOTED
 
 
 def note(session: Session, sha256: str) -> None:
-    """Say that somebody has asked for an asset just now, and will probably use it."""
+    """Record that an asset was requested just now, and will probably be used."""
     session.execute(update(AssetRow).where(AssetRow.sha256 == sha256).values(used_at=datetime.now(UTC)))
 
 

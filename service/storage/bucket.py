@@ -39,7 +39,7 @@ except ImportError:
 
 ENDPOINTS = ("AWS_ENDPOINT_URL_S3", "AWS_ENDPOINT_URL", "AWS_ENDPOINT")
 AT_ONCE = 32
-"""Small objects that are asked for at the same time."""
+"""Small objects that are fetched at the same time."""
 RECENT_BYTES = 256 << 20
 # A longer outage makes jobs wait and requests fail, seconds.
 RETRY_SECONDS = 5
@@ -212,7 +212,7 @@ class Bucket:
 
 
 class Recent:
-    """Keeps the arrays that were asked for last, so that each is fetched once and not for every tile.
+    """Keeps the arrays that were requested last, so that each is fetched once and not for every tile.
 
     Parameters
     ----------

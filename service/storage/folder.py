@@ -87,7 +87,7 @@ class Folder:
         return map(self.get, names)
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return an array that is read from its file where it is looked at."""
+        """Return an array mapped from its file."""
         found: NDArray[Any] = np.load(self._folder / name, mmap_mode="r")
         return found
 

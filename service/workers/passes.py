@@ -60,7 +60,7 @@ class PassWorker:
         self.store.put_layers(task.job, task.tile, task.pass_, task.attempt, kept)
 
     def _levels(self, plan: RenderPlan, task: SampleTask) -> tuple[LevelRequest, Pixels]:
-        """Levels that the pixels of a tile have and that are wanted, and the tile as it looks."""
+        """Levels that the pixels of a tile have and that are requested, and its picture so far."""
         part = np.s_[task.tile.y0 : task.tile.y1, task.tile.x0 : task.tile.x1]
         if not task.merged:
             want = first_levels(plan, task.tile)

@@ -235,7 +235,7 @@ class Slot:
             self._verdict = self._tasks[0], Interrupted()
 
     def _end_first(self, outcome: Outcome) -> None:
-        """Kill the process, which is at the first task, and say what became of that."""
+        """Kill the process, which is at the first task, with the outcome to report."""
         assert self._process is not None
         self._verdict = self._tasks[0], outcome
         self._process.kill()

@@ -1,4 +1,4 @@
-"""What an engine is asked to do, and what comes back. All of it travels between processes."""
+"""Tasks of an engine and their outcomes. All of it travels between processes."""
 
 from __future__ import annotations
 
@@ -269,7 +269,7 @@ class Report(Protocol):
     """Receives the outcome of a task, once for each task, from any thread."""
 
     def __call__(self, task: Task, outcome: Outcome, /) -> None:
-        """Take note and return at once."""
+        """Record it and return at once."""
 
 
 class Cause(StrEnum):
