@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -22,14 +23,11 @@ from schemas.quotes import QuoteRequest
 from schemas.regions import Region
 from schemas.retention import PruneRequest
 from schemas.traces import TraceRequest
-from service.access.credential_cache import CredentialCache
+from service.access.keys import CredentialCache
 from service.api import problems
 from service.api.authentication import authenticate
 from service.api.routes import (
-    administration,
     assets,
-    comparisons,
-    convergence,
     jobs,
     operations,
     page,
@@ -45,16 +43,15 @@ from service.dispatch.dispatcher import Dispatcher
 from service.dispatch.job_events import JobEvents
 from service.dispatch.notifications import NotificationListener
 from service.jobs import retention
-from service.jobs.concurrency import BodyMemoryLimit, ConcurrencyLimit
 from service.jobs.context import Service
+from service.jobs.limits import BodyMemoryLimit
 from service.jobs.pricing import QuotedPrices
 from service.jobs.retention import RetentionThread
 from service.settings import Settings
 from service.storage.assets import AssetStore
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
-from service.storage.passes import PassStore
-from service.storage.places import ASSETS, JOBS, place_of
+from service.storage.folder import ASSETS, JOBS, place_of
 from service.storage.tiles import TileStore
 from service.telemetry import spans
 from service.telemetry.spans import SILENT, Telemetry
@@ -69,21 +66,21 @@ BODIES = 16
 READERS = 4
 """Documents that are read at once: the largest take some hundred megabytes each, and Python reads one."""
 
-PUBLIC = (operations, page)
-"""What anybody may ask."""
+PUBLIC = (operations.router, page.router)
+"""Routers without authentication."""
 
 ROUTERS = (
-    session,
-    jobs,
-    tiles,
-    pictures,
-    convergence,
-    scenes,
-    comparisons,
-    assets,
-    administration,
-    operations,
-    page,
+    session.router,
+    jobs.router,
+    tiles.router,
+    pictures.router,
+    pictures.convergence_router,
+    scenes.router,
+    scenes.picture_router,
+    assets.router,
+    operations.staff_router,
+    operations.router,
+    page.router,
 )
 
 
@@ -116,14 +113,15 @@ def create_app(settings: Settings) -> FastAPI:
         redoc_url=None,
         telemetry=telemetry.of_requests(),
     )
-    problems.install(app, partial(allowed, [module.router for module in ROUTERS]))
-    for module in ROUTERS:
-        asked = [] if module in PUBLIC else [Depends(authenticate)]
+    problems.install(app, partial(allowed, ROUTERS))
+    for router in ROUTERS:
+        is_public = router in PUBLIC
+        dependencies = [] if is_public else [Depends(authenticate)]
         # Scripts of the page read its addresses themselves.
-        checked = [] if module is page else [Depends(check_query)]
-        answers = problem(422, "A parameter cannot be used.") | (REFUSED if asked else {})
-        app.include_router(module.router, dependencies=asked + checked, responses=answers)
-        app.include_router(heads_of(module.router), dependencies=asked + checked)
+        dependencies += [] if router is page.router else [Depends(check_query)]
+        answers = problem(422, "A parameter cannot be used.") | ({} if is_public else REFUSED)
+        app.include_router(router, dependencies=dependencies, responses=answers)
+        app.include_router(heads_of(router), dependencies=dependencies)
     _document_bodies(app)
     return app
 
@@ -187,7 +185,7 @@ def assemble(
     store
         Keeps the pixels; by default where the settings say.
     telemetry
-        Takes spans; by default nobody does.
+        Takes spans; by default they are dropped.
     """
     database = Database(settings.database_url)
     upgrade(database)
@@ -201,13 +199,12 @@ def assemble(
         settings=settings,
         database=database,
         store=store,
-        passes=PassStore(store.objects),
         assets=asset_store,
         dispatcher=dispatcher,
         retention_thread=RetentionThread(database, store, asset_store, retention.rules_of(settings)),
         job_events=job_events,
-        quote_limit=ConcurrencyLimit(settings.max_quotes, "quotes"),
-        comparison_limit=ConcurrencyLimit(settings.max_comparisons, "comparisons"),
+        quote_limit=asyncio.Semaphore(settings.max_quotes),
+        comparison_limit=asyncio.Semaphore(settings.max_comparisons),
         prices=QuotedPrices(),
         credentials=CredentialCache(database),
         notifications=NotificationListener(database, dispatcher, job_events),

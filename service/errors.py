@@ -22,7 +22,7 @@ ServiceError
 │   ├── UploadMismatchError
 │   ├── UploadQuotaError        the user has sent as much as allowed
 │   └── UploadUnusableError
-├── OpenDoorsError              strangers would be let in
+├── NoKeysError                 others could use a service without authentication
 ├── DatabaseUrlError            the address of the database cannot be used
 ├── DatabaseVersionError        another version of the service made its tables
 ├── EngineError                 the engine that the settings ask for cannot be had
@@ -214,8 +214,8 @@ class UploadUnusableError(UploadError):
     """The bytes sent are not a picture that the renderer can use."""
 
 
-class OpenDoorsError(ServiceError):
-    """A service was to listen to strangers without authentication.
+class NoKeysError(ServiceError):
+    """A service without keys was to listen beyond this machine.
 
     Parameters
     ----------
@@ -227,8 +227,8 @@ class OpenDoorsError(ServiceError):
 
     def __init__(self, host: str, data: Path) -> None:
         super().__init__(
-            f"Whoever reaches {host} could use this service, for there are no keys. Make one with "
-            f"'penumbra keys add NAME --data {data}', or give --behind-proxy if a proxy asks who comes."
+            f"Anyone who reaches {host} could use this service, for there are no keys. Make one with "
+            f"'penumbra keys add NAME --data {data}', or give --behind-proxy if a proxy authenticates users."
         )
 
 
@@ -252,7 +252,7 @@ class EngineMissingError(EngineError):
 
 
 class UnsafeClusterError(EngineError):
-    """Whoever is on the network could give orders to a cluster."""
+    """Anyone on the network could run code on a cluster."""
 
 
 class UnusableWorkerError(EngineError):

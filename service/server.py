@@ -23,24 +23,23 @@ from uvicorn.config import STARTUP_FAILURE
 from service import logs
 from service.access.hosts import is_loopback
 from service.access.keys import any_made
-from service.api.middleware import RequestIds, SafeHeaders
-from service.api.slow_clients import slow_client_protocol
+from service.api.middleware import RequestIds, SafeHeaders, slow_client_protocol
 from service.app import create_app
 from service.errors import (
     DatabaseUrlError,
     DatabaseVersionError,
     EngineError,
-    OpenDoorsError,
+    NoKeysError,
     StoreError,
     UnavailableError,
 )
 from service.jobs.context import Service
 from service.settings import Settings
-from service.storage import belonging
+from service.storage import ownership
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from service.storage.database.urls import is_shared
-from service.storage.places import place_of
+from service.storage.folder import place_of
 from service.workers.engines import check_engine
 
 # Requests in progress have this long to end when the service stops, seconds. Watchers are sent away at once.
@@ -83,12 +82,12 @@ def run(settings: Settings) -> None:
     with ExitStack() as stack:
         try:
             shared = is_shared(settings.database_url)
-            stack.enter_context(belonging.held(settings.data, shared=shared))
+            stack.enter_context(ownership.held(settings.data, shared=shared))
             _prepare_database(settings)
             check_engine(settings)
         except (
             StoreError,
-            OpenDoorsError,
+            NoKeysError,
             DatabaseUrlError,
             EngineError,
             DatabaseVersionError,
@@ -111,7 +110,7 @@ def _prepare_database(settings: Settings) -> None:
         if database.shared or settings.store:
             place = place_of(settings.place)
             place.check()
-            belonging.check(database, place)
+            ownership.check(database, place)
         if settings.behind_proxy or is_loopback(settings.host):
             return
         with database.reading() as session:
@@ -119,7 +118,7 @@ def _prepare_database(settings: Settings) -> None:
                 return
     finally:
         database.close()
-    raise OpenDoorsError(settings.host, settings.data)
+    raise NoKeysError(settings.host, settings.data)
 
 
 def _serve(settings: Settings) -> None:
@@ -131,7 +130,7 @@ def _serve(settings: Settings) -> None:
         log_config=None,
         access_log=False,
         server_header=False,
-        http=slow_client_protocol(settings.patience_seconds),
+        http=slow_client_protocol(settings.client_timeout_seconds),
         limit_concurrency=settings.max_connections,
         timeout_graceful_shutdown=FAREWELL_SECONDS,
     )

@@ -1,4 +1,4 @@
-"""Everything that can be set about a service: from arguments, the environment, or a file."""
+"""Settings of a service: from arguments, the environment, or a file."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _BUCKET = re.compile(r"s3://[a-z0-9][a-z0-9.-]{1,61}[a-z0-9](/[A-Za-z0-9._/-]*)?
 
 
 def _processors() -> int:
-    # A container may have been given fewer than the machine has; only Linux tells.
+    # A container may have been given fewer than the machine has; only Linux says.
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -93,7 +93,7 @@ class Settings(BaseSettings):
     host: str = Field(default="127.0.0.1", description="Address to listen on.")
     behind_proxy: bool = Field(
         default=False,
-        description="Ask nobody for a key: a proxy in front of the service lets in only who may use it.",
+        description="Ask for no keys: a proxy in front of the service authenticates its users.",
     )
     hosts: str = Field(
         default="",
@@ -103,7 +103,7 @@ class Settings(BaseSettings):
     max_connections: int = Field(
         default=800, ge=1, description="Connections at once; more are answered 503. Watchers have one each."
     )
-    patience_seconds: float = Field(
+    client_timeout_seconds: float = Field(
         default=20.0,
         gt=0,
         description="How long the head of a request may take, and the beginning of its body; the rest must "
@@ -130,7 +130,7 @@ class Settings(BaseSettings):
     dask_trusted_network: bool = Field(
         default=False,
         description="Use a scheduler on another machine without TLS: the network itself encrypts, and lets "
-        "in nobody else.",
+        "in no one else.",
     )
     tile_size: int | None = Field(
         default=None,
@@ -163,7 +163,7 @@ class Settings(BaseSettings):
     max_user_asset_bytes: int = Field(
         default=4096 * MIB,
         ge=1,
-        description="Bytes of one user's textures and meshes together, where keys tell users apart.",
+        description="Bytes of one user's textures and meshes together, where keys distinguish users.",
     )
     max_trace_rays: int = Field(default=100_000, ge=1, description="Most rays in one trace request.")
     max_quotes: int = Field(
@@ -191,7 +191,7 @@ class Settings(BaseSettings):
     max_stored_bytes: int | None = Field(
         default=None,
         ge=0,
-        description="Bytes of all finished pictures; beyond them the oldest go that nobody has pinned. By "
+        description="Bytes of all finished pictures; beyond them the oldest without a pin are deleted. By "
         "default as many as there are.",
     )
     keep_asset_seconds: float | None = Field(
@@ -255,7 +255,7 @@ class Settings(BaseSettings):
 
     @property
     def place(self) -> str:
-        """Address of pictures and textures, for `service.storage.places`."""
+        """Address of pictures and textures, for `service.storage.folder.place_of`."""
         return self.store or str(self.data)
 
 

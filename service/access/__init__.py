@@ -1,1 +1,1 @@
-"""Who asks: API keys, sessions of browsers, and what each user may do."""
+"""Authentication: API keys, browser sessions, roles of users, and host names."""

@@ -1,7 +1,7 @@
 """Names under which a service answers, and who can reach an address.
 
 A page of another site can have its own name lead to loopback after it was loaded (DNS rebinding). To the
-browser it then is of one origin with the service, and the name is all that tells them apart.
+browser it then is of one origin with the service, and only the name distinguishes them.
 """
 
 from __future__ import annotations

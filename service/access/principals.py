@@ -11,12 +11,12 @@ LOCAL_USER = "local"
 
 @dataclass(frozen=True)
 class Principal:
-    """A user, with what the key says of them.
+    """A user and the rights of their key.
 
     Attributes
     ----------
     max_jobs, max_cpu_seconds
-        How much of theirs may wait or run at once; by default what the settings of the service say.
+        How much of theirs may wait or run at once; None leaves it to the settings of the service.
     """
 
     name: str
@@ -36,4 +36,4 @@ class Principal:
 
 
 LOCAL = Principal(LOCAL_USER, Role.ADMIN)
-"""Whoever reaches a service without authentication."""
+"""Every user of a service without authentication."""

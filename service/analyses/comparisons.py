@@ -13,18 +13,12 @@ from schemas.jobs import JobState
 from schemas.problems import Problem
 from schemas.reading import read_document
 from service.access.principals import Principal
-from service.analyses.worker_calls import WorkerCall
+from service.analyses.calls import ask_worker
 from service.errors import ComparisonFailedError, UnknownJobError
 from service.jobs import lifecycle as jobs
 from service.jobs.context import Service
+from service.jobs.limits import bounded
 from service.workers.tasks import CompareDone, ComparedPicture, CompareTask
-
-COMPARING = WorkerCall(
-    CompareDone,
-    ComparisonFailedError,
-    timed_out="No worker was free to compare in time. Try again in a moment.",
-    worker_died="The worker died while it compared these pictures.",
-)
 
 
 async def compare(service: Service, principal: Principal, body: bytes) -> ComparisonAnswer:
@@ -41,9 +35,17 @@ async def compare(service: Service, principal: Principal, body: bytes) -> Compar
     UnavailableError
         If it took too long, or its worker died.
     """
-    with service.comparison_limit.acquired():
+    async with bounded(service.comparison_limit, "comparisons"):
         task = await service.read(_task, service, principal, body)
-        return (await COMPARING.ask(service, task)).answer
+        done = await ask_worker(
+            service,
+            task,
+            CompareDone,
+            ComparisonFailedError,
+            timed_out="No worker was free to compare in time. Try again in a moment.",
+            worker_died="The worker died while it compared these pictures.",
+        )
+        return done.answer
 
 
 def _task(service: Service, principal: Principal, body: bytes) -> CompareTask:
@@ -83,7 +85,7 @@ def _decoded(role: str, content: str) -> bytes:
 
 
 def _rendered(service: Service, principal: Principal, role: str, job_id: str) -> tuple[str, tuple[str, ...]]:
-    """The store's name of a job's picture, and its layers that help to compare; a problem without one."""
+    """Return the render of a finished job and its layers that help to compare."""
     try:
         with service.database.reading() as session:
             jobs.owner_of(session, job_id, None if principal.sees_all else principal.name)

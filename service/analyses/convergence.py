@@ -12,8 +12,7 @@ from schemas.convergence import Convergence
 from schemas.jobs import JobState
 from service.jobs import lifecycle as jobs
 from service.jobs.context import Service
-from service.jobs.negotiation import liked_best
-from service.lifecycle import pass_costs
+from service.lifecycle import progress
 from service.lifecycle.documents import work_of
 from service.storage.database.models import RenderRow
 
@@ -25,17 +24,7 @@ MEDIA_TYPES: dict[Form, str] = {
     "svg": "image/svg+xml",
     "png": "image/png",
 }
-"""The forms that there are; the first one is that of requests which do not say."""
-
-
-def form_of(accept: str) -> Form:
-    """Choose the form that an Accept header likes best (RFC 9110), the first of ours where it likes none.
-
-    >>> [form_of(header) for header in ("image/*;q=0.5, text/csv", "image/*, */*;q=0.1", "text/html", "")]
-    ['csv', 'svg', 'json', 'json']
-    """
-    forms = {media_type.partition(";")[0]: form for form, media_type in MEDIA_TYPES.items()}
-    return forms[liked_best(accept, tuple(forms))]
+"""The forms; the first is the default."""
 
 
 def etag_of(service: Service, job_id: str, form: Form) -> str:
@@ -50,7 +39,7 @@ def convergence(service: Service, job_id: str) -> Convergence:
     with service.database.reading() as session:
         row = jobs.find(session, job_id)
         render = row.render
-    passes = list(pass_costs.reported(render)) if render else []
+    passes = list(progress.finished_passes(render)) if render else []
     target_error = render.target_error if render else None
     return Convergence.model_validate(
         {

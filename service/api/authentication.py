@@ -43,7 +43,7 @@ async def authenticate(request: Request, here: Here) -> Principal:
 
 
 async def _keys_made(service: Service) -> bool:
-    known = service.credentials.keys_made_lately()
+    known = service.credentials.cached_keys_made()
     return await run_in_threadpool(service.credentials.keys_made) if known is None else known
 
 
@@ -91,11 +91,8 @@ def _owner(service: Service, job_id: str, asked_by: str | None) -> str:
         return jobs.owner_of(session, job_id, asked_by)
 
 
-SeenJob = Annotated[str, Depends(_seen)]
-"""The id of a job that the user may see; 404 for all others."""
+JobId = Annotated[str, Depends(_seen)]
+"""The id of a job that the user may see, and pin; 404 for all others."""
 
 ChangedJob = Annotated[str, Depends(_changed)]
 """The id of a job that the user may stop and remove."""
-
-KeptJob = SeenJob
-"""The id of a job that the user may pin: staff, who see those of all, pin for their users."""

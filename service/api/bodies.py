@@ -1,4 +1,4 @@
-"""Reading request bodies: their type is checked, their length and their pace while they arrive."""
+"""Request bodies: their type is checked first, their length and throughput while they arrive."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from service.errors import (
 from service.jobs.context import Here
 
 SLOWEST = 16 * 1024
-"""Bytes a second at which a body may arrive after the first moments: a modem's pace would do."""
+"""Bytes a second at which a body must arrive after ``first_seconds``: the throughput of a modem would do."""
 # A longer one is no length of anything that could arrive.
 _MOST_DIGITS = 18
 
 
-async def chunks(request: Request, limit: int, patience: float) -> AsyncIterator[bytes]:
+async def chunks(request: Request, limit: int, first_seconds: float) -> AsyncIterator[bytes]:
     """Iterate over a body as it arrives.
 
     Parameters
     ----------
     limit
         Most bytes.
-    patience
-        Seconds that the first bytes may take; those that follow must come at `SLOWEST` on the average.
+    first_seconds
+        Seconds that the first bytes may take; those that follow must arrive at `SLOWEST` on average.
 
     Raises
     ------
@@ -51,7 +51,7 @@ async def chunks(request: Request, limit: int, patience: float) -> AsyncIterator
     size = _announced(request)
     if size <= limit:
         size = 0
-        async for chunk in _arriving(request, patience):
+        async for chunk in _arriving(request, first_seconds):
             size += len(chunk)
             if size > limit:
                 break
@@ -65,12 +65,12 @@ def _announced(request: Request) -> int:
     return int(text[:_MOST_DIGITS]) if text.isdecimal() else 0
 
 
-async def _arriving(request: Request, patience: float) -> AsyncIterator[bytes]:
+async def _arriving(request: Request, first_seconds: float) -> AsyncIterator[bytes]:
     stream, size = request.stream(), 0
     begun = asyncio.get_running_loop().time()
     try:
         while True:
-            async with asyncio.timeout_at(begun + patience + size / SLOWEST):
+            async with asyncio.timeout_at(begun + first_seconds + size / SLOWEST):
                 chunk = await anext(stream, None)
             if chunk is None:
                 return
@@ -106,10 +106,10 @@ async def _json(request: Request, here: Here, limits: Limits) -> AsyncIterator[b
     media_type = request.headers.get("content-type", "application/json").partition(";")[0].strip().lower()
     if media_type != "application/json" and not media_type.endswith("+json"):
         raise MediaTypeError("Send the body as application/json.")
-    with here.body_memory.account() as account:
+    with here.body_memory.account() as count_bytes:
         parts = []
-        async for chunk in chunks(request, limits.max_body_bytes, here.settings.patience_seconds):
-            account.add(len(chunk))
+        async for chunk in chunks(request, limits.max_body_bytes, here.settings.client_timeout_seconds):
+            count_bytes(len(chunk))
             parts.append(chunk)
         # Problems that are found after it was read get their lines from it.
         request.state.body = b"".join(parts)

@@ -1,7 +1,8 @@
-"""What every answer gets: a name for its request, and the headers that browsers need."""
+"""Around the application: request ids, headers that browsers need, and a timeout for idle connections."""
 
 from __future__ import annotations
 
+import asyncio
 import re
 import secrets
 import time
@@ -9,6 +10,7 @@ import time
 import structlog
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from uvicorn.protocols.http.h11_impl import H11Protocol, RequestResponseCycle
 
 HEADER = "X-Request-ID"
 _GOOD = re.compile(r"[A-Za-z0-9._-]{1,64}")
@@ -18,7 +20,7 @@ log = structlog.get_logger()
 
 
 class RequestIds:
-    """Takes the name that the client gives, or makes one, and logs how each request ended."""
+    """Takes the id that the client sends, or makes one, and logs how each request ended."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
@@ -51,7 +53,7 @@ def _name(given: str) -> str:
 
 
 def _log(scope: Scope, status: int, seconds: float) -> None:
-    # Watchers ask all the time: what went well is logged for debugging alone.
+    # Watchers poll all the time: success is logged for debugging only.
     say = log.warning if status >= 500 else log.debug
     say("request", method=scope["method"], path=scope["path"], status=status, seconds=round(seconds, 4))
 
@@ -94,6 +96,51 @@ def _complete(headers: MutableHeaders, path: str) -> None:
         headers.setdefault(name, value)
     if not path.startswith(_OF_USERS):
         return
-    # Whom an answer is for depends on a key or a cookie: nobody keeps it for others.
+    # An answer depends on a key or a cookie: no cache may keep it for other users.
     rule = headers.get("Cache-Control")
     headers["Cache-Control"] = f"private, {rule}" if rule else "no-store"
+
+
+def slow_client_protocol(seconds: float) -> type[H11Protocol]:
+    """Make a protocol that closes a connection on which no head of a request is complete in time.
+
+    Otherwise a few clients could hold all connections there may be. Uvicorn has no such limit: its
+    ``timeout_keep_alive`` begins with the end of an answer, so it never closes a connection that has sent
+    nothing yet, and it ends with the next byte; ``h11_max_incomplete_event_size`` bounds the bytes of a head,
+    and not how long it takes to come.
+
+    Parameters
+    ----------
+    seconds
+        From the beginning of the connection, or from the end of the answer before.
+    """
+
+    class SlowClientProtocol(H11Protocol):
+        _timer: asyncio.TimerHandle | None = None
+
+        def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+            super().connection_made(transport)
+            self._start()
+
+        def connection_lost(self, exc: Exception | None) -> None:
+            super().connection_lost(exc)
+            self._stop()
+
+        def on_response_complete(self) -> None:
+            super().on_response_complete()
+            self._start()
+
+        def _start(self) -> None:
+            self._stop()
+            self._timer = self.loop.call_later(seconds, self._close_if_idle)
+
+        def _stop(self) -> None:
+            if self._timer is not None:
+                self._timer.cancel()
+
+        def _close_if_idle(self) -> None:
+            cycle: RequestResponseCycle | None = self.cycle
+            if (cycle is None or cycle.response_complete) and not self.transport.is_closing():
+                self.transport.close()
+
+    return SlowClientProtocol

@@ -181,7 +181,7 @@ def _data_folder(settings: Settings) -> Check:
 
 def _store(settings: Settings) -> Check:
     from service.errors import StoreError
-    from service.storage.places import place_of
+    from service.storage.folder import place_of
 
     shown = f"{settings.store} (from {_source('store')})"
     try:

@@ -19,18 +19,17 @@ from renderer.adaptive.time_limits import reserve
 from schemas.jobs import JobState
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
-from service.lifecycle import clock, fairness, pausing, rows
+from service.lifecycle import clock, fairness, rows
 from service.storage.database.models import DONE, WAITING, RenderRow, TileRow
 from service.storage.tiles import StoredTile
-from service.workers.pass_tiles import WHOLE, numbered, pass_of
-from service.workers.tasks import AdvanceDone, AdvanceTask
+from service.workers.tasks import WHOLE, AdvanceDone, AdvanceTask, numbered, pass_of
 
 Step = tuple[Pass, Tile]
 
 MOST_WORK = 1e15
 """Where a pass is predicted to change nothing of the share."""
 
-# Only what tells the time: there may be as many of them as there are jobs that wait.
+# Only the columns of time: there may be as many rows as there are jobs that wait.
 _LIMITED = select(
     RenderRow.number,
     RenderRow.time_limit,
@@ -49,7 +48,7 @@ _LIMITED = select(
 def begin(
     plan: RenderPlan, target: TargetQuality, tile_size: int | None, workers: int
 ) -> tuple[list[Step], dict[str, Any]]:
-    """Give the steps of the first pass, and the columns of a render that tell how it goes on.
+    """Return the steps of the first pass, and the columns of its render for those that follow.
 
     Parameters
     ----------
@@ -88,7 +87,7 @@ def time_left(render: RenderRow) -> float | None:
     """Give a render's seconds that are left; None if it may take as long as it needs, or has not begun."""
     if render.time_limit is None or render.started_at is None:
         return None
-    return render.time_limit - pausing.ran_for(render)
+    return render.time_limit - rows.ran_for(render)
 
 
 def tile_time_left(render: RenderRow) -> float | None:
@@ -102,9 +101,9 @@ def tile_time_left(render: RenderRow) -> float | None:
 
 
 def expire(session: Session) -> float | None:
-    """Take the waiting tiles from renders whose time is spent, and say in how many seconds the next one's is.
+    """Drop the waiting tiles of renders whose time is spent; return in how many seconds the next one's is.
 
-    The first pass is rendered in any case: nothing is to be seen without it.
+    The first pass is rendered in any case: without it there is no picture.
     """
     upcoming = []
     limited: Any
@@ -160,7 +159,7 @@ def _finished(session: Session, render: RenderRow, pass_index: int) -> list[Stor
 
 
 def merge(session: Session, render: RenderRow, task: AdvanceTask, done: AdvanceDone) -> None:
-    """Take note of a merged pass, unless another attempt was waited for: the picture is done, or goes on."""
+    """Record a merged pass: the picture is finished, or the next pass begins. Drop a stale attempt."""
     index = task.pass_.index
     waited_for = render.state == JobState.RUNNING and not render.cancel_requested
     if not waited_for or index != len(render.merges) or task.attempt != render.compose_attempt:

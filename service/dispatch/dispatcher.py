@@ -1,4 +1,4 @@
-"""The one thread that hands out work and takes note of what became of it.
+"""The one thread that hands out work and records its outcome.
 
 It sleeps until something happens: a job arrives, a task ends, a job is cancelled. Then one round writes all
 results and claims in one transaction, gives the claimed tasks to the engine, and notifies the watchers.
@@ -27,7 +27,6 @@ from service.dispatch.leadership import BEAT_SECONDS, Leadership
 from service.dispatch.rounds import Round, merging
 from service.dispatch.throughput import Throughput
 from service.errors import StoreError, UnavailableError
-from service.lifecycle.retries import Cause
 from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.models import RenderRow
@@ -37,6 +36,7 @@ from service.telemetry.spans import JobSpans
 from service.workers.engines import Engine
 from service.workers.tasks import (
     CallTask,
+    Cause,
     Interrupted,
     JobTask,
     Outcome,
@@ -147,7 +147,7 @@ class Dispatcher:
         return self.lives() and self._engine.alive()
 
     def lives(self) -> bool:
-        """Whether the thread goes on that hands out work; where it has ended, a new process is needed."""
+        """Whether the thread that hands out work is alive; where it has ended, a new process is needed."""
         return self._thread.is_alive()
 
     def stop(self) -> None:
@@ -173,10 +173,10 @@ class Dispatcher:
     def _listen(self) -> bool:
         """Wait until something happened and collect all of it; False at the end."""
         try:
-            message = self._inbox.get(timeout=self._patience())
+            message = self._inbox.get(timeout=self._wait_seconds())
             while True:
                 if message is not None:
-                    self._take_note(*message)
+                    self._record(*message)
                 message = self._inbox.get_nowait()
         except queue.Empty:
             pass
@@ -186,7 +186,7 @@ class Dispatcher:
                 self._leave(render, self._settings.cancel_grace_seconds)
         return not self._stopping.is_set()
 
-    def _patience(self) -> float | None:
+    def _wait_seconds(self) -> float | None:
         if self._leaving or self._stale:
             return LEAVING_SECONDS
         if self._pause_until:
@@ -197,7 +197,7 @@ class Dispatcher:
             waits.append(self._deadline - time.monotonic())
         return max(0.0, min(waits)) if waits else None
 
-    def _take_note(self, task: Task, outcome: Outcome) -> None:
+    def _record(self, task: Task, outcome: Outcome) -> None:
         if not isinstance(task, CallTask):
             if task in self._stale:
                 self._stale.discard(task)
@@ -260,7 +260,7 @@ class Dispatcher:
             self._act(result)
 
     def _is_due(self) -> bool:
-        """Whether to look into the database: always, or now and then where another server leads."""
+        """Whether to read the database: always, or now and then where another server leads."""
         if self._term is None:
             if time.monotonic() < self._next_stand:
                 return False
@@ -272,7 +272,7 @@ class Dispatcher:
         taken_back = Counter[Cause]()
         if term != self._term:
             taken_back[Cause.SERVER_LOST] = ledger.recover(session)
-            self._database.tell(session, anything=True)
+            self._database.notify(session, anything=True)
         elif self._in_doubt:
             known = {*self._flying, *(task for task, _ in self._reports)}
             taken_back[Cause.DATABASE_LOST] = ledger.take_back_unknown(session, known)
@@ -286,7 +286,7 @@ class Dispatcher:
             retries=taken_back,
         )
         result.decide(session)
-        self._database.tell_of(session, result.news)
+        self._database.notify_jobs(session, result.news)
         if self._database.shared:
             for render in set(ledger.unwanted(session)) - set(self._leaving):
                 self.cancel(render)
@@ -314,7 +314,7 @@ class Dispatcher:
         try:
             with self._database.writing() as session:
                 self._leadership.resign(session)
-                self._database.tell(session, anything=True)
+                self._database.notify(session, anything=True)
         except SQLAlchemyError as error:
             log.warning("another server leads when the time is up", error=type(error).__name__)
 
@@ -330,7 +330,7 @@ class Dispatcher:
             log.warning("store not tidied", error=type(error).__name__)
 
     def _interrupt(self) -> None:
-        """Stop the tasks of renders that have ended, and calls that nobody waits for."""
+        """Stop the tasks of renders that have ended, and calls whose requests have ended."""
         now = time.monotonic()
         late = {render for render, deadline in self._leaving.items() if deadline <= now}
         unwanted = {task for task, answer in self._answers.items() if answer.cancelled()} | self._stale

@@ -1,4 +1,4 @@
-"""News of jobs for those who watch. The database is the truth: news only say that it is worth a look."""
+"""Waking requests that watch jobs. The database is the truth: an event only says that it has changed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ EACH_SECONDS, MOST_SECONDS = 0.01, 0.5
 class Watcher:
     """One waiting request. News that arrive before it waits are not lost.
 
-    Who watches alone hears of them at once. Of a crowd each lets news gather for a moment: many who look at
+    A single watcher of a job is woken at once. Each of a crowd lets news gather for a while: many that read
     every tile would take the time that tiles need.
     """
 
@@ -63,12 +63,12 @@ class JobEvents:
                 del self._watchers[job]
 
     def pause(self, job: str) -> float:
-        """For how long news of a job gather before its watchers look, seconds."""
+        """For how long news of a job gather before its watchers wake, seconds."""
         return 0.0 if self.closed else min(EACH_SECONDS * (len(self._watchers[job]) - 1), MOST_SECONDS)
 
     def publish(self, jobs: Iterable[str]) -> None:
         """Say that these jobs have changed. May be called by any thread."""
-        with suppress(RuntimeError):  # the loop is closed: nobody waits any more
+        with suppress(RuntimeError):  # the loop is closed: no request waits any more
             self._loop.call_soon_threadsafe(self._wake, tuple(jobs))
 
     def publish_all(self) -> None:
@@ -77,7 +77,7 @@ class JobEvents:
             self._loop.call_soon_threadsafe(lambda: self._wake(tuple(self._watchers)))
 
     def close(self) -> None:
-        """Send everybody away who waits, now and from now on."""
+        """End all waiting, now and from now on."""
         self.closed = True
         self._wake(tuple(self._watchers))
 

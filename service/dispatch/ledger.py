@@ -1,4 +1,4 @@
-"""The dispatcher's transactions: which step is next, and what became of those handed out.
+"""The dispatcher's transactions: claims of the next steps, and results of those handed out.
 
 Every function works in a transaction of its caller, so that the results and the claims of one round
 are one write.
@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session
 
 from schemas.jobs import JobState
 from service.dispatch import adaptive_passes as targets
-from service.lifecycle import fairness, pass_costs, rows
+from service.lifecycle import fairness, progress, rows
 from service.storage.database.models import DONE, RUNNING, WAITING, JobRow, RenderRow, ShareRow, TileRow
 from service.storage.tiles import StoredTile
 from service.workers.tasks import ComposeDone, ComposeTask, JobTask, SampleTask, TileDone, TileTask
@@ -114,7 +114,7 @@ def tile_claims(session: Session, room: int) -> Iterator[TileTask]:
 def _turn(session: Session, share: ShareRow, until: float, room: int, begun: set[int]) -> Iterator[TileTask]:
     """Hand out steps of a user's jobs, as long as the user's clock is not past ``until``.
 
-    Each job shows its coarse picture before any of them goes on, and what has ``begun`` in this round shows
+    Each job shows its coarse picture before any of them continues, and what has ``begun`` in this round shows
     it alone; then they follow by priority and age, all tiles in one pass before any tile in the next.
     """
     wanted = {"owner": share.owner, "room": room, "begun": list(begun)}
@@ -165,7 +165,7 @@ def _hand_out(session: Session, render: RenderRow, step: TileRow) -> TileTask:
 
 
 def land(session: Session, render: RenderRow, task: TileTask, done: TileDone) -> bool:
-    """Take note of a finished step. False if it is not the attempt that was waited for."""
+    """Record a finished step. False if it is a stale attempt."""
     step = _handed_out(session, render, task)
     if step is None:
         return False
@@ -176,23 +176,18 @@ def land(session: Session, render: RenderRow, task: TileTask, done: TileDone) ->
         done.counts["camera"] if isinstance(task, SampleTask) else rows.work(task.pass_, task.tile)
     )
     render.cpu_seconds += done.cpu_seconds
-    render.rays = _sum(render.rays, done.counts)
-    render.work = _sum(render.work, done.work)
+    render.rays = progress.add_counts(render.rays, done.counts)
+    render.work = progress.add_counts(render.work, done.work)
     if render.target_error is None:
-        pass_costs.note(render, task.pass_.index, done)
+        progress.note_step(render, task.pass_.index, done)
     step.state, step.seq, step.crc32, step.cpu_seconds = DONE, render.last_seq, done.crc32, done.cpu_seconds
     return True
-
-
-def _sum(so_far: dict[str, int], more: dict[str, int]) -> dict[str, int]:
-    """Add counts; what was counted and is 0 stays in."""
-    return {name: so_far.get(name, 0) + more.get(name, 0) for name in so_far | more}
 
 
 def take_back(session: Session, render: RenderRow, task: TileTask, *, death: bool) -> int | None:
     """Let a step wait again, and return how many workers it has cost so far.
 
-    None if it is not the attempt that was waited for: nothing waits again then.
+    None if it is a stale attempt, which changes nothing.
     """
     step = _handed_out(session, render, task)
     if step is None:
@@ -228,10 +223,10 @@ def _compose_task(session: Session, render: RenderRow) -> JobTask:
 
 
 def complete(session: Session, render: RenderRow, done: ComposeDone) -> None:
-    """Take note of a final picture."""
+    """Record a final picture."""
     render.image_sha256 = done.sha256
     render.numerics = render.numerics | done.numerics
-    pass_costs.note_errors(render, done.errors)
+    progress.note_errors(render, done.errors)
     rows.end(session, render, JobState.SUCCEEDED)
 
 

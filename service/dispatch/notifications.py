@@ -1,7 +1,7 @@
 """Notifications between the servers on one database: that there is work, that jobs have changed.
 
-As within one server, the database is the truth, and news only say that it is worth a look. What is sent while
-nobody listens is made up for by looking at everything once.
+As within one server, the database is the truth, and a notification only says that it has changed. After a
+lost connection everything is read once, for notifications may have been missed.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class NotificationListener:
                 for notice in self._database.notices(self._stopping):
                     self._act(notice)
             except self._database.errors as error:
-                log.warning("not told by other servers, trying again", error=type(error).__name__)
+                log.warning("notifications lost, trying again", error=type(error).__name__)
                 self._stopping.wait(RETRY_SECONDS)
 
     def _act(self, notice: dict[str, Any]) -> None:

@@ -12,14 +12,14 @@ from sqlalchemy.orm import Session
 from schemas.jobs import Failure, JobState
 from service.dispatch import adaptive_passes as targets
 from service.dispatch import ledger
-from service.lifecycle import expiry, rows
-from service.lifecycle.retries import Cause, cause_of
+from service.lifecycle import rows, sharing
 from service.storage.database.models import JobRow, RenderRow
 from service.workers.tasks import (
     OUT_OF_MEMORY,
     TOOK_TOO_LONG,
     AdvanceDone,
     AdvanceTask,
+    Cause,
     ComposeDone,
     ComposeTask,
     Interrupted,
@@ -29,6 +29,7 @@ from service.workers.tasks import (
     TileDone,
     TileTask,
     WorkerDied,
+    cause_of,
 )
 
 _SHARING = select(JobRow.id).join(RenderRow).where(RenderRow.id.in_(bindparam("renders", expanding=True)))
@@ -102,7 +103,7 @@ class Round:
         self.tasks += ledger.tile_claims(session, max(0, self.room - len(self.tasks)))
 
     def _end_late(self, session: Session) -> None:
-        ended, left, upcoming = expiry.end_late(session)
+        ended, left, upcoming = sharing.end_late(session)
         for render in ended:
             self.touched.add(render.id)
             self.ended[render.id] = render.state
@@ -178,7 +179,7 @@ def merging(task: ComposeTask | AdvanceTask) -> tuple[str, int]:
 
 
 def _ends(render: RenderRow) -> bool:
-    """Whether nobody waits for more of a render."""
+    """Whether no job waits for a render any more."""
     return render.state.final or render.cancel_requested
 
 

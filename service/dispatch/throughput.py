@@ -31,25 +31,25 @@ class Throughput:
         self._sum = self._seconds = 0.0
 
     def watch(self, *, busy: bool) -> None:
-        """Take note of whether workers have something in hand from now on."""
+        """Record whether workers are busy from now on."""
         with self._lock:
-            self._go_on()
+            self._advance()
             self._busy = busy
 
     def note(self, cpu_seconds: float) -> None:
-        """Take note of finished work."""
+        """Record finished work."""
         with self._lock:
-            self._go_on()
+            self._advance()
             self._sum += cpu_seconds
 
     def rate(self) -> float:
         """Give the mean of the last busy minute; with little to go by, what the workers could do."""
         with self._lock:
-            self._go_on()
+            self._advance()
             # As if the workers had been busy for a second before.
             return (self._sum + self._workers) / (self._seconds + 1.0)
 
-    def _go_on(self) -> None:
+    def _advance(self) -> None:
         """Let what was counted fade by the busy time since the last call; the seconds watched fade alike."""
         now = self._clock()
         passed, self._last = (now - self._last if self._busy else 0.0), now

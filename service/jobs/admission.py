@@ -27,7 +27,6 @@ from service.jobs import uploads
 from service.jobs.context import Service
 from service.jobs.pricing import check_cost, priced, target_of
 from service.storage.assets import PREFIX, is_mesh, is_sha256
-from service.workers.specs import compile_request
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -88,8 +87,8 @@ def read_request(
 def compile_admitted(request: JobRequest) -> renderer.RenderPlan:
     """Compile a request's scene without its files; pointers of problems lead into the request."""
     try:
-        scene = outlined(request.scene)
-        return compile_request(request.model_copy(update={"scene": scene}), Pixels())
+        scene = renderer.load_scene(outlined(request.scene), assets=Pixels())
+        return renderer.compile_scene(scene, request.quality, layers=request.layers)
     except renderer.SceneError as error:
         moved = [found.model_copy(update={"pointer": f"/scene{found.pointer}"}) for found in error.errors]
         raise renderer.SceneError(moved, error.more) from None
@@ -150,9 +149,8 @@ _MANY = 1024
 """Triangles that stand for a mesh: priced within a factor of two of a million of them."""
 _MOST = 200_000
 """Triangles that stand for all meshes of a scene together."""
-_PIXEL = base64.b64decode(
-    "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGP4//8/AAX+Av4N70a4AAAAAElFTkSuQmCC"
-)
+WHITE = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGP4//8/AAX+Av4N70a4AAAAAElFTkSuQmCC"
+"""One white pixel as a PNG file, in Base64."""
 
 
 class Pixels:
@@ -165,7 +163,7 @@ class Pixels:
 
     def read(self, name: str) -> bytes:  # noqa: ARG002  (an interface)
         """Give the pixel, as a PNG file."""
-        return _PIXEL
+        return base64.b64decode(WHITE)
 
 
 def outlined(scene: Scene) -> Scene:

@@ -1,7 +1,8 @@
-"""What routes work with."""
+"""The parts of a running service, and the dependency by which routes get them."""
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -10,17 +11,16 @@ from typing import Annotated, ParamSpec, TypeVar
 from anyio import CapacityLimiter, to_thread
 from fastapi import Depends, Request
 
-from service.access.credential_cache import CredentialCache
+from service.access.keys import CredentialCache
 from service.dispatch.dispatcher import Dispatcher
 from service.dispatch.job_events import JobEvents
 from service.dispatch.notifications import NotificationListener
-from service.jobs.concurrency import BodyMemoryLimit, ConcurrencyLimit
+from service.jobs.limits import BodyMemoryLimit
 from service.jobs.pricing import QuotedPrices
 from service.jobs.retention import RetentionThread
 from service.settings import Settings
 from service.storage.assets import AssetStore
 from service.storage.database.connection import Database
-from service.storage.passes import PassStore
 from service.storage.tiles import TileStore
 from service.telemetry.spans import JobSpans
 
@@ -35,13 +35,12 @@ class Service:
     settings: Settings
     database: Database
     store: TileStore
-    passes: PassStore
     assets: AssetStore
     dispatcher: Dispatcher
     retention_thread: RetentionThread
     job_events: JobEvents
-    quote_limit: ConcurrencyLimit
-    comparison_limit: ConcurrencyLimit
+    quote_limit: asyncio.Semaphore
+    comparison_limit: asyncio.Semaphore
     prices: QuotedPrices
     credentials: CredentialCache
     notifications: NotificationListener

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import time
 import zlib
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import NamedTuple
 
 from fastapi.concurrency import run_in_threadpool
-from sqlalchemy import Select, bindparam, exists, func, select
+from sqlalchemy import bindparam, exists, func, select
 from sqlalchemy.orm import Session
 
 from schemas.jobs import Job, JobList, JobState
@@ -19,7 +19,7 @@ from schemas.regions import Region
 from service.access.principals import Principal
 from service.errors import ForbiddenError, PictureGoneError, UnavailableError, UnknownJobError
 from service.jobs.context import Service
-from service.lifecycle import pausing, rows, sharing
+from service.lifecycle import rows, sharing
 from service.lifecycle.documents import documents
 from service.storage.database.models import JobRow, LabelRow, RenderRow, RequestRow
 
@@ -80,38 +80,37 @@ def show(service: Service, job_id: str) -> Job:
         return job
 
 
-@dataclass(frozen=True)
-class JobFilter:
-    """Which jobs a list has: those of a user, in a state, with these labels; None takes all."""
+def page(
+    service: Service,
+    limit: int,
+    cursor: int | None,
+    *,
+    owner: str | None,
+    state: JobState | None,
+    labels: Mapping[str, str],
+) -> JobList:
+    """Describe the newest jobs, or those older than the last one of the page before.
 
-    owner: str | None = None
-    state: JobState | None = None
-    labels: Mapping[str, str] = field(default_factory=dict)
-
-
-def page(service: Service, limit: int, cursor: int | None, job_filter: JobFilter) -> JobList:
-    """Describe the newest jobs, or those older than the last one of the page before."""
-    query = _matching(job_filter).order_by(JobRow.number.desc()).limit(limit + 1)
+    Parameters
+    ----------
+    owner, state, labels
+        Only jobs of this user, in this state, with these labels; None takes all.
+    """
+    query = select(JobRow).order_by(JobRow.number.desc()).limit(limit + 1)
     if cursor is not None:
         query = query.where(JobRow.number < cursor)
-    keep = service.settings.keep_seconds
+    if owner is not None:
+        query = query.where(JobRow.owner == owner)
+    if state is not None:
+        query = query.where(JobRow.state == state)
+    for name, value in labels.items():
+        labelled = LabelRow.job == JobRow.number, LabelRow.name == name, LabelRow.value == value
+        query = query.where(exists().where(*labelled))
     with service.database.reading() as session:
         found = session.scalars(query).all()
         following = str(found[limit - 1].number) if len(found) > limit else None
-        jobs = documents(session, found[:limit], keep)
+        jobs = documents(session, found[:limit], service.settings.keep_seconds)
     return JobList(jobs=jobs, next=following)
-
-
-def _matching(job_filter: JobFilter) -> Select[JobRow]:
-    query = select(JobRow)
-    if job_filter.owner is not None:
-        query = query.where(JobRow.owner == job_filter.owner)
-    if job_filter.state is not None:
-        query = query.where(JobRow.state == job_filter.state)
-    for name, value in job_filter.labels.items():
-        labelled = LabelRow.job == JobRow.number, LabelRow.name == name, LabelRow.value == value
-        query = query.where(exists().where(*labelled))
-    return query
 
 
 def plan_of(service: Service, job_id: str) -> PlanDocument:
@@ -120,27 +119,33 @@ def plan_of(service: Service, job_id: str) -> PlanDocument:
         return PlanDocument.model_validate(find(session, job_id).plan)
 
 
-def cancel(service: Service, job_id: str) -> None:
-    """End a job now, and have what runs for nobody else stopped; a job that has ended stays as it is."""
+@contextmanager
+def _changing(service: Service, job_id: str) -> Iterator[tuple[Session, JobRow]]:
+    """Change a job in a transaction, and notify its watchers once it is committed."""
     with service.database.writing() as session:
-        row = find(session, job_id)
+        yield session, find(session, job_id)
+        service.database.notify_jobs(session, (job_id,))
+    service.job_events.publish((job_id,))
+
+
+def cancel(service: Service, job_id: str) -> None:
+    """End a job now, and stop its render if no other job shares it; a job that has ended stays as it is."""
+    with _changing(service, job_id) as (session, row):
         render = None if row.state.final else row.render
         stopping = None if row.state.final else _end(session, row)
-        service.database.tell_of(session, (job_id,))
         if stopping:
-            service.database.tell(session, work=True)
+            service.database.notify(session, work=True)
     if stopping:
         service.dispatcher.cancel(stopping)
     if render is not None and render.state.final:
         service.spans.ended(render.id)
-    service.job_events.publish((job_id,))
 
 
 def _end(session: Session, row: JobRow) -> str | None:
     """End an open job; return the id of its render if that must be stopped first."""
     render = row.render
     assert render is not None
-    if sharing.shared(session, row):
+    if sharing.is_shared(session, row):
         sharing.leave_ended(session, row, JobState.CANCELLED)
     elif render.state is JobState.QUEUED:
         rows.end(session, render, JobState.CANCELLED)
@@ -152,33 +157,27 @@ def _end(session: Session, row: JobRow) -> str | None:
 
 def pause(service: Service, job_id: str) -> Job:
     """Hand out no more tiles for a job until it is resumed; one that has ended stays as it is."""
-    with service.database.writing() as session:
-        row = find(session, job_id)
+    with _changing(service, job_id) as (session, row):
         if not row.state.final:
-            pausing.pause(session, row)
-        service.database.tell_of(session, (job_id,))
-    service.job_events.publish((job_id,))
+            sharing.pause(session, row)
     return show(service, job_id)
 
 
 def resume(service: Service, job_id: str) -> Job:
     """Resume a paused job; any other stays as it is."""
-    with service.database.writing() as session:
-        row = find(session, job_id)
+    with _changing(service, job_id) as (session, row):
         if not row.state.final:
-            pausing.resume(session, row)
-        service.database.tell(session, work=True)
-        service.database.tell_of(session, (job_id,))
+            sharing.resume(session, row)
+        service.database.notify(session, work=True)
     service.dispatcher.wake()
-    service.job_events.publish((job_id,))
     return show(service, job_id)
 
 
 async def stop(service: Service, job_id: str) -> Job:
     """Cancel a job and wait until nothing of it runs any more, within reason."""
     await run_in_threadpool(cancel, service, job_id)
-    patience = service.settings.cancel_grace_seconds + STOP_SECONDS
-    await until(service, job_id, patience, lambda status: status.state.final)
+    timeout = service.settings.cancel_grace_seconds + STOP_SECONDS
+    await until(service, job_id, timeout, lambda status: status.state.final)
     return await run_in_threadpool(show, service, job_id)
 
 
@@ -197,16 +196,14 @@ async def remove(service: Service, job_id: str) -> None:
 
 
 def _forget(service: Service, job_id: str) -> None:
-    with service.database.writing() as session:
-        unused = sharing.forget(session, find(session, job_id))
-        service.database.tell_of(session, (job_id,))
+    with _changing(service, job_id) as (session, row):
+        unused = sharing.forget(session, row)
     if unused:
         service.store.drop_job(unused)
-    service.job_events.publish((job_id,))
 
 
 async def until(service: Service, job_id: str, seconds: float, done: Callable[[JobStatus], bool]) -> None:
-    """Wait until a job is as wanted, or the time is up, or the service stops."""
+    """Wait until a condition on a job holds, or the time is up, or the service stops."""
     deadline = time.monotonic() + seconds
     with service.job_events.watch(job_id) as watcher:
         while True:

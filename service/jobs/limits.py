@@ -1,8 +1,11 @@
-"""How much may wait: jobs and predicted CPU seconds, of one user and of all."""
+"""Limits on jobs and CPU seconds in the queue, on requests in progress, and on the memory of their bodies."""
 
 from __future__ import annotations
 
+import asyncio
 import math
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
 
 from sqlalchemy import bindparam, case, func, select
@@ -11,8 +14,8 @@ from sqlalchemy.orm import Session
 import renderer
 from schemas.problems import Problem
 from service.access.principals import Principal
-from service.errors import QueueFullError
-from service.jobs.context import Service
+from service.errors import BusyError, QueueFullError
+from service.settings import Settings
 from service.storage.database.models import JobRow
 
 _MINE = JobRow.owner == bindparam("owner")
@@ -56,8 +59,15 @@ class Queue:
         return {"RateLimit-Policy": policy, "RateLimit": left}
 
 
-def check(session: Session, service: Service, principal: Principal, job: JobRow) -> Queue:
+def check_queue(
+    session: Session, settings: Settings, principal: Principal, job: JobRow, rate: float
+) -> Queue:
     """Find room for a job that is about to be entered; one that is answered from the store needs none.
+
+    Parameters
+    ----------
+    rate
+        CPU seconds that are rendered in a second.
 
     Raises
     ------
@@ -66,7 +76,6 @@ def check(session: Session, service: Service, principal: Principal, job: JobRow)
     renderer.SceneError
         If it would not fit into an empty queue either.
     """
-    settings = service.settings
     jobs, seconds, my_jobs, my_seconds = session.execute(_COUNTED, {"owner": principal.name}).one()
     my_most = principal.max_jobs or settings.max_user_jobs
     my_most_seconds = principal.max_cpu_seconds or settings.max_user_cpu_seconds
@@ -79,7 +88,7 @@ def check(session: Session, service: Service, principal: Principal, job: JobRow)
     )
     if job.load > my_most_seconds:
         _refuse_expensive(job.load, my_most_seconds)
-    queue = Queue(shares[0], shares[1], service.dispatcher.throughput.rate())
+    queue = Queue(shares[0], shares[1], rate)
     if adds:
         _refuse(queue, shares, job.predicted_cpu_seconds)
     return queue
@@ -107,3 +116,49 @@ def _refuse(queue: Queue, shares: tuple[Share, ...], cost: float) -> None:
         f"{whose} is full: {full[0].limit:.0f} {amount} may wait. Try again in {math.ceil(wait)} seconds.",
         {"Retry-After": str(math.ceil(wait))} | queue.headers(),
     )
+
+
+@asynccontextmanager
+async def bounded(limit: asyncio.Semaphore, made: str) -> AsyncIterator[None]:
+    """Count one request more until the block ends; BusyError instead of a wait where there are enough.
+
+    Parameters
+    ----------
+    made
+        What the requests are for, in the plural.
+    """
+    if limit.locked():
+        raise BusyError(f"The service makes as many {made} as it may already. Try again in a moment.")
+    async with limit:
+        yield
+
+
+class BodyMemoryLimit:
+    """Bounds the bytes of all bodies in memory. Used by one thread, that of the event loop.
+
+    Parameters
+    ----------
+    most : int
+        Bytes of all of them.
+    """
+
+    def __init__(self, most: int) -> None:
+        self.most, self.bytes = most, 0
+
+    @contextmanager
+    def account(self) -> Iterator[Callable[[int], None]]:
+        """Give a function that counts bytes of one body until the block ends; it may raise BusyError."""
+        held = 0
+
+        def add(count: int) -> None:
+            nonlocal held
+            if self.bytes + count > self.most:
+                message = "The service holds as many requests as it may already. Try again in a moment."
+                raise BusyError(message)
+            self.bytes += count
+            held += count
+
+        try:
+            yield add
+        finally:
+            self.bytes -= held

@@ -1,4 +1,4 @@
-"""What became of a job, from what the database knows: nothing is written down for it alone."""
+"""The log of a job, derived from its rows: no table is kept for it."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from schemas.jobs import JobState
 from schemas.logs import JobLog, LogEntry
 from service.jobs import lifecycle as jobs
 from service.jobs.context import Service
-from service.lifecycle import pass_costs
+from service.lifecycle import progress
 from service.storage.database.models import JobRow, RenderRow, TileRow
 
 MOST_STEPS = 50
-"""Repeated steps that are listed, as many as problems of a request: more help nobody."""
+"""Repeated steps that are listed, as many as problems of a request: more are no help."""
 
 ENDS = {
     JobState.SUCCEEDED: "The picture is finished.",
-    JobState.CANCELLED: "Somebody stopped it.",
+    JobState.CANCELLED: "It was cancelled.",
     JobState.EXPIRED: "The picture was removed: the service keeps pictures for a time.",
 }
 
@@ -70,7 +70,7 @@ def _size(render: RenderRow | None) -> str:
 
 def _passes(row: JobRow, render: RenderRow, repeated: list[TileRow]) -> Iterator[LogEntry]:
     """Report the passes in their order, what was repeated in each before its end."""
-    finished = {cost["pass_index"]: cost for cost in pass_costs.reported(render)}
+    finished = {cost["pass_index"]: cost for cost in progress.finished_passes(render)}
     for index in sorted({*finished, *(step.pass_index for step in repeated)}):
         yield from (_step(step) for step in repeated if step.pass_index == index)
         if index in finished:
@@ -94,7 +94,7 @@ def _pass(row: JobRow, render: RenderRow, cost: dict[str, Any]) -> LogEntry:
     reached = f", error {error['estimate']:.2g}" if error else ""
     at = render.started_at and render.started_at + timedelta(seconds=cost["seconds"])
     return LogEntry(
-        # When others came who asked for the same is nobody's business.
+        # When others have requested the same picture stays private.
         at=at if at is not None and at >= row.created_at else None,
         event="pass_finished",
         message=f"Pass {cost['pass_index']} is finished: {cost['seconds']:.2f} s and "

@@ -16,7 +16,7 @@ from sqlalchemy.orm import Session
 from renderer import film
 from renderer.images import files as image_files
 from schemas.display import Display
-from schemas.jobs import JobState
+from schemas.jobs import JobState, TileEvent
 from schemas.tiles import Tile
 from service.dispatch import adaptive_passes as targets
 from service.dispatch import ledger
@@ -28,7 +28,6 @@ from service.errors import (
     StoreReadOnlyError,
     UnknownLayerError,
 )
-from service.jobs import target_pictures
 from service.jobs.context import Service
 from service.jobs.lifecycle import find
 from service.lifecycle import progress, rows
@@ -37,6 +36,7 @@ from service.storage.database.models import JobRow, RenderRow
 from service.storage.objects import Stored
 from service.storage.tiles import Layers, Pixels, StoredTile, TileStore
 from service.workers import layers
+from service.workers.tasks import WHOLE
 
 Kind = Literal["png", "npy", "exr"]
 MEDIA_TYPES: dict[Kind, str] = {"png": "image/png", "npy": "application/octet-stream", "exr": "image/x-exr"}
@@ -200,7 +200,7 @@ def _layers_so_far(store: TileStore, finished: _Finished, names: Sequence[str]) 
 def _so_far(service: Service, finished: _Finished) -> Pixels:
     render, store = finished.render, service.store
     if render.target_error is not None:
-        return target_pictures.so_far(service, render, finished.parts)
+        return _target_so_far(service, render, finished.parts)
     image = np.zeros((render.height, render.width, 3), np.float32)
     if finished.coarse is not None:
         stride = finished.coarse.pass_.stride
@@ -218,3 +218,51 @@ def means(store: TileStore, job_id: str, parts: Sequence[StoredTile]) -> Iterato
     for _, group in groupby(found, key=lambda one: one[0].tile.index):
         steps = list(group)
         yield steps[0][0].tile, film.compose([(part.pass_, pixels) for part, pixels in steps])
+
+
+def _target_so_far(service: Service, render: RenderRow, fresh: Sequence[StoredTile]) -> Pixels:
+    """Paint the finished tiles of the pass that is not merged yet over the newest merged picture."""
+    image = np.zeros((render.height, render.width, 3), np.float32)
+    if render.merges:
+        image[:] = _merged(service, render)
+    for part, found in zip(fresh, service.store.get_tiles(render.id, fresh), strict=True):
+        tile = part.tile
+        image[tile.y0 : tile.y1, tile.x0 : tile.x1] = found
+    return image
+
+
+def visible_events(events: Sequence[TileEvent]) -> list[TileEvent]:
+    """Leave out the events of tiles over which a later one of the whole picture is painted."""
+    whole = [place for place, event in enumerate(events) if event.tile == WHOLE]
+    return list(events[whole[-1] :] if whole else events)
+
+
+def target_pixels(
+    service: Service, render: RenderRow, events: Sequence[TileEvent], fresh: Sequence[StoredTile]
+) -> list[tuple[TileEvent, Pixels]]:
+    """Return the visible events of a render of target quality, each with its pixels as they are now.
+
+    Parameters
+    ----------
+    fresh
+        The finished tiles of the pass that is not merged yet.
+    """
+    shown = visible_events(events)
+    wanted = {event.tile for event in shown if event.pass_index == len(render.merges)}
+    parts = [part for part in fresh if part.tile.index in wanted]
+    tiles = service.store.get_tiles(render.id, parts)
+    newest = {part.tile.index: found for part, found in zip(parts, tiles, strict=True)}
+    return [
+        (
+            event,
+            newest[event.tile]
+            if event.pass_index == len(render.merges)
+            else _merged(service, render)[event.y0 : event.y1, event.x0 : event.x1],
+        )
+        for event in shown
+    ]
+
+
+def _merged(service: Service, render: RenderRow) -> Pixels:
+    merged = len(render.merges) - 1, targets.merged_by(render)
+    return service.store.get_map(render.id, *merged, "picture")

@@ -21,17 +21,16 @@ from service.access.principals import Principal
 from service.dispatch import adaptive_passes as targets
 from service.errors import ReusedKeyError
 from service.jobs import canonical, uploads
-from service.jobs import limits as queue_limits
 from service.jobs.admission import Admitted, admit
 from service.jobs.canonical import Spec
 from service.jobs.context import Service
-from service.jobs.limits import Queue
+from service.jobs.limits import Queue, check_queue
 from service.jobs.retention import KEY_LIFE
-from service.lifecycle import clock, fairness, pass_costs, pausing, rows
+from service.lifecycle import clock, fairness, progress, rows, sharing
 from service.settings import Settings
 from service.storage.database.models import JOINED, Base, IdempotencyRow, JobRow, RenderRow, RequestRow
 
-# One more try than others can spoil: the key, or the render, that somebody enters at the same moment.
+# Another request may enter the same key, or the same render, at the same time: each spoils one try.
 TRIES = 3
 
 # Built once: making a statement takes longer than executing it.
@@ -106,7 +105,7 @@ def submit(service: Service, sent: Submission) -> SubmittedJob:
         try:
             return enter(service, sent, admitted)
         except IntegrityError:
-            log.debug("entered by another request at the same moment")
+            log.debug("entered by another request at the same time")
     return enter(service, sent, admitted)
 
 
@@ -152,9 +151,9 @@ def enter(service: Service, sent: Submission, admitted: Admitted) -> SubmittedJo
                 if known
                 else _enter_job(service, session, sent, admitted, job, spec)
             )
-            service.database.tell(session, work=True)
+            service.database.notify(session, work=True)
     except BaseException as error:
-        # Where the connection was lost nobody knows whether the job was entered.
+        # Where the connection was lost it is unknown whether the job was entered.
         if not (isinstance(error, DBAPIError) and error.connection_invalidated):
             service.store.drop_job(job.id)
         raise
@@ -179,7 +178,8 @@ def _enter_job(
         _share(job, found)
     else:
         job.load = job.predicted_cpu_seconds
-    queue = queue_limits.check(session, service, sent.principal, job)
+    rate = service.dispatcher.throughput.rate()
+    queue = check_queue(session, service.settings, sent.principal, job, rate)
     if found is None:
         steps, course = _course(admitted, service.settings)
         job.render = _render(admitted, job.id, spec, steps, course)
@@ -193,7 +193,7 @@ def _enter_job(
         uploads.enter_uses(session, job.render_number, uploads.hashes_of(admitted.request.scene))
     _enter_parts(session, sent, job)
     if found is not None:
-        pausing.follow(session, found)
+        sharing.follow(session, found)
     if not job.state.final:
         fairness.activate(session, [job.owner])
     render = found.id if found else job.id
@@ -281,6 +281,6 @@ def _course(admitted: Admitted, settings: Settings) -> tuple[list[targets.Step],
     steps = [(pass_, tile) for pass_ in plan.passes for tile in tiling.tiles(plan, pass_, settings.tile_size)]
     return steps, {
         "total_work": sum(rows.work(pass_, tile) for pass_, tile in steps),
-        "pass_costs": pass_costs.begin([pass_.index for pass_, _ in steps]),
+        "pass_costs": progress.begin_passes([pass_.index for pass_, _ in steps]),
         "error_unknown": progressive.unknown_error(plan),
     }

@@ -14,10 +14,9 @@ from schemas.display import Display
 from schemas.jobs import JobState, TileBatch, TileEvent
 from service.dispatch import adaptive_passes as targets
 from service.dispatch import ledger
-from service.jobs import target_pictures
 from service.jobs.context import Service
 from service.jobs.lifecycle import find
-from service.jobs.pictures import means
+from service.jobs.pictures import means, target_pixels, visible_events
 from service.lifecycle.documents import failure_of, progress_of
 from service.storage.database.models import JobRow, RenderRow, TileRow
 from service.storage.tiles import Pixels, StoredTile, TileStore
@@ -129,14 +128,14 @@ def _pixels(service: Service, render: RenderRow, news: _News) -> list[tuple[Tile
     if news.state.final:
         return []
     if render.target_error is not None:
-        return target_pictures.pixels(service, render, events, news.parts)
+        return target_pixels(service, render, events, news.parts)
     return _so_far(service.store, render, news)
 
 
 def _newest(render: RenderRow, events: Sequence[TileEvent]) -> Sequence[TileEvent]:
     """Of the events those over which no later one is painted, without a preview."""
     if render.target_error is not None:
-        return target_pictures.painted(events)
+        return visible_events(events)
     newest = {event.tile: event for event in events if event.pass_index > 0}
     return sorted(newest.values(), key=lambda event: event.seq)
 

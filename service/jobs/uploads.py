@@ -1,8 +1,8 @@
 """Uploaded assets: who may use them, and for how long they are needed.
 
 The bytes of an asset are kept once, however many users have sent them; for all others there is no such
-asset. So nobody learns from the hash of a file whether somebody else has it. Those who see the jobs of all
-see what these are made of, too.
+asset. So the hash of a file does not reveal whether another user has it. Users who see the jobs of all see
+their assets, too.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def bytes_of(session: Session, owner: str, *, apart_from: str) -> int:
     return int(session.scalar(query) or 0)
 
 
-# Who asks for an asset again and again writes to the database no more often.
+# Repeated requests for an asset are recorded no more often.
 NOTED = timedelta(minutes=1)
 
 _UNUSED = ~exists().where(AssetUseRow.sha256 == AssetRow.sha256)
@@ -95,17 +95,17 @@ def known_hashes(session: Session, hashes: set[str]) -> set[str]:
 
 
 def is_due(row: AssetRow) -> bool:
-    """Whether it is to be noted again that somebody has asked for an asset."""
+    """Whether another request for an asset is to be recorded."""
     return row.used_at < datetime.now(UTC) - NOTED
 
 
 def note(session: Session, sha256: str) -> None:
-    """Say that somebody has asked for an asset just now, and will probably use it."""
+    """Record that an asset was requested just now, and will probably be used."""
     session.execute(update(AssetRow).where(AssetRow.sha256 == sha256).values(used_at=datetime.now(UTC)))
 
 
 def drop_unused(session: Session, before: datetime, most: int) -> dict[str, int]:
-    """Forget assets that no render needs and nobody has asked for since; give them with their bytes."""
+    """Delete assets that no render needs and that were not requested since; return them with their bytes."""
     old = select(AssetRow.sha256, AssetRow.bytes).where(_UNUSED, AssetRow.used_at < before)
     found = dict(session.execute(old.order_by(AssetRow.used_at).limit(most)).all())
     session.execute(delete(AssetRow).where(AssetRow.sha256.in_(found)))

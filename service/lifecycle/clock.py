@@ -1,8 +1,8 @@
-"""Time that has passed since a moment that was written down, whatever is done to the wall clock meanwhile.
+"""Seconds since a stored time, whatever is done to the wall clock meanwhile.
 
-A moment in the database is one of the wall clock, which an operator or NTP may set forward or back at any
-time. Limits count seconds that have passed, so each moment is tied to a clock that only goes forward: when
-it is taken, or, after a restart, when it is seen first.
+A time in the database is one of the wall clock, which an operator or NTP may set forward or back. Limits
+count elapsed seconds: each time is tied to a monotonic clock when it is taken, or first read
+after a restart.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 from datetime import UTC, datetime
 
-# Moments that are remembered: more than there are renders that run at the same time.
+# Times that are remembered: more than there are renders that run at the same time.
 MANY = 65_536
 
 
@@ -22,7 +22,7 @@ def _wall() -> datetime:
 
 
 class Clock:
-    """Moments of the wall clock, and what a steady clock showed then.
+    """Times of the wall clock, and what a monotonic clock showed then.
 
     Parameters
     ----------
@@ -38,21 +38,21 @@ class Clock:
         self._known: OrderedDict[datetime, float] = OrderedDict()
 
     def now(self) -> datetime:
-        """Take a moment to be written down."""
-        moment = self._wall()
-        self.since(moment)
-        return moment
+        """Take the time, to be stored."""
+        taken = self._wall()
+        self.since(taken)
+        return taken
 
-    def since(self, moment: datetime) -> float:
-        """Give the seconds that have passed since then; never less than 0."""
+    def since(self, taken: datetime) -> float:
+        """Return the seconds that have passed since then; never less than 0."""
         with self._lock:
             now = self._steady()
-            if moment not in self._known:
-                self._known[moment] = now - max(0.0, (self._wall() - moment).total_seconds())
-            self._known.move_to_end(moment)
+            if taken not in self._known:
+                self._known[taken] = now - max(0.0, (self._wall() - taken).total_seconds())
+            self._known.move_to_end(taken)
             if len(self._known) > MANY:
                 self._known.popitem(last=False)
-            return now - self._known[moment]
+            return now - self._known[taken]
 
 
 _clock = Clock()

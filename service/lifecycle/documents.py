@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 
 from schemas.jobs import Failure, Job, JobCost, JobLinks, JobState, Progress, TileAtWork
 from schemas.problems import Problem
-from service.lifecycle import progress, queue_order
+from service.lifecycle import fairness, progress
 from service.storage.database.models import JobRow, RenderRow, TileRow
 
 # SQLite uses the index of running steps only where the condition stands in the statement as in the index.
@@ -34,7 +34,7 @@ def documents(session: Session, jobs: Sequence[JobRow], keep_seconds: float | No
     keep_seconds
         After so long a picture is removed.
     """
-    before, at_work = queue_order.positions(session, jobs), _at_work(session, jobs)
+    before, at_work = fairness.positions(session, jobs), _at_work(session, jobs)
     return tuple(
         _document(row, keep_seconds, before.get(row.number), at_work.get(row.render_number, ()))
         for row in jobs

@@ -1,17 +1,26 @@
-"""How far a render is, and how long the rest is expected to take."""
+"""How far a render is, how long the rest is expected to take, and what each of its passes has cost.
+
+With target quality the merging of a pass (``adaptive_passes.py``) notes its cost. With fixed quality tiles of
+several passes may land in turns, so each pass has an entry of its own from the beginning.
+"""
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
 from renderer.adaptive.forecast import MOST, seconds_left, share_by
 from schemas.jobs import JobState
-from service.lifecycle import pausing, rows
+from service.lifecycle import clock, rows
 from service.storage.database.models import RenderRow
+from service.workers.tasks import TileDone
 
 NO_LIMIT = float("inf")
 
 
 def share(render: RenderRow) -> float:
-    """Say which part of a render is done, 0 to 1.
+    """Return the finished share of a render, 0 to 1.
 
     With target quality it is 1 when the picture is there; a time limit that is spent ends it, too.
     """
@@ -20,11 +29,78 @@ def share(render: RenderRow) -> float:
         return done
     if render.state != JobState.RUNNING or render.started_at is None:
         return min(done, MOST)
-    return share_by(done, pausing.ran_for(render), render.time_limit or NO_LIMIT)
+    return share_by(done, rows.ran_for(render), render.time_limit or NO_LIMIT)
 
 
 def remaining_seconds(render: RenderRow) -> float | None:
-    """Say in how many seconds a render will be finished, None if it does not run or nothing is known."""
+    """Predict in how many seconds a render will be finished; None if it does not run or nothing is known."""
     if render.state != JobState.RUNNING or render.started_at is None or render.paused_at is not None:
         return None
-    return seconds_left(share(render), pausing.ran_for(render), render.time_limit or NO_LIMIT)
+    return seconds_left(share(render), rows.ran_for(render), render.time_limit or NO_LIMIT)
+
+
+def begin_passes(passes: Sequence[int]) -> list[dict[str, Any]]:
+    """Make the entries of a render of fixed quality whose steps belong to these passes, one for each step."""
+    steps = Counter(passes)
+    return [
+        {"left": steps[index], "seconds": 0.0, "cpu_seconds": 0.0, "rays": {}, "error": None}
+        for index in sorted(steps)
+    ]
+
+
+def note_step(render: RenderRow, pass_index: int, done: TileDone) -> None:
+    """Record a finished step of fixed quality."""
+    assert render.started_at is not None
+    before = render.pass_costs[pass_index]
+    now = {
+        "left": before["left"] - 1,
+        "seconds": clock.since(render.started_at),
+        "cpu_seconds": before["cpu_seconds"] + done.cpu_seconds,
+        "rays": add_counts(before["rays"], done.counts),
+        "error": None,
+    }
+    render.pass_costs = [*render.pass_costs[:pass_index], now, *render.pass_costs[pass_index + 1 :]]
+
+
+def note_errors(render: RenderRow, errors: Mapping[int, Mapping[str, float]]) -> None:
+    """Record the errors of passes, known when the picture is finished."""
+    render.pass_costs = [
+        cost | {"error": errors.get(index)} if index in errors else cost
+        for index, cost in enumerate(render.pass_costs)
+    ]
+
+
+def finished_passes(render: RenderRow) -> Iterator[dict[str, Any]]:
+    """Give what a render had cost when each finished pass ended, all earlier passes included."""
+    entries = _of_merges(render) if render.target_error is not None else _of_fixed(render)
+    cpu_seconds, rays = 0.0, dict[str, int]()
+    for index, (seconds, entry) in enumerate(entries):
+        cpu_seconds, rays = cpu_seconds + entry["cpu_seconds"], add_counts(rays, entry["rays"])
+        yield {
+            "pass_index": index,
+            "seconds": seconds,
+            "cpu_seconds": cpu_seconds,
+            "rays": rays,
+            "error": entry["error"],
+        }
+
+
+def _of_merges(render: RenderRow) -> Iterator[tuple[float, dict[str, Any]]]:
+    seconds = 0.0
+    for entry in render.merges:
+        seconds += entry["seconds"]
+        yield seconds, entry
+
+
+def _of_fixed(render: RenderRow) -> Iterator[tuple[float, dict[str, Any]]]:
+    seconds = 0.0
+    for entry in render.pass_costs:
+        if entry["left"]:
+            return
+        seconds = max(seconds, entry["seconds"])
+        yield seconds, entry
+
+
+def add_counts(so_far: Mapping[str, int], more: Mapping[str, int]) -> dict[str, int]:
+    """Add counts by name; a name with count 0 stays in."""
+    return {name: so_far.get(name, 0) + more.get(name, 0) for name in (*so_far, *more)}

@@ -1,4 +1,4 @@
-"""Rows of renders, jobs and steps: how they begin, what they say, and how they end."""
+"""Rows of renders, jobs and steps: how they begin and end, what a step costs, how long a render has run."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ FIRST_PASS = 1 / 16
 """Part of its price that the first pass of a picture of target quality takes, about."""
 
 OPEN = (JobState.QUEUED, JobState.RUNNING)
-"""States of jobs that somebody waits for."""
+"""States of jobs that are not finished."""
 
 
 def begin(session: Session, render: RenderRow) -> None:
-    """Let a render run, and with it the jobs that share in it."""
+    """Start a render and the jobs that share it."""
     render.state, render.started_at = JobState.RUNNING, clock.now()
-    _tell_jobs(session, render, state=render.state, started_at=render.started_at)
+    _update_jobs(session, render, state=render.state, started_at=render.started_at)
 
 
 def end(session: Session, render: RenderRow, state: JobState, failure: Failure | None = None) -> None:
-    """Give a render its final state, and with it the jobs that share in it."""
+    """Give a render and the jobs that share it their final state."""
     render.state = state
     document = failure.model_dump() if failure else None
-    _tell_jobs(session, render, state=state, failure=document, finished_at=datetime.now(UTC))
+    _update_jobs(session, render, state=state, failure=document, finished_at=datetime.now(UTC))
 
 
 def end_alone(job: JobRow, state: JobState, failure: Failure | None = None) -> None:
@@ -40,7 +40,7 @@ def end_alone(job: JobRow, state: JobState, failure: Failure | None = None) -> N
     job.failure = failure.model_dump() if failure else None
 
 
-def _tell_jobs(session: Session, render: RenderRow, **changes: Any) -> None:
+def _update_jobs(session: Session, render: RenderRow, **changes: Any) -> None:
     sharing = JobRow.render_number == render.number, JobRow.state.in_(OPEN)
     session.execute(update(JobRow).where(*sharing).values(**changes))
 
@@ -53,7 +53,7 @@ def work(pass_: Pass, tile: Tile) -> int:
 
 
 def expected_cpu_seconds(render: RenderRow, step: TileRow) -> float:
-    """Say what a step may cost: by its part of the price, or as its pass is predicted."""
+    """Predict the cost of a step: its part of the price, or what its pass predicts."""
     if render.target_error is not None:
         if render.merges:
             return float(render.merges[-1]["tile_seconds"])
@@ -64,8 +64,24 @@ def expected_cpu_seconds(render: RenderRow, step: TileRow) -> float:
     return render.predicted_cpu_seconds * min(1.0, part)
 
 
+def ran_for(row: JobRow | RenderRow) -> float:
+    """Return for how many seconds a started job or render has run, pauses left out.
+
+    Of its columns ``started_at``, ``paused_at`` and ``paused_seconds`` are enough.
+    """
+    assert row.started_at is not None
+    return clock.since(row.started_at) - paused_for(row)
+
+
+def paused_for(row: JobRow | RenderRow) -> float:
+    """Return for how many seconds a job or render has been paused since it started."""
+    if row.paused_at is None or row.started_at is None:
+        return row.paused_seconds
+    return row.paused_seconds + min(clock.since(row.paused_at), clock.since(row.started_at))
+
+
 def share(render: RenderRow) -> float:
-    """Say which part of a render is done, 0 to 1; it never goes back, though a total may grow."""
+    """Return the finished share of a render, 0 to 1; it never decreases, though a total may grow."""
     if render.state == JobState.SUCCEEDED:
         return 1.0
     before = render.counted_share
@@ -74,7 +90,7 @@ def share(render: RenderRow) -> float:
 
 
 def new_step(render: int, pass_: Pass, tile: Tile) -> dict[str, int | str]:
-    """Make the row of a step that waits."""
+    """Make the row of a waiting step."""
     return {
         "render": render,
         "pass_index": pass_.index,
@@ -87,7 +103,7 @@ def new_step(render: int, pass_: Pass, tile: Tile) -> dict[str, int | str]:
 
 
 def stored(step: TileRow, passes: list[Pass]) -> StoredTile:
-    """Say where the pixels of a finished step lie."""
+    """Locate the pixels of a finished step."""
     assert step.crc32 is not None
     return StoredTile(tile_of(step), passes[step.pass_index], step.attempt, step.crc32)
 

@@ -57,7 +57,7 @@ class AssetStore:
         objects.begin("")
 
     def find(self, sha256: str) -> Stored | None:
-        """Tell of an asset, or None."""
+        """Describe an asset; None if there is none."""
         return self._objects.find(sha256)
 
     def read(self, name: str) -> bytes:
@@ -101,7 +101,7 @@ class AssetStore:
         )
 
     def sweep(self, known: set[str], before: datetime, age_seconds: float) -> None:
-        """Remove what a killed process left behind: parts of files, and files that nobody knows any more.
+        """Remove what a killed process left behind: parts of files, and files without a row.
 
         Parameters
         ----------

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.errors import StoreAwayError, StoreMissingError
-from service.storage.folder import told
+from service.storage.folder import translate_errors
 from service.storage.objects import Found, Stored
 
 # Each thread takes address space, of which a worker has a limit; few can wait for the network.
@@ -39,9 +39,9 @@ except ImportError:
 
 ENDPOINTS = ("AWS_ENDPOINT_URL_S3", "AWS_ENDPOINT_URL", "AWS_ENDPOINT")
 AT_ONCE = 32
-"""Small objects that are asked for at the same time."""
+"""Small objects that are fetched at the same time."""
 RECENT_BYTES = 256 << 20
-# What is away for longer makes jobs wait and requests fail, seconds.
+# A longer outage makes jobs wait and requests fail, seconds.
 RETRY_SECONDS = 5
 # How long to leave what could not be removed, seconds.
 DROP_SECONDS = 5.0
@@ -100,24 +100,24 @@ class Bucket:
     @contextmanager
     def draft(self, name: str) -> Iterator[IO[bytes]]:
         """Open a temporary file of this machine."""
-        with told(), tempfile.NamedTemporaryFile(suffix=Path(name).suffix) as file:
+        with translate_errors(), tempfile.NamedTemporaryFile(suffix=Path(name).suffix) as file:
             yield file
 
     def keep(self, draft: IO[bytes], name: str) -> None:
         """Send what was written to a draft."""
-        with told():
+        with translate_errors():
             draft.flush()
         self._put(name, Path(draft.name))
 
     def get(self, name: str) -> bytes:
         """Return all bytes; raise FileNotFoundError if there are none."""
-        with self._told():
+        with self._translate_errors():
             return bytes(obstore.get(self._store, name).bytes())
 
     def many(self, names: Sequence[str]) -> Iterator[bytes]:
         """Give the bytes of several names in their order, some of which are fetched at once."""
         for first in range(0, len(names), AT_ONCE):
-            with self._told():
+            with self._translate_errors():
                 fetched = asyncio.run(self._fetched(names[first : first + AT_ONCE]))
             yield from fetched
 
@@ -126,9 +126,9 @@ class Bucket:
         return self._recent.get(name, lambda: np.load(io.BytesIO(self.get(name))))
 
     def find(self, name: str) -> Stored | None:
-        """Tell what lies under a name, or None."""
+        """Describe what lies under a name; None if there is nothing."""
         try:
-            with self._told():
+            with self._translate_errors():
                 head = obstore.head(self._store, name)
         except FileNotFoundError:
             return None
@@ -137,7 +137,7 @@ class Bucket:
 
     def found(self, prefix: str = "") -> Iterator[Found]:
         """List all objects under a name, or all."""
-        with self._told():
+        with self._translate_errors():
             for page in obstore.list(self._store, prefix or None):
                 for one in page:
                     yield Found(one["path"], one["size"], one["last_modified"].timestamp())
@@ -146,7 +146,7 @@ class Bucket:
         """Remove objects; those that are not there do not matter."""
         unwanted = list(names)
         if unwanted:
-            with self._told(), suppress(FileNotFoundError):
+            with self._translate_errors(), suppress(FileNotFoundError):
                 obstore.delete(self._store, unwanted)
 
     def drop(self, prefix: str) -> None:
@@ -177,13 +177,13 @@ class Bucket:
 
     def _put(self, name: str, content: bytes | Path) -> None:
         try:
-            with self._told():
+            with self._translate_errors():
                 obstore.put(self._store, name, content)
         except FileNotFoundError as error:
             raise StoreAwayError("There is no such bucket any more.") from error
 
     def _part(self, name: str, start: int, end: int) -> bytes:
-        with self._told():
+        with self._translate_errors():
             return bytes(obstore.get_range(self._store, name, start=start, end=end))
 
     async def _fetched(self, names: Sequence[str]) -> list[bytes]:
@@ -198,8 +198,8 @@ class Bucket:
         return StoreAwayError(f"{self.place} cannot be used: {str(error).splitlines()[0]}. {cure}")
 
     @contextmanager
-    def _told(self) -> Iterator[None]:
-        """Log why a bucket cannot be used, and tell others that it may be later."""
+    def _translate_errors(self) -> Iterator[None]:
+        """Log why a bucket cannot be used, and raise an error that asks for another try."""
         try:
             yield
         except BaseError as error:
@@ -212,7 +212,7 @@ class Bucket:
 
 
 class Recent:
-    """Keeps the arrays that were asked for last, so that each is fetched once and not for every tile.
+    """Keeps the arrays that were requested last, so that each is fetched once and not for every tile.
 
     Parameters
     ----------
@@ -226,7 +226,7 @@ class Recent:
         self._lock = threading.Lock()
 
     def get(self, name: str, fetch: Callable[[], NDArray[Any]]) -> NDArray[Any]:
-        """Return the array of a name, fetched unless it is here. Nobody may write to it."""
+        """Return the array of a name, fetched unless it is here. It is read-only."""
         with self._lock:
             if name in self._arrays:
                 self._arrays.move_to_end(name)

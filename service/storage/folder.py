@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.errors import StoreAwayError, StoreFullError, StoreReadOnlyError
-from service.storage.objects import Found, Stored
+from service.storage.objects import Found, Objects, Stored
 
 NO_ROOM = "The disk is full. Try again when there is room."
 NOT_WRITABLE = "The data folder cannot be written now. Try again when its operator has seen to it."
@@ -48,7 +48,7 @@ class Folder:
 
     def begin(self, prefix: str) -> None:
         """Make a folder with all above it; files are written to folders that are there alone."""
-        with told():
+        with translate_errors():
             (self._folder / prefix).mkdir(parents=True, exist_ok=True)
 
     def put(self, name: str, data: bytes) -> None:
@@ -61,7 +61,7 @@ class Folder:
     def draft(self, name: str) -> Iterator[IO[bytes]]:
         """Open a temporary file beside the one that it may become."""
         with (
-            told(),
+            translate_errors(),
             tempfile.NamedTemporaryFile(
                 dir=(self._folder / name).parent, prefix=".", suffix=".tmp", delete=False
             ) as file,
@@ -74,7 +74,7 @@ class Folder:
 
     def keep(self, draft: IO[bytes], name: str) -> None:
         """Move a draft into place."""
-        with told():
+        with translate_errors():
             draft.flush()
             Path(draft.name).replace(self._folder / name)
 
@@ -87,12 +87,12 @@ class Folder:
         return map(self.get, names)
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return an array that is read from its file where it is looked at."""
+        """Return an array mapped from its file."""
         found: NDArray[Any] = np.load(self._folder / name, mmap_mode="r")
         return found
 
     def find(self, name: str) -> Stored | None:
-        """Tell what lies under a name, or None."""
+        """Describe what lies under a name; None if there is nothing."""
         path = self._folder / name
         try:
             state = path.stat()
@@ -135,8 +135,8 @@ def _part(path: Path, start: int, end: int) -> bytes:
 
 
 @contextmanager
-def told() -> Iterator[None]:
-    """Tell a disk that cannot be written now, which passes, from all other errors.
+def translate_errors() -> Iterator[None]:
+    """Distinguish a disk that cannot be written now, which passes, from all other errors.
 
     Raises
     ------
@@ -161,3 +161,23 @@ def _is_older(path: Path, age_seconds: float) -> bool:
         return not age_seconds or path.stat().st_mtime < time.time() - age_seconds
     except FileNotFoundError:
         return False
+
+
+BUCKET = "s3://"
+JOBS, ASSETS = "jobs", "assets"
+"""What lies in a place."""
+
+
+def place_of(address: str) -> Objects:
+    """Give the bucket of an address ``s3://bucket/prefix``, or the folder of any other.
+
+    Raises
+    ------
+    StoreMissingError
+        If the extra for buckets is not installed.
+    """
+    if not address.startswith(BUCKET):
+        return Folder(Path(address))
+    from service.storage.bucket import Bucket  # noqa: PLC0415  (an extra)
+
+    return Bucket(address)

@@ -84,7 +84,7 @@ class Objects(Protocol):
         """Return an .npy file for reading; what it holds is never written anew."""
 
     def find(self, name: str) -> Stored | None:
-        """Tell what lies under a name, or None."""
+        """Describe what lies under a name; None if there is nothing."""
 
     def found(self, prefix: str = "") -> Iterator[Found]:
         """List all that lies under a name, in no order, or everything."""

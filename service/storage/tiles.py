@@ -1,4 +1,4 @@
-"""The store of pixels: what workers and the service keep of jobs."""
+"""The store of pixels: tiles, layers, results of jobs, and the state between passes of target quality."""
 
 from __future__ import annotations
 
@@ -8,22 +8,26 @@ import zipfile
 import zlib
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import IO, Any
+from typing import IO, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from schemas.tiles import Pass, Tile
-from service.errors import StoreDamagedError
+from service.errors import StoreAwayError, StoreDamagedError
 from service.storage.objects import Objects, Stored
 
 Pixels = NDArray[np.float32]
 Layers = dict[str, NDArray[Any]]
+PassMap = Literal["levels", "pilots", "picture"]
+"""What a pass of target quality leaves for the next one: the samples that it requests, uint8 (4, H, W), pilot
+samples, float32 (7, H, W), and the picture after it."""
 LAYERS_SUFFIX = ".npz"
 TILES = "tiles"
 UNFINISHED_SECONDS = 3600.0
-"""What is younger may be what another server writes at the moment."""
+"""What is younger may be a file that another server is writing."""
 
 
 @dataclass(frozen=True)
@@ -108,8 +112,43 @@ class TileStore:
         return self.objects.array(f"{job}/{name}")
 
     def find(self, job: str, name: str) -> Stored | None:
-        """Tell of a result of a job, or None."""
+        """Describe a result of a job; None if there is none."""
         return self.objects.find(f"{job}/{name}")
+
+    def put_samples(self, job: str, pass_index: int, tile: Tile, attempt: int, samples: Layers) -> None:
+        """Keep the samples that a pass of target quality has taken in a tile."""
+        put_arrays(self.objects, _samples_name(job, pass_index, tile, attempt), samples)
+
+    def get_samples(self, job: str, pass_index: int, parts: Sequence[StoredTile]) -> Iterator[Layers]:
+        """Return the samples of several tiles; raise StoreDamagedError if they are not what was written."""
+        names = [_samples_name(job, pass_index, part.tile, part.attempt) for part in parts]
+        return get_arrays(self.objects, names)
+
+    def put_state(self, job: str, pass_index: int, attempt: int, state: Layers) -> None:
+        """Keep the estimate after a pass."""
+        put_arrays(self.objects, _pass_name(job, pass_index, "state", attempt), state)
+
+    def get_state(self, job: str, pass_index: int, attempt: int) -> Layers:
+        """Return the estimate after a pass; raise StoreDamagedError if it is not what was written."""
+        return next(get_arrays(self.objects, [_pass_name(job, pass_index, "state", attempt)]))
+
+    def put_map(self, job: str, pass_index: int, attempt: int, kind: PassMap, array: NDArray[Any]) -> None:
+        """Keep an array over the pixels that the next pass, or a reader of the picture, needs."""
+        name = _pass_name(job, pass_index, kind, attempt)
+        with self.objects.draft(name) as draft:
+            np.save(draft, array)
+            self.objects.keep(draft, name)
+
+    def get_map(self, job: str, pass_index: int, attempt: int, kind: PassMap) -> NDArray[Any]:
+        """Return what ``put_map`` was given, read-only."""
+        return self.objects.array(_pass_name(job, pass_index, kind, attempt))
+
+    def drop_passes_before(self, job: str, pass_index: int) -> None:
+        """Delete the files of all earlier passes with the pixels of their tiles, but not their layers."""
+        # What stays where the place cannot be reached goes with the tiles.
+        with suppress(StoreAwayError):
+            names = [found.name for found in self.objects.found(f"{job}/{TILES}")]
+            self.objects.delete(name for name in names if _is_before(name.rpartition("/")[2], pass_index))
 
     def drop_tiles(self, job: str) -> None:
         """Forget the tiles of a job; nothing happens if there are none."""
@@ -191,3 +230,16 @@ def _pixels(part: StoredTile, data: bytes) -> Pixels:
 def _shape(tile: Tile, pass_: Pass) -> tuple[int, int, int]:
     height, width = tile.y1 - tile.y0, tile.x1 - tile.x0
     return -(-height // pass_.stride), -(-width // pass_.stride), 3
+
+
+def _samples_name(job: str, pass_index: int, tile: Tile, attempt: int) -> str:
+    return f"{job}/{TILES}/{pass_index}-{tile.index}.{attempt}.samples"
+
+
+def _pass_name(job: str, pass_index: int, kind: str, attempt: int) -> str:
+    return f"{job}/{TILES}/{pass_index}-{kind}.{attempt}"
+
+
+def _is_before(name: str, pass_index: int) -> bool:
+    number, _, rest = name.partition("-")
+    return number.isdecimal() and int(number) < pass_index and not rest.endswith(LAYERS_SUFFIX)

@@ -1,1 +1,1 @@
-"""Traces of requests, jobs and tiles, sent by OpenTelemetry where somebody collects them."""
+"""Traces of requests, jobs and tiles, sent by OpenTelemetry where a collector is named, and metrics."""

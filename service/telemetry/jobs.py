@@ -90,7 +90,7 @@ class SentJobSpans(JobSpans):
     def __init__(self, tracer: Tracer, ids: Ids, database: Database) -> None:
         self._tracer, self._ids, self._database = tracer, ids, database
         self._begun: WeakKeyDictionary[JobTask, Span] = WeakKeyDictionary()
-        self._told: deque[str] = deque(maxlen=MANY)
+        self._sent: deque[str] = deque(maxlen=MANY)
         self._traces = lru_cache(MANY)(self._look_up)
 
     def here(self) -> str | None:
@@ -130,15 +130,15 @@ class SentJobSpans(JobSpans):
 
     def ended(self, render: str) -> None:
         """Record what was rendered, once it has ended and the database knows it."""
-        if render in self._told:
+        if render in self._sent:
             return
-        self._told.append(render)
+        self._sent.append(render)
         with suppress(SQLAlchemyError), self._database.reading() as session:
             row = session.execute(_ENDED, {"id": render}).first()
             if row is not None and row.traceparent is not None:
-                self._tell(render, row)
+                self._send(render, row)
 
-    def _tell(self, render: str, row: Row[Ended]) -> None:
+    def _send(self, render: str, row: Row[Ended]) -> None:
         begun = _nanoseconds(row.created_at)
         with self._ids.giving(int(render, 16)):
             span = self._tracer.start_span(

@@ -17,17 +17,16 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from schemas.jobs import JobState
-from service.lifecycle.retries import Cause
 from service.storage.database.connection import Database
 from service.storage.database.models import JobRow, RenderRow
-from service.workers.tasks import JobTask, Outcome, TaskFailed, TileDone, WorkerDied
+from service.workers.tasks import Cause, JobTask, Outcome, TaskFailed, TileDone, WorkerDied
 
 RECENT = 200
 """Pictures of target quality, the newest, of which the error is reported."""
 GONE = "unknown"
-"""The user of jobs that were removed, or followed by many others, before anybody asked."""
+"""The user of jobs that were removed, or followed by many others, before metrics were read."""
 MOST_UNPAID = 10_000
-"""Renders of which the user is still to be looked up; where nobody asks, they would be more and more."""
+"""Renders whose user is still to be looked up; without a scraper their number would grow without end."""
 
 
 class Metrics:
@@ -46,7 +45,7 @@ class Metrics:
         self.leads = Gauge("penumbra_leads", "1 where this server hands out work.", registry=here)
         self.deaths = Counter("penumbra_worker_deaths", "Tasks that lost their worker.", registry=here)
         self.retries = Counter("penumbra_retries", "Tasks that are tried again.", ["cause"], registry=here)
-        # Whoever looks for an increase finds none where a counter appears with its first retry.
+        # A counter that appears with its first retry shows no increase.
         self.note_retries(dict.fromkeys(Cause, 0))
         self.failures = Counter("penumbra_task_failures", "Tasks that failed.", ["code"], registry=here)
         self.cpu_seconds = Counter("penumbra_user_cpu_seconds", "Work of workers.", ["user"], registry=here)

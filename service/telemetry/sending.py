@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 # How long sending the last spans may take when the service stops, seconds.
 FAREWELL_SECONDS = 3.0
-# Asked again and again by machines: nobody follows them.
+# Polled by machines all the time.
 NOT_TRACED = {"/livez", "/readyz", "/metrics"}
 REQUEST = "penumbra.request"
 
@@ -95,7 +95,7 @@ class _Collector(SpanExporter):
         self._away = False
 
     def export(self, spans: Sequence[ReadableSpan]) -> SpanExportResult:
-        """Send spans; those that nobody takes are lost."""
+        """Send spans; those that the collector does not take are lost."""
         result = self._exporter.export(spans)
         away = result is not SpanExportResult.SUCCESS
         if away and not self._away:

@@ -1,4 +1,4 @@
-"""Spans of the service's work. Here nobody listens; ``sending.py`` sends them.
+"""Spans of the service's work. Here they are dropped; ``sending.py`` sends them.
 
 A request that brings a job has a span, which is a part of the client's trace where the request names one.
 The job has one below it, from when it was taken until it has ended, and each attempt at a tile has one below
@@ -26,7 +26,7 @@ log = structlog.get_logger()
 
 
 class JobSpans:
-    """Spans of jobs and of attempts at their tiles. Nobody wants them."""
+    """Spans of jobs and of attempts at their tiles, dropped."""
 
     def here(self) -> str | None:
         """Name the span that is under way, as a ``traceparent``; None where there is none."""
@@ -46,7 +46,7 @@ class JobSpans:
 
 
 class Telemetry:
-    """Spans of a service. Nobody wants them."""
+    """Spans of a service, dropped."""
 
     def of_requests(self) -> TelemetryConfig:
         """Say what the framework records by itself."""
@@ -61,11 +61,11 @@ class Telemetry:
 
 
 SILENT = Telemetry()
-"""For services of which nobody wants any spans."""
+"""For services without a collector."""
 
 
 def wanted_by() -> str | None:
-    """Name the variable that says where to send spans; None where none are wanted."""
+    """Name the variable that says where to send spans; None where they are dropped."""
     if os.environ.get("OTEL_SDK_DISABLED", "").strip().lower() == "true":
         return None
     if os.environ.get("OTEL_TRACES_EXPORTER", "otlp").strip() == "none":

@@ -1,1 +1,1 @@
-"""Who executes tasks: an engine runs what it is given and holds nothing that cannot be lost."""
+"""Executing tasks: an engine runs what it is given and holds nothing that cannot be lost."""

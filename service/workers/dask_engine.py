@@ -7,23 +7,25 @@ and the dispatcher hands it out again from the database.
 from __future__ import annotations
 
 import asyncio
+import logging
 import threading
-from collections.abc import Callable, Coroutine
-from contextlib import suppress
+from collections.abc import AsyncIterator, Callable, Coroutine
+from contextlib import AbstractAsyncContextManager, asynccontextmanager, suppress
 from dataclasses import dataclass
 from uuid import uuid4
 
+import dask.config
 import structlog
-from distributed import Client, Future, KilledWorker
+from distributed import Client, Future, KilledWorker, LocalCluster, Security
 from distributed.client import FutureCancelledError
 
 from service.errors import UnusableWorkerError
-from service.workers.dask_cluster import Connect
+from service.settings import Settings
 from service.workers.dask_worker import BEGUN, NAME, SlotPlugin, execute, stop
 from service.workers.tasks import Interrupted, Outcome, Report, Task, WorkerDied
 from service.workers.worker import WorkerSetup
 
-# Tasks for each worker: one runs, and the others are there the moment it ends.
+# Tasks for each worker: one runs, and the others are there when it ends.
 WINDOW = 3
 # How often to look which workers there are, seconds.
 WATCH_SECONDS = 1.0
@@ -94,7 +96,7 @@ class DaskEngine:
 
     def close(self) -> None:
         """Stop all tasks and leave the cluster; one of this engine's own ends."""
-        self._report = _nobody
+        self._report = _drop_report
         self._loop.call_soon_threadsafe(self._main.cancel)
         self._thread.join()
 
@@ -211,5 +213,72 @@ async def _outcome(flight: _Flight) -> Outcome:
     return outcome
 
 
-def _nobody(_task: Task, _outcome: Outcome, /) -> None:
+def _drop_report(_task: Task, _outcome: Outcome, /) -> None:
     """Take reports after the end."""
+
+
+Connect = Callable[[], AbstractAsyncContextManager[Client]]
+"""Gives a client of the cluster for as long as a block lasts."""
+
+CONNECT_SECONDS = 5.0
+# A worker that dies takes its tasks with it, none is moved once it is somewhere, and a worker may have a
+# process of its own. deploy/dask.yaml has the same for clusters that operators run.
+LOCAL = {
+    "distributed.scheduler.allowed-failures": 0,
+    "distributed.scheduler.work-stealing": False,
+    "distributed.scheduler.worker-ttl": "30s",
+    "distributed.worker.daemon": False,
+    "distributed.worker.profile.enabled": False,
+}
+
+
+def connector(settings: Settings) -> Connect:
+    """Say how to reach the cluster that the settings name, or start one where they name none."""
+    # Its messages at every start and stop are noise.
+    logging.getLogger("distributed").setLevel(logging.WARNING)
+    # The engine itself logs what becomes of the connection.
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
+    address = settings.dask
+    return (lambda: _existing(address, settings)) if address else (lambda: _local(settings.workers))
+
+
+@asynccontextmanager
+async def _existing(address: str, settings: Settings) -> AsyncIterator[Client]:
+    async with Client(
+        address,
+        asynchronous=True,
+        security=_security(address, settings),
+        timeout=CONNECT_SECONDS,
+        set_as_default=False,
+    ) as client:
+        yield client
+
+
+def _security(address: str, settings: Settings) -> Security | None:
+    if not address.startswith("tls:"):
+        return None
+    return Security(
+        require_encryption=True,
+        tls_ca_file=str(settings.dask_tls_ca),
+        tls_client_cert=str(settings.dask_tls_cert),
+        tls_client_key=str(settings.dask_tls_key),
+    )
+
+
+@asynccontextmanager
+async def _local(workers: int) -> AsyncIterator[Client]:
+    with dask.config.set(LOCAL):
+        async with (
+            LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                host="127.0.0.1",
+                memory_limit=0,
+                # Any free port: two services may be developed at once.
+                dashboard_address="127.0.0.1:0",
+                worker_dashboard_address="127.0.0.1:0",
+                asynchronous=True,
+            ) as cluster,
+            Client(cluster, asynchronous=True, set_as_default=False) as client,
+        ):
+            yield client

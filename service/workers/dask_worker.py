@@ -12,7 +12,7 @@ from multiprocessing import current_process
 from distributed import Worker, WorkerPlugin, get_worker
 
 from service.errors import StoreError, UnusableWorkerError
-from service.storage.places import ASSETS, place_of
+from service.storage.folder import ASSETS, place_of
 from service.workers.slots import SlotEngine
 from service.workers.tasks import Interrupted, Outcome, Task
 from service.workers.worker import WorkerSetup
@@ -70,7 +70,7 @@ class SlotPlugin(WorkerPlugin):
             self._end(Interrupted())
 
     def transition(self, key: str, start: str, finish: str, **_: object) -> None:
-        """Stop a task that nobody wants any more: it was cancelled, or whoever wanted it is gone."""
+        """Stop a task that was cancelled, or whose client is gone."""
         if start == "executing" and finish == "released":
             self.stop(key)
 

@@ -64,8 +64,7 @@ def engine_of(settings: Settings, setup: WorkerSetup) -> Engine:
     """Give the engine that the settings ask for."""
     if settings.engine == "slots":
         return SlotEngine(settings.workers, setup)
-    from service.workers.dask_cluster import connector  # noqa: PLC0415  (an extra)
-    from service.workers.dask_engine import DaskEngine  # noqa: PLC0415
+    from service.workers.dask_engine import DaskEngine, connector  # noqa: PLC0415  (an extra)
 
     return DaskEngine(connector(settings), setup)
 
@@ -90,7 +89,7 @@ def check_address(settings: Settings) -> None:
         _check_certificates(settings)
     elif not is_loopback(parts.hostname) and not settings.dask_trusted_network:
         raise UnsafeClusterError(
-            f"{settings.dask} is on another machine, and tcp:// is not encrypted: whoever reaches that port "
+            f"{settings.dask} is on another machine, and tcp:// is not encrypted: anyone who reaches it "
             "runs code on every worker. Start the cluster with certificates and write "
             f"tls://{parts.netloc}, with the settings dask_tls_ca, dask_tls_cert and dask_tls_key. "
             "Where the network itself encrypts and keeps strangers out, set dask_trusted_network."

@@ -1,7 +1,7 @@
-"""Signs of life: a worker sends beats through a pipe, and whoever waits for them counts time by them.
+"""Heartbeats: a worker sends beats through a pipe, and its parent counts time by them.
 
 No clock is read. A machine that slept, a service that was stopped for an hour, and a wall clock that was set
-all look alike: nobody was silent meanwhile, and no task has gone on.
+all look alike: no worker was silent meanwhile, and no task has run.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ class Passed(NamedTuple):
 
 
 def beat(connection: Connection, seconds: float) -> None:
-    """Send a beat again and again, until nobody listens any more."""
-    # Written without making anything: the beats of a worker that has no memory left go on.
+    """Send beats until the parent is gone."""
+    # Written without making anything: the beats of a worker without memory left continue.
     place, one = connection.fileno(), b"."
     with suppress(OSError):
         while True:

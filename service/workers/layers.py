@@ -28,7 +28,7 @@ def of_centres(name: str) -> bool:
 def composed(
     store: TileStore, job: str, size: tuple[int, int], names: Sequence[str], parts: Iterable[StoredTile]
 ) -> Layers:
-    """Put layers together; pixels that are not recorded yet look like those that show no shape.
+    """Put layers together; pixels that are not recorded yet have the values of those that show no shape.
 
     Parameters
     ----------

@@ -22,11 +22,9 @@ from renderer.adaptive.samples import preview
 from renderer.adaptive.tile_rendering import render_request
 from renderer.adaptive.time_limits import OutOfTimeError, TimeLimit
 from renderer.images import files as image_files
-from service.storage.passes import PassStore
 from service.storage.tiles import Pixels, TileStore
 from service.workers import layers
-from service.workers.pass_tiles import numbered
-from service.workers.tasks import AdvanceDone, AdvanceTask, Interrupted, SampleTask, TileDone
+from service.workers.tasks import AdvanceDone, AdvanceTask, Interrupted, SampleTask, TileDone, numbered
 
 
 @dataclass(frozen=True)
@@ -34,7 +32,6 @@ class PassWorker:
     """Executes tasks of jobs of target quality; all that it knows of a job lies in the store."""
 
     store: TileStore
-    passes: PassStore
     workers: int
 
     def sample(self, plan: RenderPlan, task: SampleTask) -> TileDone | Interrupted:
@@ -50,7 +47,7 @@ class PassWorker:
             return Interrupted(late=True)
         kept = {name: value for name, value in _members(samples) if isinstance(value, np.ndarray)}
         kept["seconds"] = np.array(samples.cpu_seconds)
-        self.passes.put_samples(task.job, task.pass_.index, task.tile, task.attempt, kept)
+        self.store.put_samples(task.job, task.pass_.index, task.tile, task.attempt, kept)
         if request.records:
             self._put_layers(task, samples)
         pixels = preview(task.tile, samples, levels, before)
@@ -63,34 +60,34 @@ class PassWorker:
         self.store.put_layers(task.job, task.tile, task.pass_, task.attempt, kept)
 
     def _levels(self, plan: RenderPlan, task: SampleTask) -> tuple[LevelRequest, Pixels]:
-        """Levels that the pixels of a tile have and that are wanted, and the tile as it looks."""
+        """Levels that the pixels of a tile have and that are requested, and its picture so far."""
         part = np.s_[task.tile.y0 : task.tile.y1, task.tile.x0 : task.tile.x1]
         if not task.merged:
             want = first_levels(plan, task.tile)
             return LevelRequest.first(want), np.zeros((*want.shape, 3), np.float32)
         before = task.job, task.pass_.index - 1, task.merged
-        levels = LevelRequest(*np.array(self.passes.get_levels(*before)[:, *part]))
-        return levels, np.array(self.passes.get_picture(*before)[part])
+        levels = LevelRequest(*np.array(self.store.get_map(*before, "levels")[:, *part]))
+        return levels, np.array(self.store.get_map(*before, "picture")[part])
 
     def _around(self, task: SampleTask) -> Surroundings:
         """Pilot samples around a tile."""
-        return unpacked(task.tile, self.passes.get_pilots(task.job, task.pass_.index - 1, task.merged))
+        return unpacked(task.tile, self.store.get_map(task.job, task.pass_.index - 1, task.merged, "pilots"))
 
     def advance(self, plan: RenderPlan, task: AdvanceTask) -> AdvanceDone:
         """Merge a pass, and leave for the next one what it needs, or the final picture."""
         begun = time.process_time()
         driver = self._driver(plan, task)
-        estimate, goes_on = driver.estimate, driver.end_pass(last=task.last)
+        estimate, continues = driver.estimate, driver.end_pass(last=task.last)
         image, sha256 = estimate.image(), None
-        if goes_on:
+        if continues:
             self._keep(estimate, task, image)
         else:
             sha256 = self._keep_final(estimate, task, image)
-        self.passes.drop_before(task.job, task.pass_.index - 1)
-        expected = driver.forecast() if goes_on else Forecast(next=0.0, later=0.0)
+        self.store.drop_passes_before(task.job, task.pass_.index - 1)
+        expected = driver.forecast() if continues else Forecast(next=0.0, later=0.0)
         return AdvanceDone(
-            tiles=tuple(numbered(driver.tiles())) if goes_on else (),
-            samples=estimate.rays_wanted() if goes_on else 0,
+            tiles=tuple(numbered(driver.tiles())) if continues else (),
+            samples=estimate.rays_wanted() if continues else 0,
             next_seconds=expected.next,
             later_seconds=expected.later,
             prices=dict(driver.prices),
@@ -104,23 +101,23 @@ class PassWorker:
     def _driver(self, plan: RenderPlan, task: AdvanceTask) -> Driver:
         """Give the driver of the picture as the pass before left it, with the tiles of this one."""
         if task.merged:
-            arrays = self.passes.get_state(task.job, task.pass_.index - 1, task.merged)
+            arrays = self.store.get_state(task.job, task.pass_.index - 1, task.merged)
             estimate, prices = Estimate.restored(plan, arrays), task.prices or usual_prices(plan)
             driver = Driver(estimate, prices, self.workers, task.tile_size)
         else:
             driver = Driver.begin(plan, self.workers, task.tile_size)
-        found = self.passes.get_samples(task.job, task.pass_.index, task.parts)
+        found = self.store.get_samples(task.job, task.pass_.index, task.parts)
         for part, arrays in zip(task.parts, found, strict=True):
             driver.take(part.tile, _samples_of(arrays))
         return driver
 
     def _keep(self, estimate: Estimate, task: AdvanceTask, picture: Pixels) -> None:
         place = task.job, task.pass_.index, task.attempt
-        self.passes.put_state(*place, estimate.arrays())
-        self.passes.put_levels(*place, estimate.requested.stacked())
-        self.passes.put_picture(*place, picture)
+        self.store.put_state(*place, estimate.arrays())
+        self.store.put_map(*place, "levels", estimate.requested.stacked())
+        self.store.put_map(*place, "picture", picture)
         if estimate.needs_pilots():
-            self.passes.put_pilots(*place, packed(estimate.pilots, estimate.labels, estimate.colors))
+            self.store.put_map(*place, "pilots", packed(estimate.pilots, estimate.labels, estimate.colors))
 
     def _keep_final(self, estimate: Estimate, task: AdvanceTask, picture: Pixels) -> str:
         size = picture.shape[0], picture.shape[1]

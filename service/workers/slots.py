@@ -30,7 +30,7 @@ from service.workers.tasks import (
 )
 from service.workers.worker import WorkerSetup, work
 
-# The second task waits here, so that it starts the moment the first one ends.
+# The second task waits here, so that it starts as soon as the first one ends.
 WINDOW = 2
 
 # Each worker is one thread: the slots are the parallelism.
@@ -52,7 +52,7 @@ class SlotEngine:
         self._slots = [Slot(setup) for _ in range(workers)]
 
     def start(self, report: Report) -> None:
-        """Start all worker processes; they import the renderer while the caller goes on."""
+        """Start all worker processes; they import the renderer meanwhile."""
         for name in ONE_THREAD:
             os.environ[name] = "1"
         for slot in self._slots:
@@ -125,7 +125,7 @@ class Slot:
         with self._lock:
             self._tasks.append(task)
             if len(self._tasks) == 1 and self.pid is not None:
-                self._tell_first()
+                self._send_first()
 
     def interrupt(self, wanted: Callable[[Task], bool]) -> None:
         """Kill the process if its task is wanted; one that has not started yet runs nothing."""
@@ -136,7 +136,7 @@ class Slot:
     def kill(self) -> None:
         """Kill the process, for the last time; nothing is reported from here on."""
         with self._lock:
-            self._report = _nobody
+            self._report = _drop_report
             self._closing.set()
             if self._process is not None:
                 self._process.kill()
@@ -192,13 +192,13 @@ class Slot:
         for passed in beats(pulse, self._lease.beat_seconds):
             first = self._first()
             spent, task = (spent + passed.seconds if first is task else 0.0), first
-            if passed.silent >= self._patience():
+            if passed.silent >= self._silence_limit():
                 log.warning("worker silent", process=process.pid, seconds=passed.silent, **log_names(task))
                 process.kill()
             elif task is not None and spent > self._lease.task_seconds:
                 self._end_late(task)
 
-    def _patience(self) -> float:
+    def _silence_limit(self) -> float:
         return self._lease.start_seconds if self.pid is None else self._lease.silent_seconds
 
     def _first(self) -> Task | None:
@@ -217,16 +217,16 @@ class Slot:
         with self._lock:
             self.pid = pid
             if self._tasks:
-                self._tell_first()
+                self._send_first()
 
     def _ended(self, outcome: Outcome) -> None:
         with self._lock:
             task = self._tasks.popleft()
             if self._tasks:
-                self._tell_first()
+                self._send_first()
         self._report(task, outcome)
 
-    def _tell_first(self) -> None:
+    def _send_first(self) -> None:
         """Give the process, which has nothing to do, the first task."""
         try:
             self._connection.send(self._tasks[0])
@@ -235,7 +235,7 @@ class Slot:
             self._verdict = self._tasks[0], Interrupted()
 
     def _end_first(self, outcome: Outcome) -> None:
-        """Kill the process, which is at the first task, and say what became of that."""
+        """Kill the process, which is at the first task, with the outcome to report."""
         assert self._process is not None
         self._verdict = self._tasks[0], outcome
         self._process.kill()
@@ -266,5 +266,5 @@ def _too_long(seconds: float) -> str:
     )
 
 
-def _nobody(_task: Task, _outcome: Outcome, /) -> None:
+def _drop_report(_task: Task, _outcome: Outcome, /) -> None:
     """Take reports after the end."""

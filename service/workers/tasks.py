@@ -1,8 +1,10 @@
-"""What an engine is asked to do, and what comes back. All of it travels between processes."""
+"""Tasks of an engine and their outcomes. All of it travels between processes."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from typing import Any, Protocol
 
 import numpy as np
@@ -241,7 +243,7 @@ class WorkerDied:
 class Interrupted:
     """The task was taken from its worker, or never began; nothing is known against it.
 
-    ``late`` says that the time of its job was spent, so that nobody wants it any more.
+    ``late`` says that the time of its job was spent, so that its result is not needed any more.
     """
 
     late: bool = False
@@ -267,4 +269,49 @@ class Report(Protocol):
     """Receives the outcome of a task, once for each task, from any thread."""
 
     def __call__(self, task: Task, outcome: Outcome, /) -> None:
-        """Take note and return at once."""
+        """Record it and return at once."""
+
+
+class Cause(StrEnum):
+    """What was in the way of a task."""
+
+    WORKER_DIED = "worker_died"
+    INTERRUPTED = "interrupted"
+    STORAGE_FULL = STORAGE_FULL
+    STORAGE_READ_ONLY = STORAGE_READ_ONLY
+    STORAGE_AWAY = STORAGE_AWAY
+    SERVER_LOST = "server_lost"
+    DATABASE_LOST = "database_lost"
+
+
+def cause_of(outcome: Outcome) -> Cause | None:
+    """Give what was in the way of a task that is taken back; None where nothing was, but time was up.
+
+    Raises
+    ------
+    ValueError
+        If the outcome is not one after which a task is tried again.
+    """
+    match outcome:
+        case WorkerDied():
+            return Cause.WORKER_DIED
+        case Interrupted(late=late):
+            return None if late else Cause.INTERRUPTED
+        case TaskFailed(code=code):
+            return Cause(code)
+        case _:
+            raise ValueError(outcome)
+
+
+WHOLE = 0
+"""Number of the tile that is the whole picture."""
+
+
+def pass_of(index: int) -> Pass:
+    """Make a pass. How many samples it takes differs from pixel to pixel; in the first one they begin."""
+    return Pass(index=index, stride=1, first=min(index, 1), last=1)
+
+
+def numbered(tiles: Iterable[Tile]) -> list[Tile]:
+    """Give the tiles of a pass the numbers that they have here."""
+    return [replace(tile, index=number) for number, tile in enumerate(tiles, WHOLE + 1)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
+import json
 import os
 import resource
 import signal
@@ -20,22 +21,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import renderer
-from accuracy.inspection import inspect
+from accuracy.inspection import inspect, inspection_plan
 from accuracy.quotes import quote
 from renderer import film, progressive
 from renderer.images import files as image_files
+from schemas.jobs import JobRequest
 from schemas.limits import Limits
 from service import logs
 from service.errors import StoreAwayError, StoreFullError, StoreReadOnlyError
 from service.storage.assets import AssetStore
-from service.storage.passes import PassStore
-from service.storage.places import ASSETS, JOBS, place_of
+from service.storage.folder import ASSETS, JOBS, place_of
 from service.storage.tiles import Layers, TileStore
 from service.workers import layers
 from service.workers.comparing import compared
 from service.workers.heartbeats import Lease, beat
 from service.workers.passes import PassWorker
-from service.workers.specs import compile_inspected, compile_spec
 from service.workers.tasks import (
     OUT_OF_MEMORY,
     STORAGE_AWAY,
@@ -78,7 +78,7 @@ PLANS_KEPT = 4
 
 @dataclass(frozen=True)
 class WorkerSetup:
-    """Settings that a worker process starts with; ``store`` is the address of `service.storage.places`.
+    """Settings that a worker process starts with; ``store`` is the address that `place_of` reads.
 
     ``workers`` are those that share the tiles of a pass.
     """
@@ -97,10 +97,9 @@ class Worker:
 
     def __init__(self, setup: WorkerSetup) -> None:
         place = place_of(setup.store)
-        objects = place.within(JOBS)
-        self._store = TileStore(objects)
+        self._store = TileStore(place.within(JOBS))
         self._assets = AssetStore(place.within(ASSETS), setup.limits)
-        self._passes = PassWorker(self._store, PassStore(objects), setup.workers)
+        self._passes = PassWorker(self._store, setup.workers)
         self._plans: OrderedDict[str, renderer.RenderPlan] = OrderedDict()
 
     @singledispatchmethod
@@ -173,17 +172,27 @@ class Worker:
 
     @execute.register
     def _(self, task: InspectTask) -> InspectDone:
-        name = f"inspected {task.spec_sha256}"
-        plan = self._kept(name, lambda: compile_inspected(self._store.get_spec(task.job), self._assets))
+        plan = self._kept(f"inspected {task.spec_sha256}", lambda: self._inspection_plan(task))
         return InspectDone(inspect(plan, task.x, task.y))
 
     def _layers(self, task: ComposeTask) -> Layers:
         return layers.composed(self._store, task.job, (task.height, task.width), task.layers, task.parts)
 
     def _plan(self, task: TileTask | AdvanceTask) -> renderer.RenderPlan:
-        return self._kept(
-            task.spec_sha256, lambda: compile_spec(self._store.get_spec(task.job), self._assets)
-        )
+        return self._kept(task.spec_sha256, lambda: self._compiled(task))
+
+    def _compiled(self, task: TileTask | AdvanceTask) -> renderer.RenderPlan:
+        request, scene = self._spec(task.job)
+        return renderer.compile_scene(scene, request.quality, layers=request.layers)
+
+    def _inspection_plan(self, task: InspectTask) -> renderer.RenderPlan:
+        request, scene = self._spec(task.job)
+        return inspection_plan(scene, request.quality)
+
+    def _spec(self, job: str) -> tuple[JobRequest, renderer.LoadedScene]:
+        # It was accepted before: no limit applies any more.
+        request = JobRequest.model_validate(json.loads(self._store.get_spec(job)))
+        return request, renderer.load_scene(request.scene, assets=self._assets)
 
     def _kept(self, name: str, compiled: Callable[[], renderer.RenderPlan]) -> renderer.RenderPlan:
         """The plan of this name, compiled unless it is among the last few."""
@@ -203,7 +212,7 @@ def work(connection: Connection, pulse: Connection, setup: WorkerSetup) -> None:
     beating = pulse, setup.lease.beat_seconds
     threading.Thread(target=beat, args=beating, name="heartbeat", daemon=True).start()
     worker = Worker(setup)
-    with suppress(EOFError, OSError):  # nobody asks any more
+    with suppress(EOFError, OSError):  # the parent is gone
         connection.send(os.getpid())
         while True:
             connection.send(_outcome(worker, connection.recv()))

@@ -20,7 +20,7 @@ from typer.main import get_group
 
 from service.cli.commands import application
 from service.settings import Settings
-from service.workers.dask_cluster import LOCAL
+from service.workers.dask_engine import LOCAL
 from tests.architecture.sources import ROOT
 
 DEPLOY = ROOT / "deploy"

@@ -12,7 +12,7 @@ from opentelemetry.proto.collector.trace.v1.trace_service_pb2 import (
     ExportTraceServiceRequest,
     ExportTraceServiceResponse,
 )
-from opentelemetry.proto.trace.v1.trace_pb2 import Span as Told
+from opentelemetry.proto.trace.v1.trace_pb2 import Span as SpanMessage
 
 Value = str | int | float | bool
 
@@ -57,7 +57,7 @@ class Collector:
         return {span.name for span in self._spans}
 
 
-def _read(span: Told, resource: dict[str, Value]) -> Span:
+def _read(span: SpanMessage, resource: dict[str, Value]) -> Span:
     values = {item.key: item.value for item in span.attributes}
     return Span(
         name=span.name,

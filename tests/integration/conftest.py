@@ -9,14 +9,16 @@ from pathlib import Path
 from typing import Any
 
 import httpx2
+import numpy as np
 import pytest
 
+import renderer
 from schemas.limits import Limits
 from service.server import RunningServer, running
 from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
-from tests.integration.support import PATIENCE
+from tests.integration.support import PATIENCE, work
 from tests.postgres_server import REQUIRED, PostgresServer, programs
 from tests.s3_server import S3Server
 
@@ -115,3 +117,9 @@ def object_store() -> Iterator[S3Server]:
             patch.setenv(name, value)
         yield server
     server.close()
+
+
+@pytest.fixture(scope="session")
+def undisturbed() -> np.ndarray:
+    """The picture of `work`, rendered in this process."""
+    return renderer.render(renderer.compile_scene(work()), workers=2).image

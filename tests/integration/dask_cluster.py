@@ -21,7 +21,7 @@ class Cluster:
     Parameters
     ----------
     options : str
-        What scheduler and workers are told besides, about certificates.
+        Further arguments of scheduler and workers, about certificates.
     scheme : str
         Of its address.
     """

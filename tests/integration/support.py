@@ -91,6 +91,11 @@ def scene(
     }
 
 
+def work() -> dict[str, Any]:
+    """About a second of work in dozens of steps: there is time to disturb it."""
+    return scene(192, 192, samples=16, light_samples=36)
+
+
 def enter(session: Session, job_id: str, render: RenderRow, **fields: Any) -> JobRow:
     """Enter a job that has just been submitted."""
     job = job_with(job_id, render, **fields)

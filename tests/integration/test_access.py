@@ -97,14 +97,14 @@ def test_operations_ask_for_no_key(guarded: RunningServer) -> None:
         assert httpx2.get(guarded.url + path).status_code == 200
 
 
-def test_what_is_kept_of_a_key_does_not_tell_it(database: Database, secrets: dict[str, str]) -> None:
+def test_what_is_kept_of_a_key_does_not_reveal_it(database: Database, secrets: dict[str, str]) -> None:
     with database.reading() as session:
         kept = [row.secret_sha256 for row in session.scalars(select(KeyRow))]
     for secret in secrets.values():
         assert not any(secret.rpartition("_")[2] in row for row in kept)
 
 
-def test_a_user_sees_his_own_jobs_and_nobody_elses(users: Users) -> None:
+def test_a_user_sees_their_own_jobs_and_no_others(users: Users) -> None:
     job = users.submit("ann")
     assert job["user"] == "ann"
     assert job["id"] in [row["id"] for row in users("ann", "GET", "/v1/jobs").json()["jobs"]]

@@ -45,20 +45,20 @@ def test_a_network_that_is_trusted_needs_no_certificates() -> None:
 
 
 @pytest.mark.parametrize("missing", FILES)
-def test_a_certificate_that_is_not_named_is_told(certificates: dict[str, Path], missing: str) -> None:
+def test_a_certificate_that_is_not_named_is_reported(certificates: dict[str, Path], missing: str) -> None:
     with pytest.raises(UnsafeClusterError, match=f"Set {missing} as well"):
         check("tls://10.0.0.7:8786", **{name: path for name, path in certificates.items() if name != missing})
 
 
-def test_a_certificate_that_is_not_there_is_told(certificates: dict[str, Path]) -> None:
+def test_a_certificate_that_is_not_there_is_reported(certificates: dict[str, Path]) -> None:
     certificates["dask_tls_key"].unlink()
-    with pytest.raises(UnsafeClusterError, match=r"There is no file .*dask_tls_key\.pem"):
+    with pytest.raises(UnsafeClusterError, match=r"dask_tls_key\.pem"):
         check("tls://10.0.0.7:8786", **certificates)
 
 
 @pytest.mark.parametrize("address", ["scheduler:8786", "http://localhost:8786", "tcp://", "tls://:8786"])
 def test_what_is_no_address_of_a_scheduler_is_refused(address: str) -> None:
-    with pytest.raises(UnsafeClusterError, match="Write it like tls://host:8786"):
+    with pytest.raises(UnsafeClusterError, match="tls://host:8786"):
         check(address)
 
 

@@ -1,4 +1,4 @@
-"""Limits of time while somebody sets the wall clock."""
+"""Limits of time while the wall clock is set."""
 
 from datetime import UTC, datetime, timedelta
 
@@ -31,14 +31,14 @@ def test_setting_the_wall_clock_changes_nothing_about_what_has_passed(step: time
     assert clocks.clock.since(begun) == 15.0
 
 
-def test_after_a_restart_the_wall_clock_tells_what_has_passed() -> None:
+def test_after_a_restart_the_wall_clock_says_what_has_passed() -> None:
     clocks = Clocks()
     assert clocks.clock.since(NOON - timedelta(seconds=30)) == 30.0
     clocks.pass_(1)
     assert clocks.clock.since(NOON - timedelta(seconds=30)) == 31.0
 
 
-def test_a_moment_that_is_yet_to_come_is_taken_for_now() -> None:
+def test_a_time_that_is_yet_to_come_is_taken_for_now() -> None:
     clocks = Clocks()
     assert clocks.clock.since(NOON + timedelta(hours=1)) == 0.0
     clocks.pass_(2)

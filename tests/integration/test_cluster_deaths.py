@@ -103,7 +103,7 @@ def _runs(process: psutil.Process) -> bool:
     return process.is_running() and process.status() != psutil.STATUS_ZOMBIE
 
 
-def test_workers_leave_with_their_scheduler_and_the_job_goes_on_when_they_are_back(
+def test_workers_leave_with_their_scheduler_and_the_job_continues_when_they_are_back(
     cluster: Cluster, service: Service, undisturbed: np.ndarray
 ) -> None:
     cluster.wait_for_workers()

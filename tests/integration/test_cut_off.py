@@ -1,4 +1,4 @@
-"""A server that is cut off from the database it shares, and one that is ended: another goes on."""
+"""A server that is cut off from the database it shares, and one that is ended: another takes over."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import timedelta
 from pathlib import Path
-from typing import Any
 
 import httpx2
 import numpy as np
@@ -15,25 +14,14 @@ from sqlalchemy import select
 from sqlalchemy.engine import make_url
 from sqlalchemy.exc import OperationalError
 
-import renderer
 from service.server import RunningServer, running
 from service.settings import Settings
 from service.storage.database import connection
 from service.storage.database.connection import Database
 from service.storage.database.models import LeaderRow, TileRow
 from tests.integration.between import Between
-from tests.integration.support import PATIENCE, finish, image, scene, submit, until, wait
+from tests.integration.support import PATIENCE, finish, image, scene, submit, until, wait, work
 from tests.postgres_server import PostgresServer
-
-
-def work() -> dict[str, Any]:
-    """About a second of work in dozens of steps: there is time to disturb it."""
-    return scene(192, 192, samples=16, light_samples=36)
-
-
-@pytest.fixture(scope="module")
-def undisturbed() -> np.ndarray:
-    return renderer.render(renderer.compile_scene(work()), workers=2).image
 
 
 @pytest.fixture(scope="module")

@@ -47,7 +47,7 @@ def test_migrating_again_changes_nothing(database: Database) -> None:
 
 
 @BOTH
-def test_moments_come_back_in_utc(database: Database) -> None:
+def test_times_come_back_in_utc(database: Database) -> None:
     with database.writing() as session:
         session.add(asset(1))
     with database.reading() as session:

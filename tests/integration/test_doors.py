@@ -1,4 +1,4 @@
-"""Names that a service answers to, what browsers are told, and clients that hold connections."""
+"""Names that a service answers to, headers for browsers, and clients that hold connections."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import pytest
 
 from service.server import RunningServer, running
 from service.settings import Settings
-from service.storage.belonging import held
+from service.storage.ownership import held
 from tests.integration.support import PATIENCE, scene
 from tests.integration.test_bad_requests import problem_of
 
@@ -34,7 +34,7 @@ def strict(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
         log_level="error",
         behind_proxy=True,
         hosts="127.0.0.1 render.example",
-        patience_seconds=0.5,
+        client_timeout_seconds=0.5,
     )
     with running(settings) as server:
         yield server
@@ -75,7 +75,7 @@ def test_a_proxy_passes_on_the_names_that_are_set(strict: RunningServer) -> None
 @pytest.mark.parametrize(
     "path", ["/", "/web/main.js", "/livez", "/v1/jobs", "/v1/jobs/none", "/metrics", "/openapi.json", "/none"]
 )
-def test_every_answer_tells_browsers_what_they_may_do(client: httpx2.Client, path: str) -> None:
+def test_every_answer_reports_browsers_what_they_may_do(client: httpx2.Client, path: str) -> None:
     headers = client.get(path).headers
     assert headers["X-Content-Type-Options"] == "nosniff"
     assert headers["Referrer-Policy"] == "no-referrer"
@@ -86,7 +86,7 @@ def test_every_answer_tells_browsers_what_they_may_do(client: httpx2.Client, pat
     assert "Access-Control-Allow-Origin" not in headers
 
 
-def test_nobody_keeps_answers_for_others(client: httpx2.Client) -> None:
+def test_no_one_keeps_answers_for_others(client: httpx2.Client) -> None:
     job = client.post("/v1/jobs", json={"scene": scene(8, 8)}, headers={"Prefer": "wait=30"}).json()["id"]
     for path in ("", "/image.png", "/image.npy", "/tiles", "/events", "/request", "/convergence", "/nothing"):
         rule = client.get(f"/v1/jobs/{job}{path}").headers["Cache-Control"]

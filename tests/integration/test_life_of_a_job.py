@@ -139,7 +139,7 @@ def test_a_job_counts_the_same_work_as_rendering_in_process_and_keeps_zeros(clie
     assert cost["rays"]["mirror"] == cost["work"]["texture_lookups"] == 0
 
 
-def test_a_job_tells_the_same_numerics_as_rendering_in_process(client: httpx2.Client) -> None:
+def test_a_job_reports_the_same_numerics_as_rendering_in_process(client: httpx2.Client) -> None:
     """A triangle without area, one of 1e-14 of its width, and a floor brighter than float32."""
     document = scene()
     document["ambient"] = document["materials"]["floor"]["color"] = [1e30] * 3
@@ -147,10 +147,10 @@ def test_a_job_tells_the_same_numerics_as_rendering_in_process(client: httpx2.Cl
         {"type": "triangle", "vertices": [[0, 0, 0], [1, 0, 0], [0.5, height, 0]], "material": "ball"}
         for height in (0, 1e-14)
     ]
-    told = finish(client, submit(client, document))["numerics"]
-    assert (told["non_finite"], told["degenerate_dropped"], told["retried"]) == (0, 1, 2)
-    assert told["clamped"] > 0
-    assert told == renderer.render(renderer.compile_scene(document)).report["numerics"]
+    reported = finish(client, submit(client, document))["numerics"]
+    assert (reported["non_finite"], reported["degenerate_dropped"], reported["retried"]) == (0, 1, 2)
+    assert reported["clamped"] > 0
+    assert reported == renderer.render(renderer.compile_scene(document)).report["numerics"]
 
 
 def test_nothing_is_said_of_numbers_before_the_picture_is_finished(client: httpx2.Client) -> None:

@@ -1,4 +1,4 @@
-"""What is told of a job afterwards: from its rows alone."""
+"""The log of a job, derived from its rows."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ def log_of(client: httpx2.Client, job: str) -> list[dict[str, Any]]:
     return answer.json()["entries"]
 
 
-def test_a_job_tells_when_it_came_began_finished_each_pass_and_ended(
+def test_a_job_reports_when_it_came_began_finished_each_pass_and_ended(
     client: httpx2.Client, server: RunningServer
 ) -> None:
-    document = scene(40, 24) | {"name": "told afterwards"}
+    document = scene(40, 24) | {"name": "reported afterwards"}
     with Client(server.url) as ours:
         job = ours.submit(document, quality={"mode": "target", "error": 0.02}).wait()
         passes = job.convergence().passes
@@ -43,7 +43,7 @@ def test_a_job_tells_when_it_came_began_finished_each_pass_and_ended(
     assert "40 x 24" in entries[0]["message"]
 
 
-def test_what_was_rendered_before_is_told_without_the_time_when_others_asked_for_it(
+def test_what_was_rendered_before_is_reported_without_the_time_when_others_asked_for_it(
     server: RunningServer,
 ) -> None:
     document = scene(24, 16) | {"background": [0.3, 0.2, 0.1]}
@@ -58,7 +58,7 @@ def test_what_was_rendered_before_is_told_without_the_time_when_others_asked_for
     assert {entry.at for entry in after} == {None}
 
 
-def test_a_failure_is_told_with_its_reason(client: httpx2.Client) -> None:
+def test_a_failure_is_reported_with_its_reason(client: httpx2.Client) -> None:
     content = FILES["ply binary"]()[:2900]
     put(client, content)
     job = client.post("/v1/jobs", json={"scene": with_mesh(content)}).json()["id"]
@@ -68,7 +68,7 @@ def test_a_failure_is_told_with_its_reason(client: httpx2.Client) -> None:
     assert failure["message"] in last["message"]
 
 
-def test_a_cancelled_job_tells_so(client: httpx2.Client) -> None:
+def test_a_cancelled_job_says_so(client: httpx2.Client) -> None:
     job = client.post("/v1/jobs", json={"scene": long_scene()}).json()["id"]
     client.post(f"/v1/jobs/{job}/cancel")
     assert log_of(client, job)[-1]["event"] == "cancelled"
@@ -76,7 +76,7 @@ def test_a_cancelled_job_tells_so(client: httpx2.Client) -> None:
 
 
 @pytest.mark.slow
-def test_a_worker_that_died_is_told_with_the_tile_that_it_had(start: Start) -> None:
+def test_a_worker_that_died_is_reported_with_the_tile_that_it_had(start: Start) -> None:
     server = start(workers=1, tile_size=64)
     with httpx2.Client(base_url=server.url, timeout=60) as client:
         job = client.post("/v1/jobs", json={"scene": long_scene()}).json()["id"]

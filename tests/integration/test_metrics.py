@@ -102,7 +102,7 @@ def test_a_worker_that_dies_is_counted_and_the_job_that_fails_of_it_by_its_code(
 
 
 @pytest.mark.slow
-def test_reached_errors_are_told_as_shares_of_those_asked_for(start: Start) -> None:
+def test_reached_errors_are_reported_as_shares_of_those_asked_for(start: Start) -> None:
     with httpx2.Client(base_url=start().url, timeout=PATIENCE) as client:
         assert ("penumbra_error_over_target", "0.5") not in watched(client)
         quality = {"mode": "target", "error": 0.05}
@@ -111,7 +111,7 @@ def test_reached_errors_are_told_as_shares_of_those_asked_for(start: Start) -> N
         assert watched(client)["penumbra_error_over_target", "0.5"] == pytest.approx(reached, rel=1e-12)
 
 
-def test_the_process_itself_is_told_of(client: httpx2.Client) -> None:
+def test_the_process_itself_is_measured(client: httpx2.Client) -> None:
     samples = watched(client)
     assert samples["process_resident_memory_bytes",] > 0
     assert samples["process_open_fds",] > 0

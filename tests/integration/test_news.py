@@ -105,7 +105,7 @@ def test_a_batch_in_eight_bits_is_a_quarter_of_the_size(client: httpx2.Client, d
 
 
 @ON_BOTH
-def test_a_stream_tells_of_every_tile_and_then_of_the_end(client: httpx2.Client) -> None:
+def test_a_stream_reports_every_tile_and_then_of_the_end(client: httpx2.Client) -> None:
     job = submit(client, scene(160, 96))
     *tiles, end = streamed(client, job)
     assert [int(event["id"]) for event in tiles] == list(range(1, len(tiles) + 1))
@@ -114,7 +114,7 @@ def test_a_stream_tells_of_every_tile_and_then_of_the_end(client: httpx2.Client)
     assert json.loads(end["data"])["state"] == "succeeded"
 
 
-def test_a_stream_goes_on_after_the_last_event_received(client: httpx2.Client, done: str) -> None:
+def test_a_stream_continues_after_the_last_event_received(client: httpx2.Client, done: str) -> None:
     events = streamed(client, done)
     assert streamed(client, done, **{"Last-Event-ID": "3"}) == events[3:]
 

@@ -19,8 +19,8 @@ import renderer
 from schemas.quality import TargetQuality
 from service.client.batches import decode_batch
 from service.server import RunningServer, running
-from service.storage.belonging import MARK
-from service.storage.places import place_of
+from service.storage.folder import place_of
+from service.storage.ownership import MARK
 from tests.integration.conftest import typical
 from tests.integration.support import PATIENCE, finish, image, scene, submit, until, wait
 from tests.s3_server import BUCKET, S3Server
@@ -171,7 +171,7 @@ def test_a_texture_is_sent_rendered_and_fetched(away: httpx2.Client) -> None:
     assert compared.json()["verdict"] == "match", compared.text
 
 
-def test_what_nobody_keeps_leaves_the_bucket(away: httpx2.Client) -> None:
+def test_what_no_one_keeps_leaves_the_bucket(away: httpx2.Client) -> None:
     job, other = (submit(away, scene(32, 32, samples=1)) for _ in range(2))
     for one in (job, other):
         finish(away, one)

@@ -15,7 +15,7 @@ from schemas.jobs import JobState
 from service.cli.process import outcome
 from service.client import AsyncClient, Client
 from service.dispatch import adaptive_passes as targets
-from service.lifecycle import expiry, pausing, sharing
+from service.lifecycle import sharing
 from service.server import RunningServer
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
@@ -29,17 +29,17 @@ class Held(Table):
 
     def pause(self, job_id: str) -> None:
         with self.database.writing() as session:
-            pausing.pause(session, session.merge(self.job(job_id)))
+            sharing.pause(session, session.merge(self.job(job_id)))
 
     def resume(self, job_id: str) -> None:
         with self.database.writing() as session:
-            pausing.resume(session, session.merge(self.job(job_id)))
+            sharing.resume(session, session.merge(self.job(job_id)))
 
     def join(self, job_id: str, other: str, owner: str) -> None:
         """Let a job of another user share the render of a job."""
         with self.database.writing() as session:
             job = enter(session, other, session.merge(self.render(job_id)), owner=owner)
-            pausing.follow(session, job.render)
+            sharing.follow(session, job.render)
 
     def long_ago(self, seconds: float, *jobs: str) -> None:
         """Let everything that happened to these jobs have happened so much earlier."""
@@ -76,7 +76,7 @@ def test_a_queued_job_that_is_paused_does_not_begin_and_others_do(table: Held) -
     assert table.job("a").state is JobState.QUEUED
 
 
-def test_a_shared_render_goes_on_while_one_of_its_jobs_does(table: Held) -> None:
+def test_a_shared_render_continues_while_one_of_its_jobs_does(table: Held) -> None:
     table.add("a")
     table.round(room=1)
     table.join("a", "b", "another")
@@ -86,13 +86,13 @@ def test_a_shared_render_goes_on_while_one_of_its_jobs_does(table: Held) -> None
     table.pause("b")
     assert table.round(room=1).tasks == []
     assert table.render("a").paused_at is not None
-    # Whoever comes now wants it.
+    # A job that comes now needs it.
     table.join("a", "c", "third")
     assert len(table.round(room=1).tasks) == 1
     assert table.render("a").paused_at is None
 
 
-def test_when_the_only_job_leaves_that_was_not_paused_the_render_stands_still(table: Held) -> None:
+def test_when_the_only_job_leaves_that_was_not_paused_the_render_pauses(table: Held) -> None:
     table.add("a")
     table.round(room=1)
     table.join("a", "b", "another")
@@ -112,7 +112,7 @@ def test_no_limit_of_time_runs_on_during_a_pause(table: Held) -> None:
     table.pause("a")
     table.long_ago(100, "a")
     with table.database.writing() as session:
-        assert expiry.end_late(session) == ([], [], None)
+        assert sharing.end_late(session) == ([], [], None)
     table.resume("a")
     whole: list[object] = []
 
@@ -121,7 +121,7 @@ def test_no_limit_of_time_runs_on_during_a_pause(table: Held) -> None:
 
     event.listen(JobRow, "load", note)
     with table.database.writing() as session:
-        ended, _, upcoming = expiry.end_late(session)
+        ended, _, upcoming = sharing.end_late(session)
     event.remove(JobRow, "load", note)
     # Every round looks at all jobs with a limit, which may be thousands: it reads none of them whole.
     assert ended == whole == []
@@ -130,7 +130,7 @@ def test_no_limit_of_time_runs_on_during_a_pause(table: Held) -> None:
     assert 0 < upcoming <= 4
     table.long_ago(4, "a")
     with table.database.writing() as session:
-        assert [render.id for render in expiry.end_late(session)[0]] == ["a"]
+        assert [render.id for render in sharing.end_late(session)[0]] == ["a"]
 
 
 def test_the_time_of_target_quality_waits_too(table: Held) -> None:
@@ -166,9 +166,9 @@ def test_a_job_is_paused_and_resumed_over_http_by_all_clients(
             return first, (await held.resume()).paused
 
     assert asyncio.run(both()) == (True, False)
-    for command, told in (("pause", "running, paused"), ("resume", "running")):
+    for command, reported in (("pause", "running, paused"), ("resume", "running")):
         assert outcome([command, job, "--server", server.url]) == 0
-        assert capsys.readouterr().err == f"Job {job}: {told}\n"
+        assert capsys.readouterr().err == f"Job {job}: {reported}\n"
     client.post(f"/v1/jobs/{job}/cancel")
     assert client.post(f"/v1/jobs/{job}/pause").json()["state"] == "cancelled"
     assert not job_of(client, job)["paused"]

@@ -1,4 +1,4 @@
-"""Every exception of the project has an answer, and no answer tells what is not meant to be told."""
+"""Every exception of the project has an answer, and no answer reveals internals."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def anyio_backend() -> str:
 @pytest.mark.parametrize(
     "error", [ValueError("secret"), StoreDamagedError("secret"), renderer.RenderError("secret")]
 )
-async def test_what_is_not_the_users_affair_is_not_told(error: Exception) -> None:
+async def test_what_is_not_the_users_affair_is_not_reported(error: Exception) -> None:
     answer = await ask(error)
     assert answer.status_code == 500
     assert answer.headers["Content-Type"] == problems.MEDIA_TYPE
@@ -106,7 +106,7 @@ def not_written(limit: str) -> DBAPIError:
         ("PRAGMA query_only = ON", 503, "store_read_only"),
     ],
 )
-async def test_a_database_on_a_disk_that_cannot_be_written_is_told_as_the_disk(
+async def test_a_database_on_a_disk_that_cannot_be_written_is_reported_as_the_disk(
     limit: str, status: int, code: str
 ) -> None:
     answer = await ask(not_written(limit))

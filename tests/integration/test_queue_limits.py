@@ -29,7 +29,7 @@ def ask(client: httpx2.Client, number: int) -> httpx2.Response:
 
 
 @contextmanager
-def standing_still(server: RunningServer) -> Iterator[None]:
+def suspended(server: RunningServer) -> Iterator[None]:
     """While workers do nothing, the queue stays as long as it is."""
     until(lambda: len(workers_of(server.process.pid)) == 1)
     workers = workers_of(server.process.pid)
@@ -47,7 +47,7 @@ def test_a_full_queue_says_when_to_come_back_and_loses_nothing(start: Start) -> 
     with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
         done = ask(client, 0)
         finish(client, done.json()["id"])
-        with standing_still(server):
+        with suspended(server):
             taken = [ask(client, number) for number in (1, 2, 3)]
             assert [answer.status_code for answer in taken] == [202] * 3
             left = [answer.headers["RateLimit"] for answer in taken]
@@ -57,7 +57,7 @@ def test_a_full_queue_says_when_to_come_back_and_loses_nothing(start: Start) -> 
             assert (full.status_code, full.json()["code"]) == (429, "queue_full")
             assert 1 <= int(full.headers["Retry-After"]) <= 3600
             assert full.headers["RateLimit"].startswith('"jobs";r=0')
-            assert "3 jobs may wait" in full.json()["detail"]
+            assert "3 jobs" in full.json()["detail"]
             # What is answered from the store needs no room.
             assert ask(client, 0).json()["state"] == "succeeded"
         for answer in taken:
@@ -74,7 +74,7 @@ def price(client: httpx2.Client) -> float:
 
 def test_cpu_seconds_are_counted_too_and_not_twice_for_one_picture(start: Start, price: float) -> None:
     server = start(workers=1, max_user_cpu_seconds=1.5 * price)
-    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client, standing_still(server):
+    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client, suspended(server):
         assert [ask(client, number).status_code for number in (1, 1, 2)] == [202, 202, 429]
 
 
@@ -97,7 +97,7 @@ def test_one_users_full_queue_is_not_anothers(start: Start, tmp_path: Path) -> N
         httpx2.Client(base_url=server.url, timeout=PATIENCE, headers={"Authorization": f"Bearer {key}"})
         for key in (ann, bob)
     ]
-    with clients[0] as first, clients[1] as second, standing_still(server):
+    with clients[0] as first, clients[1] as second, suspended(server):
         assert [ask(first, number).status_code for number in (1, 2)] == [202, 429]
         assert [ask(second, number).status_code for number in (3, 4, 5)] == [202, 202, 429]
-        assert ask(second, 6).json()["detail"].startswith("The queue is full: 3 jobs may wait.")
+        assert ask(second, 6).json()["detail"].startswith("The queue is full")

@@ -28,27 +28,27 @@ def ask(client: httpx2.Client, **changes: Any) -> httpx2.Response:
 
 
 def test_a_quote_prices_what_is_asked_for_and_other_qualities(client: httpx2.Client) -> None:
-    told = Quote.model_validate(ask(client, target_error=0.02, seconds=60).json())
-    assert told.workers == 2
-    assert told.asked is not None
-    assert isinstance(told.asked.quality, FixedQuality)
-    assert told.asked.quality.antialiasing == renderer.load_scene(scene()).document.sampling.antialiasing
-    assert told.asked in told.offers
-    assert len(told.offers) > 5
-    assert {each.effect: each.pointers for each in told.effects}.items() <= {
+    reported = Quote.model_validate(ask(client, target_error=0.02, seconds=60).json())
+    assert reported.workers == 2
+    assert reported.asked is not None
+    assert isinstance(reported.asked.quality, FixedQuality)
+    assert reported.asked.quality.antialiasing == renderer.load_scene(scene()).document.sampling.antialiasing
+    assert reported.asked in reported.offers
+    assert len(reported.offers) > 5
+    assert {each.effect: each.pointers for each in reported.effects}.items() <= {
         "light 0": ("/scene/lights/0",),
         "highlights": ("/scene/materials/ball/specular",),
     }.items()
-    assert told.price == renderer.compile_scene(scene()).describe().cost
+    assert reported.price == renderer.compile_scene(scene()).describe().cost
 
 
 def test_a_pilot_takes_no_longer_than_it_may(client: httpx2.Client) -> None:
     # The whole picture would take hours.
     document = scene(1000, 1000, samples=1024, light_samples=1024)
-    told = Quote.model_validate(ask(client, scene=document).json())
+    reported = Quote.model_validate(ask(client, scene=document).json())
     # One unit of work may end late, on a machine with other work.
-    assert told.pilot.seconds < 3 * SECONDS
-    assert told.asked is None or told.asked.cpu_seconds.estimate > 600
+    assert reported.pilot.seconds < 3 * SECONDS
+    assert reported.asked is None or reported.asked.cpu_seconds.estimate > 600
 
 
 @pytest.mark.parametrize(
@@ -73,7 +73,7 @@ def test_what_makes_no_sense_is_pointed_at(
     assert found[0]["pointer"].startswith(pointer)
 
 
-def test_a_mesh_that_cannot_be_read_is_told(client: httpx2.Client) -> None:
+def test_a_mesh_that_cannot_be_read_is_reported(client: httpx2.Client) -> None:
     content = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n"
     name = _uploaded(client, content)
     mesh = {"type": "mesh", "asset": name, "material": "ball"}
@@ -93,16 +93,16 @@ def _uploaded(client: httpx2.Client, content: bytes) -> str:
 
 def test_a_quote_of_target_quality_prices_its_error(client: httpx2.Client) -> None:
     quality = {"mode": "target", "error": 0.03, "time_limit": 20}
-    told = Quote.model_validate(ask(client, quality=quality).json())
-    assert told.asked is not None
-    assert told.asked.quality == TargetQuality(mode="target", error=0.03, time_limit=20)
+    reported = Quote.model_validate(ask(client, quality=quality).json())
+    assert reported.asked is not None
+    assert reported.asked.quality == TargetQuality(mode="target", error=0.03, time_limit=20)
 
 
 def test_a_job_is_admitted_at_the_price_that_it_was_quoted(client: httpx2.Client) -> None:
     body = {"scene": scene(64, 64), "quality": SAMPLES}
-    told = Quote.model_validate(client.post("/v1/quotes", json=body).json())
-    assert told.asked is not None
-    quoted = told.asked.cpu_seconds.estimate
+    reported = Quote.model_validate(client.post("/v1/quotes", json=body).json())
+    assert reported.asked is not None
+    quoted = reported.asked.cpu_seconds.estimate
     assert client.post("/v1/plans", json=body).json()["cost"]["cpu_seconds"] == quoted
     assert client.post("/v1/jobs", json=body).json()["cost"]["predicted_cpu_seconds"] == quoted
     other = client.post("/v1/plans", json={"scene": body["scene"]}).json()["cost"]["cpu_seconds"]
@@ -129,11 +129,11 @@ def test_more_quotes_than_the_service_makes_are_sent_away(start: Start) -> None:
 def test_the_client_quotes_scenes_with_their_textures(server: RunningServer) -> None:
     path = Path(__file__).parents[2] / "scenes" / "gallery" / "texturing.json"
     with Client(server.url) as client:
-        told = client.quote(path, target_error=0.02)
+        reported = client.quote(path, target_error=0.02)
         with pytest.raises(RequestInvalidError) as caught:
             client.quote(path, quality={"mode": "fixed", "antialiasing": {"pattern": "cetner"}})
     assert (
-        told.price.camera_rays
+        reported.price.camera_rays
         == renderer.compile_scene(renderer.load_scene(path)).describe().cost.camera_rays
     )
     assert caught.value.errors[0].pointer == "/quality/antialiasing/pattern"

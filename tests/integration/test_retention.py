@@ -91,29 +91,29 @@ def prune(users: Users, **rules: Any) -> dict[str, Any]:
 def test_beyond_the_bytes_that_are_kept_the_oldest_pictures_go_first(users: Users, data: Path) -> None:
     jobs = [rendered(users["ann"], place) for place in range(4)]
     sizes = [size for name, size in files(data).items() if name.startswith(f"jobs/{jobs[3]['id']}/")]
-    told = prune(users, max_stored_bytes=2 * sum(sizes) + sum(sizes) // 2, dry_run=False)
-    assert told["expired"] == [job["id"] for job in jobs[:2]]
+    reported = prune(users, max_stored_bytes=2 * sum(sizes) + sum(sizes) // 2, dry_run=False)
+    assert reported["expired"] == [job["id"] for job in jobs[:2]]
     assert states(users["ann"], *jobs) == ["expired", "expired", "succeeded", "succeeded"]
     assert {Path(name).parts[1] for name in files(data)} == {job["id"] for job in jobs[2:]}
 
 
-def test_a_dry_run_tells_what_would_go_and_leaves_it(users: Users, data: Path) -> None:
+def test_a_dry_run_reports_what_would_go_and_leaves_it(users: Users, data: Path) -> None:
     jobs = [rendered(users["ann"], place) for place in range(2)]
     before = files(data)
-    told = prune(users, max_stored_bytes=0)
-    assert (told["dry_run"], told["pictures"], told["bytes"]) == (True, 2, sum(before.values()))
+    reported = prune(users, max_stored_bytes=0)
+    assert (reported["dry_run"], reported["pictures"], reported["bytes"]) == (True, 2, sum(before.values()))
     assert files(data) == before
     assert states(users["ann"], *jobs) == ["succeeded", "succeeded"]
     done = prune(users, max_stored_bytes=0, dry_run=False)
-    assert done == told | {"dry_run": False}
+    assert done == reported | {"dry_run": False}
     assert files(data) == {}
 
 
 def test_a_pinned_job_is_never_swept(users: Users, data: Path) -> None:
     pinned, other = (rendered(users["ann"], place) for place in range(2))
     assert pinned["expires_at"] is not None
-    told = users["ann"].put(f"/v1/jobs/{pinned['id']}/pin").json()
-    assert (told["pinned"], told["expires_at"]) == (True, None)
+    reported = users["ann"].put(f"/v1/jobs/{pinned['id']}/pin").json()
+    assert (reported["pinned"], reported["expires_at"]) == (True, None)
     prune(users, keep_seconds=0, max_stored_bytes=0, dry_run=False)
     assert states(users["ann"], pinned, other) == ["succeeded", "gone"]
     assert users["ann"].get(f"/v1/jobs/{pinned['id']}/image.npy").status_code == 200
@@ -128,8 +128,8 @@ def test_a_picture_that_one_job_has_pinned_stays_for_it_when_the_other_job_is_to
     first, second = (rendered(users[user], 1) for user in ("ann", "bob"))
     users["bob"].put(f"/v1/jobs/{second['id']}/pin")
     assert prune(users, max_stored_bytes=0)["pictures"] == 0
-    told = prune(users, keep_seconds=0, dry_run=False)
-    assert (told["pictures"], told["bytes"]) == (0, 0)
+    reported = prune(users, keep_seconds=0, dry_run=False)
+    assert (reported["pictures"], reported["bytes"]) == (0, 0)
     assert states(users["root"], first, second) == ["gone", "succeeded"]
     assert users["bob"].get(f"/v1/jobs/{second['id']}/image.npy").status_code == 200
 
@@ -166,8 +166,8 @@ def test_an_asset_stays_while_a_picture_needs_it_and_goes_after_that(users: User
     assert prune(users, keep_asset_seconds=0, dry_run=False)["assets"] == []
     assert users["bob"].delete(f"/v1/jobs/{second['id']}").status_code == 204
     assert files(data) == {f"assets/{name}": len(content)}
-    told = prune(users, keep_asset_seconds=0, dry_run=False)
-    assert (told["assets"], told["bytes"]) == ([name], len(content))
+    reported = prune(users, keep_asset_seconds=0, dry_run=False)
+    assert (reported["assets"], reported["bytes"]) == ([name], len(content))
     assert files(data) == {}
     assert users["ann"].head(f"/v1/assets/{name}").status_code == 404
     # It comes back when it is sent again.

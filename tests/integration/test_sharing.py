@@ -1,4 +1,4 @@
-"""The same picture is rendered once, whoever asks, and tells nobody who else has asked."""
+"""The same picture is rendered once for all users, and reveals none of them to the others."""
 
 from __future__ import annotations
 
@@ -112,12 +112,12 @@ def test_what_was_rendered_is_answered_at_once(users: Users, folder: Path) -> No
     assert batch["complete"]
 
 
-def test_an_answer_from_the_store_tells_nothing_of_who_asked_before(users: Users) -> None:
+def test_an_answer_from_the_store_reports_nothing_of_who_asked_before(users: Users) -> None:
     first = ask(users["ann"], small(2) | {"name": "secret"}, wait=30)
     second = ask(users["bob"], small(2))
-    told = users["bob"].get(f"/v1/jobs/{second['id']}").text
-    assert "secret" not in told
-    assert "ann" not in told
+    reported = users["bob"].get(f"/v1/jobs/{second['id']}").text
+    assert "secret" not in reported
+    assert "ann" not in reported
     assert second["started_at"] == second["finished_at"] == second["created_at"]
     for path in ("", "/tiles", "/plan", "/convergence", "/request", "/image.png"):
         answer = users["bob"].get(f"/v1/jobs/{second['id']}{path}")
@@ -172,7 +172,7 @@ def test_identical_submissions_under_way_share_one_render(users: Users, shared: 
         )
         assert session.scalar(same) == 1
     database.close()
-    # Cancelling one of them leaves the render to the other; that one's tiles are told no more.
+    # Cancelling one of them leaves the render to the other; its tiles are reported to it no more.
     cancelled = users["ann"].post(f"/v1/jobs/{first['id']}/cancel").json()
     assert cancelled["state"] == "cancelled"
     assert users["ann"].get(f"/v1/jobs/{first['id']}/image.npy").status_code == 410
@@ -185,7 +185,7 @@ def test_identical_submissions_under_way_share_one_render(users: Users, shared: 
     until(lambda: not (folder / first["id"] / "tiles").exists())
 
 
-def test_identical_submissions_at_the_same_moment_make_one_render(users: Users, folder: Path) -> None:
+def test_identical_submissions_at_the_same_time_make_one_render(users: Users, folder: Path) -> None:
     before = set(folder.iterdir())
     with ThreadPoolExecutor(8) as pool:
         asked = [users[user] for user in ("ann", "bob") * 4]

@@ -1,4 +1,4 @@
-"""The engine of one machine: what it does when its processes die."""
+"""The engine of one machine when its processes die; ``test_engines.py`` tests what all engines do."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from schemas.jobs import JobRequest
 from schemas.limits import Limits
 from schemas.tiles import Tile
 from service.storage.folder import Folder
-from service.storage.tiles import StoredTile, TileStore
+from service.storage.tiles import TileStore
 from service.workers.heartbeats import Lease
 from service.workers.slots import SlotEngine
 from service.workers.tasks import (
@@ -69,7 +69,7 @@ class Bench:
 
     def worker(self) -> int:
         until(self.engine.alive)
-        (slot,) = self.engine._slots  # noqa: SLF001  (which process to kill is nobody else's affair)
+        (slot,) = self.engine._slots  # noqa: SLF001  (only a test kills a process)
         assert slot.pid is not None
         return slot.pid
 
@@ -81,15 +81,6 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
     made.engine.close()
 
 
-def test_a_tile_lies_in_the_store_before_it_is_reported(bench: Bench) -> None:
-    task = bench.tile()
-    bench.engine.submit(task)
-    done = bench.outcome()
-    assert isinstance(done, TileDone)
-    stored = bench.store.get_tile("job", StoredTile(task.tile, task.pass_, 1, done.crc32))
-    assert stored.tobytes() == renderer.render_tile(bench.plan, task.tile, task.pass_).pixels.tobytes()
-
-
 def test_only_the_running_task_is_blamed_for_a_death(bench: Bench) -> None:
     first, second = bench.tile(0), bench.tile(1)
     worker = bench.worker()
@@ -98,13 +89,6 @@ def test_only_the_running_task_is_blamed_for_a_death(bench: Bench) -> None:
     os.kill(worker, signal.SIGKILL)
     reports = dict(bench.reports.get(timeout=REPORT_SECONDS) for _ in range(2))
     assert reports == {first: WorkerDied(), second: Interrupted()}
-
-
-def test_a_dead_worker_is_replaced_and_works(bench: Bench) -> None:
-    os.kill(bench.worker(), signal.SIGKILL)
-    task = bench.tile()
-    while not isinstance(outcome := _again(bench, task), TileDone):
-        assert isinstance(outcome, WorkerDied | Interrupted)
 
 
 def _again(bench: Bench, task: TileTask) -> Outcome:
@@ -123,7 +107,7 @@ def test_a_task_that_never_ends_fails_alone(tmp_path: Path) -> None:
     after = bench.tile(1)
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "jobs" / "endless").mkdir()
-    # Whoever opens it to read waits for a writer, who never comes.
+    # Opening it to read waits for a writer, which never comes.
     (tmp_path / "jobs" / "endless" / "spec.json").symlink_to(tmp_path / "pipe")
     endless = replace(bench.tile(0), job="endless", spec_sha256="other")
     bench.engine.submit(endless)
@@ -157,26 +141,6 @@ def test_a_stopped_worker_that_is_sent_more_than_a_pipe_holds_is_found_too(tmp_p
     assert isinstance(bench.outcome(), WorkerDied | Interrupted)
     assert isinstance(_again(bench, bench.tile()), TileDone)
     bench.engine.close()
-
-
-def test_an_interrupted_task_is_not_blamed(bench: Bench) -> None:
-    task = bench.tile()
-    bench.engine.submit(task)
-    bench.engine.interrupt(lambda running: running is task)
-    assert bench.outcome() == Interrupted()
-
-
-def test_nothing_unwanted_is_interrupted(bench: Bench) -> None:
-    bench.engine.submit(bench.tile())
-    bench.engine.interrupt(lambda _: False)
-    assert isinstance(bench.outcome(), TileDone)
-
-
-def test_an_error_of_the_renderer_comes_back_in_words(bench: Bench) -> None:
-    bench.engine.submit(TraceTask(bench.plan.document, np.zeros((2, 3)), np.ones((1, 3))))
-    assert isinstance(bench.outcome(), TaskFailed)
-    bench.engine.submit(TraceTask(bench.plan.document, np.zeros((1, 3)), np.ones((1, 3))))
-    assert isinstance(bench.outcome(), TraceDone)
 
 
 def test_a_task_that_needs_too_much_memory_fails_alone(tmp_path: Path) -> None:

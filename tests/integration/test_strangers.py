@@ -152,7 +152,7 @@ def test_a_scene_names_no_files_of_others(world: World, path: str) -> None:
             assert world.ask(user, "POST", path, json={"scene": document}).status_code in {200, 202}
 
 
-def test_rays_meet_no_meshes_of_others(world: World) -> None:
+def test_rays_hit_no_meshes_of_others(world: World) -> None:
     body = {"scene": with_mesh(FILES["ply binary"]()), "origins": [[0, 0, 9]], "directions": [[0, 0, -1]]}
     assert world.ask("bob", "POST", "/v1/traces", json=body).status_code == 422
     assert world.ask("ann", "POST", "/v1/traces", json=body).status_code == 200
@@ -163,7 +163,7 @@ def test_staff_sees_the_files_of_all(world: World) -> None:
     assert world.ask("tutor", "GET", path).content == world.ask("ann", "GET", path).content == png(9, 9)
 
 
-def test_sending_a_file_tells_nothing_of_others_who_have_sent_it(world: World) -> None:
+def test_sending_a_file_reports_nothing_of_others_who_have_sent_it(world: World) -> None:
     known, new = png(9, 9), png(9, 10)
     answers = [upload(world, "bob", content) for content in (known, new)]
     assert [answer.status_code for answer in answers] == [200, 200]
@@ -200,7 +200,7 @@ def test_a_list_of_jobs_names_those_of_its_user(world: World) -> None:
 
 
 @pytest.mark.parametrize(("method", "path"), routes())
-def test_every_route_tells_browsers_what_they_may_do(world: World, method: str, path: str) -> None:
+def test_every_route_reports_browsers_what_they_may_do(world: World, method: str, path: str) -> None:
     things = world.things if method != "DELETE" else NOBODYS
     address = filled(path.replace(":path", ""), {"a": "x", "b": "y", "path": "main.js"} | things)
     for user in (None, "ann", "bob"):

@@ -30,7 +30,7 @@ def post(client: httpx2.Client, request: dict[str, Any], **headers: str) -> http
     return client.post("/v1/jobs", json=request, headers=headers)
 
 
-def test_labels_and_priority_are_told_again(client: httpx2.Client) -> None:
+def test_labels_and_priority_are_reported_again(client: httpx2.Client) -> None:
     labels = {"course": "graphics", "student": "a: b"}
     job = post(client, SMALL | {"labels": labels, "priority": -3}).json()
     assert (job["labels"], job["priority"], job["user"]) == (labels, -3, "local")
@@ -127,7 +127,7 @@ def test_a_request_that_was_refused_leaves_its_key_free(client: httpx2.Client) -
 
 
 @ON_BOTH
-def test_requests_with_one_key_at_the_same_moment_give_one_job(client: httpx2.Client) -> None:
+def test_requests_with_one_key_at_the_same_time_give_one_job(client: httpx2.Client) -> None:
     with ThreadPoolExecutor(8) as pool:
         answers = list(pool.map(lambda _: post(client, SMALL, **{"Idempotency-Key": "at-once"}), range(8)))
     assert {answer.status_code for answer in answers} == {202}
@@ -184,24 +184,26 @@ def test_a_picture_is_kept_as_long_as_the_service_says_and_its_job_as_long_again
 @pytest.mark.parametrize("name", ["", "-first", "two words", "a/b", "ä", "x" * 64, "a\n"])
 def test_what_the_name_of_a_label_may_be_is_said_where_it_is_wrong(client: httpx2.Client, name: str) -> None:
     (error,) = problem_of(post(client, SMALL | {"labels": {name: "x"}}), 422)["errors"]
-    assert error["detail"].startswith("A label's name has 1 to 63 characters: letters from A to Z, digits")
+    assert "1 to 63 characters" in error["detail"]
     assert error["pointer"] == "/labels/" + name.replace("/", "~1")
 
 
 def test_how_many_and_how_long_labels_may_be_is_said(client: httpx2.Client) -> None:
     (error,) = problem_of(post(client, SMALL | {"labels": {f"a{n}": "" for n in range(17)}}), 422)["errors"]
-    assert error["detail"] == "This has 17 entries; at most 16 are allowed."
+    assert "at most 16" in error["detail"]
     (error,) = problem_of(post(client, SMALL | {"labels": {"a": "x" * 201}}), 422)["errors"]
-    assert error["detail"] == "This text is too long: it may have 200 characters at most."
+    assert "200 characters" in error["detail"]
 
 
 @pytest.mark.parametrize("key", ["", "two words", "x" * 256, "tab\there"])
 def test_what_an_idempotency_key_may_be_is_said(client: httpx2.Client, key: str) -> None:
-    told = problem_of(post(client, SMALL, **{"Idempotency-Key": key}), 422)["detail"]
-    assert "It has 1 to 255 characters: letters from A to Z, digits and punctuation, without spaces." in told
+    (error,) = problem_of(post(client, SMALL, **{"Idempotency-Key": key}), 422)["errors"]
+    assert error["code"] == "idempotency_key"
+    assert "1 to 255 characters" in error["detail"]
 
 
 @pytest.mark.parametrize("label", ["found", ":x", "two words:x", "a:" + "x" * 201])
 def test_what_a_label_to_look_for_may_be_is_said(client: httpx2.Client, label: str) -> None:
-    told = problem_of(client.get("/v1/jobs", params={"label": label}), 422)["detail"]
-    assert "It is name:value, with a value of at most 200 characters. A label's name has 1 to 63" in told
+    (error,) = problem_of(client.get("/v1/jobs", params={"label": label}), 422)["errors"]
+    assert error["code"] == "label"
+    assert "name:value" in error["detail"]

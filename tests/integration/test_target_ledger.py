@@ -21,7 +21,6 @@ from service.dispatch.rounds import Round
 from service.lifecycle import pass_costs, progress, rows
 from service.storage.database.connection import Database
 from service.storage.database.models import RenderRow, TileRow
-from service.workers import pass_tiles as target_tiles
 from service.workers.tasks import (
     AdvanceDone,
     AdvanceTask,
@@ -31,6 +30,7 @@ from service.workers.tasks import (
     SampleTask,
     TileDone,
     WorkerDied,
+    pass_of,
 )
 from tests.integration.support import BOTH, enter, scene
 
@@ -79,7 +79,7 @@ class Table:
             width=64,
             height=64,
             spec_sha256="",
-            passes=[asdict(target_tiles.pass_of(0))],
+            passes=[asdict(pass_of(0))],
             display={},
             total_steps=4,
             total_work=100,
@@ -91,8 +91,7 @@ class Table:
         with self.database.writing() as session:
             enter(session, name, render)
             session.add_all(
-                TileRow(**rows.new_step(render.number, target_tiles.pass_of(0), tile))
-                for tile in TILES.values()
+                TileRow(**rows.new_step(render.number, pass_of(0), tile)) for tile in TILES.values()
             )
 
     def round(self, *reports: tuple[JobTask, Outcome], room: int = 8, deaths: int = 0) -> list[JobTask]:
@@ -154,7 +153,7 @@ def test_the_next_pass_has_the_tiles_that_were_decided_on(table: Table) -> None:
     assert job.merges[0]["cpu_seconds"] == 4 * 0.5 + 0.25
 
 
-def test_each_pass_is_told_with_what_it_took_by_itself(table: Table) -> None:
+def test_each_pass_is_reported_with_what_it_took_by_itself(table: Table) -> None:
     table.add()
     table.round((table.merging(), advanced(2, 3)), room=0)
     table.round((table.merging(), advanced(1)), room=0)

@@ -198,7 +198,7 @@ def test_what_the_time_allows_is_a_whole_picture_with_its_error(client: httpx2.C
     assert found.min() > 0.009
 
 
-def test_a_job_paused_in_the_middle_of_a_pass_has_its_time_left_when_it_goes_on(
+def test_a_job_paused_in_the_middle_of_a_pass_has_its_time_left_when_it_continues(
     client: httpx2.Client,
 ) -> None:
     job = submit(client, scene(256, 192), quality=target(1e-6, time_limit=20))

@@ -104,7 +104,7 @@ def test_a_request_whose_picture_is_shared_is_linked_to_the_job_that_it_was_made
     assert collector.spans("POST /v1/jobs", job=first)[0].links == ()
 
 
-def test_an_attempt_that_lost_its_worker_and_a_job_that_was_cancelled_are_told(traced: Traced) -> None:
+def test_an_attempt_that_lost_its_worker_and_a_job_that_was_cancelled_are_recorded(traced: Traced) -> None:
     server, client, collector = traced
     job = submit(client, slow_scene())
     wait(client, job, lambda found: found["progress"]["done"] >= 2)
@@ -117,7 +117,7 @@ def test_an_attempt_that_lost_its_worker_and_a_job_that_was_cancelled_are_told(t
     until(lambda: bool(collector.spans("job", job=job, state="cancelled")))
 
 
-def test_a_job_that_waits_and_is_cancelled_is_told(traced: Traced) -> None:
+def test_a_job_that_waits_and_is_cancelled_is_recorded(traced: Traced) -> None:
     server, client, collector = traced
     busy = submit(client, slow_scene())
     wait(client, busy, lambda found: found["progress"]["done"] >= 2)
@@ -164,12 +164,12 @@ def test_a_collector_that_is_away_costs_a_line_of_the_log(
     # It has ended by itself, and was not killed.
     assert server.process.returncode == -signal.SIGTERM
     lines = [json.loads(line) for line in log.read_text().splitlines()]
-    # Whoever asks before the worker has started is told so, and that is told, too.
-    told = [line["event"] for line in lines if line["level"] != "info" and line["event"] != "request"]
-    assert told == ["traces are not taken"]
+    # A request before the worker has started is answered so, and that is logged, too.
+    events = [line["event"] for line in lines if line["level"] != "info" and line["event"] != "request"]
+    assert events == ["traces are not taken"]
 
 
-def test_nothing_is_loaded_where_nobody_asks_for_traces() -> None:
+def test_nothing_is_loaded_where_no_one_asks_for_traces() -> None:
     assert _said(LOADED) == "[]\n"
 
 

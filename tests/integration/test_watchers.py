@@ -24,13 +24,13 @@ def watch(url: str, job: str) -> list[dict[str, Any]]:
                 return events
 
 
-def test_twenty_watchers_are_told_the_same_in_the_same_order(
+def test_twenty_watchers_are_reported_the_same_in_the_same_order(
     server: RunningServer, client: httpx2.Client
 ) -> None:
     job = submit(client, scene(128, 96, samples=16, light_samples=16))
     with ThreadPoolExecutor(WATCHERS) as pool:
-        told = list(pool.map(lambda _: watch(server.url, job), range(WATCHERS)))
+        reported = list(pool.map(lambda _: watch(server.url, job), range(WATCHERS)))
     # Tiles have sides of 32 pixels here: 4 x 3 of them in three passes, after the coarse picture.
-    assert [event["seq"] for event in told[0]] == list(range(1, 3 * 12 + 2))
-    assert job_of(client, job)["last_seq"] == len(told[0])
-    assert all(events == told[0] for events in told)
+    assert [event["seq"] for event in reported[0]] == list(range(1, 3 * 12 + 2))
+    assert job_of(client, job)["last_seq"] == len(reported[0])
+    assert all(events == reported[0] for events in reported)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from datetime import UTC, datetime
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import APIRouter, Path, Request
 from fastapi.concurrency import run_in_threadpool
@@ -14,7 +14,7 @@ from schemas.jobs import Asset
 from service.access.principals import LOCAL, Principal
 from service.api.authentication import CurrentUser
 from service.api.bodies import chunks
-from service.api.routes.parameters import not_modified, problem
+from service.api.routes.parameters import BINARY, not_modified, problem
 from service.api.routes.stored import stored_response
 from service.errors import BodyTooLargeError, UnknownAssetError, UploadQuotaError
 from service.jobs import uploads
@@ -26,8 +26,7 @@ router = APIRouter(prefix="/v1/assets", tags=["assets"])
 
 Sha256 = Annotated[str, Path(pattern="^[0-9a-f]{64}$", description="64 lower-case hexadecimal digits.")]
 UNKNOWN = problem(404, "The user has uploaded no such asset.")
-FILE: dict[str, Any] = {"schema": {"type": "string", "format": "binary"}}
-UPLOAD = {"requestBody": {"required": True, "content": {"application/octet-stream": FILE}}}
+UPLOAD = {"requestBody": {"required": True, "content": {"application/octet-stream": BINARY}}}
 
 
 @router.put(
@@ -44,7 +43,7 @@ async def put_asset(here: Here, request: Request, sha256: Sha256, user: CurrentU
     What others have sent is to be sent again: only those who have a file can use it by its hash.
     """
     most, room = here.settings.max_asset_bytes, await run_in_threadpool(_room, here, user, sha256)
-    content = chunks(request, min(most, room), here.settings.patience_seconds)
+    content = chunks(request, min(most, room), here.settings.client_timeout_seconds)
     try:
         size, header = await here.assets.receive(sha256, content)
     except BodyTooLargeError:
@@ -62,12 +61,12 @@ async def put_asset(here: Here, request: Request, sha256: Sha256, user: CurrentU
     )
     try:
         return await run_in_threadpool(_keep, here, row, user)
-    except IntegrityError:  # somebody else has entered it at the same moment
+    except IntegrityError:  # another request has entered it meanwhile
         return await run_in_threadpool(_keep, here, row, user)
 
 
 def _room(service: Service, principal: Principal, sha256: str) -> int:
-    """How many bytes a user may send; all users together are one where nobody asks for keys."""
+    """How many bytes a user may send; without authentication there is no limit for all."""
     if principal is LOCAL:
         return service.settings.max_asset_bytes
     with service.database.reading() as session:
@@ -99,7 +98,7 @@ def get_asset(here: Here, request: Request, sha256: Sha256, user: CurrentUser) -
     if row is None:
         raise UnknownAssetError
     if request.method == "HEAD" and uploads.is_due(row):
-        # Who asks whether it is there will not send it again, and counts on it.
+        # A client that finds it here will not send it again, and relies on it.
         with here.database.writing() as session:
             uploads.note(session, sha256)
     etag = f'"{sha256}"'

@@ -11,11 +11,10 @@ from schemas.jobs import Job, JobList, JobRequest, JobState
 from schemas.logs import JobLog
 from schemas.plans import PlanDocument
 from schemas.regions import Region
-from service.api.authentication import ChangedJob, CurrentUser, KeptJob
+from service.api.authentication import ChangedJob, CurrentUser, JobId
 from service.api.bodies import JsonBody
 from service.api.routes.parameters import (
     IdempotencyKey,
-    JobId,
     LabelFilter,
     Prefer,
     json_request,
@@ -103,12 +102,12 @@ def list_jobs(
     """List jobs, newest first: one's own, or those of all for staff."""
     labels = dict(text.split(":", 1) for text in label or ())
     owner = None if user.sees_all else user.name
-    return jobs.page(here, limit, cursor, jobs.JobFilter(owner, state, labels))
+    return jobs.page(here, limit, cursor, owner=owner, state=state, labels=labels)
 
 
 @router.get("/{job_id}", responses=UNKNOWN)
 def get_job(here: Here, job_id: JobId) -> Job:
-    """Look at a job."""
+    """Describe a job."""
     return jobs.show(here, job_id)
 
 
@@ -128,7 +127,7 @@ async def cancel_job(here: Here, response: Response, job_id: ChangedJob) -> Job:
 def pause_job(here: Here, job_id: ChangedJob) -> Job:
     """Hand out no more tiles of a job; those in work are finished, and no limit of time runs on.
 
-    What others have asked for, too, goes on for them. A job that has ended stays as it is.
+    A picture that others have requested, too, continues for them. A job that has ended stays as it is.
     """
     return jobs.pause(here, job_id)
 
@@ -187,12 +186,12 @@ async def set_focus(here: Here, job_id: ChangedJob, body: JsonBody) -> None:
     "/{job_id}/pin",
     responses=UNKNOWN | GONE | problem(403, "As many of your jobs are pinned as may be."),
 )
-def pin_job(here: Here, user: CurrentUser, job_id: KeptJob) -> Job:
+def pin_job(here: Here, user: CurrentUser, job_id: JobId) -> Job:
     """Keep the picture of a job until it is unpinned or deleted. For its owner and staff."""
     return jobs.pin(here, job_id, user)
 
 
 @router.delete("/{job_id}/pin", responses=UNKNOWN)
-def unpin_job(here: Here, job_id: KeptJob) -> Job:
+def unpin_job(here: Here, job_id: JobId) -> Job:
     """Let the picture of a job expire like any other."""
     return jobs.unpin(here, job_id)

@@ -1,20 +1,32 @@
-"""Health checks of the service, and its version."""
+"""For operators: health checks and the version, which need no key, metrics, and deleting what is kept."""
 
 from __future__ import annotations
 
 import shutil
 from importlib.metadata import version as installed
+from typing import Any
 
 from fastapi import APIRouter
+from fastapi.concurrency import run_in_threadpool
+from fastapi.responses import Response
+from prometheus_client import CONTENT_TYPE_LATEST
 from pydantic import BaseModel
 from sqlalchemy.exc import SQLAlchemyError
 
 from schemas.jobs import Version
-from service.api.routes.parameters import problem
-from service.errors import StoreError, UnavailableError
+from schemas.reading import read_document
+from schemas.retention import Pruned, PruneRequest
+from service.api.authentication import CurrentUser
+from service.api.bodies import JsonBody
+from service.api.routes.jobs import BODY
+from service.api.routes.parameters import json_request, problem
+from service.errors import ForbiddenError, StoreError, UnavailableError
 from service.jobs.context import Here, Service
+from service.jobs.retention import Rules
 
 router = APIRouter(tags=["operations"])
+"""Routes without authentication."""
+staff_router = APIRouter(tags=["operations"])
 
 
 class Condition(BaseModel):
@@ -26,7 +38,7 @@ class Condition(BaseModel):
 @router.get("/livez", responses=problem(503, "It needs to be started again."))
 async def livez(here: Here) -> Condition:
     """Say whether the process can still do what it is for; if not, only starting it again helps."""
-    # On the event loop: all threads may be waiting for a database that is away, and will go on with it.
+    # On the event loop: all threads may be waiting for an unreachable database, and continue with it.
     if not here.dispatcher.lives():
         raise UnavailableError("No work is handed out any more. Start the service again.")
     return Condition()
@@ -81,3 +93,50 @@ def _disk_free(service: Service) -> bool:
 def version() -> Version:
     """Say which service this is."""
     return Version(version=installed("penumbra-render"))
+
+
+@staff_router.get(
+    "/metrics",
+    response_class=Response,
+    responses={200: {"content": {"text/plain": {"schema": {"type": "string"}}}}},
+)
+def metrics(here: Here, user: CurrentUser) -> Response:
+    """Give Prometheus its numbers: queue, tiles, deaths, failures, CPU seconds, errors."""
+    if not user.sees_all:
+        raise ForbiddenError("The numbers name all users: staff and admins alone may see them.")
+    return Response(here.dispatcher.metrics.text(here.database), media_type=CONTENT_TYPE_LATEST)
+
+
+DRY_RUN: dict[str, Any] = {"max_stored_bytes": 10_000_000_000, "dry_run": True}
+
+
+@staff_router.post(
+    "/v1/prune",
+    responses=BODY | problem(403, "For admins alone.") | problem(422, "The request cannot be used."),
+    openapi_extra=json_request(PruneRequest, DRY_RUN),
+)
+async def prune(here: Here, user: CurrentUser, body: JsonBody) -> Pruned:
+    """Delete now what the rules do not keep, or only report what that would be. Pinned jobs stay."""
+    if not user.changes_all:
+        raise ForbiddenError("Only an admin removes what is kept for others.")
+    asked, _ = read_document(body, PruneRequest)
+    return await run_in_threadpool(_prune, here, asked)
+
+
+def _prune(service: Service, asked: PruneRequest) -> Pruned:
+    usual, retention_thread = service.retention_thread.rules, service.retention_thread
+    rules = Rules(
+        usual.keep_seconds if asked.keep_seconds is None else asked.keep_seconds,
+        usual.max_stored_bytes if asked.max_stored_bytes is None else asked.max_stored_bytes,
+        usual.keep_asset_seconds if asked.keep_asset_seconds is None else asked.keep_asset_seconds,
+    )
+    swept = retention_thread.predict(rules) if asked.dry_run else retention_thread.prune(rules)
+    return Pruned(
+        dry_run=asked.dry_run,
+        expired=tuple(swept.expired),
+        forgotten=tuple(swept.forgotten),
+        pictures=len(swept.pictures),
+        assets=tuple(swept.assets),
+        bytes=swept.bytes,
+        more=swept.more,
+    )

@@ -13,10 +13,8 @@ from pydantic_core import PydanticCustomError
 
 from schemas.jobs import LABEL_NAME, LABEL_NAMES
 from schemas.problems import ProblemDocument
-from service.api.authentication import SeenJob
 from service.api.problems import MEDIA_TYPE
 
-JobId = SeenJob
 After = Annotated[int, Query(ge=0, le=2**31 - 1, description="Number of the last event already known.")]
 Wait = Annotated[
     float, Query(ge=0, le=3600, description="Seconds to wait for news; the service may wait less.")
@@ -56,6 +54,7 @@ WAIT = re.compile(
     r"(?:^|[,;])\s*wait\s*=\s*(\"?)(\d{1,18}(?:\.\d{1,6})?)\1\s*(?:$|[,;])", re.IGNORECASE | re.ASCII
 )
 TAG = re.compile(r'"[^"]*"')
+BINARY: dict[str, Any] = {"schema": {"type": "string", "format": "binary"}}
 COMPONENTS = "#/components/schemas/{model}"
 
 
@@ -89,3 +88,45 @@ def not_modified(request: Request, etag: str) -> Response | None:
     if known == "*" or etag in TAG.findall(known):
         return Response(status_code=304, headers={"ETag": etag, "Cache-Control": "no-cache"})
     return None
+
+
+def negotiate(request: Request, offered: Sequence[str]) -> str:
+    """Choose the media type that the Accept headers of a request prefer."""
+    return preferred_type(", ".join(request.headers.getlist("accept")), offered)
+
+
+def preferred_type(accept: str, offered: Sequence[str]) -> str:
+    """Choose one of the offered media types (RFC 9110, section 12.5.1); the first where none is accepted.
+
+    Each type has the weight of the range that fits it most closely. Of types with the same weight the one
+    whose range comes first is chosen.
+
+    >>> forms = ("application/json", "text/csv")
+    >>> [
+    ...     preferred_type(accept, forms)
+    ...     for accept in ("text/*;q=0.5", "*/*", "application/json;q=0, */*", "image/png")
+    ... ]
+    ['text/csv', 'application/json', 'text/csv', 'application/json']
+    """
+    ranges = [_range(part) for part in accept.split(",")]
+    weighed = [(_weight(media_type, ranges), media_type) for media_type in offered]
+    (weight, _), best = max(weighed, key=lambda found: found[0])
+    return best if weight > 0 else offered[0]
+
+
+def _weight(media_type: str, ranges: Sequence[tuple[str, float]]) -> tuple[float, int]:
+    """Return the weight of a type and the negated index of the range that gives it."""
+    for pattern in (media_type, f"{media_type.partition('/')[0]}/*", "*/*"):
+        for place, (found, weight) in enumerate(ranges):
+            if found == pattern:
+                return weight, -place
+    return 0.0, 0
+
+
+def _range(part: str) -> tuple[str, float]:
+    pattern, *parameters = (word.strip().lower() for word in part.split(";"))
+    weights = [word.removeprefix("q=") for word in parameters if word.startswith("q=")]
+    try:
+        return pattern, float(weights[0]) if weights else 1.0
+    except ValueError:
+        return pattern, 0.0

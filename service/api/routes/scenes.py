@@ -1,4 +1,4 @@
-"""Scenes without a job: plans, traces, quotes, and the schema of the language."""
+"""What needs no new job: plans, traces and quotes of scenes, JSON Schemas, comparisons, inspected pixels."""
 
 from __future__ import annotations
 
@@ -6,21 +6,24 @@ from typing import Any
 
 from fastapi import APIRouter
 
+from schemas.comparisons import ComparisonAnswer, ComparisonRequest
+from schemas.inspections import Inspection, InspectionRequest
 from schemas.jobs import JobRequest
 from schemas.json_schema import scene_json_schema
 from schemas.manifest_json_schema import manifest_json_schema
 from schemas.plans import PlanDocument
 from schemas.quotes import Quote, QuoteRequest
 from schemas.traces import TraceAnswer, TraceRequest
-from service.analyses import quotes, traces
-from service.api.authentication import CurrentUser
+from service.analyses import calls, comparisons
+from service.api.authentication import CurrentUser, JobId
 from service.api.bodies import JsonBody, TraceBody
-from service.api.routes.jobs import BODY
+from service.api.routes.jobs import BODY, GONE, UNKNOWN
 from service.api.routes.parameters import json_request, problem
-from service.jobs.admission import admit
+from service.jobs.admission import WHITE, admit
 from service.jobs.context import Here
 
 router = APIRouter(prefix="/v1", tags=["scenes"])
+picture_router = APIRouter(prefix="/v1", tags=["pictures"])
 
 UNUSABLE = problem(422, "The request cannot be used; every reason is listed.")
 
@@ -38,7 +41,7 @@ async def plan(here: Here, user: CurrentUser, body: JsonBody) -> PlanDocument:
 )
 async def trace(here: Here, user: CurrentUser, body: TraceBody) -> TraceAnswer:
     """Cast rays into a scene and say what each of them hits."""
-    return await traces.trace(here, user, body)
+    return await calls.trace(here, user, body)
 
 
 @router.get("/schemas/scene.json", response_model=None)
@@ -116,4 +119,37 @@ OFFERS: dict[str, Any] = {
 )
 async def quote(here: Here, user: CurrentUser, body: JsonBody) -> Quote:
     """Predict what a scene costs at several qualities, and how far off it will be. It takes some 1.5 s."""
-    return await quotes.quote(here, user, body)
+    return await calls.quote(here, user, body)
+
+
+PICTURES: dict[str, Any] = {"image": {"content": WHITE}, "reference": {"content": WHITE, "encoding": "srgb"}}
+
+
+@picture_router.post(
+    "/comparisons",
+    responses=BODY
+    | problem(422, "The request, or one of its pictures, cannot be used; every reason is listed.")
+    | problem(429, "As many comparisons as the service makes at once are being made.")
+    | problem(503, "No worker was free in time."),
+    openapi_extra=json_request(ComparisonRequest, PICTURES),
+)
+async def compare(here: Here, user: CurrentUser, body: JsonBody) -> ComparisonAnswer:
+    """Compare two pictures, sent or of jobs: metrics, a verdict that knows noise, the mistake behind it."""
+    return await comparisons.compare(here, user, body)
+
+
+PIXEL: dict[str, Any] = {"x": 0, "y": 0}
+
+
+@picture_router.post(
+    "/jobs/{job_id}/inspections",
+    responses=BODY
+    | UNKNOWN
+    | GONE
+    | problem(422, "The request cannot be used, or the picture has no such pixel.")
+    | problem(503, "No worker was free in time."),
+    openapi_extra=json_request(InspectionRequest, PIXEL),
+)
+async def inspect(here: Here, job_id: JobId, body: JsonBody) -> Inspection:
+    """Explain a pixel: what its ray has hit, what each light adds there, what is in the way."""
+    return await calls.inspect(here, job_id, body)

@@ -7,8 +7,8 @@ from fastapi.concurrency import run_in_threadpool
 
 from schemas.access import WhoAmI
 from service.access import keys
+from service.access.keys import Key, read_key
 from service.access.principals import LOCAL
-from service.access.secrets import Key, read_key
 from service.api.authentication import COOKIE, CurrentUser, bearer
 from service.api.routes.parameters import problem
 from service.jobs.context import Here, Service
@@ -70,4 +70,4 @@ def _begin(service: Service, key: Key) -> str:
 def _end(service: Service, token: str) -> None:
     with service.database.writing() as session:
         keys.end_session(session, token)
-    service.credentials.forget()
+    service.credentials.clear()

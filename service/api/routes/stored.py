@@ -32,21 +32,21 @@ def stored_response(
     RangeError
         If the range that is asked for makes no sense, or begins after the end.
     """
-    told = {
+    fields = {
         **headers,
         "Accept-Ranges": "bytes",
         "Last-Modified": formatdate(stored.modified, usegmt=True),
     }
-    span = _asked_span(request, told, stored.size)
+    span = _asked_span(request, fields, stored.size)
     if span is not None:
         begin, end = span
-        told["Content-Range"] = f"bytes {begin}-{end - 1}/{stored.size}"
-        return _streamed(206, stored, span, media_type, told)
+        fields["Content-Range"] = f"bytes {begin}-{end - 1}/{stored.size}"
+        return _streamed(206, stored, span, media_type, fields)
     if stored.path is not None:
-        return _WholeFile(stored.path, media_type=media_type, headers=told)
+        return _WholeFile(stored.path, media_type=media_type, headers=fields)
     if request.method == "HEAD":
-        return Response(media_type=media_type, headers=told | {"Content-Length": str(stored.size)})
-    return _streamed(200, stored, (0, stored.size), media_type, told)
+        return Response(media_type=media_type, headers=fields | {"Content-Length": str(stored.size)})
+    return _streamed(200, stored, (0, stored.size), media_type, fields)
 
 
 class _WholeFile(FileResponse):
@@ -58,7 +58,7 @@ class _WholeFile(FileResponse):
         await super().__call__({**scope, "headers": headers}, receive, send)
 
 
-def _asked_span(request: Request, told: Mapping[str, str], size: int) -> Span | None:
+def _asked_span(request: Request, fields: Mapping[str, str], size: int) -> Span | None:
     """Give the span that a request asks for; None where it gets the whole.
 
     That is so without a range, with one of another unit, for methods other than GET, where `If-Range` names
@@ -67,7 +67,7 @@ def _asked_span(request: Request, told: Mapping[str, str], size: int) -> Span | 
     unit, _, ranges = request.headers.get("range", "").partition("=")
     if unit.strip().lower() != "bytes" or request.method != "GET":
         return None
-    if not _holds(request.headers.get("if-range"), told):
+    if not _holds(request.headers.get("if-range"), fields):
         return None
     parts = [part.strip() for part in ranges.split(",") if part.strip()]
     return None if len(parts) > 1 else _span("".join(parts), size)
@@ -85,9 +85,9 @@ def _span(part: str, size: int) -> Span:
     return begin, end
 
 
-def _holds(if_range: str | None, told: Mapping[str, str]) -> bool:
-    """Whether whoever asks for a part has other parts of the same thing."""
-    return if_range is None or if_range in (told["ETag"], told["Last-Modified"])
+def _holds(if_range: str | None, fields: Mapping[str, str]) -> bool:
+    """Whether the client has other parts of the same version."""
+    return if_range is None or if_range in (fields["ETag"], fields["Last-Modified"])
 
 
 def _streamed(status: int, stored: Stored, span: Span, media_type: str, headers: dict[str, str]) -> Response:
@@ -95,8 +95,8 @@ def _streamed(status: int, stored: Stored, span: Span, media_type: str, headers:
     pieces = (stored.read(*ends) for ends in pairwise([*range(begin, end, PIECE), end]))
     # The first piece is fetched before the answer begins: a bucket that is away is a problem then.
     content = _chained(next(pieces, b""), pieces)
-    told = headers | {"Content-Length": str(end - begin)}
-    return StreamingResponse(content, status_code=status, media_type=media_type, headers=told)
+    fields = headers | {"Content-Length": str(end - begin)}
+    return StreamingResponse(content, status_code=status, media_type=media_type, headers=fields)
 
 
 def _chained(first: bytes, rest: Iterator[bytes]) -> Iterator[bytes]:

@@ -12,12 +12,12 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from schemas import batches
 from schemas.jobs import TileBatch
-from service.api.routes.parameters import After, JobId, Wait, problem
+from service.api.authentication import JobId
+from service.api.routes.parameters import BINARY, After, Wait, negotiate, problem
 from service.errors import UnknownJobError
 from service.jobs import lifecycle as jobs
 from service.jobs import tile_events
 from service.jobs.context import Here
-from service.jobs.negotiation import liked_best
 
 router = APIRouter(prefix="/v1/jobs/{job_id}", tags=["tiles"])
 
@@ -35,7 +35,7 @@ TILES: dict[int | str, dict[str, Any]] = {
         "description": "The events after `after`. As `application/octet-stream`:\n\n"
         + (batches.__doc__ or ""),
         "model": TileBatch,
-        "content": {batches.MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
+        "content": {batches.MEDIA_TYPE: BINARY},
     }
 }
 
@@ -54,7 +54,7 @@ async def get_tiles(
     seconds = min(wait, here.settings.max_wait_seconds)
     await jobs.until(here, job_id, seconds, lambda job: job.last_seq > after or job.state.final)
     response.headers["Vary"] = "Accept"
-    if liked_best(", ".join(request.headers.getlist("accept")), FORMS) != batches.MEDIA_TYPE:
+    if negotiate(request, FORMS) != batches.MEDIA_TYPE:
         return await run_in_threadpool(tile_events.batch, here, job_id, after)
     form = tile_events.ENCODINGS[encoding]
     data = await run_in_threadpool(tile_events.pixel_batch, here, job_id, after, form)
@@ -68,7 +68,7 @@ async def known(here: Here, job_id: JobId) -> str:
 
 @router.head("/events", include_in_schema=False)
 async def events_exist(job_id: Annotated[str, Depends(known)]) -> Response:  # noqa: ARG001
-    """Answer at once: the stream itself goes on as long as the job does."""
+    """Answer at once: the stream itself lasts as long as the job."""
     return Response(media_type="text/event-stream")
 
 

@@ -1,4 +1,4 @@
-"""Connections to PostgreSQL that do not wait for ever.
+"""Connections to PostgreSQL with a timeout for every answer.
 
 A network that loses everything is found by the settings of TCP. They find no server that hangs, and no proxy
 that does: its machine still says that it has received what was sent.
@@ -19,7 +19,7 @@ Waits = Generator[Any, Any, Any]
 
 
 class Connection(psycopg.Connection[Any]):
-    """Gives up where an answer takes longer than ``answer_seconds``; nobody can use it afterwards."""
+    """Fails where an answer takes longer than ``answer_seconds``, and is closed afterwards."""
 
     answer_seconds = ANSWER_SECONDS
 

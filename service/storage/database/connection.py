@@ -26,13 +26,13 @@ SILENCE_TIMEOUT_MS = 3_000
 WRITERS = 0x50454E554D425241
 CHANNEL = "penumbra"
 # A notice has room for 8,000 bytes.
-MOST_TOLD = 200
+MOST_NOTIFIED = 200
 # How soon a service that ends stops listening, seconds.
 LISTEN_SECONDS = 0.5
 PRIMARY = 0xFF
-"""The bits of an error code of SQLite that tell its kind."""
+"""The bits of an error code of SQLite that say its kind."""
 
-_TELL = text("SELECT pg_notify(:channel, :document)")
+_NOTIFY = text("SELECT pg_notify(:channel, :document)")
 
 
 class Database:
@@ -98,20 +98,20 @@ class Database:
         finally:
             self._lock.release()
 
-    def tell(self, session: Session, **notice: Any) -> None:
-        """Tell the other servers on this database, if there may be some, once it is committed."""
+    def notify(self, session: Session, **notice: Any) -> None:
+        """Notify the other servers on this database, if there may be some, once it is committed."""
         if self.shared:
             document = json.dumps(notice | {"from": self._name})
-            session.execute(_TELL, {"channel": CHANNEL, "document": document})
+            session.execute(_NOTIFY, {"channel": CHANNEL, "document": document})
 
-    def tell_of(self, session: Session, jobs: Iterable[str]) -> None:
-        """Tell the other servers that jobs have changed."""
+    def notify_jobs(self, session: Session, jobs: Iterable[str]) -> None:
+        """Notify the other servers that jobs have changed."""
         ids = sorted(jobs) if self.shared else []
-        for start in range(0, len(ids), MOST_TOLD):
-            self.tell(session, jobs=ids[start : start + MOST_TOLD])
+        for start in range(0, len(ids), MOST_NOTIFIED):
+            self.notify(session, jobs=ids[start : start + MOST_NOTIFIED])
 
     def notices(self, stopping: threading.Event) -> Iterator[dict[str, Any]]:
-        """Wait for what other servers tell. An empty notice comes first: something may have been missed.
+        """Wait for notices of other servers. An empty one comes first: something may have been missed.
 
         Raises
         ------
@@ -120,7 +120,7 @@ class Database:
         """
         with self.engine.connect().execution_options(isolation_level="AUTOCOMMIT") as connection:
             driver: Any = connection.connection.dbapi_connection
-            # Who listened once shall not be among those who answer requests.
+            # A connection that has listened must not return to the pool.
             connection.detach()
             connection.exec_driver_sql(f"LISTEN {CHANNEL}")
             yield {}

@@ -37,7 +37,7 @@ COUNT = BigInteger().with_variant(Integer, "sqlite")
 
 
 class UtcDateTime(TypeDecorator[datetime]):
-    """A moment in UTC. SQLite forgets the zone, PostgreSQL keeps it; both give it back."""
+    """A time in UTC. SQLite forgets the zone, PostgreSQL keeps it; both give it back."""
 
     impl = DateTime(timezone=True)
     cache_ok = True
@@ -77,9 +77,9 @@ class RenderRow(Base):
     made for. One with a ``target_error`` gets its passes one after another: ``merges`` has an entry for each
     pass whose tiles are merged into the picture, the work before it being ``counted_work`` and
     ``counted_share`` of all. Any other has an entry for each of its passes in ``pass_costs``, and where these
-    cannot tell the error of the picture, the reason in ``error_unknown``. ``focus`` is the rectangle that is
-    wanted first. While it is paused it has ``paused_at``; ``paused_seconds`` are those of pauses before.
-    ``traceparent`` is the span of the request that it came with, where anybody collects spans.
+    cannot estimate the error of the picture, the reason in ``error_unknown``. ``focus`` is rendered first: a
+    rectangle. While it is paused it has ``paused_at``; ``paused_seconds`` are those of pauses before.
+    ``traceparent`` is the span of the request that it came with, where spans are collected.
     """
 
     __tablename__ = "renders"
@@ -143,11 +143,11 @@ class RenderRow(Base):
 
 
 class JobRow(Base):
-    """What somebody asked for.
+    """What a user has requested.
 
     ``number`` orders jobs by arrival; ``id`` is the name that the outside knows. While it shares in a render
     its state is that of the render. One that has left before the others, or whose picture is gone, has none,
-    and keeps in ``parting`` what is still told of it. ``load`` is what it has brought into the queue, in CPU
+    and keeps in ``parting`` what is still reported of it. ``load`` is what it has added to the queue, in CPU
     seconds; nothing if it shares what was there. ``paused_at`` and ``paused_seconds`` are as in a render.
     One that is ``pinned`` keeps its picture until it is deleted.
     """
@@ -252,7 +252,7 @@ class TileRow(Base):
     """One step of a render: a tile in a pass.
 
     A finished step has a number of its own in its render (``seq``): the finished rows in this order are
-    the events of its jobs, so that an event and what it tells of can never disagree.
+    the events of its jobs, so that an event and its tile can never disagree.
     """
 
     __tablename__ = "tiles"
@@ -310,7 +310,7 @@ class LeaderRow(Base):
 
 
 class KeyRow(Base):
-    """An API key: a name that may be shown, and the digest of a secret that nobody else has."""
+    """An API key: a name that may be shown, and the digest of a secret."""
 
     __tablename__ = "api_keys"
 
@@ -347,7 +347,7 @@ class AssetUseRow(Base):
 class AssetRow(Base):
     """An uploaded texture. Its bytes lie in the store under the same name.
 
-    ``used_at`` is when somebody has last sent it, or asked whether it is there.
+    ``used_at`` is when it was last sent or requested.
     """
 
     __tablename__ = "assets"

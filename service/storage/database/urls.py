@@ -16,7 +16,7 @@ _POSTGRESQL = {
     "pool_size": 8,
     "max_overflow": 8,
     "pool_timeout": 10,
-    # A connection may have ended while nobody used it, with the server that it led to.
+    # An idle connection may have ended with the server that it led to.
     "pool_pre_ping": True,
 }
 # A network that swallows everything is noticed after seconds; by default it would take minutes.

@@ -10,7 +10,7 @@ import pytest
 from rich.console import Console
 
 from schemas.convergence import Convergence
-from service.api.routes.convergence import EXAMPLE
+from service.api.routes.pictures import CONVERGENCE_EXAMPLE as EXAMPLE
 from service.cli import progress, watch
 from service.cli.progress import Bar, progress_bar
 from service.cli.watch import Curve, sentences

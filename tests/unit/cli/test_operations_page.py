@@ -6,9 +6,9 @@ import re
 import tomllib
 from pathlib import Path
 
-from service.lifecycle.retries import Cause
 from service.settings import Settings
 from service.telemetry.metrics import Metrics
+from service.workers.tasks import Cause
 
 PAGE = (Path(__file__).parents[3] / "docs" / "operations.md").read_text()
 

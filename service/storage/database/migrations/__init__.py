@@ -42,8 +42,10 @@ def upgrade(database: Database, scripts: Path = SCRIPTS) -> None:
     """
     config = Config()
     config.set_main_option("script_location", str(scripts))
-    patient = database.engine.execution_options(writes=True, silence_ms=SILENCE_MS, answer_seconds=math.inf)
-    with patient.begin() as connection:
+    connectable = database.engine.execution_options(
+        writes=True, silence_ms=SILENCE_MS, answer_seconds=math.inf
+    )
+    with connectable.begin() as connection:
         _check_version(connection, ScriptDirectory.from_config(config))
         config.attributes["connection"] = connection
         command.upgrade(config, "head")

@@ -1,4 +1,4 @@
-"""Whose a place of pictures is: of one database, and of one service or of several that share it."""
+"""Ownership of a place of pictures: by one database, and by one service or several that share it."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from schemas.jobs import JobState
 from service.errors import StoreTakenError
 from service.storage.database.connection import Database
 from service.storage.database.models import LeaderRow, RenderRow
+from service.storage.folder import JOBS
 from service.storage.objects import Objects
-from service.storage.places import JOBS
 
 MARK = "database-id"
 """What names the database to which a place belongs."""
@@ -57,10 +57,10 @@ def held(folder: Path, *, shared: bool) -> Iterator[None]:
 
 
 def check(database: Database, place: Objects) -> None:
-    """See that a place is the one of a database; a new database takes an empty one.
+    """Check that a place belongs to a database; a new database takes an empty one.
 
     A server whose place is another one, perhaps because a disk is not mounted, would remove files that it
-    knows nothing of, and write where nobody looks.
+    knows nothing of, and write where they are not found.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def check(database: Database, place: Objects) -> None:
 
 
 def _check_pictures(session: Session, place: Objects) -> None:
-    """See that a place that nobody has marked for this database has its pictures, and no others."""
+    """Check that an unmarked place has the pictures of this database, and no others."""
     newest = select(RenderRow.id).where(RenderRow.state == JobState.SUCCEEDED)
     render = session.scalar(newest.order_by(RenderRow.number.desc()).limit(1))
     if render is None and any(place.found(JOBS)):
