@@ -12,8 +12,7 @@ from renderer.plan.plan import RenderPlan
 from renderer.rendering import render
 from renderer.scenes import LoadedScene
 from schemas.pointers import escaped
-from schemas.quality import FixedQuality, Quality, TargetQuality
-from schemas.sampling import Antialiasing, Sampling
+from schemas.quality import Antialiasing, FixedQuality, Quality, Sampling, TargetQuality
 from schemas.scene import Scene
 
 SIDE, SAMPLES, LIGHT_SAMPLES = 128, 4, 16

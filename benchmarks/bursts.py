@@ -16,7 +16,7 @@ import httpx2
 
 import scenes
 from benchmarks.machine import Spread, describe, spread
-from schemas.access import Role
+from schemas.api.administration import Role
 from service.access import keys
 from service.server import running
 from service.settings import Settings

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
+    from schemas.api.plans import Offer
     from schemas.quality import Quality
-    from schemas.quotes import Offer
 
 PATHS = tuple(sorted((SCENES.parent / "gallery").glob("*.json")))
 

@@ -16,7 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from schemas.manifest_reading import read_manifest
+from schemas.grading.manifest_reading import read_manifest
 from service.grading.grading import grade
 from service.grading.hints import HINTS
 from tests.assignment import submissions
@@ -25,8 +25,8 @@ from tests.assignment.mistakes import MISTAKES
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from schemas.grades import Grade, TestGrade
-    from schemas.manifests import Manifest
+    from schemas.grading.grades import Grade, TestGrade
+    from schemas.grading.manifests import Manifest
     from tests.assignment.mistakes import Mistake
 
 DOCS = Path(__file__).parent

@@ -8,9 +8,9 @@ import re
 from pathlib import Path
 from typing import Any
 
-from schemas import acceptance, manifests
 from schemas.base import Closed, fields_of
-from schemas.manifest_json_schema import manifest_json_schema
+from schemas.grading import acceptance, manifests
+from schemas.grading.manifest_reading import manifest_json_schema
 
 PAGE = Path(__file__).with_name("manifest.md")
 TEMPLATE = Path(__file__).with_name("manifest_template.txt")

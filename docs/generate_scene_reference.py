@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 from schemas.base import Closed, fields_of
 from schemas.cameras import Camera
-from schemas.display import Display
 from schemas.json_schema import scene_json_schema
 from schemas.lights import DirectionalLight, ParallelogramLight, PointLight, RectangleLight
 from schemas.materials import PhongMaterial
-from schemas.sampling import Antialiasing, LightSampling, Sampling
-from schemas.scene import Scene
+from schemas.quality import Antialiasing, LightSampling, Sampling
+from schemas.scene import Display, Scene
 from schemas.shapes import Ellipsoid, Mesh, MeshFile, Parallelogram, Rectangle, Sphere, Triangle, Turn
 from schemas.textures import CheckerTexture, ImageTexture
 

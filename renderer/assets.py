@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from schemas.file_kinds import recognise
 from schemas.limits import Limits, how_to_raise, limits_in_force
+from schemas.reading.file_kinds import recognise
 
 PILLOW_PIXELS = 178_956_970
 """Pillow opens no more, whatever is allowed here: twice its `Image.MAX_IMAGE_PIXELS`."""

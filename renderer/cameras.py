@@ -21,8 +21,8 @@ from renderer.math.arrays import Floats, Integers, Masks, column, cross, dot, le
 from renderer.math.numerics import EPS
 from renderer.math.streams import Keys, bits, keys
 from renderer.samplers import PATTERNS, scrambled
-from schemas.sampling import Antialiasing
-from schemas.vectors import difference, parallel
+from schemas.quality import Antialiasing
+from schemas.quantities import difference, parallel
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,7 +8,7 @@ from renderer.plan.geometry import build_geometry
 from renderer.plan.plan import RenderPlan
 from renderer.plan.request import Request
 from renderer.scenes import LoadedScene, QualitySource, Source, load_request
-from schemas.layers import checked_layers
+from schemas.api.layers import checked_layers
 
 
 def compile_scene(
@@ -28,7 +28,7 @@ def compile_scene(
         Takes the place of the scene's own sampling: `schemas.FixedQuality`, `schemas.TargetQuality`, or a
         dict as a request over HTTP has it.
     layers
-        What to record about each pixel beside its colour, by names of `schemas.layers.LAYER_NAMES`.
+        What to record about each pixel beside its colour, by names of `schemas.api.layers.LAYER_NAMES`.
     culling
         Whether conservative tests may leave out work. Images are the same without, and slower.
 

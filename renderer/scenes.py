@@ -5,9 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from renderer.assets import AssetSource, FolderAssets, LimitedAssets, NoAssets, asset_source
-from schemas.errors import SceneError
+from schemas.errors import Problem, SceneError
 from schemas.limits import Limits
-from schemas.problems import Problem
 from schemas.quality import Quality
 from schemas.reading import read_quality, read_scene, scene_path
 from schemas.scene import Scene

@@ -5,18 +5,16 @@ from typing import TYPE_CHECKING
 from schemas.exports import lazy_names
 
 if TYPE_CHECKING:
-    from schemas.errors import SceneError
+    from schemas.errors import Problem, SceneError
     from schemas.limits import Limits
-    from schemas.problems import Problem
     from schemas.quality import FixedQuality, TargetQuality
     from schemas.scene import Scene
 
 __all__ = ["FixedQuality", "Limits", "Problem", "Scene", "SceneError", "TargetQuality"]
 
 HOMES = {
-    "errors": ("SceneError",),
+    "errors": ("Problem", "SceneError"),
     "limits": ("Limits",),
-    "problems": ("Problem",),
     "quality": ("FixedQuality", "TargetQuality"),
     "scene": ("Scene",),
 }

@@ -1,4 +1,4 @@
-"""The camera: where it stands, where it looks, how wide it sees, how many pixels it has."""
+"""The camera: its position, view, lens and size in pixels."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from pydantic_core import PydanticCustomError
 
 from schemas.base import Closed
 from schemas.limits import refuse_above
-from schemas.quantities import LARGEST, SMALLEST, Count, Direction, Point, Size
-from schemas.vectors import difference, length
+from schemas.quantities import LARGEST, SMALLEST, Count, Direction, Point, Size, difference, length
 
 FieldOfView = Annotated[float, Field(strict=True, gt=0, lt=180, allow_inf_nan=False)]
 

@@ -6,10 +6,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from schemas.base import Closed
-from schemas.planar import CenterForm, CornerForm
+from schemas.base import Closed, chosen_by, tag
 from schemas.quantities import Color, Direction, Point
-from schemas.unions import chosen_by, tag
+from schemas.shapes import CenterForm, CornerForm
 
 
 class _Light(Closed):

@@ -7,9 +7,8 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from schemas.base import Closed
+from schemas.base import Closed, chosen_by, tag
 from schemas.quantities import BRIGHTEST, LARGEST, SMALLEST, WHOLE, Color, Intensity, Name
-from schemas.unions import chosen_by, tag
 
 Shininess = Annotated[float, Field(strict=True, ge=0, le=LARGEST, allow_inf_nan=False)]
 

@@ -1,8 +1,8 @@
-"""The scene as a user writes it."""
+"""The scene as a user writes it: its parts, and the names by which they refer to each other."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sized
+from collections.abc import Iterator, Mapping, Sequence, Sized
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
@@ -16,18 +16,130 @@ from pydantic import (
 )
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
-from schemas.base import Closed
+from schemas.base import Closed, member
 from schemas.cameras import Camera
-from schemas.display import Display
+from schemas.errors import BUILT_IN
 from schemas.lights import Light
 from schemas.limits import refuse_above
 from schemas.materials import Material
-from schemas.quantities import Color, Name, whole
-from schemas.references import wrong_names
-from schemas.sampling import Sampling
-from schemas.sentences import BUILT_IN
+from schemas.pointers import Parts
+from schemas.quality import Sampling
+from schemas.quantities import LONGEST_NAME, Color, Name, whole
 from schemas.shapes import Shape
 from schemas.textures import Texture
+
+Stops = Annotated[float, Field(strict=True, ge=-100, le=100, allow_inf_nan=False)]
+
+
+class Display(Closed):
+    """The last step before a PNG. Linear files (.npy) are written without it."""
+
+    transfer: Literal["srgb", "linear"] = Field(
+        default="srgb", description="`srgb` for looking at the picture, `linear` for measuring in it."
+    )
+    exposure: Stops = Field(
+        default=0.0, description="Stops, -100 to 100: radiance is multiplied by 2 ** exposure first."
+    )
+
+
+MAPS = {
+    "normal_map": "A normal map must be a texture of type 'image': a checker's colours are no normals.",
+    "bump_map": "A bump map must be a texture of type 'image': a checker has no slopes.",
+    "displacement_map": "A displacement map must be a texture of type 'image': a checker has no slopes.",
+}
+"""Fields of a material that take an image alone, and why."""
+
+Uses = Iterator[tuple[Parts, object]]
+
+
+def wrong_names(scene: Mapping[str, object]) -> list[InitErrorDetails]:
+    """List every name that the scene uses and does not define, or defines as something else.
+
+    The scene may be raw: what is not even an object or a name is skipped, other checks report it.
+    """
+    return [
+        *_undefined("material", used_materials(scene), scene.get("materials", {})),
+        *_undefined("texture", used_textures(scene), scene.get("textures", {})),
+        *_checker_maps(scene),
+        *_unknown_vertices(scene),
+    ]
+
+
+def used_materials(scene: Mapping[str, object]) -> Uses:
+    """Give the location and the value of every field that names a material."""
+    shapes = scene.get("shapes", ())
+    for index, shape in enumerate(shapes if isinstance(shapes, list | tuple) else ()):
+        yield ("shapes", index, "material"), member(shape, "material")
+
+
+def used_textures(scene: Mapping[str, object]) -> Uses:
+    """Give the location and the value of every field that names a texture."""
+    materials = scene.get("materials", {})
+    for name, material in materials.items() if isinstance(materials, Mapping) else ():
+        for field in ("color_texture", *MAPS):
+            yield ("materials", name, field), member(material, field)
+
+
+def _undefined(kind: str, uses: Uses, defined: object) -> Iterator[InitErrorDetails]:
+    """The first use of each name that is not defined: one definition mends them all."""
+    if not isinstance(defined, Mapping):
+        return
+    places: dict[str, list[Parts]] = {}
+    for location, name in uses:
+        if isinstance(name, str) and 0 < len(name) <= LONGEST_NAME and name not in defined:
+            places.setdefault(name, []).append(location)
+    for location, *others in places.values():
+        message = (
+            f"The scene has no {kind} of this name. Use one of the names under '{kind}s', or define it "
+            f"there.{also_named(len(others))}"
+        )
+        error = PydanticCustomError(f"unknown_{kind}", message, {"names": tuple(defined)})
+        yield InitErrorDetails(type=error, loc=location, input=None)
+
+
+def also_named(others: int) -> str:
+    """A sentence about other places where the same name stands; nothing where there are none.
+
+    >>> also_named(2)
+    ' 2 other places name it too.'
+    """
+    if not others:
+        return ""
+    return f" {others} other places name it too." if others > 1 else " 1 other place names it too."
+
+
+def _checker_maps(scene: Mapping[str, object]) -> Iterator[InitErrorDetails]:
+    textures = scene.get("textures", {})
+    for location, name in used_textures(scene):
+        texture = textures.get(name) if isinstance(textures, Mapping) and isinstance(name, str) else None
+        message = MAPS.get(str(location[-1]))
+        if message and member(texture, "type") == "checker":
+            error = PydanticCustomError("not_an_image", message)
+            yield InitErrorDetails(type=error, loc=location, input=None)
+
+
+def _unknown_vertices(scene: Mapping[str, object]) -> Iterator[InitErrorDetails]:
+    """The first vertex number of each mesh that goes beyond its vertices."""
+    shapes = scene.get("shapes", ())
+    for index, shape in enumerate(shapes if isinstance(shapes, list | tuple) else ()):
+        vertices, triangles = member(shape, "vertices"), member(shape, "triangles")
+        # Where there are no vertices at all, that is the mistake.
+        if isinstance(vertices, list | tuple) and vertices and isinstance(triangles, list | tuple):
+            place = _beyond(triangles, len(vertices))
+            if place is not None:
+                message = "There is no such vertex: the mesh has {count}, numbered from 0 to {last}."
+                numbers = {"count": len(vertices), "last": len(vertices) - 1}
+                error = PydanticCustomError("no_such_vertex", message, numbers)
+                yield InitErrorDetails(type=error, loc=("shapes", index, "triangles", *place), input=None)
+
+
+def _beyond(triangles: Sequence[object], count: int) -> tuple[int, int] | None:
+    for row, triangle in enumerate(triangles):
+        for corner, vertex in enumerate(triangle if isinstance(triangle, list | tuple) else ()):
+            if isinstance(vertex, int) and vertex >= count:
+                return row, corner
+    return None
+
 
 # Putting errors together costs microseconds for each. Beyond so many, wrong names wait for the next try.
 _MANY = 1000

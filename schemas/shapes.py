@@ -1,4 +1,4 @@
-"""Shapes: triangles, rectangles in two forms, ellipsoids in two forms."""
+"""Shapes: triangles, rectangles in two forms, ellipsoids, meshes."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
-from schemas.base import Closed
+from schemas.base import Closed, chosen_by, tag
 from schemas.limits import refuse_above
-from schemas.planar import CenterForm, CornerForm
 from schemas.quantities import (
     Asset,
     Direction,
@@ -21,9 +20,54 @@ from schemas.quantities import (
     Point,
     Size,
     TextureCoordinate,
+    cosine_between,
+    parallel,
 )
-from schemas.unions import chosen_by, tag
-from schemas.vectors import cosine_between
+
+
+class CenterForm(Closed):
+    """A rectangle given by its middle, the way it faces and its size."""
+
+    center: Point = Field(description="The middle, scene units.")
+    normal: Direction = Field(description="The direction it faces, of any length.")
+    tangent: Direction = Field(
+        description="The direction of its width, of any length; made exactly perpendicular to `normal`, "
+        "not parallel to it. The direction of the height is the cotangent, normal x tangent."
+    )
+    size: tuple[Size, Size] = Field(
+        description="Width along the tangent and height along the cotangent, scene units."
+    )
+
+    @field_validator("tangent")
+    @classmethod
+    def _across(cls, tangent: Direction, info: ValidationInfo) -> Direction:
+        normal = info.data.get("normal")
+        if normal is not None and parallel(normal, tangent):
+            raise PydanticCustomError(
+                "parallel",
+                "'tangent' is parallel to 'normal'. Turn it: any direction in the surface will do.",
+            )
+        return tangent
+
+
+class CornerForm(Closed):
+    """A parallelogram: the points corner + u e1 + v e2 with u and v in [0, 1]."""
+
+    corner: Point = Field(description="The corner where uv = (0, 0), scene units.")
+    edges: tuple[Edge, Edge] = Field(
+        description="e1 and e2, from the corner to its two neighbours, scene units. The normal is e1 x e2. "
+        "They need not be perpendicular, only not parallel."
+    )
+
+    @field_validator("edges")
+    @classmethod
+    def _apart(cls, edges: tuple[Edge, Edge]) -> tuple[Edge, Edge]:
+        if parallel(*edges):
+            raise PydanticCustomError(
+                "no_area", "The rectangle has no area: its two edges are parallel. Turn one of them."
+            )
+        return edges
+
 
 PERPENDICULAR = 1e-6
 """Largest |cosine| between two semi-axes of an ellipsoid, dimensionless."""
@@ -72,8 +116,7 @@ class Ellipsoid(_Shape):
     center: Point = Field(description="The middle, scene units.")
     axes: tuple[Edge, Edge, Edge] = Field(
         description="Three semi-axes from the centre to the surface, scene units, perpendicular to each "
-        "other: "
-        "the cosine of each angle is at most 1e-6."
+        "other: the cosine of each angle is at most 1e-6."
     )
 
     @field_validator("axes")

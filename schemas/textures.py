@@ -6,9 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from schemas.base import Closed
+from schemas.base import Closed, chosen_by, tag
 from schemas.quantities import LARGEST, Asset, Color
-from schemas.unions import chosen_by, tag
 
 Repeat = Annotated[float, Field(strict=True, gt=0, le=LARGEST, allow_inf_nan=False)]
 
@@ -19,8 +18,7 @@ class ImageTexture(Closed):
     type: Literal["image"]
     asset: Asset = Field(
         description="On the command line a path relative to the scene file, never outside its folder; over "
-        "HTTP "
-        "`sha256:` and the 64 hexadecimal digits of an uploaded asset."
+        "HTTP `sha256:` and the 64 hexadecimal digits of an uploaded asset."
     )
     encoding: Literal["srgb", "linear"] = Field(
         default="srgb",

@@ -15,14 +15,12 @@ from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
-from schemas.comparisons import ComparisonRequest
-from schemas.inspections import InspectionRequest
-from schemas.jobs import JobRequest
-from schemas.problems import ProblemDocument
-from schemas.quotes import QuoteRequest
-from schemas.regions import Region
-from schemas.retention import PruneRequest
-from schemas.traces import TraceRequest
+from schemas.api.administration import PruneRequest
+from schemas.api.comparisons import ComparisonRequest
+from schemas.api.inspections import InspectionRequest, TraceRequest
+from schemas.api.jobs import JobRequest, Region
+from schemas.api.plans import QuoteRequest
+from schemas.errors import ProblemDocument
 from service.access.keys import CredentialCache
 from service.api import problems
 from service.api.authentication import authenticate

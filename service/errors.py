@@ -51,7 +51,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from schemas.problems import Problem
+from schemas.errors import Problem
 
 
 class ServiceError(Exception):

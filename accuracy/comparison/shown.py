@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from renderer.compiling import compile_scene
 from renderer.integrator import render_layers
 from renderer.scenes import LoadedScene
-from schemas.quality import FixedQuality
-from schemas.sampling import Antialiasing, LightSampling
+from schemas.quality import Antialiasing, FixedQuality, LightSampling
 from schemas.scene import Scene
 from schemas.tiles import Tile
 

@@ -23,8 +23,7 @@ from renderer.integrator import intersect, local_radiance
 from renderer.interaction import Points, Rays
 from renderer.math.arrays import Floats
 from renderer.math.numerics import EPS
-from schemas.errors import SceneError
-from schemas.problems import Problem
+from schemas.errors import Problem, SceneError
 from schemas.quality import FixedQuality
 from schemas.reading import read_scene
 

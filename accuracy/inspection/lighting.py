@@ -14,7 +14,7 @@ from renderer.math.arrays import Floats, Integers, Masks, dot, unit
 from renderer.plan.plan import RenderPlan
 from renderer.plan.stages import Illumination, Lighting
 from renderer.self_intersection import OriginSurfaces
-from schemas.inspections import Blocker, InspectedLight, Triple
+from schemas.api.inspections import Blocker, InspectedLight, Triple
 from schemas.pointers import pointer
 
 TERMS: dict[type, str] = {Diffuse: "diffuse", Highlight: "specular"}

@@ -15,7 +15,7 @@ from renderer.plan.plan import RenderPlan
 from renderer.plan.stages import Lighting
 from renderer.tiling import Block
 from renderer.waves import KINDS, Wave, camera_wave
-from schemas.inspections import InspectedLight
+from schemas.api.inspections import InspectedLight
 from schemas.tiles import Pass
 
 MOST_RAYS = 256

@@ -13,7 +13,7 @@ from renderer.interaction import EMITTER
 from renderer.math.arrays import lengths, unit
 from renderer.plan.plan import RenderPlan
 from renderer.scenes import LoadedScene, QualitySource, Source, load_request
-from schemas.inspections import (
+from schemas.api.inspections import (
     InspectedRay,
     InspectedSurface,
     Inspection,
@@ -21,8 +21,7 @@ from schemas.inspections import (
     RayKind,
 )
 from schemas.pointers import pointer
-from schemas.quality import FixedQuality, Quality, TargetQuality
-from schemas.sampling import Antialiasing, LightSampling
+from schemas.quality import Antialiasing, FixedQuality, LightSampling, Quality, TargetQuality
 from schemas.scene import Scene
 
 POINTS = 64

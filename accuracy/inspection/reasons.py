@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from schemas.inspections import Blocker, InspectedLight, InspectedRay, InspectedSurface, Reason
+from schemas.api.inspections import Blocker, InspectedLight, InspectedRay, InspectedSurface, Reason
 from schemas.scene import Scene
 
 SHOWS = {

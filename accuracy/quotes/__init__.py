@@ -8,9 +8,9 @@ from accuracy.quotes.prices import price
 from accuracy.quotes.settings import ERRORS
 from renderer.compiling import compile_scene
 from renderer.scenes import LoadedScene
+from schemas.api.plans import EffectShare, Offer, Quote
+from schemas.api.plans import Pilot as PilotReport
 from schemas.quality import Quality
-from schemas.quotes import EffectShare, Offer, Quote
-from schemas.quotes import Pilot as PilotReport
 
 SECONDS = 1.5
 """How long a pilot may take."""
@@ -50,7 +50,7 @@ def quote(
 
     Returns
     -------
-    schemas.quotes.Quote
+    schemas.api.plans.Quote
 
     Raises
     ------

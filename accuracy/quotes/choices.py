@@ -9,8 +9,8 @@ from accuracy.quotes.settings import Ladder, target
 from accuracy.quotes.timings import Timing
 from accuracy.statistics import factor
 from renderer.math.intervals import Interval
+from schemas.api.plans import Offer, Predicted
 from schemas.quality import CONFIDENCE, Quality
-from schemas.quotes import Offer, Predicted
 
 KEPT, LEAST = 0.7, 0.3
 """What the error of target quality comes to, over the one asked for, and the least of it that is usual: it

@@ -1,7 +1,7 @@
 """What a picture is taken to cost where there is no time for a pilot: predicted from the plan alone."""
 
 from renderer.plan.plan import RenderPlan
-from schemas.plans import PlanCost
+from schemas.api.plans import PlanCost
 from schemas.quality import TargetQuality
 
 SAMPLES, ERROR = 4, 1 / 255

@@ -7,8 +7,15 @@ from accuracy.variations import fixed_quality, seeded
 from renderer.compiling import compile_scene
 from renderer.plan.plan import RenderPlan
 from renderer.scenes import LoadedScene
-from schemas.quality import CONFIDENCE, FixedQuality, Quality, TargetQuality
-from schemas.sampling import SQUARE_PATTERNS, LightSampling, Sampling
+from schemas.quality import (
+    CONFIDENCE,
+    SQUARE_PATTERNS,
+    FixedQuality,
+    LightSampling,
+    Quality,
+    Sampling,
+    TargetQuality,
+)
 
 COUNTS = (1, 4, 16, 64, 256)
 """Camera samples of the rungs of a ladder: square numbers, as some patterns need them."""

@@ -13,7 +13,7 @@ from accuracy.study import curves
 from accuracy.study.settings import METHODS
 from accuracy.study.words import amount, error
 from renderer.images.files import encode_png
-from schemas.display import Display
+from schemas.scene import Display
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

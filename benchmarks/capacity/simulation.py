@@ -19,7 +19,7 @@ from sqlalchemy import event
 
 from benchmarks.capacity.workloads import request
 from renderer import tiling
-from schemas.access import Role
+from schemas.api.administration import Role
 from service.access.principals import LOCAL, Principal
 from service.app import assemble
 from service.dispatch.job_events import JobEvents

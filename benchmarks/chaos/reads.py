@@ -25,7 +25,7 @@ from PIL import Image
 from benchmarks.bursts import SIDE
 from benchmarks.chaos.ground import LONGEST, picture, settings
 from benchmarks.load.promises import Promise
-from schemas import batches
+from schemas.api import batches
 from service.server import running
 
 if TYPE_CHECKING:

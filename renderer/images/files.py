@@ -14,7 +14,7 @@ from PIL import Image
 from renderer.errors import ImageFileError
 from renderer.images.colors import srgb_from_linear
 from renderer.images.exr import decode_exr, encode_exr, require_exr
-from schemas.display import Display
+from schemas.scene import Display
 
 __all__ = [
     "SUFFIXES",

@@ -17,7 +17,7 @@ from renderer.math.streams import Keys, keys
 from renderer.samplers import FIXED, PATTERNS, strata
 from renderer.shapes.frames import frame_of_normals
 from renderer.shapes.rectangles import edges_of
-from schemas.sampling import LightSampling
+from schemas.quality import LightSampling
 
 PIXEL_DIMENSIONS = 0
 """Stream of the places in a pixel; light number i has stream 1 + i."""

@@ -15,13 +15,18 @@ import numpy as np
 from renderer.assets import MISSING, AssetError, AssetSource, changed_filters, content_of, limits_of
 from renderer.math.arrays import Floats, Integers
 from renderer.meshes import gltf, gltf_packing
-from schemas.file_kinds import recognise
 from schemas.limits import how_to_raise, limits_in_force
 from schemas.quantities import LARGEST
+from schemas.reading.file_kinds import recognise
 
 # A number of more digits is too large, and too long for Python to read.
 _PLY_COUNTS = re.compile(rb"(?m)^element[ \t]+(?:face|vertex)[ \t]+(\d{1,18})")
-_OBJ_GROUP = re.compile(rb"(?m)^[ \t]*(?:mtllib|usemtl|o|g|s)(?:[ \t].*)?$")
+# Each begins at a line's end and never goes back, which is quick: a mesh has a million lines.
+_NO_GEOMETRY = re.compile(rb"\n(?: *+(?:mtllib|usemtl|o|g|s)(?: [^\n]*+)?+(?![^\n])| ++)")
+_ODD_NUMBER = re.compile(rb"\nf(?:[ /]*+[1-9]\d*+)*+[ /]*+[-0]")
+_TOO_FEW = re.compile(rb"\n(?:v(?: ++[^ \n]++){0,2}+|vt(?: ++[^ \n]++)?+) *+(?![^\n])")
+_WHOLE = re.compile(rb"-?\d{1,18}")
+_COMMENT = re.compile(rb"#.*")
 # No other mesh format is JSON.
 _JSON = re.compile(rb"(?:\xef\xbb\xbf)?\s*\{")
 _BEGINNING = 1 << 16
@@ -43,11 +48,11 @@ def read_mesh(name: str, assets: AssetSource) -> tuple[Floats, Integers, Floats 
     content = content_of(name, assets)
     kind = file_kind(content)
     most = limits_of(assets).max_mesh_triangles
+    content = _regular_obj(content) if kind == "obj" else content
     announced(content, most)
     if kind in _GLTF:
-        mesh = _arrays(_load("glb", glb_of(name, content, assets)))
-    else:
-        mesh = _arrays(_load(kind, _without_groups(content) if kind == "obj" else content))
+        kind, content = "glb", glb_of(name, content, assets)
+    mesh = _arrays(_load(kind, content))
     _refuse_too_many(mesh[1].shape[1], most)
     return mesh
 
@@ -102,9 +107,58 @@ _LONGEST_SHOWN = 100
 _BESIDE = "Put it beside the mesh, or save the mesh as GLB."
 
 
-def _without_groups(content: bytes) -> bytes:
-    """An OBJ file as one mesh, its triangles in the order in which they stand."""
-    return _OBJ_GROUP.sub(b"", content)
+def _regular_obj(content: bytes) -> bytes:
+    """An OBJ file of one mesh in the form that trimesh reads: it skips indented faces and those with tabs.
+
+    It may also complete a vertex that lacks a number from the line after it.
+
+    Triangles stay in the order in which they stand.
+
+    Raises
+    ------
+    AssetError
+        A vertex lacks a number, or a face has one that stands for nothing.
+    """
+    content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n").replace(b"\\\n", b" ")
+    # Names go before comments do: a '#' may be part of one.
+    content = _NO_GEOMETRY.sub(b"\n", b"\n" + content.replace(b"\t", b" "))
+    content = _COMMENT.sub(b"", content)
+    if _TOO_FEW.search(content):
+        raise AssetError(
+            "A vertex of the mesh has fewer than three numbers, or a texture coordinate fewer than two. Save "
+            "the mesh again."
+        )
+    return _counted_from_first(content) if _ODD_NUMBER.search(content) else content
+
+
+def _counted_from_first(content: bytes) -> bytes:
+    """The same OBJ file without relative numbers: -1 is the last so far, for trimesh the last of the file."""
+    counts = {b"v": 0, b"vt": 0, b"vn": 0}
+    lines = content.split(b"\n")
+    for place, (keyword, *words) in ((at, line.split()) for at, line in enumerate(lines) if line.strip()):
+        if keyword in counts:
+            counts[keyword] += 1
+        elif keyword == b"f":
+            lines[place] = b" ".join([b"f", *(_corner(word, [*counts.values()]) for word in words)])
+    return b"\n".join(lines)
+
+
+def _corner(word: bytes, counts: list[int]) -> bytes:
+    return b"/".join(
+        _from_first(number, count) for number, count in zip(word.split(b"/"), counts, strict=False)
+    )
+
+
+def _from_first(number: bytes, count: int) -> bytes:
+    if not _WHOLE.fullmatch(number):
+        return number
+    counted = int(number) + (count + 1 if number.startswith(b"-") else 0)
+    if counted < 1:
+        raise AssetError(
+            f"A face of the mesh has the number {number.decode()}, and {count} of the kind precede it. "
+            "Numbers count from 1, or backwards from -1. Save the mesh again."
+        )
+    return b"%d" % counted
 
 
 def file_kind(content: bytes) -> str:

@@ -10,9 +10,9 @@ from typing import Any
 
 from renderer.assets import AssetError
 from renderer.meshes.gltf_containers import DAMAGED, is_embedded, split_glb
-from schemas.documents import read_text
 from schemas.errors import SceneError
 from schemas.limits import Limits, how_to_raise
+from schemas.reading.documents import read_text
 
 Json = dict[str, Any]
 

@@ -35,7 +35,7 @@ from renderer.visibility.polygon_grids import GridPolygonShadows
 from renderer.visibility.polygon_scatter import ScatterPolygonShadows
 from renderer.visibility.solids import SolidShadows
 from renderer.visibility.trees import TreeShadows
-from schemas.unions import members
+from schemas.base import members
 
 Color = tuple[float, float, float]
 

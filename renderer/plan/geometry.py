@@ -13,11 +13,11 @@ from renderer.shapes import Family, displacement
 from renderer.shapes.displacement import Displaced
 from renderer.textures import Texture
 from renderer.textures.heights import Heights
-from schemas.geometry import no_area
+from schemas.api.plans import LeftOut
+from schemas.errors import Problem
 from schemas.materials import PhongMaterial
-from schemas.plans import LeftOut
 from schemas.pointers import escaped
-from schemas.problems import Problem
+from schemas.reading.advice import no_area
 from schemas.scene import Scene
 from schemas.shapes import Shape, Triangle
 from schemas.textures import Texture as Written

@@ -13,9 +13,8 @@ from renderer.math.arrays import Integers, Masks
 from renderer.plan.geometry import SceneGeometry
 from renderer.plan.stages import Entry, Illumination, PointStage, ScatteringStage
 from renderer.scenes import LoadedScene
-from schemas.plans import LeftOut, PlanCost, PlanDocument, PlanStage
-from schemas.quality import Quality
-from schemas.sampling import Antialiasing
+from schemas.api.plans import LeftOut, PlanCost, PlanDocument, PlanStage
+from schemas.quality import Antialiasing, Quality
 from schemas.scene import Scene
 from schemas.tiles import Pass
 

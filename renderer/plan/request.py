@@ -12,10 +12,9 @@ from renderer.scenes import LoadedScene
 from renderer.shapes import Family
 from renderer.textures import Texture
 from renderer.textures.heights import Heights
-from schemas.plans import LeftOut
+from schemas.api.plans import LeftOut
 from schemas.pointers import escaped
-from schemas.quality import Quality, TargetQuality
-from schemas.sampling import Antialiasing, LightSampling, Sampling
+from schemas.quality import Antialiasing, LightSampling, Quality, Sampling, TargetQuality
 from schemas.scene import Scene
 
 

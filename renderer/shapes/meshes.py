@@ -10,8 +10,8 @@ from renderer.assets import AssetError, AssetSource, limits_of
 from renderer.math.arrays import Floats, Integers, Masks, column, cross, dot, lengths, magnitude, unit
 from renderer.meshes.files import read_mesh
 from renderer.shapes.triangles import Triangles, too_thin_to_tell, unit_normals
-from schemas.geometry import on_one_line
 from schemas.limits import how_to_raise
+from schemas.reading.advice import on_one_line
 
 CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 """Texture coordinates of a triangle's vertices that has none."""

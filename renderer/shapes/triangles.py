@@ -12,7 +12,7 @@ from renderer.math.arrays import Floats, Integers, Masks, cross, dot, lengths, m
 from renderer.shapes import woop
 from renderer.shapes.frames import derivatives_of_texture, frame_of_normals, frame_of_texture
 from renderer.shapes.polygons import FlatFamily, Polygons
-from schemas.geometry import CLEARLY_AN_AREA
+from schemas.reading.advice import CLEARLY_AN_AREA
 
 
 @dataclass(slots=True, eq=False)

@@ -18,7 +18,7 @@ from typing import NamedTuple, TypeVar
 from sqlalchemy import delete, exists, select
 from sqlalchemy.orm import Session
 
-from schemas.access import Role
+from schemas.api.administration import Role
 from service.access.principals import Principal
 from service.storage.database.connection import Database
 from service.storage.database.models import KeyRow, SessionRow

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from schemas.access import Role
+from schemas.api.administration import Role
 
 LOCAL_USER = "local"
 

@@ -11,13 +11,12 @@ import numpy as np
 from fastapi.concurrency import run_in_threadpool
 
 import renderer
-from schemas.inspections import Inspection, InspectionRequest
-from schemas.jobs import JobRequest
-from schemas.problems import Problem
-from schemas.quotes import Quote, QuoteRequest
+from schemas.api.inspections import Inspection, InspectionRequest, TraceAnswer, TraceRequest
+from schemas.api.jobs import JobRequest
+from schemas.api.plans import Quote, QuoteRequest
+from schemas.api.request_pointers import in_request
+from schemas.errors import Problem
 from schemas.reading import read_document
-from schemas.request_pointers import in_request
-from schemas.traces import TraceAnswer, TraceRequest
 from service.access.principals import Principal
 from service.errors import (
     InspectionFailedError,

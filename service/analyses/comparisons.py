@@ -8,9 +8,9 @@ from collections.abc import Iterator
 
 import renderer
 from accuracy.comparison.inputs import SIDECARS
-from schemas.comparisons import ComparisonAnswer, ComparisonRequest, SentPicture
-from schemas.jobs import JobState
-from schemas.problems import Problem
+from schemas.api.comparisons import ComparisonAnswer, ComparisonRequest, SentPicture
+from schemas.api.jobs import JobState
+from schemas.errors import Problem
 from schemas.reading import read_document
 from service.access.principals import Principal
 from service.analyses.calls import ask_worker

@@ -8,8 +8,8 @@ from typing import Literal
 
 from accuracy.convergence_plot import draw
 from renderer.convergence import trend
-from schemas.convergence import Convergence
-from schemas.jobs import JobState
+from schemas.api.jobs import JobState
+from schemas.api.plans import Convergence
 from service.jobs import lifecycle as jobs
 from service.jobs.context import Service
 from service.lifecycle import progress

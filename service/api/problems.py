@@ -22,10 +22,9 @@ from renderer.adaptive.time_limits import OutOfTimeError
 from renderer.assets import AssetError, NoSuchAssetError
 from renderer.convergence import NothingToFitError
 from renderer.errors import ImageFileError, MissingExtraError
-from schemas.errors import SHOWN
-from schemas.findings import located
+from schemas.errors import SHOWN, Problem, ProblemDocument
 from schemas.limits import LimitsError
-from schemas.problems import Problem, ProblemDocument
+from schemas.reading.findings import located
 from service import errors
 from service.jobs.context import Service
 from service.storage.database.connection import PRIMARY

@@ -16,8 +16,7 @@ from service.cli.options import JsonOption
 from service.cli.targets import check_target, write_whole
 
 if TYPE_CHECKING:
-    from service.converting.assumptions import Assumption
-    from service.converting.task import Conversion
+    from service.converting.task import Assumption, Conversion
 
 COLUMNS = 80
 
@@ -105,7 +104,7 @@ def _as_document(conversion: Conversion, out: Path) -> dict[str, Any]:
 
 
 def _lines(conversion: Conversion, out: Path) -> Iterator[str]:
-    from service.converting.assumptions import grouped
+    from service.converting.task import grouped
 
     for assumption, others in grouped(conversion.assumptions):
         yield f"  {_kind(assumption)} {_place(assumption, others)}"

@@ -128,7 +128,7 @@ def _memory() -> Check:
 
 def _variables() -> Iterator[Check]:
     """Variables that look like settings and are none: they would be ignored without a word."""
-    from schemas.translation import nearest
+    from schemas.reading.translation import nearest
 
     known = [*_names_of_settings(), *CLIENT]
     for variable in sorted(os.environ):

@@ -14,7 +14,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from schemas.problems import Problem
+    from schemas.errors import Problem
 
 
 class CommandError(Exception):

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from renderer import LoadedScene, RenderPlan
-    from schemas.plans import PlanDocument
-    from schemas.problems import Problem
+    from schemas.api.plans import PlanDocument
+    from schemas.errors import Problem
 
 MOST_POINTERS = 3
 
@@ -59,7 +59,7 @@ def validate(
 
 
 def _examine(name: str) -> Finding:
-    from schemas.problems import Problem
+    from schemas.errors import Problem
 
     try:
         file = scene_files.read(name)

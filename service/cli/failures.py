@@ -9,9 +9,8 @@ from typing import Any
 from typer.exceptions import TyperException
 
 from renderer.errors import ImageFileError, MissingExtraError, RenderError
-from schemas.errors import SceneError
+from schemas.errors import Problem, SceneError
 from schemas.limits import LimitsError
-from schemas.problems import Problem
 from service.cli import output
 from service.cli.errors import (
     CommandError,

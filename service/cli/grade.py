@@ -20,8 +20,8 @@ from service.cli.progress import progress_bar
 from service.cli.targets import check_target, make_folder, save, write_whole
 
 if TYPE_CHECKING:
-    from schemas.grades import Grade, TestGrade
-    from schemas.manifests import Manifest
+    from schemas.grading.grades import Grade, TestGrade
+    from schemas.grading.manifests import Manifest
     from service.grading.grading import Graded
 
 RESULT = "result.json"
@@ -112,7 +112,7 @@ def grade(  # noqa: PLR0913 - one argument for each option
 
 def _read(path: Path) -> Manifest:
     from schemas.errors import SceneError
-    from schemas.manifest_reading import read_manifest
+    from schemas.grading.manifest_reading import read_manifest
 
     if path.suffix.lower() not in (*YAML, ".json"):
         raise CommandError(f"{path} must end in .yaml, .yml or .json. The ending says how it is read.")

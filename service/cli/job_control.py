@@ -14,8 +14,8 @@ from service.cli.jobs import state_of
 from service.cli.options import DEFAULT_SERVER, JobArgument, JobsArgument, JsonOption, ServerOption, connect
 
 if TYPE_CHECKING:
-    from schemas.jobs import Job
-    from schemas.retention import Pruned
+    from schemas.api.administration import Pruned
+    from schemas.api.jobs import Job
 
 SECONDS = {"s": 1, "m": 60, "h": 3600, "d": 86400}
 BYTES = {"": 1, "k": 10**3, "M": 10**6, "G": 10**9, "T": 10**12}

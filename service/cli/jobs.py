@@ -25,8 +25,7 @@ from service.cli.options import (
 from service.cli.targets import ImageTarget, check_target, parsed_layers, save, save_layer
 
 if TYPE_CHECKING:
-    from schemas.jobs import Job, JobList
-    from schemas.logs import LogEntry
+    from schemas.api.jobs import Job, JobList, LogEntry
     from service.client import Client
 
 CURVE_FORMS = (".json", ".csv", ".svg", ".png")

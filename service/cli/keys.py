@@ -54,7 +54,7 @@ def add(
     as_json: JsonOption = False,
 ) -> None:
     """Make a key for a user and print it: it is shown this once."""
-    from schemas.access import Role
+    from schemas.api.administration import Role
     from service.access import keys
 
     if not 0 < len(user) <= LONGEST_NAME or not user.isprintable():

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
     from rich.table import Table
 
-    from schemas.problems import Problem
+    from schemas.errors import Problem
 
 USUAL_WIDTH = 100
 """Columns where there is no terminal."""

@@ -15,9 +15,8 @@ from service.cli.quality_options import SampleOptions, spread_quality
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from schemas.quality import FixedQuality, TargetQuality
-    from schemas.quotes import EffectShare, Offer, Predicted, Quote
-    from schemas.sampling import Antialiasing, LightSampling
+    from schemas.api.plans import EffectShare, Offer, Predicted, Quote
+    from schemas.quality import Antialiasing, FixedQuality, LightSampling, TargetQuality
 
 NOTHING = "nothing that was tried"
 """In place of a quality where none reaches what was asked for."""

@@ -13,8 +13,7 @@ from service.cli.errors import InputError, UnusableSceneError
 
 if TYPE_CHECKING:
     from renderer import LoadedScene, RenderPlan
-    from schemas.errors import SceneError
-    from schemas.problems import Problem
+    from schemas.errors import Problem, SceneError
     from schemas.quality import Quality
 
 STDIN = "-"
@@ -98,7 +97,7 @@ def read(name: str) -> SceneFile:
 
 def _unusable(name: str, text: bytes, error: SceneError) -> UnusableSceneError:
     """The error with a line for each pointer: the renderer has the scene and not its text."""
-    from schemas.findings import located
+    from schemas.reading.findings import located
 
     # A problem with a pointer is in a document that was parsed: any other text has no places to look up.
     missing_line = any(problem.line is None and problem.pointer for problem in error.errors)
@@ -108,8 +107,8 @@ def _unusable(name: str, text: bytes, error: SceneError) -> UnusableSceneError:
 
 def parsed(text: bytes) -> Mapping[str, Any]:
     """The members of a scene that is not checked any further; SceneError where it is not JSON."""
-    from schemas.documents import read_text
     from schemas.limits import limits_in_force
+    from schemas.reading.documents import read_text
 
     content = read_text(text, limits_in_force(), wanted="a scene").content
     return content if isinstance(content, Mapping) else {}

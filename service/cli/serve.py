@@ -28,7 +28,7 @@ from service.cli.progress import Bar, progress_bar
 from service.cli.targets import ImageTarget, make_folder
 
 if TYPE_CHECKING:
-    from schemas.jobs import Job, TileBatch
+    from schemas.api.jobs import Job, TileBatch
     from service.server import RunningServer
     from service.settings import Settings
 

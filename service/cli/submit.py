@@ -30,7 +30,7 @@ from service.cli.targets import ImageTarget, parsed_layers
 from service.cli.watch import detachable, show_end, stay
 
 if TYPE_CHECKING:
-    from schemas.jobs import Job
+    from schemas.api.jobs import Job
     from service.client import Client, RequestInvalidError
 
 OPTIONS = {

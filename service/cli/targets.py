@@ -16,7 +16,7 @@ from service.cli import output
 from service.cli.errors import CommandError
 
 if TYPE_CHECKING:
-    from schemas.layers import LayerName
+    from schemas.api.layers import LayerName
 
 PICTURES = (".png", ".npy", ".exr")
 STDOUT = {"-": ".png"} | {f"-{suffix}": suffix for suffix in PICTURES}
@@ -153,7 +153,7 @@ def parsed_layers(names: str | None) -> tuple[LayerName, ...]:
     CommandError
         There is no such layer; the message says which one was probably meant.
     """
-    from schemas.layers import checked_layers
+    from schemas.api.layers import checked_layers
 
     asked = [] if names is None else [name.strip() for name in names.split(",")]
     try:

@@ -25,8 +25,8 @@ from service.cli.tev import Mirror, TevOption, mirror
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from schemas.convergence import Convergence, Interval, PassCost
-    from schemas.jobs import Job, TileBatch
+    from schemas.api.jobs import Job, TileBatch
+    from schemas.api.plans import Convergence, Interval, PassCost
     from service.client import Client
 
 SECONDS_BETWEEN_RAY_COUNTS = 1.0

@@ -8,16 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy.typing as npt
 from anyio import to_thread
 
-from schemas.comparisons import ComparisonAnswer
-from schemas.convergence import Convergence
-from schemas.jobs import Job, JobList, TileBatch, TileEvent, Version
-from schemas.logs import JobLog
-from schemas.plans import PlanDocument
+from schemas.api.administration import Pruned
+from schemas.api.comparisons import ComparisonAnswer
+from schemas.api.inspections import TraceAnswer
+from schemas.api.jobs import Job, JobList, JobLog, TileBatch, TileEvent, Version
+from schemas.api.plans import Convergence, PlanDocument, Quote
+from schemas.api.request_pointers import in_scene
 from schemas.quality import Quality
-from schemas.quotes import Quote
-from schemas.request_pointers import in_scene
-from schemas.retention import Pruned
-from schemas.traces import TraceAnswer
 from service.client import calls, flows
 from service.client.async_connection import AsyncConnection
 from service.client.async_jobs import AsyncRemoteJob

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from schemas.batches import FLOAT32, TileHead, unpack
+from schemas.api.batches import FLOAT32, TileHead, unpack
 from service.client.errors import UnexpectedAnswerError
 
 Encoding = Literal["float32", "rgb8"]

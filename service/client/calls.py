@@ -12,8 +12,8 @@ from urllib.parse import quote
 import httpx2
 from pydantic import BaseModel, ValidationError
 
-from schemas.batches import MEDIA_TYPE
-from schemas.jobs import Asset, Job, JobList, TileBatch, TileEvent
+from schemas.api.batches import MEDIA_TYPE
+from schemas.api.jobs import Asset, Job, JobList, TileBatch, TileEvent
 from service.client.batches import Encoding, PixelBatch, decode_batch
 from service.client.errors import UnexpectedAnswerError
 from service.client.pictures import Picture, read_picture

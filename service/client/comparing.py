@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from schemas.jobs import Job, JobState
+from schemas.api.jobs import Job, JobState
 from service.client.errors import NoImageError
 from service.client.pictures import Picture
 

@@ -22,8 +22,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from schemas.jobs import Failure
-from schemas.problems import Problem, ProblemDocument
+from schemas.api.jobs import Failure
+from schemas.errors import Problem, ProblemDocument
 
 
 class ClientError(Exception):

@@ -14,7 +14,7 @@ from typing import Any
 import httpx2
 from pydantic import ValidationError
 
-from schemas.problems import ProblemDocument
+from schemas.errors import ProblemDocument
 from service.client.calls import Call
 from service.client.errors import (
     ClientError,

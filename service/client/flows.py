@@ -9,8 +9,8 @@ from collections.abc import Generator, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
+from schemas.api.jobs import Job
 from schemas.errors import SceneError
-from schemas.jobs import Job
 from service.client import calls
 from service.client.calls import Answer, Call
 from service.client.errors import RequestInvalidError

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TypeVar
 
-from schemas.jobs import Job, JobState, TileBatch
+from schemas.api.jobs import Job, JobState, TileBatch
 from service.client.batches import PixelBatch
 from service.client.errors import (
     JobCancelledError,

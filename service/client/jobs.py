@@ -11,10 +11,8 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy.typing as npt
 from pydantic import PrivateAttr
 
-from schemas.convergence import Convergence
-from schemas.jobs import TileBatch
-from schemas.logs import JobLog
-from schemas.plans import PlanDocument
+from schemas.api.jobs import JobLog, TileBatch
+from schemas.api.plans import Convergence, PlanDocument
 from service.client.batches import Encoding, TilePixels
 from service.client.errors import ClientError
 from service.client.following import OnProgress, leaving, notify, succeeded

@@ -11,7 +11,7 @@ from typing import Any, Self
 
 from pydantic import PrivateAttr
 
-from schemas.jobs import Job, JobState, TileBatch
+from schemas.api.jobs import Job, JobState, TileBatch
 from service.client.pictures import PNG
 
 SECONDS_BETWEEN_PICTURES = 1.0
@@ -72,7 +72,8 @@ def live_card() -> LiveCard | None:
 class AsyncKnownJob(Job):
     """A job with its client; a notebook shows it as a card without a picture, which would have to be awaited.
 
-    The fields of ``schemas.jobs.Job`` are as in the last answer; methods that ask the service update them.
+    The fields of ``schemas.api.jobs.Job`` are as in the last answer; methods that ask the service update
+    them.
     """
 
     _client: Any = PrivateAttr()

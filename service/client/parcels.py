@@ -12,16 +12,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy.typing as npt
 
-from schemas.documents import read_text
-from schemas.findings import Finding, located, refusal
+from schemas.errors import Problem
 from schemas.limits import limits_in_force
-from schemas.plain import plain
 from schemas.pointers import Parts
-from schemas.problems import Problem
 from schemas.reading import scene_path
-from schemas.references import also_named
-from schemas.scene import Scene
-from schemas.sentences import say
+from schemas.reading.documents import read_text
+from schemas.reading.findings import Finding, located, refusal
+from schemas.reading.plain import plain
+from schemas.reading.translation import say
+from schemas.scene import Scene, also_named
 
 if TYPE_CHECKING:
     from renderer.assets import AssetSource

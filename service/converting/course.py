@@ -1,23 +1,137 @@
-"""Scenes of ShanghaiTech's course CS171: `cam_config`, `light_config`, `materials`, `objects`."""
+"""Scenes of ShanghaiTech's course CS171, as its skeleton code reads them.
+
+The fields are those of `struct Config` in the published skeleton of assignment 4, and of students' programs
+that grew from it: there an object is named by `path` and moved by `position`, and a light may be a point.
+"""
 
 from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, ClassVar
+
+from pydantic import AliasChoices, Field
 
 from renderer.assets import AssetError
+from schemas.cameras import FieldOfView
+from schemas.errors import Problem
 from schemas.limits import limits_in_force
-from schemas.problems import Problem
-from schemas.translation import nearest
-from service.converting.assets import UNUSABLE, check_mesh
-from service.converting.course_document import CourseCamera, CourseDocument, CourseLight, CourseObject
-from service.converting.course_materials import material
+from schemas.quantities import Asset, Color, Count, Direction, Index, Name, Point, Size
+from schemas.reading.translation import nearest
+from schemas.shapes import Scale
 from service.converting.errors import ConversionError
-from service.converting.obj_parts import bent
-from service.converting.obj_text import read_obj
-from service.converting.reading import read_known
-from service.converting.task import Task
+from service.converting.obj import bent
+from service.converting.reading import Foreign, read_known
+from service.converting.task import UNUSABLE, Notes, Task, check_mesh
+from service.converting.wavefront import read_obj
+
+
+class CourseCamera(Foreign):
+    """`cam_config`."""
+
+    position: Point
+    look_at: Point
+    ref_up: Direction = (0.0, 1.0, 0.0)
+    vertical_fov: FieldOfView
+    focal_length: Size = 1.0
+
+
+class CourseLight(Foreign):
+    """`light_config`: a rectangle that lies flat and shines downwards; without a size a point."""
+
+    position: Point
+    size: tuple[Size, Size] | None = None
+    radiance: Color
+
+
+class CourseMaterial(Foreign):
+    """One of `materials`."""
+
+    name: Name
+    type: Annotated[str, Field(strict=True)] = "diffuse"
+    color: Color
+
+
+class CourseObject(Foreign):
+    """One of `objects`: a mesh, scaled first and then moved."""
+
+    # Which tree finds its triangles changes no picture.
+    SILENT: ClassVar[frozenset[str]] = frozenset({"has_bvh"})
+
+    # Documents alone are made into objects, never keywords.
+    obj_file_path: Asset = Field(  # type: ignore[pydantic-alias]
+        validation_alias=AliasChoices("obj_file_path", "path")
+    )
+    material_name: Name
+    translate: Point = Field(  # type: ignore[pydantic-alias]
+        default=(0.0, 0.0, 0.0), validation_alias=AliasChoices("translate", "position")
+    )
+    scale: Scale = (1.0, 1.0, 1.0)
+
+
+class CourseDocument(Foreign):
+    """The whole file."""
+
+    spp: Count | None = None
+    max_depth: Index | None = None
+    image_resolution: tuple[Count, Count]
+    cam_config: CourseCamera
+    light_config: CourseLight | None = None
+    materials: tuple[CourseMaterial, ...] = ()
+    objects: tuple[CourseObject, ...] = ()
+
+
+GLASS = frozenset({"translucent", "transmission"})
+"""What students call it; the skeleton itself has `diffuse` and `specular` alone."""
+REFRACTIVE_INDEX = 1.5
+DEEPEST = 64
+"""Most bounces that a material may have."""
+DEFAULT_DEPTH = 5
+"""Bounces where `max_depth` is missing: the default of scenes."""
+
+
+def _material(written: CourseMaterial, pointer: str, max_depth: int | None, notes: Notes) -> dict[str, Any]:
+    """One material of a scene; what has no counterpart is noted."""
+    kind = written.type.lower()
+    if kind == "specular":
+        return _share("mirror", written, pointer, max_depth, notes)
+    if kind in GLASS:
+        notes.assume(f"{pointer}/type", f"It is glass with a refractive index of {REFRACTIVE_INDEX}.")
+        glass = _share("transmission", written, pointer, max_depth, notes)
+        return glass | {"ior": REFRACTIVE_INDEX}
+    if kind != "diffuse":
+        notes.assume(
+            f"{pointer}/type",
+            "The type is not known, so it is diffuse. Known are diffuse, specular, translucent.",
+        )
+    return {"type": "phong", "color": written.color}
+
+
+def _share(
+    field: str, written: CourseMaterial, pointer: str, max_depth: int | None, notes: Notes
+) -> dict[str, Any]:
+    """A material that sends rays on and does nothing else."""
+    red, green, blue = written.color
+    share = min(1.0, (red + green + blue) / 3)
+    if not red == green == blue == share:
+        notes.assume(
+            f"{pointer}/color",
+            f"Rays are sent on with one share for all colours, at most 1: {share:.6g}, the mean of this one.",
+        )
+    depth = max(1, min(DEEPEST, max_depth if max_depth is not None else DEFAULT_DEPTH))
+    if max_depth is not None and depth != max_depth:
+        notes.assume(
+            "/max_depth", f"Mirrors and glass send rays on {depth} times: 1 to {DEEPEST} are possible."
+        )
+    return {
+        "type": "phong",
+        "color": written.color,
+        "ambient": 0,
+        "diffuse": 0,
+        field: share,
+        "max_depth": depth,
+    }
+
 
 DEFAULT_SAMPLES = 16
 """Camera samples a pixel where `spp` is missing."""
@@ -45,7 +159,7 @@ def convert_course(task: Task, content: object) -> dict[str, Any]:
         if written.name in materials:
             detail = "An earlier material of the same name is replaced by this one."
             task.notes.assume(f"/materials/{number}/name", detail)
-        materials[written.name] = material(written, f"/materials/{number}", course.max_depth, task.notes)
+        materials[written.name] = _material(written, f"/materials/{number}", course.max_depth, task.notes)
     _note_bounces(task, course)
     return {
         "version": 1,

@@ -1,7 +1,7 @@
 """What importers raise.
 
 ValueError
-├── ConversionError    a file is not what its format wants; with all that is wrong in it
+├── ConversionError    a file breaks the rules of its format; with every problem
 └── FileAwayError      a file that another one names is not there, or may not be read
 """
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from schemas.problems import Problem
+from schemas.errors import Problem
 
 
 class ConversionError(ValueError):
@@ -36,7 +36,7 @@ class ConversionError(ValueError):
 
 
 class FileAwayError(ValueError):
-    """A file that another one names cannot be had; the message says why and what to do."""
+    """A file that another one names cannot be read; the message gives the reason and the cure."""
 
 
 def wrong_at_line(name: str, text: bytes, line: int, detail: str) -> ConversionError:

@@ -7,19 +7,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from schemas.documents import read_text
 from schemas.errors import SceneError
-from schemas.findings import located
 from schemas.limits import limits_in_force
 from schemas.reading import read_scene
-from service.converting.assumptions import Notes
+from schemas.reading.documents import read_text
+from schemas.reading.findings import located
 from service.converting.course import convert_course
 from service.converting.errors import ConversionError, wrong_at
 from service.converting.files import InputFiles, SceneFiles
 from service.converting.gltf import convert_glb, convert_gltf
 from service.converting.obj import convert_obj
-from service.converting.ply import convert_ply
-from service.converting.task import Conversion, Task
+from service.converting.surroundings import convert_ply
+from service.converting.task import Conversion, Notes, Task
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,11 +101,9 @@ def _parsed(task: Task) -> Mapping[str, Any]:
     try:
         document = read_text(task.content, limits_in_force())
     except SceneError as error:
-        known = [known.suffix for known in FILE_FORMATS]
         if task.path.suffix.lower() not in {".json", ".gltf"}:
             detail = f"Files ending in {task.path.suffix!r} are not known, and this is not JSON. {_offer()}"
             raise wrong_at(name, "", detail) from error
-        assert known
         raise ConversionError(name, task.content, error.errors, error.more) from None
     if document.repeated:
         first = document.repeated[0]

@@ -9,24 +9,19 @@ import numpy as np
 
 from renderer.assets import AssetError
 from renderer.meshes.gltf_containers import DAMAGED, split_glb
-from schemas.documents import read_text
 from schemas.errors import SceneError
 from schemas.limits import how_to_raise, limits_in_force
+from schemas.reading.documents import read_text
 from service.converting.errors import ConversionError, wrong_at
-from service.converting.gltf_buffers import Buffers
-from service.converting.gltf_cameras import camera_of
 from service.converting.gltf_document import Document
-from service.converting.gltf_lights import exposure, lights_of
+from service.converting.gltf_geometry import Buffers, Part, parts_by_material
 from service.converting.gltf_materials import GltfMaterials
-from service.converting.gltf_meshes import Part, Parts
-from service.converting.gltf_nodes import placed_nodes
-from service.converting.meshes import scene_around
-from service.converting.mtl_materials import GREY
-from service.converting.obj_parts import write_part
-from service.converting.obj_text import Face, ObjText
+from service.converting.gltf_nodes import camera_of, exposure, lights_of, placed_nodes
+from service.converting.obj import write_part
 from service.converting.reading import read_known
-from service.converting.surroundings import bounding_sphere
+from service.converting.surroundings import GREY, bounding_sphere, scene_around
 from service.converting.task import Task
+from service.converting.wavefront import Face, ObjText
 
 KNOWN_EXTENSIONS = frozenset({"KHR_lights_punctual", "KHR_materials_ior", "KHR_materials_transmission"})
 
@@ -61,12 +56,11 @@ def _scene(task: Task, content: object, text: str | None, binary: bytes | None) 
     _refuse_unknown(task, document)
     nodes = placed_nodes(task.notes.file, document)
     buffers = Buffers(task, document, binary)
-    parts = Parts()
-    parts.add(buffers, nodes)
+    parts = parts_by_material(buffers, nodes)
     _refuse_odd(task, parts)
     textures: dict[str, Any] = {}
     materials, shapes = _shapes(task, GltfMaterials(buffers, textures), parts)
-    vertices = np.concatenate([part.vertices for some in parts.by_material.values() for part in some])
+    vertices = np.concatenate([part.vertices for some in parts.values() for part in some])
     middle, radius = bounding_sphere(vertices)
     lights = lights_of(task, document, nodes)
     scene = scene_around(
@@ -97,8 +91,8 @@ def _refuse_unknown(task: Task, document: Document) -> None:
             raise wrong_at(task.notes.file, f"/extensionsRequired/{number}", detail)
 
 
-def _refuse_odd(task: Task, parts: Parts) -> None:
-    count = sum(len(part.triangles) for some in parts.by_material.values() for part in some)
+def _refuse_odd(task: Task, parts: Mapping[int | None, Sequence[Part]]) -> None:
+    count = sum(len(part.triangles) for some in parts.values() for part in some)
     if count == 0:
         detail = "No mesh is placed in the scene, so there is nothing to see. Save it with its meshes."
         raise wrong_at(task.notes.file, "", detail)
@@ -109,11 +103,11 @@ def _refuse_odd(task: Task, parts: Parts) -> None:
 
 
 def _shapes(
-    task: Task, converter: GltfMaterials, parts: Parts
+    task: Task, converter: GltfMaterials, parts: Mapping[int | None, Sequence[Part]]
 ) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     materials: dict[str, Any] = {}
     shapes = []
-    for number, some in parts.by_material.items():
+    for number, some in parts.items():
         name = _name(converter, number, materials)
         if number is None:
             materials[name] = {"type": "phong", "color": [GREY] * 3}

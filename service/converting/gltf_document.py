@@ -1,19 +1,23 @@
 """The parts of a glTF 2.0 document that scenes have something for.
 
 Source: Khronos Group, glTF 2.0 specification, and its extensions KHR_lights_punctual, KHR_materials_ior and
-KHR_materials_transmission. Lengths are metres, angles radians, matrices stand column by column.
+KHR_materials_transmission. Lengths are metres, angles radians, matrices are stored column by column.
 """
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Literal
+from collections.abc import Sequence
+from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
 from pydantic import ConfigDict, Field
 from pydantic.alias_generators import to_camel
 
 from schemas.materials import RefractiveIndex, Share
 from schemas.quantities import Color, Coordinate, Index, Intensity, Number, Point
+from service.converting.errors import wrong_at
 from service.converting.reading import Foreign
+
+Item = TypeVar("Item")
 
 _NAMES = frozenset({"name", "extras"})
 
@@ -163,7 +167,7 @@ class MaterialExtensions(Part):
 class Material(Part):
     """What a surface is made of."""
 
-    # All surfaces of a scene are seen from both sides; the cutoff belongs to the mode, which is told.
+    # All surfaces of a scene are seen from both sides; the cutoff belongs to the mode, which is noted.
     SILENT: ClassVar[frozenset[str]] = _NAMES | {"doubleSided", "alphaCutoff"}
     REASONS: ClassVar[dict[str, str]] = {
         "emissiveFactor": "Shapes do not shine: put a light in their place.",
@@ -277,3 +281,10 @@ class Document(Part):
     images: tuple[Image, ...] = ()
     cameras: tuple[Camera, ...] = ()
     extensions: DocumentExtensions = DocumentExtensions()
+
+
+def pick(name: str, items: Sequence[Item], number: int, pointer: str) -> Item:
+    """One item of a list; ConversionError at the place that names one too many."""
+    if number >= len(items):
+        raise wrong_at(name, pointer, f"There is no number {number}: the document has {len(items)} of them.")
+    return items[number]

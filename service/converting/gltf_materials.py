@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from renderer.assets import image_size
-from service.converting.assets import UNUSABLE
-from service.converting.gltf_buffers import Buffers, pick
-from service.converting.gltf_document import Material, TextureUse
+from service.converting.gltf_document import Material, TextureUse, pick
+from service.converting.gltf_geometry import Buffers
+from service.converting.task import UNUSABLE, named_texture
 
 REFLECTED = 0.04
 """Share that a surface of refractive index 1.5 reflects straight back: the specular colour that glTF gives
@@ -122,15 +122,7 @@ class GltfMaterials:
                 self.notes.assume(f"/samplers/{texture.sampler}", "Both directions wrap as wrapS says.")
             if sampler.mag_filter == _NEAREST:
                 made["filter"] = "nearest"
-        return self._named(asset, made)
-
-    def _named(self, asset: str, made: dict[str, Any]) -> str:
-        for name, known in self.textures.items():
-            if known == made:
-                return name
-        name = asset if asset not in self.textures else f"{asset} ({made['encoding']}, {made['wrap']})"
-        self.textures[name] = made
-        return name
+        return named_texture(self.textures, made)
 
     def _asset(self, number: int, pointer: str) -> str | None:
         """The scene's name of a picture; None, with a note, where it cannot be used."""

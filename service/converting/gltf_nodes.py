@@ -1,16 +1,18 @@
-"""The nodes of a glTF scene with their places in the world."""
+"""Nodes of a glTF scene in world coordinates, with their cameras and lights."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from renderer.math.arrays import Floats
 from service.converting.errors import wrong_at
-from service.converting.gltf_buffers import pick
-from service.converting.gltf_document import Document, Node
+from service.converting.gltf_document import Document, Node, PunctualLight, pick
+from service.converting.task import Task
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,3 +97,109 @@ def _turn(quaternion: Floats) -> Floats:
             [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
         ]
     )
+
+
+HEIGHT = 512
+WIDEST = 8192
+"""Pixels: more than any screen, and less than the 16 million pixels that a scene may have with HEIGHT."""
+
+
+def camera_of(
+    task: Task, document: Document, nodes: Sequence[PlacedNode], middle: Floats
+) -> dict[str, Any] | None:
+    """The first camera with a perspective view; None where there is none.
+
+    Parameters
+    ----------
+    middle
+        Of what is seen: as far away is the point that the camera is said to look at.
+
+    Raises
+    ------
+    ConversionError
+        A node names a camera that is not there.
+    """
+    chosen: dict[str, Any] | None = None
+    for placed in nodes:
+        if placed.node.camera is None:
+            continue
+        pointer = f"/nodes/{placed.number}/camera"
+        view = pick(task.notes.file, document.cameras, placed.node.camera, pointer).perspective
+        if view is None:
+            task.notes.leave_out(pointer, "A camera without a perspective is left out.")
+        elif chosen is None:
+            chosen = _camera(placed, view.yfov, view.aspect_ratio or 1.0, middle)
+            task.notes.assume(pointer, f"The picture is {chosen['width']} x {HEIGHT} pixels.")
+        else:
+            task.notes.leave_out(pointer, "Only the first camera is taken.")
+    return chosen
+
+
+def _camera(placed: PlacedNode, yfov: float, aspect: float, middle: Floats) -> dict[str, Any]:
+    axes = placed.world_from_node[:3, :3]
+    forward = -axes[:, 2] / (np.linalg.norm(axes[:, 2]) or 1.0)
+    ahead = float((middle - placed.position) @ forward)
+    return {
+        "position": placed.position.tolist(),
+        "look_at": (placed.position + (ahead if ahead > 0 else 1.0) * forward).tolist(),
+        "up": axes[:, 1].tolist(),
+        "vertical_fov": math.degrees(yfov),
+        "width": max(1, min(WIDEST, round(HEIGHT * aspect))),
+        "height": HEIGHT,
+    }
+
+
+def lights_of(task: Task, document: Document, nodes: Sequence[PlacedNode]) -> list[dict[str, Any]]:
+    """Lights for a scene.
+
+    A white surface that faces a light of intensity I at distance d gives back I / (pi d^2) in glTF, and
+    colour / d^2 in a scene: the colour is I / pi.
+
+    Raises
+    ------
+    ConversionError
+        A node names a light that is not there.
+    """
+    known = document.extensions.lights.lights if document.extensions.lights else ()
+    made = []
+    for placed in nodes:
+        use = placed.node.extensions.lights
+        if use is not None:
+            pointer = f"/nodes/{placed.number}/extensions/KHR_lights_punctual/light"
+            light = pick(task.notes.file, known, use.light, pointer)
+            made.append(_light(task, light, use.light, placed))
+    if made:
+        task.notes.assume(
+            "/extensions/KHR_lights_punctual",
+            "The colour of a light is its intensity divided by pi. Its shadows are hard.",
+        )
+    return made
+
+
+def _light(task: Task, light: PunctualLight, number: int, placed: PlacedNode) -> dict[str, Any]:
+    color = [part * light.intensity / math.pi for part in light.color]
+    if light.type == "directional":
+        direction = (-placed.world_from_node[:3, 2]).tolist()
+        return {"type": "directional", "direction": direction, "color": color}
+    if light.type == "spot":
+        task.notes.assume(
+            f"/extensions/KHR_lights_punctual/lights/{number}", "A spot shines in all directions, as a point."
+        )
+    position = placed.position.tolist()
+    return {"type": "point", "position": position, "color": color, "falloff": "physical"}
+
+
+def exposure(lights: Sequence[dict[str, Any]], middle: Floats, radius: float) -> float:
+    """Stops by which the picture has to be darkened so that white in the middle is not beyond white.
+
+    0 where it is not. A light nearer than the radius counts as being so far away.
+    """
+    brightest = 0.0
+    for light in lights:
+        strength = max(light["color"])
+        if light["type"] == "point":
+            distance = max(float(np.linalg.norm(np.array(light["position"]) - middle)), radius)
+            strength /= distance * distance
+        brightest += strength
+    # Two decimals are finer than anybody sees; rounding up keeps white below white.
+    return -math.ceil(100 * math.log2(brightest)) / 100 if brightest > 1 else 0.0

@@ -5,12 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from service.converting.assets import UNUSABLE, picture_file
-from service.converting.mtl_text import Map, MtlMaterial
-from service.converting.task import Task
+from service.converting.surroundings import GREY
+from service.converting.task import UNUSABLE, Task, named_texture, picture_file
+from service.converting.wavefront import Map, MtlMaterial
 
-GREY = 0.75
-"""Colour of faces without a material, and of materials without Kd."""
 SHARPEST = 1e15
 """Largest shininess of a scene."""
 BUMP_SHARE = 0.01
@@ -164,11 +162,7 @@ class MtlConverter:
             self._leave_out(written, keyword, f"The option {option} is left out: pictures lie as they are.")
         wrap = "clamp" if named.options.get("-clamp") == ("on",) else "repeat"
         texture = {"type": "image", "asset": asset, "encoding": encoding, "wrap": wrap}
-        name = next((name for name, known in self.textures.items() if known == texture), None)
-        if name is None:
-            name = asset if asset not in self.textures else f"{asset} ({encoding}, {wrap})"
-            self.textures[name] = texture
-        return name
+        return named_texture(self.textures, texture)
 
     def _others(self, written: MtlMaterial) -> None:
         for keyword, statement in written.statements.items():

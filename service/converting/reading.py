@@ -1,4 +1,4 @@
-"""Reading a document of another program: what it must have is checked, what is not known is told."""
+"""Reading a document of another program: required fields are checked, unknown ones noted."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from pydantic import AliasChoices, BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from schemas.base import Closed
-from schemas.findings import show
 from schemas.limits import limits_in_force
 from schemas.pointers import Parts, pointer
-from schemas.translation import translate
-from service.converting.assumptions import Notes
+from schemas.reading.findings import show
+from schemas.reading.translation import translate
 from service.converting.errors import ConversionError
+from service.converting.task import Notes
 
 
 class Foreign(Closed):
@@ -24,7 +24,7 @@ class Foreign(Closed):
     SILENT: ClassVar[frozenset[str]] = frozenset()
     """Fields that change no picture: left out without a word."""
     REASONS: ClassVar[Mapping[str, str]] = {}
-    """What is told about fields that are known and yet left out."""
+    """Reasons why known fields are left out."""
 
 
 Model = TypeVar("Model", bound=Foreign)

@@ -1,4 +1,4 @@
-"""A camera and a light for a mesh that came without."""
+"""A scene around a mesh that brings none: grey, a camera that sees all of it, and a light."""
 
 from __future__ import annotations
 
@@ -7,8 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from renderer.assets import AssetError
 from renderer.math.arrays import Floats
+from renderer.meshes.files import read_mesh
+from service.converting.errors import wrong_at
+from service.converting.task import One, Task
 
+GREY = 0.75
+"""Colour of faces without a material, and of materials without a colour."""
 FIELD_OF_VIEW = 40.0
 SIZE = 512
 MARGIN = 1.05
@@ -61,3 +67,70 @@ def default_light(middle: Floats, radius: float) -> dict[str, Any]:
 def _rounded(numbers: Floats, radius: float) -> list[float]:
     decimals = DIGITS - math.floor(math.log10(radius))
     return [round(float(number), decimals) for number in numbers]
+
+
+def scene_around(
+    task: Task,
+    vertices: Floats,
+    *,
+    textures: dict[str, Any],
+    materials: dict[str, Any],
+    shapes: list[dict[str, Any]],
+    camera: dict[str, Any] | None = None,
+    lights: list[dict[str, Any]] | None = None,
+) -> dict[str, Any]:
+    """A scene of some shapes.
+
+    Parameters
+    ----------
+    task
+        What is assumed is noted in it.
+    vertices
+        All points of the shapes, (N, 3), scene units.
+    textures, materials, shapes
+        Parts of the scene.
+    camera
+        In place of one that sees everything.
+    lights
+        In place of a soft light from above.
+    """
+    middle, radius = bounding_sphere(vertices)
+    scene: dict[str, Any] = {"version": 1, "name": task.path.stem}
+    if camera is None:
+        task.notes.assume(
+            "", "The camera looks from the front, right and above at all of the mesh; y is upwards."
+        )
+        camera = default_camera(middle, radius)
+    scene["camera"] = camera
+    if not lights:
+        task.notes.assume(
+            "", "A square light from above left, and ambient light of 1: materials give back a tenth of it."
+        )
+        scene["ambient"] = [1, 1, 1]
+        lights = [default_light(middle, radius)]
+    if textures:
+        scene["textures"] = textures
+    return scene | {"materials": materials, "shapes": shapes, "lights": lights}
+
+
+def convert_ply(task: Task) -> dict[str, Any]:
+    """The scene of a PLY file: grey, with a camera that sees all of it, and a light.
+
+    Raises
+    ------
+    ConversionError
+        The renderer could not read it.
+    """
+    try:
+        vertices = read_mesh(task.path.name, One(task.content))[0].T
+    except AssetError as error:
+        raise wrong_at(task.path.name, "", str(error)) from error
+    task.notes.assume("", f"The mesh is grey, {GREY}: colours of its vertices are not read.")
+    asset = task.placed.keep(task.path.resolve(), task.content)
+    return scene_around(
+        task,
+        vertices,
+        textures={},
+        materials={"grey": {"type": "phong", "color": [GREY] * 3}},
+        shapes=[{"type": "mesh", "name": task.path.stem, "asset": asset, "material": "grey"}],
+    )

@@ -1,13 +1,81 @@
-"""What every importer is given, and what it makes."""
+"""One file to be converted: what importers are given, note down, and make."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
-from service.converting.assumptions import Assumption, Notes
+from renderer.assets import AssetError, image_size
+from renderer.meshes.files import read_mesh
+from schemas.errors import Problem
+from schemas.reading.findings import located
+from service.converting.errors import FileAwayError
 from service.converting.files import InputFiles, SceneFiles
+
+Kind = Literal["assumed", "left_out"]
+
+
+@dataclass(frozen=True, slots=True)
+class Assumption:
+    """One decision.
+
+    Attributes
+    ----------
+    kind
+        Whether something was `assumed`, or `left_out` because scenes have nothing like it.
+    file
+        The file that it is about.
+    place
+        Where in it: a JSON pointer, or the words of an OBJ or MTL file. Empty for the whole file.
+    line
+        The line, from 1, where the file has lines.
+    detail
+        What was decided, and what to do where that is not meant.
+    """
+
+    kind: Kind
+    file: str
+    place: str
+    line: int | None
+    detail: str
+
+    def as_document(self) -> dict[str, Any]:
+        """The same for a program."""
+        return asdict(self)
+
+
+@dataclass(slots=True)
+class Notes:
+    """A list that grows while a file is converted; `file` is the one that most of it is about."""
+
+    file: str
+    # A dict keeps the order and finds repetitions at once: each of a million lines may have its note.
+    taken: dict[Assumption, None] = field(default_factory=dict)
+
+    def assume(self, place: str, detail: str, *, line: int | None = None, file: str = "") -> None:
+        """Note that something was assumed."""
+        self.taken[Assumption("assumed", file or self.file, place, line, detail)] = None
+
+    def leave_out(self, place: str, detail: str, *, line: int | None = None, file: str = "") -> None:
+        """Note that something was left out."""
+        self.taken[Assumption("left_out", file or self.file, place, line, detail)] = None
+
+    def find_lines(self, text: str | None) -> None:
+        """Give those about the file itself, a JSON text, their lines."""
+        about = [note for note in self.taken if note.file == self.file]
+        places = located(text, [Problem(pointer=note.place, detail="", code="") for note in about])
+        lines = {note: place.line for note, place in zip(about, places, strict=True)}
+        self.taken = {replace(note, line=lines.get(note, note.line)): None for note in self.taken}
+
+
+def grouped(assumptions: Sequence[Assumption]) -> list[tuple[Assumption, int]]:
+    """The first of all that say the same about one file, with how many others there are."""
+    counts: dict[tuple[str, str, str], list[Assumption]] = {}
+    for assumption in assumptions:
+        counts.setdefault((assumption.kind, assumption.file, assumption.detail), []).append(assumption)
+    return [(same[0], len(same) - 1) for same in counts.values()]
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,3 +128,55 @@ class Conversion:
     document: dict[str, Any]
     assumptions: tuple[Assumption, ...]
     files: dict[str, bytes]
+
+
+class One:
+    """A source that has one file."""
+
+    def __init__(self, content: bytes) -> None:
+        self.content = content
+
+    def read(self, _name: str) -> bytes:
+        """The content, under any name."""
+        return self.content
+
+
+def check_mesh(content: bytes) -> None:
+    """Read a mesh as the renderer will.
+
+    Raises
+    ------
+    AssetError
+        The renderer cannot use it.
+    """
+    read_mesh("", One(content))
+
+
+def picture_file(task: Task, folder: Path, name: str) -> str:
+    """The scene's name of a picture.
+
+    Raises
+    ------
+    FileAwayError
+        It is not there.
+    AssetError
+        It is no picture that the renderer reads.
+    """
+    path, content = task.found.read(folder, name)
+    image_size(content)
+    return task.placed.keep(path, content)
+
+
+UNUSABLE = (FileAwayError, AssetError)
+"""Errors about a file that cannot be used; their messages give the cure."""
+
+
+def named_texture(textures: dict[str, Any], texture: dict[str, Any]) -> str:
+    """The name of a texture in a scene, after its file; it is added to the scene's textures if it is new."""
+    for name, known in textures.items():
+        if known == texture:
+            return name
+    asset: str = texture["asset"]
+    name = asset if asset not in textures else f"{asset} ({texture['encoding']}, {texture['wrap']})"
+    textures[name] = texture
+    return name

@@ -16,7 +16,7 @@ from renderer import RenderPlan
 from renderer.adaptive.driver import Driver
 from renderer.adaptive.forecast import Forecast
 from renderer.adaptive.time_limits import reserve
-from schemas.jobs import JobState
+from schemas.api.jobs import JobState
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
 from service.lifecycle import clock, fairness, rows

@@ -20,7 +20,7 @@ from sqlalchemy import select
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
-from schemas.jobs import JobState
+from schemas.api.jobs import JobState
 from service.dispatch import ledger
 from service.dispatch.job_events import JobEvents
 from service.dispatch.leadership import BEAT_SECONDS, Leadership

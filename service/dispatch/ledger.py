@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterator, Sequence
 from sqlalchemy import and_, bindparam, case, exists, literal_column, select, update
 from sqlalchemy.orm import Session
 
-from schemas.jobs import JobState
+from schemas.api.jobs import JobState
 from service.dispatch import adaptive_passes as targets
 from service.lifecycle import fairness, progress, rows
 from service.storage.database.models import DONE, RUNNING, WAITING, JobRow, RenderRow, ShareRow, TileRow

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
 
-from schemas.jobs import Failure, JobState
+from schemas.api.jobs import Failure, JobState
 from service.dispatch import adaptive_passes as targets
 from service.dispatch import ledger
 from service.lifecycle import rows, sharing

@@ -10,7 +10,7 @@ import numpy as np
 
 from accuracy.comparison import Comparison, Picture, Policy, compare
 from accuracy.comparison.metrics import metrics
-from schemas.acceptance import Acceptance, Error, Metric, Verdict
+from schemas.grading.acceptance import Acceptance, Error, Metric, Verdict
 from service.grading import sentences
 from service.grading.errors import BrokenTestError
 from service.grading.outcomes import Outcome

@@ -17,8 +17,7 @@ import renderer
 from renderer.math.arrays import Floats
 from renderer.scenes import LoadedScene
 from schemas.lights import DirectionalLight, Light, ParallelogramLight, PointLight
-from schemas.quality import FixedQuality
-from schemas.sampling import Antialiasing, LightSampling
+from schemas.quality import Antialiasing, FixedQuality, LightSampling
 from schemas.scene import Scene
 from schemas.shapes import Triangle
 from service.grading.altered_normals import from_center, of_gradients, of_spheres

@@ -11,8 +11,8 @@ from accuracy.comparison.diagnosis import Cause
 from accuracy.comparison.heat import encoded, side_by_side
 from accuracy.comparison.regions import Region, named
 from renderer.errors import MissingExtraError
-from schemas.comparisons import ComparisonCause, ComparisonRegion
-from schemas.manifests import ImageTest, SceneTest
+from schemas.api.comparisons import ComparisonCause, ComparisonRegion
+from schemas.grading.manifests import ImageTest, SceneTest
 from service.grading import sentences
 from service.grading.accepting import accepted, compared, noiseless
 from service.grading.counterfactuals import explain

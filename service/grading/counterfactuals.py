@@ -23,8 +23,7 @@ from renderer.math.arrays import Floats
 from renderer.plan.plan import RenderPlan
 from renderer.plan.stages import Lighting
 from renderer.scenes import LoadedScene
-from schemas.quality import FixedQuality
-from schemas.sampling import Antialiasing, LightSampling
+from schemas.quality import Antialiasing, FixedQuality, LightSampling
 from service.grading.altered_scenes import Alteration, alterations
 from service.grading.altered_shading import shading_changes
 from service.grading.hints import HINTS

@@ -10,7 +10,7 @@ from accuracy.comparison import Comparison, Picture
 from accuracy.comparison.diagnosis import JAGGED, neighbourhood
 from accuracy.comparison.mistakes import candidates
 from renderer.math.arrays import Floats
-from schemas.acceptance import Acceptance, Verdict
+from schemas.grading.acceptance import Acceptance, Verdict
 from service.grading.accepting import noiseless
 
 

@@ -11,8 +11,8 @@ from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 
-from schemas.grades import Grade, TestGrade
-from schemas.manifests import Manifest
+from schemas.grading.grades import Grade, TestGrade
+from schemas.grading.manifests import Manifest
 from service.grading import results
 from service.grading.folders import Folder
 from service.grading.kinds import findings

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 
 from accuracy.comparison import Picture
-from schemas.grades import GradeInput
+from schemas.grading.grades import GradeInput
 from service.grading.folders import Role
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from schemas.manifests import Criterion, ImageTest, RaysTest, SceneTest, TimeTest
+from schemas.grading.manifests import Criterion, ImageTest, RaysTest, SceneTest, TimeTest
 from service.grading.comparing import image, scene
 from service.grading.outcomes import Outcome
 from service.grading.rays import rays

@@ -9,8 +9,7 @@ from accuracy.comparison.diagnosis import Cause
 from renderer.cameras import build_pinhole
 from renderer.math.arrays import Floats, Masks
 from renderer.scenes import LoadedScene
-from schemas.quality import FixedQuality
-from schemas.sampling import Antialiasing, LightSampling
+from schemas.quality import Antialiasing, FixedQuality, LightSampling
 from service.grading.hints import HINTS
 
 CAUSE = "light_points_shared"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from schemas.comparisons import ComparisonCause, ComparisonRegion
-from schemas.grades import GradeInput, GradeVerdict, Signal
+from schemas.api.comparisons import ComparisonCause, ComparisonRegion
+from schemas.grading.grades import GradeInput, GradeVerdict, Signal
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +24,7 @@ class Outcome:
     signals : tuple of Signal
         For staff alone.
 
-    The others are those of `schemas.grades.TestGrade`.
+    The others are those of `schemas.grading.grades.TestGrade`.
     """
 
     share: float

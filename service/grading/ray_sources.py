@@ -9,7 +9,7 @@ import numpy as np
 from renderer.cameras import build_pinhole
 from renderer.math.arrays import Floats
 from schemas.cameras import Camera
-from schemas.manifests import BallRays, CameraRays, Rays, RaysFile
+from schemas.grading.manifests import BallRays, CameraRays, Rays, RaysFile
 from service.grading.archives import read_arrays
 from service.grading.errors import BrokenTestError
 from service.grading.folders import Folder

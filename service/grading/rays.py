@@ -10,7 +10,7 @@ import numpy as np
 from renderer import RenderPlan, compile_scene, load_scene, trace
 from renderer.errors import SceneError
 from renderer.math.arrays import Floats, Masks
-from schemas.manifests import HitsFile, RaysTest
+from schemas.grading.manifests import HitsFile, RaysTest
 from service.grading import sentences
 from service.grading.archives import read_arrays
 from service.grading.errors import BrokenTestError, NotGradableError

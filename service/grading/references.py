@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from accuracy.comparison import Picture, picture_of
-from schemas.manifests import ImageTest, Manifest, ReferenceScene, SceneTest
+from schemas.grading.manifests import ImageTest, Manifest, ReferenceScene, SceneTest
 from service.grading.errors import BrokenTestError
 from service.grading.rendering import Ordered, Rendered, rendered
 

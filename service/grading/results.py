@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from importlib.metadata import version
 
-from schemas.grades import (
+from schemas.grading.grades import (
     Grade,
     GradeImage,
     GradeInput,
@@ -20,7 +20,7 @@ from schemas.grades import (
     Status,
     TestGrade,
 )
-from schemas.manifests import Criterion, Manifest
+from schemas.grading.manifests import Criterion, Manifest
 from service.grading import sentences
 from service.grading.errors import BrokenTestError, GradingError, NotGradableError, NotSubmittedError
 from service.grading.outcomes import Outcome

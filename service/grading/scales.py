@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from accuracy.comparison.metrics import GUARD
-from schemas.acceptance import Scale
+from schemas.grading.acceptance import Scale
 
 
 def share_of(value: float, scale: Scale) -> float:
@@ -13,7 +13,7 @@ def share_of(value: float, scale: Scale) -> float:
 
     A value that misses a threshold by rounding alone has reached it.
 
-    >>> from schemas.acceptance import RayShare
+    >>> from schemas.grading.acceptance import RayShare
     >>> share_of(0.75, RayShare(full=1.0, zero=0.5))
     0.5
     """

@@ -9,7 +9,7 @@ import numpy as np
 from accuracy.comparison import Picture
 from accuracy.comparison.blocks import gathered
 from renderer.math.arrays import Floats, Masks
-from schemas.comparisons import ComparisonRegion
+from schemas.api.comparisons import ComparisonRegion
 from service.grading.errors import BrokenTestError
 
 Region = tuple[int, int, int, int]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from schemas.acceptance import Scale
-from schemas.comparisons import ComparisonCause, ComparisonRegion
+from schemas.api.comparisons import ComparisonCause, ComparisonRegion
+from schemas.grading.acceptance import Scale
 
 LEAST_SHARE = 0.1
 """Of the squared difference: a place with less explains too little to be told."""

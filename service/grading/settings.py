@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from schemas.manifests import Criterion, Manifest, SceneFile
+from schemas.grading.manifests import Criterion, Manifest, SceneFile
 from schemas.quality import Quality
 from service.grading.errors import BrokenTestError
 from service.grading.folders import Folder

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from accuracy.comparison import Comparison
 from accuracy.comparison.closeness import closeness
-from schemas.grades import Signal
+from schemas.grading.grades import Signal
 
 IDENTICAL = "identical_bytes"
 CLOSE = "closer_than_noise"

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from schemas.documents import read_text
 from schemas.errors import SceneError
+from schemas.grading.manifests import ReportFile, TimeTest
 from schemas.limits import limits_in_force
-from schemas.manifests import ReportFile, TimeTest
 from schemas.pointers import tokens
+from schemas.reading.documents import read_text
 from service.grading import sentences
 from service.grading.errors import NotGradableError
 from service.grading.inputs import of_file

@@ -9,8 +9,8 @@ from accuracy.comparison import Picture, picture_of
 from accuracy.comparison.shown import names_of, shapes_shown
 from renderer.errors import ImageFileError, SceneError
 from renderer.scenes import LoadedScene, load_scene
-from schemas.comparisons import Encoding
-from schemas.manifests import Reference, ReferencePicture
+from schemas.api.comparisons import Encoding
+from schemas.grading.manifests import Reference, ReferencePicture
 from service.grading.errors import BrokenTestError
 from service.grading.folders import Folder
 from service.grading.references import word_of

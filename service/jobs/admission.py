@@ -10,16 +10,15 @@ from typing import TypeVar
 from pydantic import BaseModel
 
 import renderer
-from schemas.jobs import JobRequest
+from schemas.api.jobs import JobRequest
+from schemas.api.plans import PlanDocument
+from schemas.api.request_pointers import in_request
+from schemas.errors import Problem
 from schemas.limits import Limits
-from schemas.plans import PlanDocument
 from schemas.pointers import pointer
-from schemas.problems import Problem
 from schemas.quality import TargetQuality
 from schemas.reading import read_document
-from schemas.references import also_named
-from schemas.request_pointers import in_request
-from schemas.scene import Scene
+from schemas.scene import Scene, also_named
 from schemas.shapes import Mesh, MeshFile, Shape
 from schemas.textures import ImageTexture
 from service.access.principals import Principal

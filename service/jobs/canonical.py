@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import version as installed
 
-from schemas.jobs import JobRequest
+from schemas.api.jobs import JobRequest
 from schemas.quality import FixedQuality
 from schemas.scene import Scene
 

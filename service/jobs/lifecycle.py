@@ -12,10 +12,9 @@ from fastapi.concurrency import run_in_threadpool
 from sqlalchemy import bindparam, exists, func, select
 from sqlalchemy.orm import Session
 
-from schemas.jobs import Job, JobList, JobState
-from schemas.plans import PlanDocument
+from schemas.api.jobs import Job, JobList, JobState, Region
+from schemas.api.plans import PlanDocument
 from schemas.reading import read_document
-from schemas.regions import Region
 from service.access.principals import Principal
 from service.errors import ForbiddenError, PictureGoneError, UnavailableError, UnknownJobError
 from service.jobs.context import Service

@@ -12,7 +12,7 @@ from sqlalchemy import bindparam, case, func, select
 from sqlalchemy.orm import Session
 
 import renderer
-from schemas.problems import Problem
+from schemas.errors import Problem
 from service.access.principals import Principal
 from service.errors import BusyError, QueueFullError
 from service.settings import Settings

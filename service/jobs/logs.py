@@ -9,8 +9,7 @@ from typing import Any
 from sqlalchemy import or_, select
 from sqlalchemy.orm import Session
 
-from schemas.jobs import JobState
-from schemas.logs import JobLog, LogEntry
+from schemas.api.jobs import JobLog, JobState, LogEntry
 from service.jobs import lifecycle as jobs
 from service.jobs.context import Service
 from service.lifecycle import progress

@@ -15,8 +15,8 @@ from sqlalchemy.orm import Session
 
 from renderer import film
 from renderer.images import files as image_files
-from schemas.display import Display
-from schemas.jobs import JobState, TileEvent
+from schemas.api.jobs import JobState, TileEvent
+from schemas.scene import Display
 from schemas.tiles import Tile
 from service.dispatch import adaptive_passes as targets
 from service.dispatch import ledger

@@ -8,9 +8,9 @@ from collections import OrderedDict
 
 import renderer
 from accuracy.quotes.prices import price
-from schemas.jobs import JobRequest
-from schemas.plans import PlanDocument
-from schemas.problems import Problem
+from schemas.api.jobs import JobRequest
+from schemas.api.plans import PlanDocument
+from schemas.errors import Problem
 from schemas.quality import TargetQuality
 from service.settings import Settings
 

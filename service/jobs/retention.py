@@ -16,7 +16,7 @@ from sqlalchemy import delete, func, select
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
-from schemas.jobs import JobState
+from schemas.api.jobs import JobState
 from service.errors import StoreError
 from service.jobs import uploads
 from service.lifecycle import sharing

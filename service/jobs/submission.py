@@ -16,7 +16,7 @@ from sqlalchemy.exc import DBAPIError, IntegrityError
 from sqlalchemy.orm import Session
 
 from renderer import progressive, tiling
-from schemas.jobs import JobState
+from schemas.api.jobs import JobState
 from service.access.principals import Principal
 from service.dispatch import adaptive_passes as targets
 from service.errors import ReusedKeyError

@@ -9,9 +9,9 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from renderer.images import files as image_files
-from schemas.batches import FLOAT32, RGB8, BatchHead, TileHead
-from schemas.display import Display
-from schemas.jobs import JobState, TileBatch, TileEvent
+from schemas.api.batches import FLOAT32, RGB8, BatchHead, TileHead
+from schemas.api.jobs import JobState, TileBatch, TileEvent
+from schemas.scene import Display
 from service.dispatch import adaptive_passes as targets
 from service.dispatch import ledger
 from service.jobs.context import Service
@@ -78,7 +78,7 @@ class _News:
 
 
 def pixel_batch(service: Service, job_id: str, after: int, encoding: int) -> bytes:
-    """Return the events after a number with their pixels, in the form of ``schemas.batches``."""
+    """Return the events after a number with their pixels, in the form of ``schemas.api.batches``."""
     try:
         return _pixel_batch(service, job_id, after, encoding)
     except FileNotFoundError:

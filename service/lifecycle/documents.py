@@ -10,8 +10,8 @@ from typing import Any
 from sqlalchemy import bindparam, literal_column, select
 from sqlalchemy.orm import Session
 
-from schemas.jobs import Failure, Job, JobCost, JobLinks, JobState, Progress, TileAtWork
-from schemas.problems import Problem
+from schemas.api.jobs import Failure, Job, JobCost, JobLinks, JobState, Progress, TileAtWork
+from schemas.errors import Problem
 from service.lifecycle import fairness, progress
 from service.storage.database.models import JobRow, RenderRow, TileRow
 

@@ -21,7 +21,7 @@ from collections.abc import Collection, Iterable
 from sqlalchemy import bindparam, func, select
 from sqlalchemy.orm import Session
 
-from schemas.jobs import JobState
+from schemas.api.jobs import JobState
 from service.storage.database.models import JobRow, RenderRow, ShareRow, TileRow
 
 _NEXT = (

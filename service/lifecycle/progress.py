@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from renderer.adaptive.forecast import MOST, seconds_left, share_by
-from schemas.jobs import JobState
+from schemas.api.jobs import JobState
 from service.lifecycle import clock, rows
 from service.storage.database.models import RenderRow
 from service.workers.tasks import TileDone

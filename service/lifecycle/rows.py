@@ -8,7 +8,7 @@ from typing import Any
 from sqlalchemy import update
 from sqlalchemy.orm import Session
 
-from schemas.jobs import Failure, JobState
+from schemas.api.jobs import Failure, JobState
 from schemas.tiles import Pass, Tile
 from service.lifecycle import clock
 from service.storage.database.models import JobRow, RenderRow, TileRow

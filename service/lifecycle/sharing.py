@@ -11,7 +11,7 @@ from typing import Any
 from sqlalchemy import exists, select
 from sqlalchemy.orm import Session
 
-from schemas.jobs import Failure, JobState
+from schemas.api.jobs import Failure, JobState
 from service.lifecycle import clock, fairness, rows
 from service.lifecycle.documents import leave
 from service.storage.database.models import JobRow, RenderRow

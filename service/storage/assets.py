@@ -15,8 +15,8 @@ from PIL import Image
 
 from renderer.assets import FORMATS, AssetError, too_many_pixels
 from renderer.meshes.files import announced, file_kind, needs_other_files
-from schemas.file_kinds import recognise
 from schemas.limits import Limits
+from schemas.reading.file_kinds import recognise
 from service.errors import UploadMismatchError, UploadUnusableError
 from service.storage.objects import Objects, Stored
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from schemas.jobs import JobState
+from schemas.api.jobs import JobState
 from service.errors import StoreTakenError
 from service.storage.database.connection import Database
 from service.storage.database.models import LeaderRow, RenderRow

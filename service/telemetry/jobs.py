@@ -24,7 +24,7 @@ from opentelemetry.trace.propagation.tracecontext import TraceContextTextMapProp
 from sqlalchemy import Row, bindparam, select
 from sqlalchemy.exc import SQLAlchemyError
 
-from schemas.jobs import JobState
+from schemas.api.jobs import JobState
 from service.storage.database.connection import Database
 from service.storage.database.models import JobRow, RenderRow
 from service.telemetry.spans import JobSpans

@@ -16,7 +16,7 @@ from prometheus_client.registry import Collector
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from schemas.jobs import JobState
+from schemas.api.jobs import JobState
 from service.storage.database.connection import Database
 from service.storage.database.models import JobRow, RenderRow
 from service.workers.tasks import Cause, JobTask, Outcome, TaskFailed, TileDone, WorkerDied

@@ -8,9 +8,9 @@ import json
 import renderer
 from accuracy.comparison import Comparison, NotComparableError, Picture, Policy, compare, heat, picture_of
 from accuracy.comparison.shown import names_of, shapes_shown
-from schemas.comparisons import ComparisonAnswer, ComparisonPictures, ComparisonRequest
-from schemas.jobs import JobRequest
-from schemas.problems import Problem
+from schemas.api.comparisons import ComparisonAnswer, ComparisonPictures, ComparisonRequest
+from schemas.api.jobs import JobRequest
+from schemas.errors import Problem
 from service.storage.tiles import TileStore
 from service.workers import layers
 from service.workers.tasks import CompareDone, ComparedPicture, CompareRefused, CompareTask

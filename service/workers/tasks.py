@@ -10,10 +10,10 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.comparisons import ComparisonAnswer, ComparisonRequest, Encoding
-from schemas.inspections import Inspection
-from schemas.problems import Problem
-from schemas.quotes import Quote, QuoteRequest
+from schemas.api.comparisons import ComparisonAnswer, ComparisonRequest, Encoding
+from schemas.api.inspections import Inspection
+from schemas.api.plans import Quote, QuoteRequest
+from schemas.errors import Problem
 from schemas.scene import Scene
 from schemas.tiles import Pass, Tile
 from service.storage.tiles import StoredTile

@@ -25,7 +25,7 @@ from accuracy.inspection import inspect, inspection_plan
 from accuracy.quotes import quote
 from renderer import film, progressive
 from renderer.images import files as image_files
-from schemas.jobs import JobRequest
+from schemas.api.jobs import JobRequest
 from schemas.limits import Limits
 from service import logs
 from service.errors import StoreAwayError, StoreFullError, StoreReadOnlyError

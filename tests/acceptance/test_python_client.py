@@ -13,7 +13,7 @@ import pytest
 
 import renderer
 from renderer.images.files import decode_exr
-from schemas.jobs import Job, TileBatch
+from schemas.api.jobs import Job, TileBatch
 from service.client import Client, NotFoundError, TimedOutError
 from tests.acceptance.conftest import ENVIRONMENT, Server
 

@@ -8,14 +8,14 @@ from pydantic import BaseModel
 
 from renderer.plan.effects import LIGHTS, SHAPES, TEXTURES
 from renderer.samplers import PATTERNS
+from schemas.base import members
 from schemas.lights import Light
 from schemas.materials import Material, PhongMaterial
+from schemas.quality import Antialiasing, LightSampling
 from schemas.reading import read_scene
-from schemas.sampling import Antialiasing, LightSampling
 from schemas.scene import Scene
 from schemas.shapes import Shape
 from schemas.textures import Texture
-from schemas.unions import members
 from tests.architecture.sources import ROOT
 
 

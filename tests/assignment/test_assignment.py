@@ -11,8 +11,8 @@ import pytest
 from renderer.math.arrays import Floats
 from renderer.scenes import LoadedScene
 from scenes.make_assignment_parts import FOLDER
-from schemas.manifest_reading import read_manifest
-from schemas.manifests import Manifest, RaysTest
+from schemas.grading.manifest_reading import read_manifest
+from schemas.grading.manifests import Manifest, RaysTest
 from schemas.textures import ImageTexture
 from service.grading import counterfactuals
 from service.grading.folders import Folder

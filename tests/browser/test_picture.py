@@ -18,7 +18,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from renderer.images import files as image_files
 from renderer.tiling import TILE
-from schemas.display import Display
+from schemas.scene import Display
 from service.server import running
 from service.settings import Settings
 from tests.browser.conftest import Open, Shoot

@@ -8,7 +8,7 @@ import httpx2
 import pytest
 from playwright.sync_api import Page, Route, expect
 
-from schemas.access import Role
+from schemas.api.administration import Role
 from service.access import keys
 from service.server import RunningServer, running
 from service.settings import Settings

@@ -13,7 +13,7 @@ import pytest
 from playwright.sync_api import Page
 
 from schemas.pointers import Parts, pointer
-from schemas.positions import line_and_column, locate
+from schemas.reading.positions import line_and_column, locate
 from tests.browser.conftest import ROOT
 
 SCENES = sorted((ROOT / "scenes" / "gallery").glob("*.json"))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from accuracy.hard_cases.documents import Json, bulb, ellipsoid, lamp, phong, rectangle, sphere, sun, triangle
-from schemas.layers import LAYER_NAMES
+from schemas.api.layers import LAYER_NAMES
 from tests.images import pictures
 from tests.images.parts import png
 

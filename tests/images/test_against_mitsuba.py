@@ -10,9 +10,8 @@ import renderer
 from benchmarks import references
 from benchmarks.targets import clipped
 from renderer.assets import FolderAssets
-from schemas.quality import FixedQuality
+from schemas.quality import Antialiasing, FixedQuality, LightSampling
 from schemas.reading import read_scene
-from schemas.sampling import Antialiasing, LightSampling
 from schemas.scene import Scene
 
 pytestmark = pytest.mark.slow

@@ -15,8 +15,7 @@ from PIL import Image
 import renderer
 import scenes
 from scenes import make_hard_scenes
-from schemas.quality import FixedQuality
-from schemas.sampling import Antialiasing
+from schemas.quality import Antialiasing, FixedQuality
 
 FOLDER = Path(scenes.__file__).parent / "hard"
 FILES = sorted(FOLDER.glob("*.json"))

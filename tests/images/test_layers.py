@@ -12,7 +12,7 @@ from accuracy.hard_cases.documents import Json, bulb, camera, phong, rectangle, 
 from renderer.layers import LAYERS
 from renderer.math.arrays import lengths
 from renderer.tiling import tiles
-from schemas.layers import LAYER_NAMES
+from schemas.api.layers import LAYER_NAMES
 from schemas.quality import FixedQuality
 from tests.images import pictures
 from tests.images.parts import Files, png, same

@@ -13,6 +13,7 @@ from trimesh.visual import TextureVisuals
 
 import renderer
 from accuracy.hard_cases.documents import Json, scene
+from renderer.assets import AssetError
 from renderer.meshes import files as mesh_files
 from renderer.meshes.files import announced, read_mesh
 from renderer.shapes import meshes
@@ -96,6 +97,50 @@ def test_parts_of_a_file_are_one_mesh_in_the_order_of_the_file() -> None:
     faces = b"o a\nusemtl x\nf 1 2 3\no b\nusemtl y\nf 1 2 4\nusemtl x\nf 2 3 4\n"
     _, triangles, _ = read_mesh("m", Files(m=parts + faces))
     assert triangles.T.tolist() == [[0, 1, 2], [0, 1, 3], [1, 2, 3]]
+
+
+PLACES = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+
+
+@pytest.mark.parametrize(
+    "faces",
+    [
+        b"f 1 2 3\nf 2 3 4\n",
+        b"f -4 -3 -2\nf -3 -2 -1\nv 9 9 9\n",
+        b"vn 0 0 1\nf 1//-1 2//-1 3//-1\nvn 1 0 0\nf 2//1 3//1 -1//1\n",
+        b"f 1 2 3 # the first\n  f 2 3 4\n",
+        b"\tf 1 2 3\nf\t2\t3\t4 #\n",
+        b"usemtl red #1\nf 1 \\\n 2 3\ng\nf 2 3 \\\r\n 4\r\n",
+        b"f 1 2 3\rf 2 3 4\r",
+    ],
+)
+def test_the_same_faces_are_read_however_an_obj_file_writes_them(faces: bytes) -> None:
+    vertices, triangles, _ = read_mesh("m", Files(m=PLACES.replace(b"v 1", b"v\t1") + faces))
+    np.testing.assert_array_equal(
+        vertices[:, triangles].T,
+        np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)])[[[0, 1, 2], [1, 2, 3]]],
+    )
+
+
+@pytest.mark.parametrize("line", [b"v 1 0", b"v", b"vt 1", b"v 1 # 0 0"])
+def test_a_vertex_that_lacks_a_number_is_refused(line: bytes) -> None:
+    # The numbers of all vertices are a multiple of three.
+    content = b"v 0 0 0\n" + line + b"\nv 0 1 0\nv 3 3 3\nv 4 4 4 4\nf 1 2 3\n"
+    with pytest.raises(AssetError, match="three numbers"):
+        read_mesh("m", Files(m=content))
+
+
+def test_relative_numbers_of_texture_coordinates_count_those_before_the_face() -> None:
+    faces = b"vt 0 0\nf -4/-1 -3/-1 -2/-1\nvt 1 1\nf -4/-1 -3/-1 -2/-1\n"
+    _, triangles, texture = read_mesh("m", Files(m=PLACES + faces))
+    assert texture is not None
+    assert texture[:, triangles[0]].T.tolist() == [[0, 0], [1, 1]]
+
+
+@pytest.mark.parametrize("number", ["0", "-5", "1/0"])
+def test_a_number_of_a_face_that_stands_for_nothing_is_refused(number: str) -> None:
+    with pytest.raises(AssetError, match=number.rpartition("/")[2]):
+        read_mesh("m", Files(m=PLACES + b"vt 0 0\n" + f"f {number} 2/1 3/1\n".encode()))
 
 
 def test_one_file_may_be_placed_many_times() -> None:

@@ -12,7 +12,7 @@ import httpx2
 import pytest
 from sqlalchemy import select
 
-from schemas.access import Role
+from schemas.api.administration import Role
 from service.access import keys
 from service.server import RunningServer, running
 from service.settings import Settings

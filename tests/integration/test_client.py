@@ -17,8 +17,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from schemas.access import Role
-from schemas.jobs import TileBatch
+from schemas.api.administration import Role
+from schemas.api.jobs import TileBatch
 from service.access import keys
 from service.client import (
     AsyncClient,

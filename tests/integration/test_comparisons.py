@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from schemas.comparisons import ComparisonAnswer
+from schemas.api.comparisons import ComparisonAnswer
 from service.cli.compare import read
 from service.client import Client, NotFoundError
 from service.server import RunningServer

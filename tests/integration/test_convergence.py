@@ -16,7 +16,7 @@ from PIL import Image
 
 import renderer
 from renderer.convergence import trend
-from schemas.convergence import Convergence
+from schemas.api.plans import Convergence
 from schemas.quality import TargetQuality
 from service.api.routes.pictures import CONVERGENCE_EXAMPLE as EXAMPLE
 from tests.integration.conftest import Start

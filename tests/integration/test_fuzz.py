@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 
 from benchmarks import fuzz
 from benchmarks.fuzz_bodies import Bodies
+from schemas.api.jobs import JobRequest
 from schemas.errors import SceneError
-from schemas.jobs import JobRequest
 from schemas.limits import Limits
 from schemas.reading import read_document
 

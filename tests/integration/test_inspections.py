@@ -10,8 +10,8 @@ import pytest
 
 import renderer
 from accuracy.inspection import inspect, inspection_plan
-from schemas.inspections import Inspection
-from schemas.request_pointers import in_scene
+from schemas.api.inspections import Inspection
+from schemas.api.request_pointers import in_scene
 from service.server import RunningServer
 from tests.integration.support import PATIENCE, finish, scene, submit
 from tests.integration.test_bad_requests import problem_of

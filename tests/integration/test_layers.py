@@ -12,7 +12,7 @@ import pytest
 
 import renderer
 from renderer.images.files import decode_exr
-from schemas.layers import LAYER_NAMES
+from schemas.api.layers import LAYER_NAMES
 from schemas.tiles import Pass, Tile
 from service.errors import StoreDamagedError
 from service.storage.folder import Folder

@@ -10,7 +10,7 @@ import pytest
 from sqlalchemy import select
 
 from renderer import tiling
-from schemas.jobs import JobState
+from schemas.api.jobs import JobState
 from service.dispatch import ledger
 from service.dispatch.rounds import Round
 from service.lifecycle import progress, rows

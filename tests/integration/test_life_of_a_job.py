@@ -12,8 +12,8 @@ from PIL import Image
 
 import renderer
 from renderer.images.files import displayed
-from schemas.jobs import JobRequest
-from schemas.request_pointers import in_request
+from schemas.api.jobs import JobRequest
+from schemas.api.request_pointers import in_request
 from tests.integration.conftest import Start
 from tests.integration.support import (
     ON_BOTH,

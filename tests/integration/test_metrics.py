@@ -10,7 +10,7 @@ import httpx2
 import pytest
 from prometheus_client.parser import text_string_to_metric_families
 
-from schemas.access import Role
+from schemas.api.administration import Role
 from service.access import keys
 from service.settings import Settings
 from service.storage.database.connection import Database

@@ -8,7 +8,7 @@ import httpx2
 import numpy as np
 import pytest
 
-from schemas.batches import FLOAT32, unpack
+from schemas.api.batches import FLOAT32, unpack
 from tests.integration.conftest import Start
 from tests.integration.support import ON_BOTH, PATIENCE, finish, image, long_scene, scene, submit, wait
 

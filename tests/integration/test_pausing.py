@@ -11,7 +11,7 @@ import httpx2
 import pytest
 from sqlalchemy import event
 
-from schemas.jobs import JobState
+from schemas.api.jobs import JobState
 from service.cli.process import outcome
 from service.client import AsyncClient, Client
 from service.dispatch import adaptive_passes as targets

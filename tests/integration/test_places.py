@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from schemas.jobs import JobState
+from schemas.api.jobs import JobState
 from schemas.limits import Limits
 from schemas.tiles import Pass, Tile
 from service.errors import StoreAwayError, StoreDamagedError, StoreTakenError, UploadMismatchError

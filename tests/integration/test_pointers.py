@@ -12,10 +12,10 @@ import pytest
 
 import renderer
 import scenes
-from schemas.jobs import JobRequest
+from schemas.api.jobs import JobRequest
+from schemas.api.request_pointers import in_request, in_scene
 from schemas.limits import Limits
 from schemas.pointers import Parts
-from schemas.request_pointers import in_request, in_scene
 from service.jobs.admission import Pixels, outlined
 from tests.integration.conftest import Start
 from tests.integration.support import PATIENCE, scene, submit

@@ -15,7 +15,7 @@ from sqlalchemy.exc import DBAPIError
 import renderer
 import schemas
 import service
-from schemas.problems import Problem
+from schemas.errors import Problem
 from service.api import problems
 from service.errors import StoreDamagedError, UnavailableError
 

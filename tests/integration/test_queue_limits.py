@@ -11,7 +11,7 @@ from pathlib import Path
 import httpx2
 import pytest
 
-from schemas.access import Role
+from schemas.api.administration import Role
 from service.access import keys
 from service.server import RunningServer
 from service.settings import Settings

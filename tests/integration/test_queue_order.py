@@ -9,7 +9,7 @@ from contextlib import contextmanager
 import pytest
 from sqlalchemy import event, select
 
-from schemas.jobs import Job, JobState
+from schemas.api.jobs import Job, JobState
 from service.lifecycle.documents import documents
 from service.storage.database.connection import Database
 from service.storage.database.models import JobRow

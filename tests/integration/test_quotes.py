@@ -12,8 +12,8 @@ import pytest
 
 import renderer
 from accuracy.quotes import SECONDS
+from schemas.api.plans import Quote
 from schemas.quality import FixedQuality, TargetQuality
-from schemas.quotes import Quote
 from service.client import BusyError, Client, RequestInvalidError
 from service.server import RunningServer
 from tests.integration.conftest import Start

@@ -10,7 +10,7 @@ from typing import Any
 import httpx2
 import pytest
 
-from schemas.access import Role
+from schemas.api.administration import Role
 from service.access import keys
 from service.client import Client
 from service.client.errors import NotAllowedError

@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 from sqlalchemy import func, select
 
-from schemas.access import Role
-from schemas.jobs import JobRequest
+from schemas.api.administration import Role
+from schemas.api.jobs import JobRequest
 from service.access import keys
 from service.jobs.canonical import spec_of
 from service.server import RunningServer, running

@@ -16,7 +16,7 @@ import pytest
 
 import renderer
 from renderer import tiling
-from schemas.jobs import JobRequest
+from schemas.api.jobs import JobRequest
 from schemas.limits import Limits
 from schemas.tiles import Tile
 from service.storage.folder import Folder

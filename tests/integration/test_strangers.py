@@ -12,7 +12,7 @@ import httpx2
 import pytest
 from fastapi.routing import iter_route_contexts
 
-from schemas.access import Role
+from schemas.api.administration import Role
 from service.access import keys
 from service.app import create_app
 from service.server import running

@@ -12,13 +12,13 @@ from sqlalchemy import select
 import renderer
 from renderer.adaptive import Estimate
 from renderer.adaptive.forecast import forecast, usual_prices
-from schemas.jobs import JobState
+from schemas.api.jobs import JobState
 from schemas.quality import TargetQuality
 from schemas.tiles import Tile
 from service.dispatch import adaptive_passes as targets
 from service.dispatch import ledger
 from service.dispatch.rounds import Round
-from service.lifecycle import pass_costs, progress, rows
+from service.lifecycle import progress, rows
 from service.storage.database.connection import Database
 from service.storage.database.models import RenderRow, TileRow
 from service.workers.tasks import (
@@ -165,7 +165,7 @@ def test_a_pass_is_reported_with_what_it_and_all_before_it_took(table: Table) ->
     table.add()
     table.round((table.merging(), advanced(2, 3)), room=0)
     table.round((table.merging(), advanced(1)), room=0)
-    first, second = pass_costs.reported(table.job)
+    first, second = progress.reported(table.job)
     assert [(cost["cpu_seconds"], cost["rays"]) for cost in (first, second)] == [
         (2.25, {"camera": 40}),
         (3.5, {"camera": 60}),

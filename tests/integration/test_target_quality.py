@@ -14,7 +14,7 @@ import pytest
 
 import renderer
 from renderer.adaptive.lattice import stride_for
-from schemas.batches import unpack
+from schemas.api.batches import unpack
 from schemas.quality import TargetQuality
 from tests.integration.conftest import Start
 from tests.integration.support import (

@@ -14,7 +14,7 @@ from alembic.script import ScriptDirectory
 from sqlalchemy import column, inspect, select, text
 from sqlalchemy import table as sql_table
 
-from schemas.jobs import JobState
+from schemas.api.jobs import JobState
 from service.cli.errors import ExitCode
 from service.cli.process import outcome
 from service.dispatch import ledger

@@ -10,7 +10,7 @@ from accuracy.hard_cases.samples_and_output.output import code
 from accuracy.hard_cases.samples_and_output.samples import shares, turned, unlikely
 from renderer.math.streams import keys
 from renderer.samplers import PATTERNS
-from schemas.display import Display
+from schemas.scene import Display
 
 
 def test_four_of_sixteen_samples_of_a_turned_grid_lie_outside_until_they_are_wrapped() -> None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from renderer.math.streams import keys
 from renderer.samplers import FIXED, PATTERNS
-from schemas.sampling import Antialiasing, LightSampling
+from schemas.quality import Antialiasing, LightSampling
 
 KEYS = [keys(seed, 0, pixel) for seed, pixel in itertools.product((0, 1, 99), (0, 1, 262143))]
 

@@ -10,8 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from accuracy.hard_cases.documents import Json, camera, sampled
-from schemas.quality import FixedQuality
-from schemas.sampling import Antialiasing, LightSampling
+from schemas.quality import Antialiasing, FixedQuality, LightSampling
 from tests.images import pictures
 from tests.images.parts import image_of
 

@@ -26,7 +26,7 @@ from accuracy.hard_cases.harness import (
 )
 from renderer.images.colors import linear_from_srgb, srgb_from_linear
 from renderer.images.files import displayed, encode_png
-from schemas.display import Display
+from schemas.scene import Display
 
 Values = NDArray[np.floating]
 Codes = NDArray[np.uint8]

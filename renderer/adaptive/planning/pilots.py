@@ -27,8 +27,7 @@ from renderer.shapes.family import Hulls
 from renderer.textures import footprints
 from renderer.textures.checker import AveragedChecker, BoxCheckerTexture
 from renderer.textures.means import MeanColor
-from schemas.quality import FixedQuality, TargetQuality
-from schemas.sampling import Antialiasing, LightSampling
+from schemas.quality import Antialiasing, FixedQuality, LightSampling, TargetQuality
 
 PENUMBRA = 64, 2.0**-8
 """So many points see an error of so much of a light that is half covered; fewer or more by its inverse."""

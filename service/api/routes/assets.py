@@ -10,7 +10,7 @@ from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import Response
 from sqlalchemy.exc import IntegrityError
 
-from schemas.jobs import Asset
+from schemas.api.jobs import Asset
 from service.access.principals import LOCAL, Principal
 from service.api.authentication import CurrentUser
 from service.api.bodies import chunks

@@ -7,10 +7,8 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
 
-from schemas.jobs import Job, JobList, JobRequest, JobState
-from schemas.logs import JobLog
-from schemas.plans import PlanDocument
-from schemas.regions import Region
+from schemas.api.jobs import Job, JobList, JobLog, JobRequest, JobState, Region
+from schemas.api.plans import PlanDocument
 from service.api.authentication import ChangedJob, CurrentUser, JobId
 from service.api.bodies import JsonBody
 from service.api.routes.parameters import (

@@ -13,9 +13,9 @@ from prometheus_client import CONTENT_TYPE_LATEST
 from pydantic import BaseModel
 from sqlalchemy.exc import SQLAlchemyError
 
-from schemas.jobs import Version
+from schemas.api.administration import Pruned, PruneRequest
+from schemas.api.jobs import Version
 from schemas.reading import read_document
-from schemas.retention import Pruned, PruneRequest
 from service.api.authentication import CurrentUser
 from service.api.bodies import JsonBody
 from service.api.routes.jobs import BODY

@@ -11,8 +11,8 @@ from fastapi.responses import Response
 from pydantic import AfterValidator, BaseModel, Field
 from pydantic_core import PydanticCustomError
 
-from schemas.jobs import LABEL_NAME, LABEL_NAMES
-from schemas.problems import ProblemDocument
+from schemas.api.jobs import LABEL_NAME, LABEL_NAMES
+from schemas.errors import ProblemDocument
 from service.api.problems import MEDIA_TYPE
 
 After = Annotated[int, Query(ge=0, le=2**31 - 1, description="Number of the last event already known.")]

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Path, Query, Request
 from fastapi.responses import Response
 
-from schemas.convergence import Convergence
+from schemas.api.plans import Convergence
 from service.analyses import convergence
 from service.analyses.convergence import MEDIA_TYPES, Form
 from service.api.authentication import JobId

@@ -10,8 +10,8 @@ from fastapi import APIRouter, Request
 from fastapi.dependencies.models import Dependant
 from fastapi.routing import APIRoute
 
-from schemas.problems import Problem
-from schemas.translation import nearest
+from schemas.errors import Problem
+from schemas.reading.translation import nearest
 from service.errors import ParametersError
 
 Routers = Iterable[APIRouter]

@@ -6,14 +6,12 @@ from typing import Any
 
 from fastapi import APIRouter
 
-from schemas.comparisons import ComparisonAnswer, ComparisonRequest
-from schemas.inspections import Inspection, InspectionRequest
-from schemas.jobs import JobRequest
+from schemas.api.comparisons import ComparisonAnswer, ComparisonRequest
+from schemas.api.inspections import Inspection, InspectionRequest, TraceAnswer, TraceRequest
+from schemas.api.jobs import JobRequest
+from schemas.api.plans import PlanDocument, Quote, QuoteRequest
+from schemas.grading.manifest_reading import manifest_json_schema
 from schemas.json_schema import scene_json_schema
-from schemas.manifest_json_schema import manifest_json_schema
-from schemas.plans import PlanDocument
-from schemas.quotes import Quote, QuoteRequest
-from schemas.traces import TraceAnswer, TraceRequest
 from service.analyses import calls, comparisons
 from service.api.authentication import CurrentUser, JobId
 from service.api.bodies import JsonBody, TraceBody

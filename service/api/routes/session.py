@@ -5,7 +5,7 @@ from __future__ import annotations
 from fastapi import APIRouter, Request, Response
 from fastapi.concurrency import run_in_threadpool
 
-from schemas.access import WhoAmI
+from schemas.api.administration import WhoAmI
 from service.access import keys
 from service.access.keys import Key, read_key
 from service.access.principals import LOCAL

@@ -10,8 +10,8 @@ from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
-from schemas import batches
-from schemas.jobs import TileBatch
+from schemas.api import batches
+from schemas.api.jobs import TileBatch
 from service.api.authentication import JobId
 from service.api.routes.parameters import BINARY, After, Wait, negotiate, problem
 from service.errors import UnknownJobError

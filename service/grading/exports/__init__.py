@@ -24,6 +24,6 @@ EXPORTS: dict[str, Callable[..., bytes]] = {
     "html": page.for_reading,
     "html-staff": page.for_looking_closer,
 }
-"""Functions of a `schemas.grades.Grade` and the folder of its pictures, or None for no pictures."""
+"""Functions of a `schemas.grading.grades.Grade` and the folder of its pictures, or None for no pictures."""
 
 __all__ = ["EXPORTS", "ExportError"]

@@ -13,7 +13,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from schemas.grades import Grade
+from schemas.grading.grades import Grade
 from service.grading.export_errors import ExportError
 from service.grading.exports.documents import encoded
 from service.grading.exports.rows import Row, for_students

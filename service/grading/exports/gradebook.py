@@ -7,7 +7,7 @@ import io
 from collections.abc import Sequence
 from pathlib import Path
 
-from schemas.grades import Grade
+from schemas.grading.grades import Grade
 from service.grading.exports.rows import Row, for_staff, for_students
 from service.grading.exports.texts import line
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from schemas.grades import Grade, TestGrade
+from schemas.grading.grades import Grade, TestGrade
 from service.grading.exports.documents import encoded
 from service.grading.exports.pictures import Shown, album
 from service.grading.exports.rows import Row, for_staff, headline

@@ -8,7 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from schemas.grades import Grade
+from schemas.grading.grades import Grade
 from service.grading.exports.rows import Row, for_students, headline
 from service.grading.exports.texts import line, number
 

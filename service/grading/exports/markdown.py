@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from schemas.grades import Grade
+from schemas.grading.grades import Grade
 from service.grading.exports.rows import WORDS, Row, for_students, headline
 from service.grading.exports.texts import line, number, shortened
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from accuracy.comparison.heat import GAP
-from schemas.grades import Grade, GradeInput
+from schemas.grading.grades import Grade, GradeInput
 from service.grading.exports.pictures import Album, Shown, album
 from service.grading.exports.rows import WORDS, Row, for_staff, for_students, headline
 from service.grading.exports.texts import harmless, line, number

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from schemas.grades import Grade
+from schemas.grading.grades import Grade
 from service.grading.exports.documents import encoded
 from service.grading.exports.pictures import Album, Shown, album
 from service.grading.exports.rows import Row, for_students, headline

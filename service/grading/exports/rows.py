@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from schemas.grades import Grade, GradeImage, Status, TestGrade
+from schemas.grading.grades import Grade, GradeImage, Status, TestGrade
 from service.grading.exports.texts import harmless, line, number
 from service.grading.sentences import place
 

@@ -25,7 +25,7 @@ from sqlalchemy import (
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column, relationship
 from sqlalchemy.types import TypeDecorator
 
-from schemas.jobs import JobState
+from schemas.api.jobs import JobState
 
 WAITING, RUNNING, DONE = "waiting", "running", "done"
 

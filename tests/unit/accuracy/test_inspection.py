@@ -17,9 +17,8 @@ from accuracy.inspection.paths import MOST_RAYS
 from accuracy.inspection.pixels import POINTS
 from renderer.assets import FolderAssets
 from renderer.math.numerics import gamma
-from schemas.inspections import InspectedRay, Inspection
-from schemas.quality import FixedQuality, TargetQuality
-from schemas.sampling import Antialiasing, LightSampling
+from schemas.api.inspections import InspectedRay, Inspection
+from schemas.quality import Antialiasing, FixedQuality, LightSampling, TargetQuality
 
 GALLERY = Path(scenes.__file__).parent / "gallery"
 FLOOR = rectangle([-4, 0, 4], [8, 0, 0], [0, 0, -8], name="floor")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from schemas.comparisons import ComparisonAnswer
+from schemas.api.comparisons import ComparisonAnswer
 from tests.unit.cli.conftest import Penumbra
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from schemas.convergence import Convergence
+from schemas.api.plans import Convergence
 from service.api.routes.pictures import CONVERGENCE_EXAMPLE as EXAMPLE
 from service.cli import progress, watch
 from service.cli.progress import Bar, progress_bar

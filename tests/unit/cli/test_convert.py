@@ -86,3 +86,13 @@ def test_warnings_about_the_new_scene_are_reported(here: Penumbra, box: Path) ->
     outcome = here("convert", box, "-o", "scene.json")
     assert "About scene.json:" in outcome.err
     assert "/camera/up" in outcome.err
+
+
+def test_a_mesh_with_a_note_on_every_line_is_converted_in_time_that_grows_with_it(
+    penumbra: Penumbra, tmp_path: Path
+) -> None:
+    colored = "".join(f"v {i} {i % 7} 0 1 0 0\n" for i in range(60_000)) + "f 1 2 3\n"
+    (tmp_path / "colored.obj").write_text(colored)
+    outcome = penumbra("convert", "colored.obj", "-o", "scene.json", "--json")
+    notes = [note for note in outcome.document["assumptions"] if note["place"] == "v"]
+    assert [note["line"] for note in notes] == [*range(1, 60_001)]

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 from rich.text import Text
 
-from schemas.problems import Problem
+from schemas.errors import Problem
 from service.cli.output import excerpts
 
 

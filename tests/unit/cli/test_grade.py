@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from schemas.grades import Grade
+from schemas.grading.grades import Grade
 from tests.unit.cli.conftest import CLEAN, COMMAND, Penumbra
 from tests.unit.grading.assignments import SCENE, Assignment, image_test, pixels, scene, scene_test
 

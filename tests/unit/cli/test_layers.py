@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from renderer.images.files import decode_exr
-from schemas.layers import LAYER_NAMES
+from schemas.api.layers import LAYER_NAMES
 from tests.unit.cli.conftest import CLEAN, Penumbra
 
 

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from datetime import datetime
 
-from schemas.logs import LogEntry
+from schemas.api.jobs import LogEntry
 from service.cli.jobs import _log_by_day, _log_lines
 
 ENTRIES = (

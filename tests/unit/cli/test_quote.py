@@ -8,9 +8,8 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from schemas.quality import FixedQuality, TargetQuality
-from schemas.quotes import Quote
-from schemas.sampling import Antialiasing, LightSampling
+from schemas.api.plans import Quote
+from schemas.quality import Antialiasing, FixedQuality, LightSampling, TargetQuality
 from service.cli.quote import describe, offers, options, short
 from tests.unit.cli.conftest import Penumbra
 

@@ -6,8 +6,8 @@ from typing import get_args
 
 import pytest
 
-from schemas.jobs import JobRequest, JobState
-from schemas.sampling import Sampling
+from schemas.api.jobs import JobRequest, JobState
+from schemas.quality import Sampling
 from service.cli.commands import COMMANDS
 from service.cli.options import DEFAULT_SERVER, LARGEST_SEED, MOST_WORKERS, PRIORITIES, State
 from service.client import DEFAULT_SERVER as CLIENT_DEFAULT

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from schemas.batches import FLOAT32, RGB8, BatchHead, TileHead
+from schemas.api.batches import FLOAT32, RGB8, BatchHead, TileHead
 from service.client.batches import decode_batch
 from service.client.errors import UnexpectedAnswerError
 

@@ -18,9 +18,8 @@ import pytest
 from PIL import Image
 
 import schemas
-from schemas.errors import SceneError
-from schemas.jobs import Failure, Job
-from schemas.problems import Problem, ProblemDocument
+from schemas.api.jobs import Failure, Job
+from schemas.errors import Problem, ProblemDocument, SceneError
 from service.client import (
     AsyncClient,
     Client,

@@ -7,8 +7,7 @@ from typing import Any
 
 import pytest
 
-from schemas.errors import SceneError
-from schemas.problems import Problem
+from schemas.errors import Problem, SceneError
 from service.client.parcels import pack
 
 

@@ -60,6 +60,6 @@ def converted(tmp_path: Path) -> Convert:
     return run
 
 
-def told(conversion: Conversion, kind: str) -> dict[str, str]:
+def noted(conversion: Conversion, kind: str) -> dict[str, str]:
     """Details of the assumptions of one kind by their place."""
     return {note.place: note.detail for note in conversion.assumptions if note.kind == kind}

@@ -14,11 +14,11 @@ import renderer
 from renderer.assets import FolderAssets
 from renderer.cameras import build_pinhole
 from schemas.quality import FixedQuality
+from schemas.quantities import difference, sine_between
 from schemas.reading import read_scene
-from schemas.vectors import difference, sine_between
 from service.converting.errors import ConversionError
 from service.converting.formats import convert
-from tests.unit.converting.conftest import TRIANGLE, Convert, course, told
+from tests.unit.converting.conftest import TRIANGLE, Convert, course, noted
 
 EPS = float(np.finfo(float).eps)
 LEAST_SINE = 0.1
@@ -97,7 +97,7 @@ def test_any_course_scene_becomes_a_scene_that_is_valid_and_can_be_rendered(
     assert (plan.width, plan.height) == tuple(document["image_resolution"])
     assert len(scene.shapes) == len(document["objects"])
     unknown = document.keys() - course().keys()
-    assert {"/" + name.replace("~", "~0").replace("/", "~1") for name in unknown} <= told(
+    assert {"/" + name.replace("~", "~0").replace("/", "~1") for name in unknown} <= noted(
         conversion, "left_out"
     ).keys()
 
@@ -233,7 +233,7 @@ def test_a_coloured_mirror_reflects_the_mean_of_its_colours_and_says_so(converte
     material = {"name": "red", "type": "specular", "color": [0.9, 0.6, 0.3]}
     conversion = converted("m.json", course(materials=[material], objects=[]))
     assert conversion.document["materials"]["red"]["mirror"] == pytest.approx(0.6, rel=4 * EPS)
-    assert "0.6" in told(conversion, "assumed")["/materials/0/color"]
+    assert "0.6" in noted(conversion, "assumed")["/materials/0/color"]
 
 
 def test_the_variant_with_path_and_position_is_read_alike(converted: Convert) -> None:
@@ -252,7 +252,7 @@ def test_a_light_without_size_is_a_point(converted: Convert) -> None:
     assert scene["lights"] == [{"type": "point", "position": (1, 2, 3), "color": (4, 5, 6)}]
 
 
-def test_what_is_left_out_is_told_with_its_line(converted: Convert) -> None:
+def test_what_is_left_out_is_noted_with_its_line(converted: Convert) -> None:
     text = json.dumps(course(objects=[], nurbs=1), indent=1).encode()
     notes = converted("n.json", text).assumptions
     (note,) = [note for note in notes if note.place == "/nurbs"]
@@ -262,11 +262,11 @@ def test_what_is_left_out_is_told_with_its_line(converted: Convert) -> None:
     assert "/max_depth" in {note.place for note in notes}
 
 
-def test_another_focal_length_is_told_with_the_angle_that_other_programs_see(converted: Convert) -> None:
+def test_another_focal_length_is_noted_with_the_angle_that_other_programs_see(converted: Convert) -> None:
     camera = course()["cam_config"] | {"focal_length": 2, "vertical_fov": 90}
     conversion = converted("f.json", course(cam_config=camera, objects=[]))
     # tan 45 degrees, twice: 2 atan 2.
-    assert "126.87 degrees" in told(conversion, "assumed")["/cam_config/focal_length"]
+    assert "126.87 degrees" in noted(conversion, "assumed")["/cam_config/focal_length"]
 
 
 @pytest.mark.parametrize(
@@ -287,7 +287,7 @@ def test_another_focal_length_is_told_with_the_angle_that_other_programs_see(con
         ({"objects": 3}, "/objects"),
     ],
 )
-def test_what_is_wrong_is_told_at_its_place(
+def test_what_is_wrong_is_reported_at_its_place(
     converted: Convert, changes: dict[str, Any], pointer: str
 ) -> None:
     text = json.dumps(course(**changes), indent=1).encode()
@@ -297,7 +297,7 @@ def test_what_is_wrong_is_told_at_its_place(
     assert caught.value.problems[0].line is not None
 
 
-def test_a_misspelt_material_is_told_with_the_name_that_was_meant(converted: Convert) -> None:
+def test_a_misspelt_material_is_reported_with_the_name_that_was_meant(converted: Convert) -> None:
     objects = [{"obj_file_path": "left.obj", "material_name": "rde"}]
     with pytest.raises(ConversionError) as caught:
         converted("w.json", course(objects=objects), **{"left.obj": TRIANGLE})

@@ -35,7 +35,7 @@ def test_the_cure_names_a_root_that_works(outside: Path, monkeypatch: pytest.Mon
 
 
 @pytest.mark.parametrize("name", ["gone.obj", "x" * 5000, "a\0b", "."])
-def test_a_file_that_is_not_there_is_told(outside: Path, name: str) -> None:
+def test_a_file_that_is_not_there_is_reported(outside: Path, name: str) -> None:
     with pytest.raises(FileAwayError, match="There is no file"):
         InputFiles(outside).read(outside, name)
 

@@ -11,7 +11,7 @@ import pytest
 from schemas.reading import read_scene
 from service.converting.errors import ConversionError
 from service.converting.gltf_materials import highlight
-from tests.unit.converting.conftest import Convert, told
+from tests.unit.converting.conftest import Convert, noted
 from tests.unit.converting.test_obj import picture
 
 EPS = float(np.finfo(float).eps)
@@ -195,7 +195,7 @@ def test_materials_and_their_pictures_are_taken_over(converted: Convert) -> None
     }
     assert textures[material["normal_map"]]["encoding"] == "linear"
     assert (material["diffuse"], material["specular"], material["shininess"]) == (0.5, 0.04, 0)
-    assert told(conversion, "left_out") == {}
+    assert noted(conversion, "left_out") == {}
     read_scene(conversion.document)
 
 
@@ -209,7 +209,7 @@ def test_smoother_surfaces_have_smaller_and_brighter_highlights() -> None:
     assert highlight(0)["shininess"] == highlight(0.1)["shininess"]
 
 
-def test_glass_metal_and_what_scenes_have_not_are_told(converted: Convert) -> None:
+def test_glass_metal_and_what_scenes_have_not_are_noted(converted: Convert) -> None:
     made = Made()
     made.document["materials"] = [
         {
@@ -227,13 +227,13 @@ def test_glass_metal_and_what_scenes_have_not_are_told(converted: Convert) -> No
     conversion = converted("m.glb", made.glb())
     (material,) = conversion.document["materials"].values()
     assert (material["transmission"], material["ior"], material["diffuse"]) == (0.75, 1.33, 0.25)
-    assert set(told(conversion, "left_out")) == {
+    assert set(noted(conversion, "left_out")) == {
         "/animations",
         "/materials/0/alphaMode",
         "/materials/0/emissiveFactor",
         "/materials/0/extensions/KHR_materials_clearcoat",
     }
-    assert "Metal" in told(conversion, "assumed")["/materials/0/pbrMetallicRoughness"]
+    assert "Metal" in noted(conversion, "assumed")["/materials/0/pbrMetallicRoughness"]
 
 
 def test_the_first_camera_is_taken_with_its_view(converted: Convert, made: Made) -> None:
@@ -250,7 +250,7 @@ def test_the_first_camera_is_taken_with_its_view(converted: Convert, made: Made)
     assert (camera["position"], camera["up"]) == ([0, 0, 4], [0, 1, 0])
     # It looks along -z, at a point as far away as the middle of the mesh, which lies in z = 0.
     assert camera["look_at"] == [0, 0, 0]
-    assert told(conversion, "left_out") == {"/nodes/2/camera": "Only the first camera is taken."}
+    assert noted(conversion, "left_out") == {"/nodes/2/camera": "Only the first camera is taken."}
 
 
 def test_lights_shine_as_far_as_their_intensity_says(converted: Convert, made: Made) -> None:
@@ -276,7 +276,7 @@ def test_lights_shine_as_far_as_their_intensity_says(converted: Convert, made: M
     assert sun["direction"] == pytest.approx([0, -1, 0], abs=4 * EPS)
     assert sun["color"] == pytest.approx([0.25] * 3, rel=4 * EPS)
     assert spot["type"] == "point"
-    assert "A spot" in told(conversion, "assumed")["/extensions/KHR_lights_punctual/lights/2"]
+    assert "A spot" in noted(conversion, "assumed")["/extensions/KHR_lights_punctual/lights/2"]
     assert "ambient" not in conversion.document
 
 
@@ -340,13 +340,13 @@ WRONG = {
 
 
 @pytest.mark.parametrize("pointer", WRONG)
-def test_what_is_wrong_is_told_at_its_place(converted: Convert, pointer: str) -> None:
+def test_what_is_wrong_is_reported_at_its_place(converted: Convert, pointer: str) -> None:
     made = Made()
     made.node(mesh=made.mesh())
     WRONG[pointer](made.document)
     with pytest.raises(ConversionError) as caught:
         converted("m.glb", made.glb())
-    # Of a field that is missing the object that lacks it is told.
+    # Of a field that is missing the object that lacks it is reported.
     place = pointer.removesuffix("/componentType")
     assert [problem.pointer for problem in caught.value.problems] == [place]
     assert caught.value.problems[0].detail.endswith(".")
@@ -368,7 +368,7 @@ def test_a_document_without_a_placed_mesh_is_refused(converted: Convert, made: M
         converted("m.glb", made.glb())
 
 
-def test_pictures_that_cannot_be_read_leave_the_colour_and_are_told(converted: Convert) -> None:
+def test_pictures_that_cannot_be_read_leave_the_colour_and_are_noted(converted: Convert) -> None:
     made = Made()
     made.document |= {
         "images": [{"uri": "gone.png"}, {"bufferView": made.view(b"no picture")}],
@@ -385,4 +385,4 @@ def test_pictures_that_cannot_be_read_leave_the_colour_and_are_told(converted: C
     (material,) = conversion.document["materials"].values()
     assert material["color"] == [1, 1, 1]
     assert "normal_map" not in material
-    assert told(conversion, "left_out").keys() == {"/images/0", "/images/1"}
+    assert noted(conversion, "left_out").keys() == {"/images/0", "/images/1"}

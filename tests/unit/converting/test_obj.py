@@ -15,9 +15,9 @@ from renderer.meshes.files import read_mesh
 from schemas.reading import read_scene
 from service.converting.errors import ConversionError
 from service.converting.formats import convert
-from service.converting.obj_parts import by_material, write_part
-from service.converting.obj_text import Face, ObjText
-from tests.unit.converting.conftest import TRIANGLE, Convert, told
+from service.converting.obj import by_material, write_part
+from service.converting.wavefront import Face, ObjText
+from tests.unit.converting.conftest import TRIANGLE, Convert, noted
 
 EPS = float(np.finfo(float).eps)
 SQUARE = b"v -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
@@ -30,12 +30,12 @@ def picture() -> bytes:
 
 
 def material_of(converted: Convert, lines: str, **files: bytes) -> tuple[dict[str, Any], dict[str, str]]:
-    """The scene's material out of MTL lines, with all that was told."""
+    """The scene's material out of MTL lines, with all that was noted."""
     mesh = b"mtllib m.mtl\n" + SQUARE + b"usemtl paint\nf 1/1 2/2 3/3 4/4\n"
     mtl = f"newmtl paint\n{lines}\n".encode()
     conversion = converted("a.obj", mesh, **{"m.mtl": mtl, **files})
     (material,) = conversion.document["materials"].values()
-    return material, told(conversion, "assumed") | told(conversion, "left_out")
+    return material, noted(conversion, "assumed") | noted(conversion, "left_out")
 
 
 @settings(max_examples=60, deadline=None)
@@ -84,7 +84,7 @@ def test_a_mesh_of_two_materials_is_cut_without_losing_a_digit(converted: Conver
         "f 1 2 3",
         "f 1 2 4",
     ]
-    assert told(conversion, "assumed")["usemtl"].startswith("The mesh is cut into 2 files")
+    assert noted(conversion, "assumed")["usemtl"].startswith("The mesh is cut into 2 files")
 
 
 @settings(max_examples=60, deadline=None)
@@ -191,24 +191,24 @@ def test_mirrors_and_glass_follow_the_illumination_model(
 
 
 @pytest.mark.parametrize("keyword", ["Ka", "Ke", "Pr", "map_Ks", "disp", "Tf"])
-def test_what_has_no_counterpart_is_told_with_its_line(converted: Convert, keyword: str) -> None:
+def test_what_has_no_counterpart_is_noted_with_its_line(converted: Convert, keyword: str) -> None:
     mesh = b"mtllib m.mtl\nusemtl paint\n" + TRIANGLE
     conversion = converted("a.obj", mesh, **{"m.mtl": f"newmtl paint\nKd 1 1 1\n{keyword} 1\n".encode()})
     (note,) = [note for note in conversion.assumptions if note.place == f"paint: {keyword.lower()}"]
     assert (note.kind, note.file, note.line) == ("left_out", "m.mtl", 3)
 
 
-def test_zeros_without_counterpart_are_nothing_to_tell(converted: Convert) -> None:
+def test_zeros_without_counterpart_are_not_noted(converted: Convert) -> None:
     _, notes = material_of(converted, "Kd 1 1 1\nKe 0.0 0.0 0.0")
     assert not [place for place in notes if place.startswith("paint")]
 
 
-def test_missing_pictures_and_libraries_leave_colours_and_are_told(converted: Convert) -> None:
+def test_missing_pictures_and_libraries_leave_colours_and_are_noted(converted: Convert) -> None:
     material, notes = material_of(converted, "Kd 0.1 0.2 0.3\nmap_Kd gone.png")
     assert material == {"type": "phong", "color": [0.1, 0.2, 0.3]}
     assert "gone.png" in notes["paint: map_kd"]
     conversion = converted("b.obj", b"mtllib gone.mtl\nusemtl a\n" + TRIANGLE)
-    assert "gone.mtl" in told(conversion, "left_out")["mtllib gone.mtl"]
+    assert "gone.mtl" in noted(conversion, "left_out")["mtllib gone.mtl"]
     assert conversion.document["materials"]["a"]["color"] == [0.75] * 3
 
 
@@ -227,7 +227,7 @@ def test_missing_pictures_and_libraries_leave_colours_and_are_told(converted: Co
         (b"v 0 0 0\n", 1),
     ],
 )
-def test_a_line_that_makes_no_sense_is_told_by_its_number(
+def test_a_line_that_makes_no_sense_is_reported_by_its_number(
     converted: Convert, content: bytes, line: int
 ) -> None:
     with pytest.raises(ConversionError) as caught:
@@ -245,7 +245,7 @@ def test_a_line_that_makes_no_sense_is_told_by_its_number(
         (b"newmtl\n", 1),
     ],
 )
-def test_a_wrong_line_of_an_mtl_file_is_told_by_file_and_number(
+def test_a_wrong_line_of_an_mtl_file_is_reported_by_file_and_number(
     converted: Convert, content: bytes, line: int
 ) -> None:
     with pytest.raises(ConversionError) as caught:

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from renderer import compile_scene, load_scene, render
-from schemas.grades import Grade, TestGrade
-from schemas.manifest_reading import read_manifest
+from schemas.grading.grades import Grade, TestGrade
+from schemas.grading.manifest_reading import read_manifest
 from service.grading.grading import Graded, grade
 
 SCENE: dict[str, Any] = {

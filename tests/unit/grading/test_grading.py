@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from schemas.grades import Grade
+from schemas.grading.grades import Grade
 from tests.unit.grading.assignments import (
     SCENE,
     Assignment,
@@ -174,7 +174,7 @@ def test_the_result_is_a_document_that_can_be_read_again(assignment: Assignment)
 KILLED = """
 import json, sys
 from pathlib import Path
-from schemas.manifest_reading import read_manifest
+from schemas.grading.manifest_reading import read_manifest
 from service.grading.grading import grade
 
 if __name__ == "__main__":

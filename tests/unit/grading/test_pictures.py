@@ -13,7 +13,7 @@ from PIL import Image
 from accuracy.comparison import compare, picture_of
 from renderer.images.colors import srgb_from_linear
 from renderer.images.exr import encode_exr
-from schemas.acceptance import PICTURE_MISTAKES
+from schemas.grading.acceptance import PICTURE_MISTAKES
 from tests.unit.grading.assignments import SCENE, Assignment, image_test, pixels, scene, scene_test
 
 RIGHT = pixels(SCENE)

@@ -114,7 +114,7 @@ def test_hits_of_the_same_scene_in_float32_agree_in_single_and_not_in_double(ass
     cast = {"type": "scene", "file": "scene.json"}
     assert assignment.test(rays_test(rays=rays, submitted=cast)).status == "passed"
     from schemas.cameras import Camera
-    from schemas.manifests import BallRays
+    from schemas.grading.manifests import BallRays
     from service.grading.folders import Folder
     from service.grading.ray_sources import rays_of
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from schemas.acceptance import Band, CpuSeconds, Metric, RayShare, Scale
+from schemas.grading.acceptance import Band, CpuSeconds, Metric, RayShare, Scale
 from service.grading.scales import margin_of, reached, share_of
 
 RMSE = Metric(by="metric", metric="rmse", full=0.25, zero=0.75)

@@ -17,7 +17,7 @@ from accuracy.hard_cases.documents import rectangle, scene
 from accuracy.inspection import inspection_plan
 from accuracy.quotes import quote
 from renderer.arguments import MOST_WORKERS, checked_count
-from schemas.jobs import JobRequest
+from schemas.api.jobs import JobRequest
 from schemas.reading import read_document
 from tests.images import pictures
 
@@ -148,7 +148,7 @@ def test_the_folder_of_a_scenes_files_may_be_a_path(tmp_path: Path) -> None:
 
 def _pixel() -> bytes:
     from renderer.images.files import encode_png
-    from schemas.display import Display
+    from schemas.scene import Display
 
     return encode_png(np.ones((1, 1, 3)), Display())
 

@@ -8,7 +8,7 @@ import pytest
 from accuracy.hard_cases.documents import Json, bulb, lamp, phong, rectangle, sampled, scene, sun
 from renderer.lights import emitters
 from schemas.lights import DirectionalLight, ParallelogramLight
-from schemas.sampling import LightSampling
+from schemas.quality import LightSampling
 from tests.images.parts import DOUBLE, SINGLE, image_of
 from tests.numerics.tracing import EPS, traced
 

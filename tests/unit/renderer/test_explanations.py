@@ -9,7 +9,7 @@ import pytest
 import renderer
 from accuracy.hard_cases.documents import Json, bulb, camera, lamp, phong, rectangle, scene, sphere
 from renderer.adaptive.levels import COVERAGES
-from schemas.plans import PlanDocument
+from schemas.api.plans import PlanDocument
 from schemas.quality import FixedQuality, TargetQuality
 
 GALLERY = sorted((Path(__file__).parents[3] / "scenes" / "gallery").glob("*.json"))

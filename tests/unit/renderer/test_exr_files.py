@@ -14,7 +14,7 @@ from renderer import ImageFileError
 from renderer.errors import MissingExtraError
 from renderer.images.files import decode_exr, encode_exr, write_image
 from renderer.layers import LAYERS
-from schemas.display import Display
+from schemas.scene import Display
 
 SIZE = (5, 7)
 

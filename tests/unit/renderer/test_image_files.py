@@ -10,7 +10,7 @@ from PIL import Image
 
 from renderer.errors import ImageFileError, RenderError
 from renderer.images.files import encode_npy, encode_png, write_image
-from schemas.display import Display
+from schemas.scene import Display
 
 SRGB = Display()
 

@@ -11,7 +11,7 @@ from renderer.cameras import Mosaic, Pinhole
 from renderer.cameras import build_lens as thin_lens
 from renderer.cameras import build_pinhole as pinhole
 from schemas.cameras import Camera
-from schemas.sampling import Antialiasing
+from schemas.quality import Antialiasing
 
 SIDE = 32
 COLUMNS, ROWS = 8, 4

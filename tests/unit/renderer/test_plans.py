@@ -24,9 +24,8 @@ from accuracy.hard_cases.documents import (
     triangle,
 )
 from renderer.plan.effects import LIGHTS, SHAPES, TEXTURES
-from schemas.plans import PlanDocument
-from schemas.quality import FixedQuality
-from schemas.sampling import Antialiasing, LightSampling
+from schemas.api.plans import PlanDocument
+from schemas.quality import Antialiasing, FixedQuality, LightSampling
 from tests.images import pictures
 from tests.images.parts import plan_of, png
 

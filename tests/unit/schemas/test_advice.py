@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from schemas.cameras import Camera
-from schemas.geometry import in_view, no_area
 from schemas.reading import read_scene
+from schemas.reading.advice import in_view, no_area
 from schemas.scene import Scene
 from schemas.shapes import Triangle
 

@@ -10,9 +10,8 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from schemas.errors import SceneError
+from schemas.errors import Problem, SceneError
 from schemas.limits import Limits
-from schemas.problems import Problem
 from schemas.reading import read_scene
 
 

@@ -13,10 +13,10 @@ import pytest
 from PIL import Image
 
 from renderer.images import files as image_files
+from schemas.api.jobs import JobRequest
 from schemas.errors import SceneError
-from schemas.file_kinds import recognise
-from schemas.jobs import JobRequest
 from schemas.reading import read_document, read_scene
+from schemas.reading.file_kinds import recognise
 from service.client.parcels import pack
 
 

@@ -16,11 +16,11 @@ import schemas
 from accuracy.comparison import NotComparableError, assert_render_close
 from accuracy.hard_cases.documents import scene as empty_scene
 from renderer.images.files import encode_png
-from schemas.display import Display
 from schemas.errors import SceneError
 from schemas.limits import Limits, LimitsError, limits_in_force, variable_of
 from schemas.quality import FixedQuality
 from schemas.reading import read_scene
+from schemas.scene import Display
 
 PAGE = Path(__file__).parents[3] / "docs" / "limits.md"
 

@@ -12,12 +12,10 @@ from typing import Any
 import jsonschema
 import pytest
 
-from schemas.acceptance import Metric
-from schemas.errors import SceneError
-from schemas.manifest_json_schema import manifest_json_schema
-from schemas.manifest_reading import read_manifest
-from schemas.manifests import CameraRays, ImageTest, Manifest, RaysTest
-from schemas.problems import Problem
+from schemas.errors import Problem, SceneError
+from schemas.grading.acceptance import Metric
+from schemas.grading.manifest_reading import manifest_json_schema, read_manifest
+from schemas.grading.manifests import CameraRays, ImageTest, Manifest, RaysTest
 
 ROOT = Path(__file__).parents[3]
 

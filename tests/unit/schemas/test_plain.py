@@ -14,8 +14,8 @@ import pytest
 
 from schemas.errors import SceneError
 from schemas.limits import Limits
-from schemas.plain import plain
 from schemas.reading import read_scene
+from schemas.reading.plain import plain
 from schemas.scene import Scene
 
 

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 from schemas.errors import SceneError
 from schemas.pointers import Parts, pointer
-from schemas.positions import line_and_column, locate
 from schemas.reading import read_scene
+from schemas.reading.positions import line_and_column, locate
 
 CHANCE = st.integers(0, 1 << 32).map(random.Random)
 KEYS = st.text(max_size=4)

@@ -11,14 +11,12 @@ from typing import Any
 import pytest
 
 import schemas
+from schemas.api.jobs import JobRequest
 from schemas.base import Closed
-from schemas.errors import SceneError
-from schemas.jobs import JobRequest
-from schemas.problems import Problem
+from schemas.errors import BUILT_IN, Problem, SceneError
 from schemas.reading import read_document, read_scene
+from schemas.reading.translation import OTHERWISE, SENTENCES, nearest, say
 from schemas.scene import Scene
-from schemas.sentences import BUILT_IN, OTHERWISE, SENTENCES, say
-from schemas.translation import nearest
 
 
 def told(source: object, model: type[Closed] = Scene) -> list[Problem]:

@@ -12,8 +12,8 @@ from pydantic import ValidationError
 
 from schemas.errors import SceneError
 from schemas.limits import Limits
+from schemas.quality import Antialiasing
 from schemas.reading import read_scene
-from schemas.sampling import Antialiasing
 from schemas.scene import Scene
 
 

@@ -11,17 +11,15 @@ import pytest
 from pydantic import BaseModel
 
 import scenes
-from schemas.comparisons import ComparisonRequest
+from schemas.api.administration import PruneRequest
+from schemas.api.comparisons import ComparisonRequest
+from schemas.api.inspections import InspectionRequest, TraceRequest
+from schemas.api.jobs import JobRequest, Region
+from schemas.api.plans import QuoteRequest
 from schemas.errors import SceneError
-from schemas.inspections import InspectionRequest
-from schemas.jobs import JobRequest
-from schemas.manifests import BallRays, CameraRays, Manifest
-from schemas.quotes import QuoteRequest
+from schemas.grading.manifests import BallRays, CameraRays, Manifest
 from schemas.reading import read_document, read_scene
-from schemas.regions import Region
-from schemas.retention import PruneRequest
-from schemas.traces import TraceRequest
-from service.converting.course_document import CourseDocument
+from service.converting.course import CourseDocument
 from service.jobs.canonical import spec_of
 
 SCENES = sorted(Path(scenes.__file__).parent.glob("*/*.json"))

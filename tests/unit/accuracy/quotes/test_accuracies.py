@@ -14,7 +14,7 @@ from accuracy.quotes.deadlines import Deadline
 from accuracy.quotes.settings import Ladder, compiled
 from renderer.math.intervals import Interval
 from renderer.scenes import LoadedScene
-from schemas.sampling import LightSampling
+from schemas.quality import LightSampling
 from tests.unit.accuracy.quotes.conftest import edge
 
 HOUR = Deadline.after(3600.0)

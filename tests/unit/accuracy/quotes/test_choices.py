@@ -9,8 +9,7 @@ from accuracy.quotes.choices import Adaptive, Fixed, closest, soonest
 from accuracy.quotes.settings import Ladder
 from accuracy.quotes.timings import Timing
 from renderer.math.intervals import Interval
-from schemas.quality import FixedQuality, TargetQuality
-from schemas.sampling import LightSampling
+from schemas.quality import FixedQuality, LightSampling, TargetQuality
 
 LIGHT = LightSampling(pattern="random", samples=4)
 

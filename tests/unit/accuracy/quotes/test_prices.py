@@ -7,8 +7,7 @@ import pytest
 import renderer
 from accuracy.quotes.prices import price
 from renderer.scenes import LoadedScene
-from schemas.quality import FixedQuality, TargetQuality
-from schemas.sampling import Antialiasing
+from schemas.quality import Antialiasing, FixedQuality, TargetQuality
 
 
 def cost_at(scene: LoadedScene, error: float, *, limit: float | None = None, workers: int = 1) -> float:

@@ -8,9 +8,8 @@ import renderer
 from accuracy.quotes import quote
 from accuracy.variations import variants
 from renderer.scenes import LoadedScene
-from schemas.quality import FixedQuality, TargetQuality
-from schemas.quotes import Offer, Quote
-from schemas.sampling import Antialiasing, LightSampling
+from schemas.api.plans import Offer, Quote
+from schemas.quality import Antialiasing, FixedQuality, LightSampling, TargetQuality
 from tests.unit.accuracy.quotes.conftest import edge
 
 LONG = 30.0

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from schemas.comparisons import ComparisonRegion
-from schemas.grades import Grade, GradeImage, GradeInput, GradeTimings, GradeTool, Signal, TestGrade
+from schemas.api.comparisons import ComparisonRegion
+from schemas.grading.grades import Grade, GradeImage, GradeInput, GradeTimings, GradeTool, Signal, TestGrade
 
 TOLD_STAFF = "found-on-the-web"
 HIDDEN = "the-one-nobody-knows"

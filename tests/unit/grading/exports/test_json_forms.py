@@ -12,7 +12,7 @@ import jsonschema
 import pytest
 from PIL import Image
 
-from schemas.grades import Grade
+from schemas.grading.grades import Grade
 from service.grading.export_errors import ExportError
 from service.grading.exports import EXPORTS, classroom50
 from tests.unit.grading.exports.samples import (

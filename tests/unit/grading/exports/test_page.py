@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from schemas.grades import Grade
+from schemas.grading.grades import Grade
 from service.grading.exports import EXPORTS
 from service.grading.exports.texts import line
 from tests.unit.grading.exports.samples import (

@@ -10,7 +10,7 @@ import pytest
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
-from schemas.grades import Grade
+from schemas.grading.grades import Grade
 from service.grading.exports import EXPORTS
 from service.grading.exports.texts import harmless, line
 from tests.unit.grading.exports.samples import (

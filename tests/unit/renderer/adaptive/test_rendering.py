@@ -12,8 +12,7 @@ from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.levels import COUNTS, COVERAGES
 from renderer.adaptive.requests import TileRequest
 from renderer.adaptive.tile_rendering import render_samples
-from schemas.quality import FixedQuality, TargetQuality
-from schemas.sampling import Antialiasing, LightSampling
+from schemas.quality import Antialiasing, FixedQuality, LightSampling, TargetQuality
 from schemas.tiles import Tile
 from tests.images import pictures
 

@@ -1,0 +1,1 @@
+"""What travels between a client and the service: requests, jobs, plans, tiles and answers about them."""

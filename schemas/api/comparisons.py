@@ -1,0 +1,160 @@
+"""Two pictures sent to ``POST /v1/comparisons``, and what comparing them has shown."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import ConfigDict, Field
+
+from schemas.base import Closed, Message
+
+Encoding = Literal["srgb", "linear"]
+Share = Annotated[float, Field(strict=True, ge=0, le=1)]
+
+
+class SentPicture(Closed):
+    """A picture in the request itself, or that of a job which has succeeded: one of the two."""
+
+    job: str | None = Field(
+        default=None, max_length=64, description="The id of a job; its `error` and `samples` layers are used."
+    )
+    content: str | None = Field(default=None, description="A PNG, NPY or EXR file in Base64.")
+    encoding: Encoding | None = Field(
+        default=None,
+        description="How the numbers of the file mean light. PNG is taken as `srgb` and floating point as "
+        "`linear` where it is not stated; the answer says so.",
+    )
+
+
+class ComparisonRequest(Closed):
+    """The body of ``POST /v1/comparisons``."""
+
+    image: SentPicture = Field(description="The picture in question.")
+    reference: SentPicture = Field(description="What it should look like.")
+    tolerance: Share = Field(
+        default=0.01, description="Mean difference of a block, linear, that is never a reason to differ."
+    )
+    max_bias: Share = Field(
+        default=0.02, description="Share of biased blocks above which pictures differ, if noise is not known."
+    )
+    limit: Share = Field(default=0.05, description="Of `frac_over`, in linear values.")
+    flip: bool = Field(
+        default=False, strict=True, description="Whether FLIP is computed too; it takes the longest."
+    )
+    pictures: bool = Field(
+        default=False,
+        strict=True,
+        description="Whether the answer has a heat map and a side-by-side picture.",
+    )
+
+
+class ComparisonMetrics(Message):
+    """Of linear values clipped to 0..1, in float64, but for `ssim` and `flip`, which are of what is seen."""
+
+    mse: float = Field(ge=0, description="Mean squared difference.")
+    rmse: float = Field(ge=0, description="Its root.")
+    psnr: float | None = Field(description="-10 log10 of `mse`, dB; null for equal pictures.")
+    relmse: float = Field(ge=0, description="Mean of (a - b)^2 / (b^2 + 0.01).")
+    max_abs: float = Field(ge=0, description="Largest difference.")
+    frac_over: float = Field(ge=0, le=1, description="Share of pixels that differ by more than the limit.")
+    ssim: float | None = Field(
+        description="Mean structural similarity of BT.709 luma of sRGB values: Gaussian window of 11 x 11 "
+        "pixels, sigma 1.5, population variances; null for pictures smaller than the window."
+    )
+    bias_blocks: float = Field(
+        ge=0,
+        le=1,
+        description="Share of blocks of 8 x 8 pixels brighter or darker than noise and tolerance allow.",
+    )
+    flip: float | None = Field(
+        description="Mean LDR-FLIP at 67 pixels a degree; null where it was not asked for."
+    )
+
+
+class ComparisonCause(Message):
+    """A mistake that explains most of the difference: undone, it leaves less than half, or noise alone."""
+
+    cause: str = Field(description="A word for programs, such as `flipped_vertically`.")
+    hint: str = Field(description="What was probably done, and what to do.")
+    rmse_before: float = Field(ge=0, description="All but the outermost pixels, as they are.")
+    rmse_after: float = Field(ge=0, description="The same with the mistake undone.")
+
+
+class ComparisonRegion(Message):
+    """A rectangle around blocks that touch each other and differ most; half open, rows from the top."""
+
+    x0: int
+    y0: int
+    x1: int
+    y1: int
+    share: float = Field(ge=0, le=1, description="Of the whole squared difference.")
+    rmse: float = Field(ge=0, description="Over its blocks.")
+    brightness: float = Field(description="Mean difference; above 0 the picture is too bright.")
+    shape: int | None = Field(description="Index of the shape seen there; -1 for none, null if not known.")
+    name: str | None = Field(description="The same in words.")
+
+
+class ComparisonInput(Message):
+    """How a picture was read."""
+
+    name: str
+    sha256: str = Field(description="Of the file.")
+    width: int = Field(description="Pixels.")
+    height: int = Field(description="Pixels.")
+    encoding: Encoding
+    encoding_stated: bool = Field(description="False where it is what the kind of file usually means.")
+    bits: int = Field(description="Of a channel; 32 or 64 for floating point.")
+    clipped_pixels: int = Field(description="Pixels with a channel below 0 or above 1.")
+    samples: float | None = Field(description="Camera samples a pixel in the mean; null if not known.")
+    notes: tuple[str, ...] = Field(description="What was done to read it.")
+
+
+class ComparisonInputs(Message):
+    """Both pictures."""
+
+    image: ComparisonInput
+    reference: ComparisonInput
+
+
+class ComparisonPolicy(Message):
+    """What was taken for the same."""
+
+    tolerance: float
+    most_bias: float
+    limit: float
+
+
+class ComparisonPictures(Message):
+    """PNG files in Base64."""
+
+    heat_map: str = Field(description="The largest difference of the channels as seen; white from 0.25 on.")
+    side_by_side: str = Field(description="Picture, reference and heat map.")
+
+
+class ComparisonAnswer(Message):
+    """What comparing two pictures has shown."""
+
+    model_config = ConfigDict(populate_by_name=True, serialize_by_alias=True)
+
+    schema_: Literal["penumbra/comparison/v1"] = Field(
+        alias="schema", description="The form of this document."
+    )
+    verdict: Literal["match", "noisy_match", "mismatch"] = Field(
+        description="Equal but for rounding, equal but for noise, or not."
+    )
+    score: float = Field(ge=0, le=1, description="1 unless the verdict is `mismatch`.")
+    reason: str = Field(description="What decided, a sentence.")
+    test: Literal["rounding", "blocks", "variances", "diagnosis"] = Field(description="Which test decided.")
+    margin: float | None = Field(
+        description="How far the number that decided is from its limit, as a share of the limit; below 0 for "
+        "a mismatch."
+    )
+    samples_factor: float | None = Field(
+        description="With so many times the samples in both pictures, this difference would count as real."
+    )
+    metrics: ComparisonMetrics
+    diagnosis: tuple[ComparisonCause, ...] = Field(description="The best explanation first; often none.")
+    worst_regions: tuple[ComparisonRegion, ...] = Field(description="At most 5, worst first.")
+    inputs: ComparisonInputs
+    policy: ComparisonPolicy
+    images: ComparisonPictures | None = Field(default=None, description="Where they were asked for.")

@@ -1,0 +1,150 @@
+"""Rays sent to ``POST /v1/traces`` and what they hit, and one pixel of a job explained."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from schemas.base import Closed, Message
+from schemas.quantities import WHOLE, Number, RayDirection, RayOrigin
+from schemas.scene import Scene
+
+Row = tuple[Number, Number, Number]
+
+
+class TraceRequest(Closed):
+    """The body of ``POST /v1/traces``: ray i starts at origins[i] and runs along directions[i]."""
+
+    scene: Scene
+    origins: tuple[RayOrigin, ...]
+    directions: tuple[RayDirection, ...]
+
+
+class TraceAnswer(Message):
+    """One entry for each ray. A ray that hits nothing has null in t, position, normal and uv and shape -1.
+
+    ``t`` counts in units of the direction given, whatever its length. ``normal`` is the geometric unit
+    normal on the side of the ray's origin. ``visibility`` has one number for each light.
+    """
+
+    t: tuple[float | None, ...]
+    position: tuple[Row | None, ...]
+    normal: tuple[Row | None, ...]
+    uv: tuple[tuple[float, float] | None, ...]
+    shape: tuple[int, ...] = Field(description="Index into the scene's shapes, or -1.")
+    primitive: tuple[int, ...] = Field(description="Triangle of a mesh, or 0.")
+    visibility: tuple[tuple[float, ...], ...] = Field(description="Share of each light seen from the hit.")
+
+
+Triple = tuple[float, float, float]
+Place = Annotated[int, Field(strict=True, ge=0), WHOLE]
+
+RayKind = Literal["camera", "mirror", "reflection", "refraction"]
+
+
+class InspectionRequest(Closed):
+    """Which pixel: column and row, counted from 0 at the upper left."""
+
+    x: Place = Field(description="Column.")
+    y: Place = Field(description="Row, from the top.")
+
+
+class Part(Message):
+    """A part of the scene: where it is written, and what it is called."""
+
+    pointer: str = Field(description="JSON pointer into the scene, or over HTTP into the request of the job.")
+    name: str | None = Field(description="Its name, if it was given one.")
+
+
+class Blocker(Part):
+    """A shape that stands between a point and a light."""
+
+    shape: int = Field(ge=0, description="Index into the scene's shapes.")
+    points: int = Field(ge=1, description="Points of the light that it hides as the first in the way.")
+
+
+class InspectedLight(Message):
+    """One light as a point of a surface sees it, and what it adds to the light that leaves the point.
+
+    Its points are told apart: `points` = those seen, `below_horizon` and `blocked`.
+    """
+
+    light: int = Field(ge=0, description="Index into the scene's lights.")
+    pointer: str = Field(description="JSON pointer into the scene, or over HTTP into the request of the job.")
+    visibility: float = Field(ge=0, le=1, description="Share of its points that are seen.")
+    points: int = Field(ge=1, description="Points looked at.")
+    below_horizon: int = Field(
+        ge=0, description="Points behind the surface, or all of them where the light shines the other way."
+    )
+    blocked: int = Field(ge=0, description="Points with a shape in the way.")
+    blockers: tuple[Blocker, ...] = Field(description="What is in the way, the one that hides most first.")
+    cosine: float = Field(
+        description="Of the angle between the shading normal and the direction to the light's middle."
+    )
+    turned_away: bool = Field(
+        description="Whether the light shines to one side only, and the point is on the other."
+    )
+    diffuse: Triple = Field(description="Linear RGB that the diffuse term adds.")
+    specular: Triple = Field(description="Linear RGB that the highlight adds.")
+
+
+class InspectedSurface(Message):
+    """The place where a ray met a shape."""
+
+    shape: int = Field(ge=0, description="Index into the scene's shapes.")
+    part: Part
+    primitive: int = Field(ge=0, description="Triangle of a mesh, or 0.")
+    t: float = Field(description="Distance from the ray's origin, scene units.")
+    position: Triple = Field(description="Scene units.")
+    uv: tuple[float, float]
+    normal: Triple = Field(description="Geometric, of length 1, on the side the ray came from.")
+    shading_normal: Triple = Field(description="The normal that light is reckoned with.")
+    material: Part
+    texture: Part | None = Field(description="Where the colour comes from a texture.")
+    color: Triple = Field(description="Of the surface, linear RGB: the material's, or the texture's value.")
+    ambient: Triple = Field(description="Linear RGB that ambient light adds.")
+    lights: tuple[InspectedLight, ...] = Field(description="One for each light of the scene, in its order.")
+
+
+class InspectedRay(Message):
+    """A ray, what it met, and the rays that go on from there.
+
+    `radiance` is that of the place itself: for a surface the sum of `ambient` and of every light's `diffuse`
+    and `specular`, else the colour of the light or background seen. The pixel is the sum of `weight` times
+    `radiance` over all rays.
+    """
+
+    kind: RayKind
+    weight: float = Field(ge=0, description="Share of `radiance` that reaches the camera.")
+    origin: Triple = Field(description="Scene units.")
+    direction: Triple = Field(description="Of length 1.")
+    surface: InspectedSurface | None = Field(description="Null where no shape was met.")
+    light: Part | None = Field(description="The light that the ray ran into, if it did.")
+    radiance: Triple = Field(description="Linear RGB.")
+    rays: tuple[InspectedRay, ...] = Field(description="Mirrored, reflected and refracted rays.")
+
+
+class Reason(Message):
+    """A sentence about why the pixel looks as it does."""
+
+    code: str = Field(
+        description="A word for programs, such as `blocked`, `faces_away`, `ambient_only`, `black_material`."
+    )
+    text: str = Field(description="A sentence.")
+    pointers: tuple[str, ...] = Field(description="The lines of the scene that it speaks of.")
+
+
+class Inspection(Message):
+    """What the ray through the middle of a pixel has seen, and why it is as bright as it is."""
+
+    x: int = Field(description="Column.")
+    y: int = Field(description="Row, from the top.")
+    color: Triple = Field(
+        description="Linear RGB of this one ray. The pixel of the picture is a mean over all of its samples."
+    )
+    reasons: tuple[Reason, ...] = Field(description="What explains most comes first.")
+    ray: InspectedRay
+    complete: bool = Field(
+        description="False where more rays go on than are told; then they add up to less than `color`."
+    )

@@ -1,0 +1,355 @@
+"""Jobs: requests, states, tile events and logs.
+
+Requests are closed and strict like the scene language. Answers are open: a client that knows this
+version reads the answers of a later one and passes over what it does not know.
+"""
+
+from __future__ import annotations
+
+import re
+from datetime import datetime
+from enum import StrEnum
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from schemas.api.layers import LayerNames
+from schemas.base import Closed, Message
+from schemas.errors import Problem
+from schemas.quality import FixedQuality, Quality, TargetQuality
+from schemas.quantities import WHOLE
+from schemas.scene import Scene
+
+LABEL_NAME = r"[A-Za-z0-9][A-Za-z0-9_.-]{0,62}"
+"""What the name of a label is, as a regular expression."""
+LABEL_NAMES = (
+    "A label's name has 1 to 63 characters: letters from A to Z, digits, '_', '.' and '-', with a letter or "
+    "digit first."
+)
+
+
+def _label_name(name: str) -> str:
+    if not re.fullmatch(LABEL_NAME, name):
+        raise PydanticCustomError("label_name", LABEL_NAMES)
+    return name
+
+
+LabelName = Annotated[
+    str, Field(strict=True, json_schema_extra={"pattern": f"^{LABEL_NAME}$"}), AfterValidator(_label_name)
+]
+LabelValue = Annotated[str, Field(strict=True, max_length=200)]
+
+
+class JobRequest(Closed):
+    """The body of ``POST /v1/jobs`` and ``POST /v1/plans``."""
+
+    scene: Scene = Field(description="The scene to render.")
+    quality: Quality | None = Field(default=None, description="Overrides the scene's `sampling`.")
+    layers: LayerNames = Field(
+        default=(), description="What to tell about each pixel beside its colour; each layer is an image."
+    )
+    priority: Annotated[int, Field(strict=True, ge=-10, le=10), WHOLE] = Field(
+        default=0, description="Your jobs of a higher priority go first; those of others are not concerned."
+    )
+    labels: Annotated[dict[LabelName, LabelValue], Field(max_length=16)] = Field(
+        default_factory=dict,
+        description="Words of your own to find the job by: at most 16. A name has 1 to 63 characters, "
+        "letters from A to Z, digits, `_`, `.` and `-`, with a letter or digit first; a value is a text of "
+        "at most 200.",
+    )
+    time_limit: Annotated[float, Field(strict=True, gt=0, le=86400)] | None = Field(
+        default=None,
+        description="Seconds after its beginning when a job that is not finished ends: with target quality "
+        "with the error that it has reached, else it fails.",
+    )
+
+    @property
+    def asked_quality(self) -> FixedQuality | TargetQuality:
+        """The quality, with what it leaves to the scene filled in."""
+        if isinstance(self.quality, TargetQuality):
+            return self.quality
+        sampling, own = self.scene.sampling, self.quality
+        return FixedQuality(
+            mode="fixed",
+            antialiasing=(own and own.antialiasing) or sampling.antialiasing,
+            light=(own and own.light) or sampling.light,
+            precision=own.precision if own else "single",
+        )
+
+
+class JobState(StrEnum):
+    """The states of a job. All but the first two are final."""
+
+    QUEUED = "queued"
+    RUNNING = "running"
+    SUCCEEDED = "succeeded"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+    EXPIRED = "expired"
+
+    @property
+    def final(self) -> bool:
+        """Whether a job in this state will never change again."""
+        return self not in (JobState.QUEUED, JobState.RUNNING)
+
+
+class Failure(Message):
+    """Why a job failed."""
+
+    code: str = Field(
+        description="A word for programs: `render_failed`, `scene_not_usable`, `worker_died`, "
+        "`out_of_memory`, `took_too_long`, `storage_failed`, `time_limit`."
+    )
+    message: str = Field(description="A sentence for people.")
+    retryable: bool = Field(description="Whether the same request may succeed when it is sent again.")
+
+
+class Progress(Message):
+    """How much of a job is rendered. A step is one tile in one pass."""
+
+    done: int = Field(ge=0, description="Steps finished.")
+    total: int = Field(
+        ge=1, description="Steps in all; with target quality those known so far, more with each pass."
+    )
+    share: float = Field(
+        ge=0,
+        le=1,
+        description="Part of the work that is done, 0 to 1. It never falls. With target quality it is "
+        "estimated from the error, and with a time limit from the time; it is 1 when the picture is there.",
+    )
+    remaining_seconds: float | None = Field(
+        default=None,
+        ge=0,
+        description="How long the rest is expected to take; null while it does not run, or nothing tells.",
+    )
+
+
+class ReachedError(Message):
+    """Root mean square error of a linear picture, clipped to 0..1, as it is estimated from its samples.
+
+    The interval holds the true one in 95 of 100 pictures.
+    """
+
+    estimate: float = Field(ge=0, description="The estimate.")
+    low: float = Field(ge=0, description="Lower end of its interval.")
+    high: float = Field(ge=0, description="Upper end of its interval.")
+
+
+class Work(Message):
+    """What was counted beside rays."""
+
+    shading_points: int = Field(default=0, ge=0, description="Points where rays met shapes.")
+    texture_lookups: int = Field(
+        default=0, ge=0, description="Textures looked up at these points; a bump map takes four for a point."
+    )
+
+
+class Numerics(Message):
+    """Numbers that went wrong, or nearly so. All are 0 for a good scene."""
+
+    non_finite: int = Field(ge=0, description="Pixels that are NaN or infinite.")
+    clamped: int = Field(ge=0, description="Pixels held at the largest float32 in some pass.")
+    degenerate_dropped: int = Field(ge=0, description="Triangles without area, left out.")
+    retried: int = Field(
+        ge=0, description="Triangles so thin that exact arithmetic had to tell if they have an area."
+    )
+
+
+class JobCost(Message):
+    """What a job was expected to cost and what it has cost so far."""
+
+    predicted_cpu_seconds: float
+    cpu_seconds: float = Field(description="CPU seconds spent on finished tiles.")
+    rays: dict[str, int] = Field(description="Rays cast by finished tiles, by kind.")
+    work: Work = Field(default=Work(), description="What finished tiles have worked on beside rays.")
+
+
+class TileAtWork(Message):
+    """A tile that a worker has in hand. The rectangle is that of a tile event."""
+
+    tile: int = Field(ge=0, description="Index of the tile in its pass.")
+    pass_index: int = Field(ge=0, description="Index of the pass; 0 is the coarse picture.")
+    x0: int
+    y0: int
+    x1: int
+    y1: int
+
+
+class JobLinks(Message):
+    """Where everything about a job is found, as paths on the same server."""
+
+    self: str
+    cancel: str
+    tiles: str
+    events: str
+    plan: str
+    image_png: str
+    image_npy: str
+    image_exr: str = ""
+    pause: str = ""
+    resume: str = ""
+    convergence: str = ""
+    log: str = ""
+    request: str = ""
+    inspections: str = ""
+    focus: str = ""
+    pin: str = ""
+    layers: dict[str, str] = Field(default={}, description="The layers that were asked for, by name.")
+
+
+class Job(Message):
+    """A job as ``GET /v1/jobs/{id}`` shows it."""
+
+    id: str
+    name: str | None = Field(default=None, description="The scene's name.")
+    user: str | None = Field(default=None, description="Who has submitted it.")
+    labels: dict[str, str] = Field(default={}, description="Those of the request.")
+    priority: int = Field(default=0, description="That of the request.")
+    state: JobState
+    paused: bool = Field(
+        default=False,
+        description="Whether it is paused: until it is resumed no tiles are handed out.",
+    )
+    cancelling: bool = Field(
+        default=False,
+        description="Whether it is being cancelled: it ends when the workers have stopped their tiles of it.",
+    )
+    width: int = Field(description="Pixels; 0 for a mesh.")
+    height: int = Field(description="Pixels; 0 for a mesh.")
+    quality: dict[str, Any] = Field(
+        description="What was asked for, as a request takes it: what the request left to the scene stands in "
+        "it, too.",
+    )
+    progress: Progress
+    rendering: tuple[TileAtWork, ...] = Field(
+        default=(),
+        description="The tiles that workers have in hand at this moment, at most two each: one is being "
+        "rendered, and another is next.",
+    )
+    queue_position: int | None = Field(
+        default=None,
+        description="How many queued jobs are to start before this one, by users' turns, priority and age; "
+        "null once it has started, and while it is paused.",
+    )
+    last_seq: int = Field(ge=0, description="Number of the newest tile event; 0 before the first.")
+    created_at: datetime
+    started_at: datetime | None = None
+    finished_at: datetime | None = None
+    expires_at: datetime | None = Field(
+        default=None,
+        description="When its picture is removed, or before if room is needed; null while it is not "
+        "finished, while it is pinned, or if there is no such time.",
+    )
+    pinned: bool = Field(default=False, description="Its picture stays until the job is unpinned or deleted.")
+    failure: Failure | None = None
+    cost: JobCost
+    numerics: Numerics | None = Field(default=None, description="Null until the picture is finished.")
+    error: ReachedError | None = Field(
+        default=None,
+        description="The error reached so far, with target quality and with random samples; null where it is "
+        "not known.",
+    )
+    warnings: tuple[Problem, ...] = Field(default=(), description="Valid, but probably not meant.")
+    links: JobLinks
+
+
+class JobList(Message):
+    """One page of ``GET /v1/jobs``, newest first."""
+
+    jobs: tuple[Job, ...]
+    next: str | None = Field(default=None, description="Give it as `cursor` for the next page.")
+
+
+class TileEvent(Message):
+    """One tile was finished in one pass. Events of a job are numbered 1, 2, 3 without gaps.
+
+    The rectangle is half open, in pixels of the whole picture, rows from the top. With ``stride`` s > 1
+    the pixels are a preview: one value stands for a block of s x s. With target quality the tiles of a pass
+    are numbered from 1, and the event of tile 0 is that of the whole picture, after all others of its pass.
+    """
+
+    seq: int = Field(ge=1)
+    tile: int = Field(ge=0, description="Index of the tile in its pass.")
+    pass_index: int = Field(ge=0, description="Index of the pass; 0 is the coarse picture.")
+    stride: int = Field(ge=1)
+    x0: int
+    y0: int
+    x1: int
+    y1: int
+
+
+class TileBatch(Message):
+    """The answer of ``GET /v1/jobs/{id}/tiles`` as JSON."""
+
+    state: JobState
+    progress: Progress
+    events: tuple[TileEvent, ...]
+    next: int = Field(ge=0, description="Give it as `after` for what follows.")
+    complete: bool = Field(description="The state is final and no event follows `next`.")
+    failure: Failure | None = None
+
+
+class Asset(Message):
+    """A stored texture or mesh, as ``PUT /v1/assets/{sha256}`` answers."""
+
+    name: str = Field(description="How a scene names it: `sha256:` and 64 hexadecimal digits.")
+    bytes: int = Field(ge=0)
+    media_type: str
+    width: int = Field(description="Pixels.")
+    height: int = Field(description="Pixels.")
+
+
+class Version(Message):
+    """The answer of ``GET /version``."""
+
+    name: Literal["penumbra"] = "penumbra"
+    version: str
+    api: Literal["v1"] = "v1"
+
+
+Edge = Annotated[int, Field(strict=True, ge=0), WHOLE]
+
+
+class Region(Closed):
+    """The pixels [x0, x1) x [y0, y1), columns from the left and rows from the top."""
+
+    x0: Edge = Field(description="First column.")
+    y0: Edge = Field(description="First row.")
+    x1: Edge = Field(description="The column after the last.")
+    y1: Edge = Field(description="The row after the last.")
+
+    @model_validator(mode="after")
+    def _holds_a_pixel(self) -> Self:
+        if self.x0 >= self.x1 or self.y0 >= self.y1:
+            raise PydanticCustomError(
+                "no_pixels", "This rectangle has no pixels: x0 must be below x1, and y0 below y1."
+            )
+        return self
+
+
+class LogEntry(Message):
+    """One thing that happened."""
+
+    at: datetime | None = Field(
+        default=None, description="When; null where only its place among the others is known."
+    )
+    event: str = Field(
+        description="A word for programs: `submitted`, `shared`, `started`, `step_repeated`, "
+        "`pass_finished`, `composed_again`, or the state in which the job ended. Later versions may know "
+        "more."
+    )
+    message: str = Field(description="A sentence for people.")
+    pass_index: int | None = Field(default=None, description="The pass that it is about.")
+    tile: int | None = Field(default=None, description="The tile that it is about.")
+    attempts: int | None = Field(default=None, description="How often it was tried so far.")
+    workers_lost: int | None = Field(default=None, description="How many workers died of it.")
+
+
+class JobLog(Message):
+    """The answer of ``GET /v1/jobs/{id}/log``."""
+
+    job: str = Field(description="The job's id.")
+    state: JobState
+    entries: tuple[LogEntry, ...] = Field(description="In the order in which it happened.")
+    more: int = Field(default=0, ge=0, description="How many repeated steps are not listed.")

@@ -1,0 +1,1 @@
+"""Assignments and their grades: manifests, what they accept, and the result of grading."""

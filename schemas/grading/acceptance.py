@@ -1,0 +1,172 @@
+"""What a test asks for, and what share of its points a number below that still earns."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from schemas.api.comparisons import Share
+from schemas.base import Closed, chosen_by, tag
+
+Threshold = Annotated[float, Field(strict=True, ge=0, le=1e9, allow_inf_nan=False)]
+MetricName = Literal["mse", "rmse", "psnr", "relmse", "ssim", "max_abs", "frac_over", "bias_blocks", "flip"]
+
+RISING = frozenset({"psnr", "ssim"})
+"""Metrics of which more is better."""
+
+_PLACES = ("left_up", "left", "left_down", "up", "down", "right_up", "right", "right_down")
+
+PICTURE_MISTAKES = (
+    "antialiasing_missing",
+    "channels_bgr",
+    "channels_brg",
+    "channels_gbr",
+    "channels_grb",
+    "channels_rbg",
+    "exposure",
+    "flipped_horizontally",
+    "flipped_vertically",
+    "gamma_2.2",
+    "gamma_missing",
+    "gamma_twice",
+    *(f"half_pixel_{place}" for place in _PLACES),
+    *(f"one_pixel_{place}" for place in _PLACES),
+    "transposed",
+    "turned_half",
+)
+"""Mistakes with a whole picture that can be undone."""
+
+
+def _known(cause: str) -> str:
+    if cause not in PICTURE_MISTAKES:
+        raise PydanticCustomError(
+            "unknown_mistake",
+            "This is no mistake that can be undone; docs/comparing.md lists them.",
+            {"names": PICTURE_MISTAKES},
+        )
+    return cause
+
+
+PictureMistake = Annotated[str, Field(strict=True), AfterValidator(_known)]
+
+
+class Band(Closed):
+    """A step of partial credit."""
+
+    at: Threshold = Field(description="A value this good, or better,")
+    share: Share = Field(description="earns this share of the points, 0 to 1.")
+
+
+class Scale(Closed):
+    """From a number to a share of the points: all at `full`, then linear down to `zero`, or in `bands`.
+
+    Without `zero` and `bands` a number earns all or nothing. A number that misses a threshold by rounding
+    alone has reached it.
+    """
+
+    full: Threshold = Field(description="A value this good, or better, earns all points.")
+    zero: Threshold | None = Field(
+        default=None,
+        description="A value this bad, or worse, earns none; between `full` and this, points are linear.",
+    )
+    bands: tuple[Band, ...] = Field(
+        default=(), description="Steps in place of `zero`, from good to bad; below the last there are none."
+    )
+
+    @property
+    def rising(self) -> bool:
+        """Whether more is better."""
+        return False
+
+    @model_validator(mode="after")
+    def _descend(self) -> Scale:
+        if self.zero is not None and self.bands:
+            raise PydanticCustomError("two_scales", "Give 'zero' or 'bands', not both.")
+        places = [self.full, *(band.at for band in self.bands)]
+        if self.zero is not None:
+            places.append(self.zero)
+        sign = -1 if self.rising else 1
+        if any(sign * worse <= sign * better for better, worse in pairwise(places)):
+            raise PydanticCustomError(
+                "not_in_order",
+                "These thresholds must go from good to bad, and here {more} is better: first 'full', then "
+                "the bands or 'zero'.",
+                {"more": "more" if self.rising else "less"},
+            )
+        shares = [1.0, *(band.share for band in self.bands)]
+        if any(after > before for before, after in pairwise(shares)):
+            raise PydanticCustomError(
+                "not_in_order", "The shares of the bands must not grow from good to bad."
+            )
+        return self
+
+
+class Verdict(Scale):
+    """Whether the pictures show the same but for noise; `full` is the share of biased blocks that may be.
+
+    With `zero` or `bands` it is this share that decides, even where noise is known.
+    """
+
+    by: Literal["verdict"] = Field(description="`verdict`.")
+    full: Share = Field(
+        default=0.02,
+        description="Share of blocks of 8 x 8 pixels that may be biased, where noise is not known.",
+    )
+    tolerance: Share = Field(
+        default=0.01, description="Mean difference of a block, linear, that is never a reason to differ."
+    )
+    limit: Share = Field(default=0.05, description="Of the metric `frac_over`, in linear values.")
+    diagnosed: Share = Field(
+        default=0.0,
+        description="Share of the points that is left where a single mistake explains everything.",
+    )
+    forgiven: tuple[PictureMistake, ...] = Field(
+        default=(),
+        description="Mistakes that another test is about: where the diagnosis finds one of them, the picture "
+        "is judged with it undone.",
+    )
+
+
+class Metric(Scale):
+    """One metric of the comparison."""
+
+    by: Literal["metric"] = Field(description="`metric`.")
+    metric: MetricName = Field(description="Of `psnr` and `ssim` more is better, of all others less.")
+    limit: Share = Field(default=0.05, description="Of the metric `frac_over`, in linear values.")
+    tolerance: Share = Field(default=0.01, description="Of the metric `bias_blocks`.")
+
+    @property
+    def rising(self) -> bool:
+        """Whether more is better."""
+        return self.metric in RISING
+
+
+class Error(Scale):
+    """The RMSE against the true picture: noise that the reference tells in its layer `error` is taken off."""
+
+    by: Literal["error"] = Field(description="`error`.")
+
+
+Acceptance = Annotated[
+    Annotated[Verdict, tag(Verdict)] | Annotated[Metric, tag(Metric)] | Annotated[Error, tag(Error)],
+    chosen_by({"verdict": (Verdict,), "metric": (Metric,), "error": (Error,)}, field="by"),
+]
+"""When a picture is good enough."""
+
+
+class RayShare(Scale):
+    """Share of rays that agree, of those of which rounding does not decide what they hit."""
+
+    full: Share = Field(default=0.99, description="This share, or more, earns all points.")
+
+    @property
+    def rising(self) -> bool:
+        """Whether more is better."""
+        return True
+
+
+class CpuSeconds(Scale):
+    """CPU seconds of all processes of a render together."""

@@ -1,0 +1,89 @@
+"""Reading the manifest of an assignment: a checked manifest or all its problems; and its JSON Schema."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cache
+from typing import Any
+
+from schemas.base import member
+from schemas.grading.manifests import Manifest
+from schemas.json_schema import Generator
+from schemas.limits import Limits
+from schemas.reading import checked
+from schemas.reading.documents import Document, read_text
+from schemas.reading.findings import Finding
+from schemas.reading.yaml_documents import read_yaml
+
+MANIFEST_LIMITS = Limits(max_body_bytes=1024 * 1024, max_values=100_000)
+"""200 tests with everything have some 10 000 values."""
+
+_TWICE = "An earlier test has this id, upper case or lower. Give each test its own: files are named after it."
+
+
+def read_manifest(data: bytes, *, yaml: bool) -> Manifest:
+    """Read a manifest.
+
+    Parameters
+    ----------
+    data
+        The file.
+    yaml
+        Whether it is YAML; else JSON.
+
+    Raises
+    ------
+    SceneError
+        With every problem, each with its pointer, line and column.
+    """
+    document = read_yaml(data, MANIFEST_LIMITS) if yaml else read_text(data, MANIFEST_LIMITS)
+    document.repeated += _repeated_ids(document)
+    return checked(document, Manifest, limits=MANIFEST_LIMITS)
+
+
+def _repeated_ids(document: Document) -> Iterator[Finding]:
+    tests = member(document.content, "tests") if isinstance(document.content, Mapping) else ()
+    seen: set[str] = set()
+    for index, test in enumerate(tests if isinstance(tests, list | tuple) else ()):
+        name = member(test, "id")
+        if isinstance(name, str):
+            if name.lower() in seen:
+                yield Finding(("tests", index, "id"), "id_twice", _TWICE)
+            seen.add(name.lower())
+
+
+_EXAMPLE = {
+    "schema": "penumbra/manifest/v1",
+    "title": "A ball on a table",
+    "tests": [
+        {
+            "id": "shadow",
+            "name": "A soft shadow",
+            "kind": "image",
+            "points": 25,
+            "submitted": {"file": "soft.png", "encoding": "srgb"},
+            "reference": {"type": "scene", "file": "scenes/soft.json"},
+            "accept": {"by": "verdict", "zero": 0.3},
+        },
+        {
+            "id": "rays",
+            "name": "What rays hit",
+            "kind": "rays",
+            "points": 30,
+            "submitted": {"type": "hits", "file": "hits.npz"},
+            "reference": "scenes/soft.json",
+            "rays": {"type": "file", "file": "rays.npz"},
+            "accept": {"full": 0.99, "zero": 0.5},
+        },
+    ],
+}
+
+
+@cache
+def manifest_json_schema() -> dict[str, Any]:
+    """Describe a manifest in JSON Schema, draft 2020-12.
+
+    It says all that such a schema can say. What compares fields with each other (ids, the order of
+    thresholds) only `schemas.grading.manifest_reading` checks.
+    """
+    return Manifest.model_json_schema(schema_generator=Generator) | {"examples": [_EXAMPLE]}

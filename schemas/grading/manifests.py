@@ -1,0 +1,286 @@
+"""The manifest of an assignment: tests with points, what is submitted for each, and what it is held to."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, ConfigDict, Field, field_validator
+from pydantic_core import PydanticCustomError
+
+from schemas.api.comparisons import Encoding
+from schemas.base import Closed, chosen_by, tag
+from schemas.grading.acceptance import Acceptance, CpuSeconds, RayShare, Verdict
+from schemas.quality import Quality
+from schemas.quantities import WHOLE, Count, Index, Name, Point, Size
+
+MANIFEST = "penumbra/manifest/v1"
+
+MOST_TESTS = 200
+"""Tests of a manifest: one process each."""
+
+
+def _inside(name: str) -> str:
+    parts = name.split("/")
+    if "\\" in name or ":" in name or name.startswith("/") or ".." in parts or "" in parts:
+        raise PydanticCustomError(
+            "outside",
+            "This must be the name of a file inside its folder, such as pictures/soft.png: relative, with "
+            "forward slashes, without '..'.",
+        )
+    return name
+
+
+def _word(name: str) -> str:
+    if not name[0].isalnum() or not all(c.isascii() and (c.isalnum() or c in "-_") for c in name):
+        raise PydanticCustomError(
+            "not_an_id",
+            "An id consists of letters, digits, '-' and '_' and begins with a letter or digit: files are "
+            "named after it.",
+        )
+    return name
+
+
+File = Annotated[str, Field(strict=True, min_length=1, max_length=1024), AfterValidator(_inside)]
+"""A file in the folder of the submission or of the manifest, never outside of it."""
+
+Id = Annotated[str, Field(strict=True, min_length=1, max_length=64), AfterValidator(_word)]
+Points = Annotated[float, Field(strict=True, ge=0, le=1e6, allow_inf_nan=False)]
+Seconds = Annotated[float, Field(strict=True, gt=0, le=86400)]
+Mebibytes = Annotated[int, Field(strict=True, ge=256, le=1 << 20), WHOLE]
+Region = tuple[Index, Index, Index, Index]
+
+
+class PictureFile(Closed):
+    """A picture of the submission."""
+
+    file: File = Field(description="PNG, NPY or EXR, in the folder of the submission.")
+    encoding: Encoding = Field(description="How its numbers mean light; never guessed.")
+
+
+class SceneFile(Closed):
+    """A scene of the submission; files that it names must lie beside or below it."""
+
+    type: Literal["scene"] = Field(default="scene", description="`scene`.")
+    file: File = Field(description="A scene, in the folder of the submission.")
+    quality: Quality | None = Field(
+        default=None, description="How it is rendered; by default by the manifest's `quality`."
+    )
+
+
+class HitsFile(Closed):
+    """What the submission's own program says that the rays hit."""
+
+    type: Literal["hits"] = Field(description="`hits`.")
+    file: File = Field(description="Arrays as `penumbra trace` writes them, .npz, one row for each ray.")
+
+
+class ReportFile(Closed):
+    """Seconds that the submission's own program says it took."""
+
+    type: Literal["report"] = Field(description="`report`.")
+    file: File = Field(description="A JSON file.")
+    pointer: Annotated[str, Field(strict=True, max_length=1024)] = Field(
+        default="/cpu_seconds", description="JSON Pointer to the number in it."
+    )
+
+
+class ReferencePicture(Closed):
+    """A picture beside the manifest."""
+
+    type: Literal["picture"] = Field(description="`picture`.")
+    file: File = Field(
+        description="PNG, NPY or EXR, in the folder of the manifest. Layers that `penumbra render` saved "
+        "beside it are used."
+    )
+    encoding: Encoding = Field(description="How its numbers mean light; never guessed.")
+    scene: File | None = Field(
+        default=None, description="The scene that it shows: places are then named by its shapes."
+    )
+
+
+class ReferenceScene(Closed):
+    """A scene beside the manifest, rendered once for all tests that ask for the same."""
+
+    type: Literal["scene"] = Field(description="`scene`.")
+    file: File = Field(description="A scene, in the folder of the manifest.")
+    quality: Quality | None = Field(
+        default=None, description="How it is rendered; by default by the manifest's `quality`."
+    )
+
+
+class RaysFile(Closed):
+    """Rays of a file."""
+
+    type: Literal["file"] = Field(description="`file`.")
+    file: File = Field(
+        description="Arrays `origins` and `directions`, (N, 3), .npz, in the folder of the manifest."
+    )
+
+
+class CameraRays(Closed):
+    """Rays through the centres of a grid laid over the picture of the reference scene, row by row."""
+
+    type: Literal["camera"] = Field(description="`camera`.")
+    width: Count = Field(default=32, description="Columns of the grid.")
+    height: Count = Field(default=32, description="Rows of the grid.")
+
+
+class BallRays(Closed):
+    """Random rays from a sphere towards points of a ball in its middle."""
+
+    type: Literal["ball"] = Field(description="`ball`.")
+    center: Point = Field(description="Of both, scene units.")
+    distance: Size = Field(description="Radius of the sphere on which the rays start, scene units.")
+    radius: Size = Field(description="Of the ball in which the points lie that they are aimed at.")
+    count: Annotated[int, Field(strict=True, ge=1, le=1_000_000), WHOLE] = Field(
+        default=1000, description="Rays, 1 to 1 000 000."
+    )
+    seed: Index = Field(default=0, description="Chooses the rays.")
+
+
+Reference = Annotated[
+    Annotated[ReferencePicture, tag(ReferencePicture)] | Annotated[ReferenceScene, tag(ReferenceScene)],
+    chosen_by({"picture": (ReferencePicture,), "scene": (ReferenceScene,)}),
+]
+Rays = Annotated[
+    Annotated[RaysFile, tag(RaysFile)]
+    | Annotated[CameraRays, tag(CameraRays)]
+    | Annotated[BallRays, tag(BallRays)],
+    chosen_by({"file": (RaysFile,), "camera": (CameraRays,), "ball": (BallRays,)}),
+]
+TracedBy = Annotated[
+    Annotated[HitsFile, tag(HitsFile)] | Annotated[SceneFile, tag(SceneFile)],
+    chosen_by({"hits": (HitsFile,), "scene": (SceneFile,)}),
+]
+TimedBy = Annotated[
+    Annotated[SceneFile, tag(SceneFile)] | Annotated[ReportFile, tag(ReportFile)],
+    chosen_by({"scene": (SceneFile,), "report": (ReportFile,)}),
+]
+RayField = Literal["t", "position", "normal", "uv", "shape", "visibility"]
+
+
+class Criterion(Closed):
+    """What every test has."""
+
+    id: Id = Field(description="A word of its own for programs; files are named after it.")
+    name: Name = Field(description="What people read.")
+    points: Points = Field(description="For full marks.")
+    bonus: bool = Field(
+        default=False, strict=True, description="Whether its points come on top of the full score."
+    )
+    hidden: bool = Field(default=False, strict=True, description="Whether students do not see it.")
+    tags: tuple[Name, ...] = Field(default=(), description="Words to sort tests by.")
+    advice: Annotated[str, Field(strict=True, max_length=2000)] | None = Field(
+        default=None, description="What a student is told where points are lost, after the reason."
+    )
+    deadline: Seconds | None = Field(
+        default=None, description="Seconds after which it is given up; by default those of the manifest."
+    )
+    memory: Mebibytes | None = Field(
+        default=None, description="MiB it may take at most; by default those of the manifest."
+    )
+
+
+class _Seen(Criterion):
+    region: Region | None = Field(
+        default=None,
+        description="Only these pixels count: [x0, y0, x1, y1], half open, rows from the top.",
+    )
+    mask: File | None = Field(
+        default=None,
+        description="Only pixels count that are not black in this picture, in the folder of the manifest.",
+    )
+    accept: Acceptance = Field(
+        default_factory=lambda: Verdict(by="verdict"), description="What earns how many points."
+    )
+
+    @field_validator("region")
+    @classmethod
+    def _have_pixels(cls, region: Region | None) -> Region | None:
+        if region is not None and not (region[0] < region[2] and region[1] < region[3]):
+            raise PydanticCustomError(
+                "empty_region", "This region has no pixels: x0 must be less than x1, and y0 less than y1."
+            )
+        return region
+
+
+class ImageTest(_Seen):
+    """A submitted picture against a reference."""
+
+    kind: Literal["image"]
+    submitted: PictureFile = Field(description="The picture.")
+    reference: Reference = Field(description="What it should look like.")
+
+
+class SceneTest(_Seen):
+    """A submitted scene, rendered here, against a reference."""
+
+    kind: Literal["scene"]
+    submitted: SceneFile = Field(description="The scene.")
+    reference: Reference = Field(description="What its picture should look like.")
+
+
+class RaysTest(Criterion):
+    """What rays hit, by the submission and by the reference scene: intersections without pictures."""
+
+    kind: Literal["rays"]
+    submitted: TracedBy = Field(description="Hits in a file, or a scene that is traced here.")
+    reference: File = Field(description="A scene, in the folder of the manifest.")
+    rays: Rays = Field(
+        default_factory=lambda: CameraRays(type="camera"), description="Which rays; by default the camera's."
+    )
+    fields: Annotated[tuple[RayField, ...], Field(min_length=1)] = Field(
+        default=("t", "position", "normal", "shape"), description="What must agree."
+    )
+    precision: Literal["single", "double"] = Field(
+        default="single",
+        description="Arithmetic of the submission's program: tolerances are derived from its rounding.",
+    )
+    tolerance: Annotated[float, Field(strict=True, gt=0, le=1)] | None = Field(
+        default=None,
+        description="Of distances and directions as a share of the size of what is measured, in place of "
+        "the one that follows from `precision`.",
+    )
+    accept: RayShare = Field(
+        default_factory=RayShare, description="What share of rays that agree earns how many points."
+    )
+
+
+class TimeTest(Criterion):
+    """CPU seconds of a submission against a budget."""
+
+    kind: Literal["time"]
+    submitted: TimedBy = Field(description="A scene that is rendered here, or a report of the submission.")
+    accept: CpuSeconds = Field(description="What CPU seconds earn how many points.")
+
+
+Test = Annotated[
+    Annotated[ImageTest, tag(ImageTest)]
+    | Annotated[SceneTest, tag(SceneTest)]
+    | Annotated[RaysTest, tag(RaysTest)]
+    | Annotated[TimeTest, tag(TimeTest)],
+    chosen_by(
+        {"image": (ImageTest,), "scene": (SceneTest,), "rays": (RaysTest,), "time": (TimeTest,)}, field="kind"
+    ),
+]
+
+
+class Manifest(Closed):
+    """A whole assignment. Files of tests are named relative to the submission, references to the manifest."""
+
+    model_config = ConfigDict(validate_by_name=True, validate_by_alias=True, serialize_by_alias=True)
+
+    schema_: Literal["penumbra/manifest/v1"] = Field(alias="schema", description=f"`{MANIFEST}`.")
+    title: Name = Field(description="What people read.")
+    quality: Quality | None = Field(
+        default=None, description="How scenes are rendered; by default each by its own `sampling`."
+    )
+    deadline: Seconds = Field(
+        default=60.0, description="Seconds after which a test, or rendering a reference, is given up."
+    )
+    memory: Mebibytes | None = Field(
+        default=None, description="MiB that a test may take at most, beside the program itself."
+    )
+    tests: Annotated[tuple[Test, ...], Field(min_length=1, max_length=MOST_TESTS)] = Field(
+        description="In the order in which they are told."
+    )
