@@ -3,9 +3,9 @@
 Each takes keys (one a stream, shape broadcasting with `index`), the sample numbers and the number of
 samples in a set, and gives two coordinates in [0, 1). Fixed patterns do not use the keys.
 
-Sobol points are the first two dimensions of the Sobol sequence with Owen's scrambling by hashing (Laine, Karras
-2011; Burley 2020, "Practical hash-based Owen scrambling"). Any first 2**m points put one point in each
-elementary interval, scrambled or not.
+Sobol points are the first two dimensions of the Sobol sequence with Owen's scrambling by hashing (Laine,
+Karras 2011; Burley 2020, "Practical hash-based Owen scrambling"). Any first 2**m points put one point in
+each elementary interval, scrambled or not.
 """
 
 from collections.abc import Callable
