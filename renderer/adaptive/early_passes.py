@@ -144,7 +144,7 @@ def choose_probes(estimate: Estimate) -> None:
     shadowed = _shadow_edges(estimate)
     np.maximum(expected, strata.step_error(estimate.pilots) * SHADED, out=expected, where=shadowed)
     estimate.strata[...] = strata.strata_of(expected, estimate.have, needs_sampling | detailed | shadowed)
-    _sample_bright_borders(estimate)
+    _sample_what_pilots_miss(estimate)
     raise_probe_probability(estimate, expected)
     estimate.want[...] = PROBED * (probes(estimate) | estimate.shown)
 
@@ -160,11 +160,21 @@ def probe_share(estimate: Estimate) -> float:
     return float(np.clip(PROBES_BY_AIM / estimate.aim, FEWEST_PROBES, MOST_PROBES))
 
 
-def _sample_bright_borders(estimate: Estimate) -> None:
-    """Show samples where something brighter than white ends: a small share of it is seen like a large one."""
+def _sample_what_pilots_miss(estimate: Estimate) -> None:
+    """Show samples where pilot samples nearby say too little.
+
+    Where something brighter than white ends, a small share of it is seen like a large one. A narrow round
+    shape has no pixel inside that is shaded like its border.
+    """
     bright = estimate.pilots.max(axis=0) > 1
+    found = np.zeros(estimate.have.shape, dtype=bool)
+    columns, rows = estimate.adaptive.narrow
+    found[rows, columns] = True
+    if columns.size:
+        found = spread(found, 1)
     if bright.any():
-        found = (estimate.coverage > 0) & spread(bright, 1) & spread(~bright, 1)
+        found |= (estimate.coverage > 0) & spread(bright, 1) & spread(~bright, 1)
+    if found.any():
         estimate.shown |= found
         estimate.strata[found] = estimate.strata[found] % strata.STEPS + strata.STEPS * strata.SUSPECT
 

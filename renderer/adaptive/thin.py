@@ -15,6 +15,11 @@ TAPERED = 0.5
 either end: one pixel, where the width is this many times the root of the length. Flat shapes need no such
 rule, as their edges are marked anyway."""
 
+NARROW = 3
+"""Width in pixels below which a round shape has no pixel inside that is shaded like those at its border. A
+post of one pixel, lit from the side, was taken to be as bright all over as at its middle: 5 pixels of 4,800
+made the true error 0.66/255 where 0.38/255 was reported."""
+
 FARTHEST = 65536
 """Places along a shape at most, however far it reaches beyond the picture."""
 
@@ -34,7 +39,31 @@ def thin_places(camera: Pinhole, hulls: Hulls) -> Integers:
     width, length = spans.min(axis=0), spans.max(axis=0)
     tapered = 0.0 if hulls.edges else TAPERED
     narrow = np.flatnonzero(ahead & (width < np.maximum(stride, np.sqrt(stride * length) * tapered)))
-    found = [_along(x[:, shape], y[:, shape]) for shape in narrow.tolist()]
+    return _pixels(camera, [_along(x[:, shape], y[:, shape]) for shape in narrow.tolist()])
+
+
+def narrow_places(camera: Pinhole, hulls: Hulls) -> Integers:
+    """Pixels along parts of round shapes less than `NARROW` pixels wide, (2, N), as `thin_places`.
+
+    An ellipse of a width has 2 sqrt(s (1 - s)) of it at a share s of its length. Tips shorter than a pixel
+    are left out.
+    """
+    if hulls.edges:
+        return np.zeros((2, 0), dtype=np.int64)
+    x, y, ahead = _on_picture(camera, hulls.corners)
+    widths = _spans(x, y).min(axis=0)
+    found = []
+    for shape in np.flatnonzero(ahead).tolist():
+        places = _along(x[:, shape], y[:, shape])
+        share = np.linspace(0, 1, places.shape[1])
+        narrow = 2 * np.sqrt(share * (1 - share)) * widths[shape] < NARROW
+        if np.count_nonzero(narrow) > 2:
+            found.append(places[:, narrow])
+    return _pixels(camera, found)
+
+
+def _pixels(camera: Pinhole, found: list[Floats]) -> Integers:
+    """Pixels (2, N) of places (2, n) each, those outside of the picture left out."""
     places = np.floor(np.hstack([np.zeros((2, 0)), *found])).astype(np.int64)
     inside = (places >= 0).all(axis=0) & (places[0] < camera.width) & (places[1] < camera.height)
     return places[:, inside]

@@ -158,6 +158,8 @@ class AdaptivePlan:
         than pixels: bent normals, mirrors, glass.
     thin : (2, N) int64
         Columns and rows of pixels along shapes that are thin on the picture.
+    narrow : (2, N) int64
+        The same along parts of round shapes that are a few pixels wide: their shading turns within a pixel.
     edges : (2, N) int64
         The same of pixels that edges of flat shapes pass.
     shadow_edges : (3, N) int64
@@ -171,6 +173,7 @@ class AdaptivePlan:
     detailed: Masks
     needs_sampling: Masks
     thin: Integers
+    narrow: Integers
     edges: Integers
     shadow_edges: Integers
 

@@ -8,7 +8,7 @@ import numpy as np
 from renderer.adaptive.edges import edge_places
 from renderer.adaptive.planning import details, explanations, pilots
 from renderer.adaptive.policies import PilotSamples, SampledLattice
-from renderer.adaptive.thin import thin_places
+from renderer.adaptive.thin import narrow_places, thin_places
 from renderer.math.arrays import Integers
 from renderer.plan.plan import AdaptivePlan, Policy, RenderPlan
 from renderer.plan.request import Request
@@ -43,6 +43,7 @@ def _adaptive(plan: RenderPlan, seen: Request, policy: Policy, shadow_edges: Int
         detailed=detailed,
         needs_sampling=pilots.shapes_with(seen, "normal_map", "bump_map", "mirror", "transmission"),
         thin=pilots.places(seen.families, partial(thin_places, plan.camera)),
+        narrow=pilots.places(seen.families, partial(narrow_places, plan.camera)),
         edges=pilots.places([*seen.families, *visible], partial(edge_places, plan.camera)),
         shadow_edges=shadow_edges,
     )

@@ -3,7 +3,7 @@
 import numpy as np
 
 from renderer.adaptive.edges import edge_places
-from renderer.adaptive.thin import thin_places
+from renderer.adaptive.thin import narrow_places, thin_places
 from renderer.cameras import Pinhole
 from renderer.math.arrays import Floats, unit
 from renderer.shapes.family import Hulls
@@ -78,3 +78,31 @@ def test_a_small_ball_is_thin() -> None:
     offsets = 0.01 * unit(np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]).T * 1.0).T
     corners = (middle + offsets)[:, :, None]
     assert (33, 21) in set(map(tuple, thin_places(camera, hulls(corners)).T.tolist()))
+
+
+def box_of(camera: Pinhole, middle: tuple[float, float], half_width: float, half_length: float) -> Floats:
+    """Corners (8, 3, 1) of the box around an upright ellipsoid at depth 4; sizes in pixels."""
+    (centre,) = seen_through(camera, [middle], 4.0).T
+    pixel = 4.0 * 2 * camera.half_width / SIZE
+    axes = camera.right, camera.up, camera.forward
+    sizes = pixel * np.array([half_width, half_length, half_width])
+    signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
+    offsets = sum(signs[:, n, None] * sizes[n] * axes[n].reshape(1, 3) for n in range(3))
+    return (centre + offsets)[:, :, None]
+
+
+def test_a_round_post_is_narrow_from_end_to_end_and_a_drawn_out_one_at_its_tips() -> None:
+    camera = pinhole()
+    post = narrow_places(camera, hulls(box_of(camera, (20.5, 32.0), 0.7, 20.0)))
+    assert set(range(14, 51)) <= set(post[1].tolist())
+    assert set(post[0].tolist()) <= {19, 20, 21}
+    tips = narrow_places(camera, hulls(box_of(camera, (40.5, 32.0), 2.5, 26.0)))[1]
+    assert tips.size > 2
+    assert all(row < 12 or row > 52 for row in tips.tolist())
+
+
+def test_a_ball_of_many_pixels_is_not_narrow_and_flat_shapes_never_are() -> None:
+    camera = pinhole()
+    assert narrow_places(camera, hulls(box_of(camera, (32.0, 32.0), 12.0, 12.0))).size == 0
+    pole = seen_through(camera, [(20.5, 4.5), (21.0, 4.5), (20.5, 60.5), (21.0, 60.5)], 2.0)
+    assert narrow_places(camera, hulls(pole.T[:, :, None])).size == 0
