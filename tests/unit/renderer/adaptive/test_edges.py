@@ -87,8 +87,9 @@ def box_of(camera: Pinhole, middle: tuple[float, float], half_width: float, half
     axes = camera.right, camera.up, camera.forward
     sizes = pixel * np.array([half_width, half_length, half_width])
     signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
-    offsets = sum(signs[:, n, None] * sizes[n] * axes[n].reshape(1, 3) for n in range(3))
-    return (centre + offsets)[:, :, None]
+    offsets = (signs * sizes) @ np.hstack(axes).T
+    corners: Floats = (centre + offsets)[:, :, None]
+    return corners
 
 
 def test_a_round_post_is_narrow_from_end_to_end_and_a_drawn_out_one_at_its_tips() -> None:
