@@ -43,6 +43,9 @@ STEP = 1
 """Levels that a pixel may rise that showed its pilot sample: its own samples will predict better than those
 of its stratum."""
 
+BISECTIONS = 20
+"""Of the share of the error that samples aim at: to a millionth."""
+
 DOUBT = 0.2
 """Share of the budget that all strata together may be uncertain by."""
 
@@ -212,9 +215,7 @@ def _rays_to_come(estimate: Estimate, found: Findings) -> int:
 
 def _allot(estimate: Estimate, found: Findings, ease: float) -> None:
     """Samples where they lower the error most; strata whose pilot sample is not good enough show them."""
-    doubt = standard_errors(estimate.confidence) * np.sqrt(found.variance)
-    room = MARGIN * estimate.budget - doubt
-    goal = ease * max(room, LEAST_GOAL * estimate.budget)
+    goal = ease * max(_goal(estimate, found), LEAST_GOAL * estimate.budget)
     have, want = estimate.have.ravel(), estimate.want.ravel()
     borders = _Borders.of(estimate)
     allotted = allocate(
@@ -226,6 +227,22 @@ def _allot(estimate: Estimate, found: Findings, ease: float) -> None:
     levels = allotted.strata[estimate.strata.ravel()[pilots]]
     want[pilots] = np.minimum(levels, np.maximum(have[pilots], SAMPLED) + STEP)
     estimate.shown.ravel()[pilots[levels > 0]] = True
+
+
+def _goal(estimate: Estimate, found: Findings) -> float:
+    """Sum of squared errors whose bound is within the budget.
+
+    The doubt about samples falls with their error; that about pilot samples is what probes will leave of it.
+    """
+    errors = standard_errors(estimate.confidence)
+    own = np.sqrt(max(found.variance - found.survey.variance, 0.0))
+    left = min(np.sqrt(found.survey.variance), DOUBT * estimate.budget)
+    low, high = 0.0, 1.0
+    for _ in range(BISECTIONS):
+        share = (low + high) / 2
+        over = share * found.total + errors * np.hypot(share * own, left) > MARGIN * estimate.budget
+        low, high = (low, share) if over else (share, high)
+    return float(low * found.total)
 
 
 def _add_probes(estimate: Estimate, found: Findings, ease: float) -> None:

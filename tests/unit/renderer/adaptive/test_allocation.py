@@ -282,10 +282,11 @@ def noisy_corner(corner: float, elsewhere: float, confidence: float = CONFIDENCE
 
 
 def asked(estimate: Estimate, ease: float) -> NDArray[np.int64]:
-    """Levels (H, W) that a share of the goal asks for."""
+    """Levels (H, W) that a share of the goal asks for: the doubt about samples is a share of their error."""
     found = estimate.findings()
-    doubt = standard_errors(CONFIDENCE) * np.sqrt(found.variance)
-    goal = MARGIN * estimate.budget - doubt
+    assert found.survey.variance == 0
+    doubt = standard_errors(CONFIDENCE) * np.sqrt(found.variance) / found.total
+    goal = MARGIN * estimate.budget / (1 + doubt)
     have = estimate.have.ravel()
     levels = allocate(found.variances, have, found.survey, ease * goal, *NO_COVERS).pixels
     return np.minimum(levels, SAMPLED + LEAP).reshape(estimate.have.shape)
