@@ -9,13 +9,13 @@ from typing import Self
 
 import numpy as np
 
-from renderer.accelerators.meeting import TreeMeeting, offer_hits
+from renderer.accelerators.intersection import TreeIntersector, offer_hits
 from renderer.accelerators.screen_grids import ROOM, ScreenTriangles, screen_triangles
 from renderer.accelerators.trees import in_tree, tree_of
 from renderer.cameras import Pinhole
 from renderer.interaction import Rays, RayStage
 from renderer.math.arrays import Floats, Integers, dot, taken
-from renderer.shapes.family import Meeting, Outline
+from renderer.shapes.family import Intersector, Outline
 from renderer.shapes.triangles import Triangles
 
 PORTION = 16384
@@ -47,9 +47,9 @@ class Raster:
         part = family.part(ahead.others)
         others: RayStage | None = None
         if in_tree(part):
-            others = TreeMeeting(part, tree_of(part))
+            others = TreeIntersector(part, tree_of(part))
         elif part.numbers.size:
-            others = Meeting(part, Outline.of(part.corners(), camera))
+            others = Intersector(part, Outline.of(part.corners(), camera))
         return cls(family, camera, ahead, others)
 
     def offer(self, rays: Rays) -> None:
@@ -88,7 +88,7 @@ class Raster:
 
 
 @dataclass(slots=True)
-class RasterMeeting:
+class RasterIntersector:
     """Stage: the nearest hits of a block of rays with many triangles.
 
     Camera rays find their triangles on the screen, and rays from anywhere else through the tree. The same
@@ -96,12 +96,12 @@ class RasterMeeting:
 
     Attributes
     ----------
-    tree : TreeMeeting
+    tree : TreeIntersector
     camera : Pinhole
         Without a lens.
     """
 
-    tree: TreeMeeting
+    tree: TreeIntersector
     camera: Pinhole
     _raster: Raster | None = field(init=False, default=None)
 

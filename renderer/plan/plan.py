@@ -51,7 +51,7 @@ class RenderPlan:
     seed : int
     passes : tuple of Pass
         The first is a coarse preview; the others share out the camera samples.
-    meetings, visible_lights : tuples of stages
+    intersectors, visible_lights : tuples of stages
         For rays: hits with shapes, and lights that the camera sees.
     surfaces, lightings : tuples of stages
         For points, and for points and one light.
@@ -84,7 +84,7 @@ class RenderPlan:
     antialiasing: Antialiasing
     seed: int
     passes: tuple[Pass, ...]
-    meetings: tuple[RayStage, ...]
+    intersectors: tuple[RayStage, ...]
     visible_lights: tuple[LightSurfaces, ...]
     surfaces: tuple[PointStage, ...]
     lightings: tuple[Illumination, ...]

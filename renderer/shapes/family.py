@@ -177,7 +177,7 @@ class Family(ABC):
 
 
 @dataclass(frozen=True, slots=True)
-class Meeting:
+class Intersector:
     """Stage: the nearest hits of a block of rays with one family."""
 
     family: Family

@@ -120,7 +120,7 @@ def test_no_kernel_with_a_formula_in_the_textbooks_is_left_in_place(replaced: Re
 def _parts(plan: RenderPlan) -> list[Any]:
     """Stages, and for those of hits and places the family that does the work."""
     light = plan.lightings[0]
-    hits = (*plan.meetings, *plan.visible_lights, *plan.surfaces)
+    hits = (*plan.intersectors, *plan.visible_lights, *plan.surfaces)
     families = [getattr(stage, "rectangles", getattr(stage, "family", stage)) for stage in hits]
     return [plan.camera, light.emitter, *families, *light.shadows, *light.terms]
 
@@ -141,7 +141,7 @@ def _distances(plan: RenderPlan) -> NDArray[np.float64]:
     for tile in tiles(plan, plan.passes[1]):
         for block in blocks(tile, plan.passes[1]):
             rays = camera_rays(plan, block, plan.passes[1])
-            for stage in plan.meetings:
+            for stage in plan.intersectors:
                 stage.run(rays)
             found.append(rays.t * np.linalg.norm(rays.directions, axis=0))
     return np.concatenate(found)

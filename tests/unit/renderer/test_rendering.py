@@ -86,7 +86,7 @@ class Broken:
 @pytest.mark.parametrize("error", [ArithmeticError("overflow"), MemoryError("too much"), ValueError("wrong")])
 def test_a_tile_that_fails_is_named_with_what_repeats_it(error: Exception) -> None:
     plan: Any = plan_of({**SMALL, "sampling": {**SMALL["sampling"], "seed": 12}})
-    object.__setattr__(plan, "meetings", (Broken(error),))
+    object.__setattr__(plan, "intersectors", (Broken(error),))
     with pytest.raises(renderer.RenderError) as caught:
         renderer.render(plan, tile_size=10)
     message = str(caught.value)
