@@ -18,7 +18,7 @@ BLOCK_RAYS = 8192
 """Rays worked on at once: their arrays stay in the second-level cache, calls cost little in comparison."""
 
 TILE = 128
-"""Side of a tile, pixels, unless asked otherwise."""
+"""Side of a tile, pixels, unless requested otherwise."""
 
 
 class Picture(Protocol):

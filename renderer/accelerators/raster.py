@@ -115,7 +115,7 @@ class RasterIntersector:
         if rays.screen is None:
             self.tree.run(rays)
             return
-        # Made where the first camera ray needs it: who explains a plan, or prices it, does not.
+        # Built for the first camera ray: explaining or pricing a plan does not need it.
         if self._raster is None:
             self._raster = Raster.of(self.family, self.camera)
         self._raster.offer(rays)

@@ -1,4 +1,4 @@
-"""What helps to find the few triangles that a ray may meet, built once for the same triangles."""
+"""Trees that find the few triangles a ray may hit, built once for the same triangles."""
 
 import hashlib
 import threading
@@ -18,7 +18,7 @@ from renderer.shapes import Family
 from renderer.shapes.triangles import Triangles
 
 FEW = 32
-"""Up to so many triangles are met one by one: culling by block costs less than a tree."""
+"""Up to so many triangles are intersected one by one: culling by block costs less than a tree."""
 
 KEPT = 4
 """Families whose trees a process keeps, the last ones used."""
@@ -75,7 +75,7 @@ class Kept(Generic[Value]):
 
 
 def in_tree(family: Family) -> TypeGuard[Triangles]:
-    """Whether a family is met through a tree."""
+    """Whether a family is intersected through a tree."""
     return isinstance(family, Triangles) and family.numbers.size > FEW
 
 

@@ -170,7 +170,7 @@ class AdaptiveRender:
 
 
 def attempt(plan: RenderPlan, request: TileRequest) -> Samples | None:
-    """Render what is asked of a tile, None if its time is over; errors name the tile."""
+    """Render what is requested of a tile, None if its time is over; errors name the tile."""
     with tile_errors(plan.seed, request.tile, f"levels up to {request.levels.want.max()}"):
         try:
             return render_request(plan, request)

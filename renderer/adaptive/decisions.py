@@ -184,7 +184,7 @@ def _sample_more(estimate: Estimate) -> bool:
 
 
 def aim_lower(estimate: Estimate, bound: float) -> None:
-    """Go on from aims that are reached."""
+    """Continue from aims that are reached."""
     before = estimate.aim
     while bound <= estimate.aim:
         estimate.aims += 1
@@ -274,7 +274,7 @@ def suspect(estimate: Estimate, found: Findings) -> None:
 
 
 def _followed(estimate: Estimate, found: Findings) -> Integers:
-    """Suspects that found something themselves: what is long and thin goes on beyond them."""
+    """Suspects that found something themselves: what is long and thin continues beyond them."""
     suspects = found.sampled[estimate.strata.ravel()[found.sampled] // strata.STEPS == strata.SUSPECT]
     pilots = estimate.values.reshape(3, -1)[:, suspects]
     errors, noise = errors_of(estimate.halves.reshape(HALVES, 3, -1)[:, :, suspects], pilots)

@@ -34,7 +34,7 @@ of a texture took 5 to 30 % longer from 2/255 to 0.25/255, and was 1.02 to 1.1 t
 SIZES = np.array(list(LATTICES))
 
 COARSE = 1.5 / 255
-"""For errors from this one on, fewer places tell how many a pixel needs."""
+"""For errors from this one on, fewer places show how many a pixel needs."""
 
 FIRST_COARSE, FIRST_FINE, MOST_FIRST = (3, 0.25), (5, 1.0), 34
 """Places of the first lattice: at least, for each texel that a pixel covers, and at most. Fewer miss what is
@@ -269,7 +269,7 @@ class Pixels:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DetailedLights:
-    """All lights of a plan whose materials are shaded apart from light, where these are met.
+    """All lights of a plan, at hits whose materials are shaded apart from light.
 
     Attributes
     ----------

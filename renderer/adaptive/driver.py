@@ -28,7 +28,7 @@ class Driver:
     prices : dict
         CPU seconds of a ray by kind, as far as they were measured.
     workers : int
-        Processes that share the tiles of a pass; 0 where nobody waits for a single tile.
+        Processes that share the tiles of a pass; 0 where single tiles are not awaited.
     tile_size : int or None
         Side of tiles, pixels; None for tiles that share out each pass evenly.
     """

@@ -1,4 +1,4 @@
-"""Where edges of flat shapes run on the picture: pixels that they pass may look like all around them."""
+"""Where edges of flat shapes run on the picture: pixels that they cross may resemble all their neighbours."""
 
 import numpy as np
 

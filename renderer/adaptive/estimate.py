@@ -192,7 +192,7 @@ class Estimate:
 
     @property
     def target(self) -> float:
-        """The error asked for."""
+        """The target error."""
         assert isinstance(self.plan.quality, TargetQuality)
         return self.plan.quality.error
 

@@ -62,7 +62,7 @@ class LevelRequest:
         return cls(*(np.zeros_like(want), want, np.zeros_like(want), np.zeros_like(want)))
 
     def needs_pilots(self, plan: RenderPlan) -> bool:
-        """Whether anything is asked of pixels that may have a control variate, made from pilot samples."""
+        """Whether anything is requested of pixels that may have a control variate from pilot samples."""
         if self.covered.any():
             return True
         adaptive = adaptive_part(plan)

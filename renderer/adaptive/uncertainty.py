@@ -23,7 +23,7 @@ class ErrorEstimate:
     low, high : float
         An interval that holds the true one in 95 of 100 pictures.
     bound : float
-        What the true one is below in the share of pictures that was asked for, by default 95 of 100.
+        An upper bound of the true one in the requested share of pictures, by default 95 of 100.
     """
 
     estimate: float

@@ -1,4 +1,4 @@
-"""The plan of a picture: what runs, in which order, and who asked for it."""
+"""The plan of a picture: what runs, in which order, and which part of the scene requested it."""
 
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -125,7 +125,7 @@ class RenderPlan:
         return tuple(layer for layer in self.layers if layer.recorded_in(pass_))
 
     def describe(self) -> PlanDocument:
-        """The plan for people and programs: stages with who asked, what was left out, predicted cost."""
+        """The plan as a document: stages and what requested them, what was left out, predicted cost."""
         pilot = self.adaptive.pilot if self.adaptive else None
         total = sum(entry.seconds for entry in self.entries)
         rays = self.width * self.height * self.antialiasing.samples

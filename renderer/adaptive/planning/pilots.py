@@ -50,7 +50,7 @@ def request_of(request: Request, target: TargetQuality, detailed: frozenset[str]
 
 
 def filtered(scene: LoadedScene) -> LoadedScene:
-    """The scene with the means of checker boards over a pixel in place of the field that its middle meets."""
+    """The scene with the means of checker boards over a pixel in place of the field under its middle."""
     written = scene.document.textures
     means = {
         name: mean(texture) for name, texture in written.items() if (mean := TEXTURES[type(texture)].mean)
@@ -83,7 +83,7 @@ def detailed(request: Request) -> Masks:
 
 
 def places(families: Iterable[Family], of_hulls: Callable[[Hulls], Integers]) -> Integers:
-    """Pixels (2, N) that hulls of shapes ask to look at; triangles in trees are parts of larger things."""
+    """Pixels (2, N) at hulls of shapes, which need samples; triangles in trees are parts of larger things."""
     found = [np.zeros((2, 0), dtype=np.int64)]
     found += [of_hulls(family.hulls()) for family in families if not in_tree(family)]
     return np.hstack(found)

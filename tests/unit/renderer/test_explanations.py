@@ -90,7 +90,7 @@ def test_half_the_error_has_twice_the_points_in_penumbrae_down_to_a_floor_where_
 def test_borders_are_listed_with_the_fewest_rays_they_get() -> None:
     """Two lattices of two rays. How many more there are is known when the contrasts are."""
     found = details(furnished())["borders"]
-    assert found.startswith("rays tell how much of a pixel each shape fills")
+    assert found.startswith("rays measure how much of a pixel each shape fills")
     assert found.endswith(f"from {COVERAGES[1]} on")
     assert COVERAGES[1] == 4
 
