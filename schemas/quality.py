@@ -101,7 +101,7 @@ class Sampling(Closed):
 
 
 CONFIDENCE = 0.95
-"""Share of pictures of target quality that keep their target, unless another is asked for."""
+"""Share of pictures of target quality that keep their target, unless another is requested."""
 
 
 Precision = Annotated[

@@ -22,7 +22,7 @@ def _in_order(names: tuple[LayerName, ...]) -> tuple[LayerName, ...]:
 
 
 LayerNames = Annotated[tuple[LayerName, ...], AfterValidator(_in_order)]
-"""Layers asked for; each counts once, and their order is always the same."""
+"""Requested layers; each counts once, and their order is always the same."""
 
 
 def checked_layers(names: Iterable[str]) -> tuple[LayerName, ...]:
