@@ -125,7 +125,7 @@ def _parts(plan: RenderPlan) -> list[Any]:
     return [plan.camera, light.emitter, *families, *light.shadows, *light.terms]
 
 
-def test_rays_through_a_tree_meet_the_same_places() -> None:
+def test_rays_through_a_tree_hit_the_same_places() -> None:
     plan = kernels.of_many_triangles()
     plan = dataclasses.replace(plan, camera=dataclasses.replace(plan.camera, width=SIDE, height=SIDE))
     ours, theirs = (_distances(replaced(plan)) for replaced in (WAYS["penumbra"], textbook))

@@ -75,11 +75,11 @@ def test_what_is_over_a_limit_is_refused_by_a_message_that_names_how_to_raise_it
     limit: str, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path, (few, pointer) = folder / "scene.json", FEW[limit]
-    (told,) = problems_of(path, Limits(**{limit: few}))
-    named = re.findall(r"PENUMBRA_\w+", told.detail)
-    assert (told.pointer, named) == (pointer, [variable_of(limit)])
+    (problem,) = problems_of(path, Limits(**{limit: few}))
+    named = re.findall(r"PENUMBRA_\w+", problem.detail)
+    assert (problem.pointer, named) == (pointer, [variable_of(limit)])
     monkeypatch.setenv(named[0], str(few))
-    assert problems_of(path) == [told]
+    assert problems_of(path) == [problem]
     monkeypatch.setenv(named[0], str(few * 1000))
     assert problems_of(path) == []
 

@@ -144,7 +144,7 @@ def test_pilot_samples_stay_where_they_are_as_good_as_samples() -> None:
     assert not found.strata[2:].any()
 
 
-def test_what_probes_tell_no_more_of_than_noise_is_not_sampled() -> None:
+def test_what_probes_cannot_distinguish_from_noise_is_not_sampled() -> None:
     survey = surveyed([1000, 10], [0.01, 0.3], [0.5, 0.1], uncertain=[0.01, 0.1])
     found = allocate(np.zeros(0), np.zeros(0, np.uint8), survey, 0.5, *NO_COVERS)
     assert found.strata[0] == 0

@@ -101,10 +101,10 @@ def test_the_first_probes_lie_between_nodes_as_often_as_their_probability_says()
     estimate = render.estimate
     assert estimate.state is State.PROBES
     wanted = estimate.want > estimate.have
-    chances = estimate.probe_probability[estimate.strata[~estimate.shown]]
+    probabilities = estimate.probe_probability[estimate.strata[~estimate.shown]]
     assert not wanted[estimate.shown].any()
-    deviation = np.sqrt((chances * (1 - chances)).sum())
-    assert abs(wanted.sum() - chances.sum()) <= 4 * deviation < chances.sum()
+    deviation = np.sqrt((probabilities * (1 - probabilities)).sum())
+    assert abs(wanted.sum() - probabilities.sum()) <= 4 * deviation < probabilities.sum()
 
 
 @pytest.mark.parametrize("tile_size", [16, 23])

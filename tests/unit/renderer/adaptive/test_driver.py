@@ -1,4 +1,4 @@
-"""What drives a picture of target quality from pass to pass, whoever carries its requests."""
+"""What drives a picture of target quality from pass to pass, independent of what runs its requests."""
 
 from collections.abc import Iterable, Iterator
 
