@@ -57,7 +57,7 @@ CLOSEST = 9
 """Highest level of a probe: 256 samples. What is still uncertain then needs more probes."""
 
 FIND = 16.0
-"""A probe found something if its squared error is so many times the target, and that of its stratum."""
+"""A probe found something if its squared error is this many times the target, and that of its stratum."""
 
 CLEAR = 4.0
 """Standard errors by which a probe must have found something."""
@@ -81,10 +81,11 @@ LEAST_GOAL = 1 / 4
 """Share of the budget that samples aim at, at least, however uncertain the error is."""
 
 LEAST = 0.1
-"""Share of all samples so far that a pass asks for at least, if anything does: passes have a price."""
+"""Least share of all samples so far that a pass asks for, if it asks for any: each pass has a cost of its
+own."""
 
 MOST_ROUNDS = 38
-"""Decisions about samples; more have never been needed, and it ends in any case."""
+"""Most decisions about samples: more have never been needed, and the loop must end."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

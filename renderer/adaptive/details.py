@@ -19,11 +19,11 @@ LATTICES = {3: 2, 5: 3, 8: 5, 13: 8, 21: 13, 34: 21, 55: 34, 89: 55, 144: 89}
 """Places in a pixel, and the number that makes them a Fibonacci lattice (`coverage.SIZES`)."""
 
 POWER = 0.8
-"""Places go with the deviation within the pixel to this power: the least work for a sum of squared errors
-that fall like the number of places to the power -3 / 2."""
+"""Places are proportional to the deviation within the pixel to this power: the least work for a sum of
+squared errors that fall like the number of places to the power -3 / 2."""
 
 FALL = -1.7
-"""Power of the number of places that the squared error goes with: between -3 / 2 of edges and -2."""
+"""Power of the number of places by which the squared error falls: between -3 / 2 of edges and -2."""
 
 ALLOWED = 0.15, 0.8, 0.8
 """Deviation, in requested errors, of pixels that a single place is enough for: at least, at an error of 1/255

@@ -30,8 +30,8 @@ that sees a part of the light is taken to see none of it."""
 def corners_for(error: float) -> int:
     """Light points along a side of the probing grid for a target error.
 
-    A round occluder that reaches in between two of them hides a part of the light that goes with the gap to
-    the third power. With 4 at 0.1/255, a ball's shadow on a bump-mapped wall was 0.4/255 too bright in the
+    A round occluder that reaches in between two of them hides a part of the light proportional to the third
+    power of the gap. With 4 at 0.1/255, a ball's shadow on a bump-mapped wall was 0.4/255 too bright in the
     mean, with 8 0.09/255, and the picture took a fifth of the samples.
     """
     return int(np.clip(round(CORNERS * (1 / 255 / error) ** (1 / 3)), CORNERS, MOST_CORNERS))
@@ -94,8 +94,9 @@ class PilotLighting:
     def sides(self, view: LightView, index: Integers) -> Integers:
         """Which of the grids some of a view's points (m,) need.
 
-        The midpoint rule errs by the second derivative over 24 n n; that of the cosine at a point goes with
-        the square of the light's size over its distance, and that of a highlight with the exponent as well.
+        The midpoint rule errs by the second derivative over 24 n n; that of the cosine at a point is
+        proportional to the square of the light's size over its distance, and that of a highlight to the
+        exponent as well.
         """
         emitter = self.emitter
         size = max(lengths(emitter.first).item(), lengths(emitter.second).item())

@@ -1,4 +1,4 @@
-"""What `penumbra explain` says of target quality: what pilot samples do in another way than samples."""
+"""What `penumbra explain` says of target quality: how pilot samples differ from samples."""
 
 from collections.abc import Iterable, Iterator
 

@@ -30,14 +30,15 @@ from renderer.textures.means import MeanColor
 from schemas.quality import Antialiasing, FixedQuality, LightSampling, TargetQuality
 
 PENUMBRA = 64, 2.0**-8
-"""So many points see an error of so much of a light that is half covered; fewer or more by its inverse."""
+"""Points, and the error that they leave of a light that is half covered; other errors take points in inverse
+proportion."""
 
 HASTY = 2.0**-9
 """Pilot samples of pictures with a time limit are no finer than this error needs: pixels wait for them."""
 
 
 def in_time(target: TargetQuality) -> TargetQuality:
-    """What pilot samples work for."""
+    """The target of pilot samples."""
     if target.time_limit is None:
         return target
     return target.model_copy(update={"error": max(target.error, HASTY)})
