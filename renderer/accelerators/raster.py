@@ -1,4 +1,4 @@
-"""Nearest hits of a pinhole's rays with many triangles, by rasterisation to the rays' places on the screen.
+"""Nearest hits of a pinhole's rays with many triangles, by rasterisation.
 
 The candidates of a ray are the triangles of its cell of the picture that may cover its place, less those
 behind one that surely does. Both are found loosely, and the exact test decides between those left.

@@ -49,7 +49,7 @@ class Kept(Generic[Value]):
         self._values: OrderedDict[bytes, Value] = OrderedDict()
 
     def __call__(self, family: Triangles) -> Value:
-        """The value of a family, made unless it is known."""
+        """The value of a family, made on first use."""
         with self._lock:
             if family in self._alive:
                 return self._alive[family]
@@ -65,7 +65,7 @@ class Kept(Generic[Value]):
             if name in self._values:
                 self._values.move_to_end(name)
                 return self._values[name]
-        # Without the lock: others need not wait for a large mesh. Two threads may make the same value.
+        # Without the lock: others do not wait for a large mesh. Two threads may make the same value.
         value = self._make(family)
         with self._lock:
             self._values[name] = value

@@ -74,7 +74,7 @@ class RenderPlan:
     entries, left_out
         The plan as people read it.
     adaptive : AdaptivePlan or None
-        What target quality needs beside it; None for fixed quality.
+        What target quality needs in addition; None for fixed quality.
     """
 
     scene: LoadedScene
@@ -140,15 +140,15 @@ class RenderPlan:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AdaptivePlan:
-    """What target quality needs of a scene beside the plan of its samples.
+    """What target quality needs of a scene besides the plan of its samples.
 
     Attributes
     ----------
     policy : Policy
-        How it goes about the picture.
+        How the picture begins and continues.
     pilot : RenderPlan or None
         What runs for the pilot sample at the middle of each pixel; None through a lens, where pixels are
-        sampled at once. Its entries list only what it does in another way than samples.
+        sampled at once. Its entries list only what differs from samples.
     averaged : (shapes,) bool
         Shapes whose textures pilot samples average over the pixel.
     detailed : (shapes,) bool
