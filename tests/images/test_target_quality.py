@@ -108,7 +108,7 @@ def test_the_interval_holds_the_true_error_in_nineteen_of_twenty_pictures() -> N
     assert len(outside) <= allowed(len(PAIRS), 0.05), outside
 
 
-def test_no_more_is_done_than_twice_what_was_asked_for() -> None:
+def test_no_more_is_done_than_twice_what_was_requested() -> None:
     ratios = [root_of_product(*shot(*pair)[1]) / pair[1] for pair in PAIRS]
     assert np.median(ratios) >= 0.5
 

@@ -38,7 +38,7 @@ def test_triangles_without_area_are_counted() -> None:
 
 @pytest.mark.parametrize("height", [1e-13, 1e-300])
 @pytest.mark.parametrize("kind", ["triangle", "mesh"])
-def test_triangles_so_thin_that_exact_arithmetic_is_asked_are_counted_and_stay(
+def test_triangles_so_thin_that_exact_arithmetic_decides_are_counted_and_stay(
     kind: str, height: float
 ) -> None:
     thin, plain = [[0, 0, 0], [1, 0, 0], [0.5, height, 0]], [[0, 0, 0], [1, 0, 0], [0, 1, 0]]

@@ -281,7 +281,7 @@ def noisy_corner(corner: float, elsewhere: float, confidence: float = CONFIDENCE
     return estimate
 
 
-def asked(estimate: Estimate, ease: float) -> NDArray[np.int64]:
+def requested(estimate: Estimate, ease: float) -> NDArray[np.int64]:
     """Levels (H, W) that a share of the goal asks for."""
     found = estimate.findings()
     doubt = standard_errors(CONFIDENCE) * np.sqrt(found.variance)
@@ -293,7 +293,7 @@ def asked(estimate: Estimate, ease: float) -> NDArray[np.int64]:
 
 def test_a_pass_asks_for_a_tenth_of_the_samples_so_far_if_some_share_of_the_goal_does() -> None:
     estimate = noisy_corner(corner=0.5, elsewhere=0.3)
-    levels = [asked(estimate, ease) for ease in EASES]
+    levels = [requested(estimate, ease) for ease in EASES]
     rays = [int((COUNTS[each] - COUNTS[SAMPLED]).sum()) for each in levels]
     least = LEAST * 4 * estimate.have.size
     enough = next(number for number, count in enumerate(rays) if count >= least)
@@ -328,7 +328,7 @@ def test_more_confidence_asks_no_pixel_for_less() -> None:
 
 
 @pytest.mark.parametrize("share", [0.6, 0.8, 0.9, 0.99])
-def test_a_picture_is_done_when_its_bound_at_the_confidence_asked_for_keeps_the_target(share: float) -> None:
+def test_a_picture_is_done_when_its_bound_at_the_requested_confidence_keeps_the_target(share: float) -> None:
     """Four equal pixels err by a share s of the budget: the sum varies by 2 s**2 / 4 of its square.
 
     With c standard errors the bound is s (1 + c / sqrt(2)).

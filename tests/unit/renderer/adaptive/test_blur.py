@@ -55,7 +55,7 @@ def lattice(plan: renderer.RenderPlan) -> Estimate:
     return render.estimate
 
 
-def test_what_is_out_of_focus_asks_for_fewer_nodes_beyond_those_of_the_first_lattice() -> None:
+def test_what_is_out_of_focus_needs_fewer_nodes_beyond_those_of_the_first_lattice() -> None:
     blurred = lattice(plan_of(through(0.6), 4 / 255))
     sharp = lattice(plan_of(through(0.01), 4 / 255))
     first = 1 / 4

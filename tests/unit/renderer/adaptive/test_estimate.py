@@ -213,15 +213,15 @@ def test_the_first_pass_samples_a_lattice_and_each_next_one_a_finer_one() -> Non
     estimate = begun(large())
     for stride in (4, 2, 1):
         assert estimate.stride == stride
-        asked = estimate.want > estimate.have
-        y, x = np.nonzero(asked)
-        assert asked.any()
-        assert (estimate.want[asked] == PREVIEWED).all()
+        requested = estimate.want > estimate.have
+        y, x = np.nonzero(requested)
+        assert requested.any()
+        assert (estimate.want[requested] == PREVIEWED).all()
         assert not (y % stride).any()
         assert not (x % stride).any()
         if stride < 4:
             fresh = (y % (2 * stride) > 0) | (x % (2 * stride) > 0)
-            assert (fresh if stride > 1 else fresh | edges_of(estimate)[asked]).all()
+            assert (fresh if stride > 1 else fresh | edges_of(estimate)[requested]).all()
         passes(estimate, 1)
     assert (estimate.have[edges_of(estimate)] == PREVIEWED).all()
     assert (estimate.have == 0).any()
@@ -259,9 +259,9 @@ def test_after_the_pilot_samples_come_the_borders_and_then_the_probes() -> None:
     passes(estimate, 1)
     assert (estimate.have[borders] == COVERED).all()
     assert (estimate.coverage == estimate.cover).all()
-    asked = estimate.want > estimate.have
-    assert asked.any()
-    assert (estimate.want[asked] == PROBED).all()
+    requested = estimate.want > estimate.have
+    assert requested.any()
+    assert (estimate.want[requested] == PROBED).all()
     assert estimate.error is None
 
 
@@ -301,7 +301,7 @@ def passes(estimate: Estimate, count: int) -> None:
 
 
 @pytest.mark.parametrize("before", [0, 1, 2, 3])
-def test_an_estimate_that_is_put_away_and_taken_up_again_goes_on_with_the_same_bytes(before: int) -> None:
+def test_an_estimate_that_is_stored_and_loaded_continues_with_the_same_bytes(before: int) -> None:
     plan = plan_of()
     estimate = begun(plan)
     passes(estimate, before)

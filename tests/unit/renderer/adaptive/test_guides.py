@@ -30,14 +30,14 @@ def one(labels: list[int], values: list[float], fine: list[bool] | None = None) 
     """Brightness of each label around a pixel, None where none is known."""
     levels = np.repeat(np.array(values, np.float32)[None, :, None], 3, axis=0)
     around = guide(Nearby(levels, np.array(labels, np.int32)[:, None]), np.array(fine or [False] * 4))
-    asked = np.array([*sorted(set(labels)), 3], np.int32)
-    radiance, known = around.at(asked, np.zeros(asked.size, np.int64))
+    requested = np.array([*sorted(set(labels)), 3], np.int32)
+    radiance, known = around.at(requested, np.zeros(requested.size, np.int64))
     assert not radiance[:, ~known].any()
     assert (radiance[0] == radiance[2]).all()
     found = radiance[0].tolist()
     return {
         label: value if is_known else None
-        for label, value, is_known in zip(asked.tolist(), found, known.tolist(), strict=True)
+        for label, value, is_known in zip(requested.tolist(), found, known.tolist(), strict=True)
     }
 
 

@@ -1,4 +1,4 @@
-"""The pilot sample at a light: who sees all of it, who sees none, and how near its mean comes."""
+"""Pilot samples of a light: which points see all of it, or none, and how near the mean comes."""
 
 from typing import Any
 
@@ -137,7 +137,7 @@ def test_who_sees_nothing_of_a_light_gets_none_of_it() -> None:
     assert rays == corners_for(4 / 255) ** 2 * 100
 
 
-def test_only_who_sees_a_part_of_a_light_asks_for_many_shadow_rays() -> None:
+def test_only_points_that_see_a_part_of_a_light_take_many_shadow_rays() -> None:
     plan = plan_of(FLOOR, SCREEN)
     x, z = places(5, 400, 3)
     part = beyond(x, z, 0.5) & ~beyond(x, z, 1.5)
@@ -150,7 +150,7 @@ def test_only_who_sees_a_part_of_a_light_asks_for_many_shadow_rays() -> None:
 @pytest.mark.parametrize(
     ("error", "many"), [(1.0, 8), (2.0**-6, 16), (2.0**-8, 64), (2.0**-10, 256), (1e-6, 1024)]
 )
-def test_a_smaller_error_asks_for_more_points_in_a_penumbra(error: float, many: int) -> None:
+def test_a_smaller_error_takes_more_points_in_a_penumbra(error: float, many: int) -> None:
     assert pilot_sample(plan_of(FLOOR, SCREEN, error=error)).partial.emitter.count == many
 
 
@@ -221,7 +221,7 @@ def test_who_is_nearer_to_a_light_takes_a_finer_grid() -> None:
     assert cells[0] > cells[2]
 
 
-def test_a_single_shape_casts_no_shadow_and_asks_for_no_shadow_rays() -> None:
+def test_a_single_shape_casts_no_shadow_and_takes_no_shadow_rays() -> None:
     plan = plan_of(FLOOR)
     x, z = places(7, 100, 4)
     points = points_on_floor(plan, x, z)

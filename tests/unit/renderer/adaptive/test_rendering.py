@@ -1,4 +1,4 @@
-"""Whole pictures of target quality: the same bytes however they are shared out, and the error asked for."""
+"""Whole pictures of target quality: the same bytes however they are shared out, and the requested error."""
 
 from typing import Any
 
