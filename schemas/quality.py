@@ -1,4 +1,4 @@
-"""How a picture is sampled: by a scene, or by what a request asks for in place of it."""
+"""How a picture is sampled: as its scene says, or as a request says in place of it."""
 
 from __future__ import annotations
 

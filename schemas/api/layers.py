@@ -1,4 +1,4 @@
-"""Which layers a request may ask for beside the picture."""
+"""Layers that a request may add to the picture."""
 
 from __future__ import annotations
 

@@ -114,7 +114,7 @@ def test_no_more_is_done_than_twice_what_was_requested() -> None:
 
 
 def test_errors_in_a_penumbra_have_no_bands_at_the_strides_of_the_pilot_samples() -> None:
-    """Errors of pixels 2, 4 and 8 apart know nothing of each other.
+    """Errors of pixels 2, 4 and 8 apart are independent.
 
     With the interpolation of pilot samples allowed to err by twenty times the target, the score is 15
     in pictures of 64 x 64 pixels.

@@ -43,7 +43,7 @@ def plan_of(document: dict[str, Any], error: float) -> renderer.RenderPlan:
 
 
 def stepped(plan: renderer.RenderPlan, tile_size: int | None = None) -> AdaptiveRender:
-    """A picture in the making before its first pass."""
+    """An estimate before its first pass."""
     return AdaptiveRender(Driver.begin(plan, tile_size=tile_size))
 
 
