@@ -36,19 +36,15 @@ class TreeIntersector:
 
         What begins at the distance of a hit is not: of equal hits the first triangle counts.
         """
+        levels = self.tree.levels
         for start in range(0, rays.t.size, PORTION):
             chosen = np.arange(start, min(start + PORTION, rays.t.size))
-            visits = self._traverse(
-                rays, chosen, self.tree.levels[:LEVELS], from_root(np.arange(chosen.size))
-            )
+            visits = self._traverse(rays, chosen, levels[:LEVELS], from_root(np.arange(chosen.size)))
             nearest = visits.nearest()
             for now in (nearest, ~nearest):
                 ahead = now & (visits.entries <= rays.t[chosen[visits.rays]] * AHEAD)
-                self._intersect_leaves(
-                    rays,
-                    chosen,
-                    self._traverse(rays, chosen, self.tree.levels[LEVELS:], visits.chosen(ahead)),
-                )
+                leaves = self._traverse(rays, chosen, levels[LEVELS:], visits.chosen(ahead))
+                self._intersect_leaves(rays, chosen, leaves)
 
     def _traverse(self, rays: Rays, chosen: Integers, levels: tuple[Level, ...], start: Visits) -> Visits:
         directions = taken(rays.directions, chosen)
