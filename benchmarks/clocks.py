@@ -44,7 +44,7 @@ def clocked(plan: RenderPlan, clock: Clock, name_of: Callable[[Any], str]) -> Re
     ]
     return dataclasses.replace(
         plan,
-        meetings=each(plan.meetings),
+        intersectors=each(plan.intersectors),
         visible_lights=each(plan.visible_lights),
         surfaces=each(plan.surfaces),
         lightings=tuple(lightings),

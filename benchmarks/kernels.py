@@ -12,10 +12,10 @@ import renderer
 from benchmarks.clocks import Clock, clocked
 from benchmarks.meshes import ball, plan_of
 from benchmarks.textbook.shadows import FlatShadowRays, RoundShadowRays
-from renderer.accelerators.meeting import TreeMeeting
-from renderer.accelerators.raster import RasterMeeting
+from renderer.accelerators.intersection import TreeIntersector
+from renderer.accelerators.raster import RasterIntersector
 from renderer.materials.phong import Diffuse, Highlight
-from renderer.shapes.family import Location, Meeting
+from renderer.shapes.family import Intersector, Location
 from renderer.shapes.overlaps import Overlaps
 from renderer.tiling import blocks, tiles
 from renderer.visibility.ellipsoids import EllipsoidShadows
@@ -35,9 +35,9 @@ REST = "others"
 def kernel_of(stage: Any) -> str:
     """What a stage of any of the plans is about."""
     match stage:
-        case TreeMeeting():
+        case TreeIntersector():
             return f"nearest hits through a tree of {stage.family.numbers.size:,} triangles"
-        case Meeting():
+        case Intersector():
             return f"nearest hits of {stage.family.plural}"
         case Overlaps():
             return "shapes in one plane"
@@ -78,5 +78,5 @@ def of_many_triangles() -> RenderPlan:
     """Rays that hit a ball of flat triangles through a tree, and that is all."""
     shape = {"type": "mesh", "asset": "ball", "smooth": False, "material": "plain"}
     plan = plan_of(shape, {"ball": ply(*ball(MANY))})
-    trees = tuple(stage.tree for stage in plan.meetings if isinstance(stage, RasterMeeting))
-    return dataclasses.replace(plan, meetings=trees, surfaces=(), lightings=())
+    trees = tuple(stage.tree for stage in plan.intersectors if isinstance(stage, RasterIntersector))
+    return dataclasses.replace(plan, intersectors=trees, surfaces=(), lightings=())

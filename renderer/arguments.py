@@ -1,4 +1,4 @@
-"""Arguments of `render` and `trace` that a type checker would refuse, for those who have none."""
+"""Arguments of `render` and `trace` that a type checker would reject, for callers without one."""
 
 from operator import index
 
@@ -43,7 +43,7 @@ def checked_count(name: str, value: object, most: int, otherwise: str) -> int | 
         return None
     message = f"{name} must be a whole number from 1 to {most}, or None for {otherwise}, not {value!r}."
     try:
-        # True is the number 1 to Python, but not to a caller who writes workers=True.
+        # True is the number 1 to Python, but not to a caller that writes workers=True.
         count = None if isinstance(value, bool) else index(value)  # type: ignore[arg-type]
     except TypeError:
         count = None

@@ -32,7 +32,7 @@ class AssetError(ValueError):
     Parameters
     ----------
     message : str
-        For the person who wrote the scene.
+        For the author of the scene.
     pointer : str, optional
         The place in the scene that names the file, where it is known.
     """

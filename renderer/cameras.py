@@ -3,8 +3,8 @@
 A ray's direction is formed apart from the camera's position: points on the virtual screen would round
 to the grid of the position and, far from the origin, fall together.
 
-With a lens, what is nearer or farther than the focus is blurred. All rays of a place on the picture meet in
-one point of the plane in focus. A point at depth z (along the view) spreads over a circle of diameter
+With a lens, what is nearer or farther than the focus is blurred. All rays of a place on the picture pass
+through one point of the plane in focus. A point at depth z (along the view) spreads over a circle of diameter
 2 R |1 / F - 1 / z| on the screen at distance 1, R the radius of the lens and F the distance of the plane in
 focus (Potmesil, Chakravarty 1981).
 """

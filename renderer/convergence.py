@@ -1,4 +1,4 @@
-"""How fast the error of a picture falls: a power law through its passes, and what half the error would cost.
+"""How fast the error of a picture falls: a power law fitted to its passes, and the cost of half the error.
 
 The error of passes that took the times t is taken to be C t^p. In logarithms that is a line, fitted by least
 squares, each pass weighing as much as its own interval says (Bevington and Robinson, Data Reduction and Error
@@ -24,7 +24,7 @@ CLOCKS = ("seconds", "cpu_seconds")
 
 
 class NothingToFitError(ValueError):
-    """No law goes through these points; the message says why."""
+    """No law can be fitted to these points; the message says why."""
 
 
 @dataclass(frozen=True, slots=True)

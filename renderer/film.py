@@ -13,7 +13,7 @@ Image = NDArray[np.float32]
 """(H, W, 3) float32, linear."""
 
 BRIGHTEST = float(np.finfo(np.float32).max)
-"""What brighter pixels of a pass become, and brighter samples where their spread is recorded."""
+"""Brighter pixels of a pass are clamped to this, and brighter samples where their spread is recorded."""
 
 
 class Film:
@@ -53,7 +53,7 @@ def compose(parts: Sequence[tuple[Pass, Image]]) -> Image:
     Parameters
     ----------
     parts
-        Passes, in order, with their pixels. The preview counts for nothing.
+        Passes, in order, with their pixels. The preview is ignored.
 
     Returns
     -------

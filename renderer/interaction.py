@@ -151,14 +151,14 @@ class Points:
     radiance : (3, M) float64
         Towards the viewer, gathered by the stages.
     tangents, cotangents : (3, M) float64
-        Unit vectors on the outward side where u and v grow; zero where no stage asked for them.
+        Unit vectors on the outward side where u and v grow; zero where no stage requested them.
     by_u, by_v : (3, M) float64
-        Derivatives of the position by u and v on the outward side; zero where no stage asked for them.
+        Derivatives of the position by u and v on the outward side; zero where no stage requested them.
     bent : bool
         Whether shading normals may differ from geometric ones.
     footprints : (2, 2, M) float64 or None
         What offsets by a sample's share of the pixel, two of them, add to (u, v): coordinate, offset, point.
-        None where no stage asked for them.
+        None where no stage requested them.
     doubts : (M,) float64
         Squared error to expect of the radiance, because what varies within the pixel has few samples.
     lookups : int
@@ -219,7 +219,7 @@ class Points:
         return (self.previous_origins[:, index] != self.origins[:, index]).any(axis=0)
 
     def footprints_at(self, index: Integers) -> Floats | None:
-        """Footprints of some points, if any stage asked for them."""
+        """Footprints of some points, if any stage requested them."""
         return None if self.footprints is None else self.footprints[:, :, index]
 
     def between(self, start: int, stop: int) -> "Points":

@@ -1,9 +1,9 @@
-"""The error of pictures of fixed quality, from how far their passes are apart.
+"""The error of pictures of fixed quality, estimated from the differences of their passes.
 
 Two passes whose samples are independent have means that differ by the errors of both. With n and m samples
 and equal variances the squared error of the mean of all, times (n + m)^2 / (n m), is what the squared
-difference is in the mean. That holds for random samples alone: those of other patterns share their places out
-among each other, and their passes differ by more than their mean is wrong, or by less.
+difference is in the mean. That holds for random samples alone: those of other patterns depend on each other,
+and their passes differ by more or less than their mean is wrong.
 """
 
 from collections.abc import Iterable, Sequence
@@ -63,8 +63,7 @@ def squares_of(parts: Sequence[tuple[Pass, Image]]) -> dict[int, Squares]:
     Parameters
     ----------
     parts
-        Passes of independent samples, in order, with their pixels (h, w, 3) linear. The preview counts for
-        nothing.
+        Passes of independent samples, in order, with their pixels (h, w, 3) linear. The preview is ignored.
 
     Returns
     -------

@@ -91,7 +91,7 @@ def render(
         Called with a `TileEvent` for every finished tile, the coarse preview first.
     workers : int, optional
         Worker processes, 1 to 1024. By default the picture is rendered in this process. As always with
-        processes, a script that asks for workers does so under `if __name__ == "__main__":`.
+        processes, a script that uses workers does so under `if __name__ == "__main__":`.
     tile_size : int, optional
         Side of a tile, pixels, 1 to 65536. No pixel depends on it, nor on `workers`.
 

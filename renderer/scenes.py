@@ -46,8 +46,8 @@ def load_scene(
     Parameters
     ----------
     source
-        A path (its files are then looked for in its folder), JSON as bytes, a dict, a `schemas.Scene`, or a
-        scene that is loaded already, for other `assets` or `limits`.
+        A path (its files are then read from its folder), JSON as bytes, a dict, a `schemas.Scene`, or a scene
+        that is loaded already, for other `assets` or `limits`.
     assets
         Folder of the files that the scene names, or an `AssetSource`; needed where `source` is no path.
     limits

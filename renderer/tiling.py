@@ -15,10 +15,11 @@ PREVIEW_PIXELS = 4096
 """A coarse preview has at most some four times as many rays: a few hundredths of a second."""
 
 BLOCK_RAYS = 8192
-"""Rays worked on at once: their arrays stay in the second-level cache, calls cost little in comparison."""
+"""Rays worked on at once: their arrays stay in the second-level cache, and calls cost little in
+comparison."""
 
 TILE = 128
-"""Side of a tile, pixels, unless asked otherwise."""
+"""Side of a tile, pixels, unless requested otherwise."""
 
 
 class Picture(Protocol):

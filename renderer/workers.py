@@ -1,4 +1,4 @@
-"""Processes that do tasks side by side; each of them, and this one, may be killed at any moment.
+"""Worker processes that run tasks in parallel; each of them, and this one, may be killed at any moment.
 
 Every worker has a pipe of its own, and only the worker holds its far end. So a worker that dies in the middle
 of an answer is an end of file here. In a pool with one queue for all answers this process would wait forever
@@ -31,19 +31,19 @@ Task = TypeVar("Task")
 Result = TypeVar("Result")
 
 Each = Callable[[Iterable[Task]], Iterator[tuple[Task, Result]]]
-"""Does tasks, and gives each with its result."""
+"""Runs tasks, and yields each with its result."""
 
 WINDOW = 2
-"""Tasks given to a worker at once: the second one waits in its pipe, so that it begins without a pause."""
+"""Tasks given to a worker at once: the second one waits in its pipe, so that the worker is never idle."""
 
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 """Set to 1 for worker processes: they share the cores already."""
 
 
 class Workers(Generic[Task, Result]):
-    """A number of worker processes, all of which do the same.
+    """A pool of worker processes.
 
-    Used in a ``with`` statement, at whose end all of them are gone, whatever they were doing.
+    Use it in a ``with`` statement: at its end all of them are gone, whatever they were doing.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ class Workers(Generic[Task, Result]):
         self.close()
 
     def each(self, tasks: Iterable[Task]) -> Iterator[tuple[Task, Result]]:
-        """Do tasks, and give each with its result as soon as that is there.
+        """Run tasks, and yield each with its result as soon as it is done.
 
         A caller that stops before the last result must close the workers: they continue what they were given.
 
@@ -81,7 +81,7 @@ class Workers(Generic[Task, Result]):
         RenderError
             A worker process died.
         Exception
-            What `do` raised, with its traceback as a note.
+            Whatever `do` raised, with its traceback as a note.
         """
         waiting = deque((task, ForkingPickler.dumps(task)) for task in tasks)
         given: dict[Connection, deque[Task]] = {connection: deque() for connection in self._members}
@@ -96,7 +96,7 @@ class Workers(Generic[Task, Result]):
                 yield task, result
 
     def close(self) -> None:
-        """End all workers at once: no one waits for their tasks any more, which may take minutes."""
+        """End all workers at once, without waiting for their tasks, which may take minutes."""
         for process in self._members.values():
             process.kill()
         for connection, process in self._members.items():

@@ -1,4 +1,4 @@
-"""Buffers that are used again for every block, so that pair work stays in cache and asks for no memory."""
+"""Buffers that are reused for every block, so that pair work stays in cache and allocates no memory."""
 
 from typing import Any
 
@@ -16,7 +16,7 @@ FEWEST_POINTS = 64
 
 
 class Workspace:
-    """Named scratch arrays; asking again for a name hands out the same memory."""
+    """Named scratch arrays; the same name returns the same memory."""
 
     def __init__(self) -> None:
         self._buffers: dict[tuple[str, str], NDArray[Any]] = {}

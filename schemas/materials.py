@@ -1,4 +1,4 @@
-"""Materials: the Phong model with a colour or a colour texture, and a normal map where one is wanted."""
+"""Materials: the Phong model with a colour or a colour texture, and optionally a normal map."""
 
 from __future__ import annotations
 

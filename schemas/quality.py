@@ -1,4 +1,4 @@
-"""How a picture is sampled: by a scene, or by what a request asks for in place of it."""
+"""How a picture is sampled: as its scene says, or as a request says in place of it."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ class Sampling(Closed):
 
 
 CONFIDENCE = 0.95
-"""Share of pictures of target quality that keep their target, unless another is asked for."""
+"""Share of pictures of target quality that keep their target, unless another is requested."""
 
 
 Precision = Annotated[

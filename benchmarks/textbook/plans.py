@@ -12,14 +12,14 @@ from benchmarks.textbook.phong import TextbookDiffuse, TextbookHighlight
 from benchmarks.textbook.shadows import FlatShadowRays, RoundShadowRays
 from benchmarks.textbook.single import SINGLE, Singles, arguments, normalised, single
 from benchmarks.textbook.trees import TextbookTree
-from renderer.accelerators.meeting import TreeMeeting
-from renderer.accelerators.raster import RasterMeeting
+from renderer.accelerators.intersection import TreeIntersector
+from renderer.accelerators.raster import RasterIntersector
 from renderer.cameras import Pinhole
 from renderer.lights.surfaces import LightSurfaces
 from renderer.materials.phong import Diffuse, Highlight
 from renderer.plan.stages import Lighting
 from renderer.shapes.ellipsoids import Ellipsoids
-from renderer.shapes.family import Location, Meeting
+from renderer.shapes.family import Intersector, Location
 from renderer.shapes.overlaps import Overlaps
 from renderer.shapes.rectangles import Rectangles
 from renderer.shapes.triangles import Triangles
@@ -74,7 +74,7 @@ def _with(plan: RenderPlan, for_lights: ForLights) -> RenderPlan:
     return dataclasses.replace(
         plan,
         camera=TextbookCamera(**arguments(plan.camera)),
-        meetings=_for_rays(plan.meetings),
+        intersectors=_for_rays(plan.intersectors),
         visible_lights=tuple(
             LightSurfaces(TextbookRectangles(**arguments(light.rectangles))) for light in plan.visible_lights
         ),
@@ -103,11 +103,11 @@ def _for_rays(stages: tuple[RayStage, ...]) -> tuple[RayStage, ...]:
 
 def _met_by(stage: RayStage) -> RayStage:
     match stage:
-        case Meeting():
+        case Intersector():
             return dataclasses.replace(stage, family=_family(stage.family))
-        case RasterMeeting():
+        case RasterIntersector():
             return _met_by(stage.tree)
-        case TreeMeeting():
+        case TreeIntersector():
             return TextbookTree(**arguments(stage))
     raise ValueError(f"no textbook formula for {type(stage).__name__}.")
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.textbook.single import SINGLE, STEP, Singles
 from renderer.accelerators.bvh import NOTHING
-from renderer.accelerators.meeting import TreeMeeting
+from renderer.accelerators.intersection import TreeIntersector
 from renderer.math.arrays import cross, dot, taken
 
 if TYPE_CHECKING:
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class TextbookTree(TreeMeeting):
+class TextbookTree(TreeIntersector):
     """Stage: the nearest hits of a block of rays with triangles, family and tree in float32."""
 
-    def _walk(self, rays: Rays, chosen: Integers, levels: tuple[Level, ...], start: Visits) -> Visits:
+    def _traverse(self, rays: Rays, chosen: Integers, levels: tuple[Level, ...], start: Visits) -> Visits:
         origins, directions = rays.origins_at(chosen), taken(rays.directions, chosen)
         visits, reach = start, rays.t[chosen].astype(SINGLE)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -34,7 +34,7 @@ class TextbookTree(TreeMeeting):
                 visits = level.below(visits, near <= far, (near, far))
         return visits
 
-    def _meet_items(self, rays: Rays, owners: Integers, items: Integers) -> None:
+    def _intersect_items(self, rays: Rays, owners: Integers, items: Integers) -> None:
         filled = np.flatnonzero(items != NOTHING)
         owners, triangles = owners[filled // items.shape[1]], items.reshape(-1)[filled]
         pairs, t, u, v = _moeller_trumbore(

@@ -1,1 +1,1 @@
-"""Trees of boxes that find the few shapes a ray may meet."""
+"""Trees of boxes that find the few shapes a ray may hit."""

@@ -1,7 +1,8 @@
-"""A balanced tree of boxes, walked breadth first by many rays at once.
+"""A balanced tree of boxes, traversed breadth first by many rays at once.
 
-Every level is walked in one go over all (ray, node) pairs, so the number of NumPy calls depends on the depth
-alone. Nodes have eight children: fewer levels, and each gather brings eight boxes that lie side by side.
+Every level is traversed in one step over all (ray, node) pairs, so the number of NumPy calls depends on the
+depth alone. Nodes have eight children: there are fewer levels, and each gather brings eight boxes that lie
+side by side.
 """
 
 import math
@@ -26,7 +27,7 @@ AHEAD = 1 + gamma(32)
 """A hit is not farther in front of the box around it than this, in shares of its distance."""
 
 SAMPLED = 64
-"""Items of a node that tell its longest side: of a million all would take as long as everything else."""
+"""Items of a node that give its longest side: of a million, all would take as long as everything else."""
 
 NOTHING = -1
 """Item number of an empty place in a leaf."""
@@ -39,7 +40,7 @@ class Level:
     Attributes
     ----------
     sides : (3, children, 2 * nodes) float64
-        Lower sides of the boxes, then upper ones: the side that a ray meets first is one index away.
+        Lower sides of the boxes, then upper ones: the side that a ray reaches first is one index away.
     """
 
     sides: Floats
@@ -65,12 +66,12 @@ class Level:
         places = nodes - parents * self.children
         return self.sides[:, places, parents], self.sides[:, places, parents + self.nodes]
 
-    def below(self, visits: "Visits", met: Masks, ways: tuple[Floats, Floats] | None = None) -> "Visits":
-        """Visits of the children that are met, (children, P), in the order of the visits.
+    def below(self, visits: "Visits", hit: Masks, ways: tuple[Floats, Floats] | None = None) -> "Visits":
+        """Visits of the children that are hit, (children, P), in the order of the visits.
 
         `ways` are where rays enter and leave the children's boxes, where that is known.
         """
-        chosen = np.flatnonzero(met.T)
+        chosen = np.flatnonzero(hit.T)
         pair = chosen // self.children
         child = chosen - pair * self.children
         rays, nodes = visits.rays[pair], visits.nodes[pair] * self.children + child
@@ -164,14 +165,14 @@ def _levels(low: Floats, high: Floats, splits: int) -> tuple[Level, ...]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Visits:
-    """Nodes that rays may meet, in no order.
+    """Nodes that rays may hit, in no order.
 
     Attributes
     ----------
     rays, nodes : (P,) int64
         Nodes of a level, in the end leaves.
     entries, exits : (P,) float64
-        Distances at which the ray enters and leaves the node's box; 0 where nobody has asked.
+        Distances at which the ray enters and leaves the node's box; 0 where these are not needed.
     """
 
     rays: Integers
@@ -185,7 +186,7 @@ class Visits:
         return Visits(self.rays[index], self.nodes[index], self.entries[index], self.exits[index])
 
     def nearest_first(self) -> Integers:
-        """Order of the visits, sorted by ray, in which each ray goes on from one to the next."""
+        """Order of the visits, sorted by ray, in which each ray continues from one to the next."""
         return self._by_ray(self.entries)
 
     def longest_first(self) -> Integers:
@@ -213,7 +214,7 @@ class Visits:
 
 
 def visits_of(rays: Integers, nodes: Integers) -> Visits:
-    """Visits of which nobody has asked where they begin and end."""
+    """Visits whose entry and exit distances are not needed."""
     unknown = np.zeros(rays.size)
     return Visits(rays, nodes, unknown, unknown)
 
@@ -235,7 +236,7 @@ def turns(owners: Integers) -> Iterator[Integers]:
 def visits_of_rays(
     levels: tuple[Level, ...], origins: Floats, directions: Floats, t: Floats, start: Visits
 ) -> Visits:
-    """Nodes below the given levels that rays (3, N) may meet before t (N,); never leaves out one with a hit.
+    """Nodes below the given levels that rays (3, N) may hit before t (N,); never leaves out one with a hit.
 
     Slabs with a far side moved out by twice the rounding of the test (Ize 2013, "Robust BVH ray traversal").
     A ray in the plane of a box's side misses the box, by a NaN or without: what the box holds ends before.

@@ -1,4 +1,4 @@
-"""Nearest hits of a pinhole's rays with many triangles, by rasterisation to the rays' places on the screen.
+"""Nearest hits of a pinhole's rays with many triangles, by rasterisation.
 
 The candidates of a ray are the triangles of its cell of the picture that may cover its place, less those
 behind one that surely does. Both are found loosely, and the exact test decides between those left.
@@ -9,13 +9,13 @@ from typing import Self
 
 import numpy as np
 
-from renderer.accelerators.meeting import TreeMeeting, offer_hits
+from renderer.accelerators.intersection import TreeIntersector, offer_hits
 from renderer.accelerators.screen_grids import ROOM, ScreenTriangles, screen_triangles
 from renderer.accelerators.trees import in_tree, tree_of
 from renderer.cameras import Pinhole
 from renderer.interaction import Rays, RayStage
 from renderer.math.arrays import Floats, Integers, dot, taken
-from renderer.shapes.family import Meeting, Outline
+from renderer.shapes.family import Intersector, Outline
 from renderer.shapes.triangles import Triangles
 
 PORTION = 16384
@@ -47,9 +47,9 @@ class Raster:
         part = family.part(ahead.others)
         others: RayStage | None = None
         if in_tree(part):
-            others = TreeMeeting(part, tree_of(part))
+            others = TreeIntersector(part, tree_of(part))
         elif part.numbers.size:
-            others = Meeting(part, Outline.of(part.corners(), camera))
+            others = Intersector(part, Outline.of(part.corners(), camera))
         return cls(family, camera, ahead, others)
 
     def offer(self, rays: Rays) -> None:
@@ -88,7 +88,7 @@ class Raster:
 
 
 @dataclass(slots=True)
-class RasterMeeting:
+class RasterIntersector:
     """Stage: the nearest hits of a block of rays with many triangles.
 
     Camera rays find their triangles on the screen, and rays from anywhere else through the tree. The same
@@ -96,12 +96,12 @@ class RasterMeeting:
 
     Attributes
     ----------
-    tree : TreeMeeting
+    tree : TreeIntersector
     camera : Pinhole
         Without a lens.
     """
 
-    tree: TreeMeeting
+    tree: TreeIntersector
     camera: Pinhole
     _raster: Raster | None = field(init=False, default=None)
 
@@ -115,7 +115,7 @@ class RasterMeeting:
         if rays.screen is None:
             self.tree.run(rays)
             return
-        # Made where the first camera ray needs it: who explains a plan, or prices it, does not.
+        # Built for the first camera ray: explaining or pricing a plan does not need it.
         if self._raster is None:
             self._raster = Raster.of(self.family, self.camera)
         self._raster.offer(rays)

@@ -39,10 +39,10 @@ SMALLEST = -16
 """Triangles smaller than 2**-16 pixels share cells of that size."""
 
 BLOCK = 65536
-"""Triangles projected at once: the memory that this takes besides does not grow with the mesh."""
+"""Triangles projected at once: the memory that this needs does not grow with the mesh."""
 
 FEW = 256
-"""As if a grid held so many triangles more."""
+"""Triangles added to a grid's own when its number of cells is bounded: small grids may be fine."""
 
 CELLS = 16
 """Cells a triangle, at most, so that a grid takes no more memory than what it holds."""

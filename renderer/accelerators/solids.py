@@ -1,4 +1,4 @@
-"""Boxes inside closed meshes: a segment that passes one and ends outside of the mesh has met its surface.
+"""Boxes inside closed meshes: a segment that passes one and ends outside the mesh crosses its surface.
 
 Most of a solid's shadow needs no ray then. Nothing is lost where no such box is found.
 """

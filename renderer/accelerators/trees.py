@@ -1,4 +1,4 @@
-"""What helps to find the few triangles that a ray may meet, built once for the same triangles."""
+"""Trees that find the few triangles a ray may hit, built once for the same triangles."""
 
 import hashlib
 import threading
@@ -18,7 +18,7 @@ from renderer.shapes import Family
 from renderer.shapes.triangles import Triangles
 
 FEW = 32
-"""Up to so many triangles are met one by one: culling by block costs less than a tree."""
+"""Up to so many triangles are intersected one by one: culling by block costs less than a tree."""
 
 KEPT = 4
 """Families whose trees a process keeps, the last ones used."""
@@ -49,7 +49,7 @@ class Kept(Generic[Value]):
         self._values: OrderedDict[bytes, Value] = OrderedDict()
 
     def __call__(self, family: Triangles) -> Value:
-        """The value of a family, made unless it is known."""
+        """The value of a family, made on first use."""
         with self._lock:
             if family in self._alive:
                 return self._alive[family]
@@ -65,7 +65,7 @@ class Kept(Generic[Value]):
             if name in self._values:
                 self._values.move_to_end(name)
                 return self._values[name]
-        # Without the lock: others need not wait for a large mesh. Two threads may make the same value.
+        # Without the lock: others do not wait for a large mesh. Two threads may make the same value.
         value = self._make(family)
         with self._lock:
             self._values[name] = value
@@ -75,7 +75,7 @@ class Kept(Generic[Value]):
 
 
 def in_tree(family: Family) -> TypeGuard[Triangles]:
-    """Whether a family is met through a tree."""
+    """Whether a family is intersected through a tree."""
     return isinstance(family, Triangles) and family.numbers.size > FEW
 
 

@@ -1,4 +1,4 @@
-"""Target quality: samples where the picture needs them, until its error is what was asked for.
+"""Target quality: samples where the picture needs them, until its error is at most the target.
 
 A picture is a state machine (`states.State`). Each state is a pass over all tiles; when they are all there, a
 table of transitions decides about the whole picture what the next pass asks for::
@@ -22,7 +22,7 @@ BORDERS   Many rays find which shapes the pixels at borders show; pilot samples 
 PROBES    Probes, pixels chosen at random, measure how far pilot samples of each stratum are from the truth.
 SAMPLE    Where that is too far, pixels are sampled, in two halves whose difference estimates the error left.
           This is decided again until the error is reached.
-DONE      Nothing more is asked for.
+DONE      Nothing more is requested.
 ========  ===================================================================================================
 
 The tables are `decisions.TRANSITIONS` and, through a lens, `blur_decisions.TRANSITIONS`.

@@ -28,13 +28,13 @@ from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
 
 Transport = Callable[[list[TileRequest]], Iterator[tuple[TileRequest, Samples | None]]]
-"""Brings what a pass asks for to where it is rendered, and the samples back in any order; None for what there
-was no time for."""
+"""Renders the requests of a pass somewhere, and gives the samples in any order; None where there was no
+time."""
 
 
 @dataclass(slots=True)
 class AdaptiveRender:
-    """A picture in the making: its passes, one after another, and what they took.
+    """A render in progress: its passes, one after another, and what they took.
 
     Attributes
     ----------
@@ -115,7 +115,7 @@ class AdaptiveRender:
         return TimeLimit(until, self.driver.ray_seconds)
 
     def _last_moment(self) -> float:
-        """When tiles have to end, so that the picture is there at the deadline."""
+        """When tiles have to end, so that the picture is finished at the deadline."""
         # A CPU second lasts longer where other programs have the processors, too.
         stretch = max(self.between / self.between_cpu, 1.0) if self.between_cpu else 1.0
         last = LAST_SECONDS * self.estimate.have.size * stretch
@@ -170,7 +170,7 @@ class AdaptiveRender:
 
 
 def attempt(plan: RenderPlan, request: TileRequest) -> Samples | None:
-    """Render what is asked of a tile, None if its time is over; errors name the tile."""
+    """Render what is requested of a tile, None if its time is over; errors name the tile."""
     with tile_errors(plan.seed, request.tile, f"levels up to {request.levels.want.max()}"):
         try:
             return render_request(plan, request)

@@ -1,9 +1,9 @@
 """Which pixel gets how many samples, so that the target error costs the least.
 
-The squared error of a pixel whose single samples have variance c goes like c n**-1.5 with n samples of a
-Sobol sequence: most of it comes from edges. The same holds for n rays of lattices that find what a pixel at a
-border shows, which cost less. The sum over pixels is sought at the least sum of prices, which Lagrange's
-multiplier m gives: n = (1.5 c m / p)**0.4 for a price p of a sample.
+The squared error of a pixel whose single samples have variance c is proportional to c n**-1.5 with n samples
+of a Sobol sequence: most of it comes from edges. The same holds for n rays of lattices that find what a pixel
+at a border shows, which cost less. The cheapest distribution with a given sum of squared errors follows from
+a Lagrange multiplier m: n = (1.5 c m / p)**0.4 for a price p of a sample.
 """
 
 from collections.abc import Callable
@@ -20,7 +20,8 @@ BINS = 256
 """Of the logarithm of variances, four an octave, for the search of the multiplier."""
 
 RAY_PRICE = 1 / 12
-"""CPU seconds of a ray that finds what a pixel shows, over those of a camera sample: `soft`, `chess`."""
+"""CPU seconds of a ray that finds what a pixel shows, over those of a camera sample, on `soft` and
+`chess`."""
 
 _COVERED = np.maximum(COVERAGES, 1)
 """Samples that a coverage is worth: where there is none, the pilot sample is one."""
@@ -46,7 +47,7 @@ class Allocation:
 
 
 PRECISE = 1.05
-"""Factor within which the multiplier is searched: counts of samples go like its power 0.4."""
+"""Factor within which the multiplier is searched: counts of samples are proportional to its power 0.4."""
 
 
 def allocate(

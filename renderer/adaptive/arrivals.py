@@ -121,7 +121,7 @@ class AreaArrival:
 
     @property
     def emitter(self) -> Emitter:
-        """The light, with as many points as all that face it are asked about."""
+        """The light, with as many points as every point that faces it is probed with."""
         return self.probe.emitter
 
     def run(self, points: Points, workspace: Workspace) -> tuple[Sequence[Beam], int]:

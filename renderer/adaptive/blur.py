@@ -28,10 +28,10 @@ COARSER = 2
 """Times the stride of pilot samples that the lattice begins with: a node costs eight rays or more."""
 
 NODES = 8, 4 / 255
-"""So many samples of a new node do for an error of so much; more for smaller ones, in proportion."""
+"""Samples of a new node, and the error for which they are enough; smaller errors need more, in proportion."""
 
 MOST = 128
-"""Samples of a new node at most: how many more it needs is known when it has them."""
+"""Most samples of a new node: these show how many more it needs."""
 
 NOISY = 1.0
 """Standard deviations of a node's noise that a second difference may show and still count as straight."""
@@ -40,7 +40,7 @@ MEAN_SQUARE = 0.5
 """Of the error between nodes, over the square of the largest that bends predict: 8 / 15 for a parabola."""
 
 CLOSER_PROBES = 2
-"""Times the probes of pilot samples: more is known of these before than of what lies between noisy nodes."""
+"""Probes, over those of pilot samples: less is known beforehand of what lies between noisy nodes."""
 
 MUCH = 4.0
 """Times the budget that errors expected of all pixels count for at most when probes are shared out: where

@@ -25,11 +25,12 @@ from renderer.plan.plan import RenderPlan, adaptive_part, pilot_of
 
 STEPS = dict(zip(FIBONACCI, (1, *FIBONACCI), strict=False))
 """Fibonacci lattices: point i of n lies at (i / n, i z / n), with z the number before n. No direction of an
-edge goes well with one of them."""
+edge is aligned with them."""
 
 USUAL = 12, 2.0**-8
-"""So many rays a pixel see an error of so much at the borders of `soft`; fewer or more by its inverse to the
-power 4 / 3, as the error of a share of a pixel falls like their number to the power -3 / 4."""
+"""Rays for a pixel, and the error that they leave at the borders of `soft`. Other errors take rays in
+proportion to their inverse to the power 4 / 3, as the error of a share of a pixel falls like the number of
+rays to the power -3 / 4."""
 
 UNEVEN = 1 / 8
 """Squared error to expect of a pilot sample, over the variance of those around that show the same: on an even

@@ -60,7 +60,7 @@ CLOSEST = 9
 """Highest level of a probe: 256 samples. What is still uncertain then needs more probes."""
 
 FIND = 16.0
-"""A probe found something if its squared error is so many times the target, and that of its stratum."""
+"""A probe found something if its squared error is this many times the target, and that of its stratum."""
 
 CLEAR = 4.0
 """Standard errors by which a probe must have found something."""
@@ -84,10 +84,11 @@ LEAST_GOAL = 1 / 4
 """Share of the budget that samples aim at, at least, however uncertain the error is."""
 
 LEAST = 0.1
-"""Share of all samples so far that a pass asks for at least, if anything does: passes have a price."""
+"""Least share of all samples so far that a pass asks for, if it asks for any: each pass has a cost of its
+own."""
 
 MOST_ROUNDS = 38
-"""Decisions about samples; more have never been needed, and it ends in any case."""
+"""Most decisions about samples: more have never been needed, and the loop must end."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -187,7 +188,7 @@ def _sample_more(estimate: Estimate) -> bool:
 
 
 def aim_lower(estimate: Estimate, bound: float) -> None:
-    """Go on from aims that are reached."""
+    """Continue from aims that are reached."""
     before = estimate.aim
     while bound <= estimate.aim:
         estimate.aims += 1
@@ -291,7 +292,7 @@ def suspect(estimate: Estimate, found: Findings) -> None:
 
 
 def _followed(estimate: Estimate, found: Findings) -> Integers:
-    """Suspects that found something themselves: what is long and thin goes on beyond them."""
+    """Suspects that found something themselves: what is long and thin continues beyond them."""
     suspects = found.sampled[estimate.strata.ravel()[found.sampled] // strata.STEPS == strata.SUSPECT]
     pilots = estimate.values.reshape(3, -1)[:, suspects]
     errors, noise = errors_of(estimate.halves.reshape(HALVES, 3, -1)[:, :, suspects], pilots)

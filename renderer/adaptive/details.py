@@ -19,11 +19,11 @@ LATTICES = {3: 2, 5: 3, 8: 5, 13: 8, 21: 13, 34: 21, 55: 34, 89: 55, 144: 89}
 """Places in a pixel, and the number that makes them a Fibonacci lattice (`coverage.SIZES`)."""
 
 POWER = 0.8
-"""Places go with the deviation within the pixel to this power: the least work for a sum of squared errors
-that fall like the number of places to the power -3 / 2."""
+"""Places are proportional to the deviation within the pixel to this power: the least work for a sum of
+squared errors that fall like the number of places to the power -3 / 2."""
 
 FALL = -1.7
-"""Power of the number of places that the squared error goes with: between -3 / 2 of edges and -2."""
+"""Power of the number of places by which the squared error falls: between -3 / 2 of edges and -2."""
 
 ALLOWED = 0.15, 0.8, 0.8
 """Deviation, in requested errors, of pixels that a single place is enough for: at least, at an error of 1/255
@@ -34,7 +34,7 @@ of a texture took 5 to 30 % longer from 2/255 to 0.25/255, and was 1.02 to 1.1 t
 SIZES = np.array(list(LATTICES))
 
 COARSE = 1.5 / 255
-"""For errors from this one on, fewer places tell how many a pixel needs."""
+"""For errors from this one on, fewer places show how many a pixel needs."""
 
 FIRST_COARSE, FIRST_FINE, MOST_FIRST = (3, 0.25), (5, 1.0), 34
 """Places of the first lattice: at least, for each texel that a pixel covers, and at most. Fewer miss what is
@@ -269,7 +269,7 @@ class Pixels:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DetailedLights:
-    """All lights of a plan whose materials are shaded apart from light, where these are met.
+    """All lights of a plan, at hits whose materials are shaded apart from light.
 
     Attributes
     ----------

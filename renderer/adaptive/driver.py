@@ -1,7 +1,7 @@
 """The driver of a picture of target quality: which tiles a pass has, what it asks of them, and what follows.
 
-The driver decides and carries nothing. `adaptive_render` takes its requests to the processes of this machine,
-the service to its workers through a database; so a picture has the same passes, tiles and bytes either way.
+The driver decides and runs nothing. `adaptive_render` gives its requests to processes of this machine, the
+service to its workers through a database; a picture has the same passes, tiles and bytes either way.
 """
 
 from dataclasses import dataclass, field
@@ -28,7 +28,7 @@ class Driver:
     prices : dict
         CPU seconds of a ray by kind, as far as they were measured.
     workers : int
-        Processes that share the tiles of a pass; 0 where nobody waits for a single tile.
+        Processes that share the tiles of a pass; 0 where single tiles are not awaited.
     tile_size : int or None
         Side of tiles, pixels; None for tiles that share out each pass evenly.
     """

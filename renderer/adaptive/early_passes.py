@@ -30,7 +30,7 @@ pixels."""
 
 HIDDEN = 2.0**-6
 """Share of the contrast of a pixel at a border that its brightness is expected to err by as well: shadows end
-where things touch, and pilot samples beside do not hit that."""
+where things touch, and pilot samples beside miss that."""
 
 CALM = 2
 """Times the target error that interpolation may err by. It mostly errs by far less: the least smooth place
@@ -49,8 +49,8 @@ WIDE = 2
 """How far around, in pixels, pilot samples show what is finer than pixels: its own may have missed it."""
 
 BENT = np.float32(2.0**-10)
-"""Share of what a look-up at a point would err by that is left: means are taken over parallelograms, and a
-pixel far away is not quite one."""
+"""Share of the error of a look-up at a point that is left: means are taken over parallelograms, and a distant
+pixel is not quite one."""
 
 SHADED = np.float32(2.0**-4)
 """Share of a shape's own brightness, squared, that a shadow between pilot samples is expected to hide."""

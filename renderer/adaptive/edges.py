@@ -1,4 +1,4 @@
-"""Where edges of flat shapes run on the picture: pixels that they pass may look like all around them."""
+"""Where edges of flat shapes run on the picture: pixels that they cross may resemble all their neighbours."""
 
 import numpy as np
 
@@ -25,9 +25,10 @@ def edge_places(camera: Pinhole, hulls: Hulls) -> Integers:
 
 
 def within(starts: Floats, ends: Floats) -> tuple[Floats, Floats]:
-    """Where segments (...) enter and leave what linear functions (C, ...) at their ends are positive in.
+    """Where segments (...) enter and leave the region of positive linear functions (C, ...).
 
-    Parameters from 0 to 1; the second is not above the first where nothing is inside.
+    The functions are given at the segments' ends. Parameters from 0 to 1; the second is not above the first
+    where nothing is inside.
     """
     enters, leaves = np.zeros(starts.shape[1:]), np.ones(starts.shape[1:])
     for one, other in zip(starts, ends, strict=True):

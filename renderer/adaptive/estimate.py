@@ -30,7 +30,7 @@ from schemas.quality import TargetQuality
 from schemas.tiles import Tile
 
 FIRST_AIM, NEXT_AIM = 2.0**-8, 0.5
-"""The first error that is worked for where there is a time limit, and each next one's share of the last."""
+"""The first error aimed at where there is a time limit, and each next one's share of the last."""
 
 
 def first_levels(plan: RenderPlan, tile: Tile) -> Levels:
@@ -45,7 +45,7 @@ def first_levels(plan: RenderPlan, tile: Tile) -> Levels:
 
 
 def first_aim(target: TargetQuality) -> float:
-    """The error that the first passes work for: where time is short it is coarse to begin with."""
+    """The error that the first passes aim at: coarse to begin with where time is short."""
     return target.error if target.time_limit is None else max(target.error, FIRST_AIM)
 
 
@@ -80,7 +80,7 @@ class Estimate:
         places.
     have, want : (H, W) uint8
     coverage, cover : (H, W) uint8
-        Numbers of `levels.COVERAGES`: had, and wanted.
+        Numbers of `levels.COVERAGES`: present, and requested.
     halves : (2, 3, H, W) float64
         Means of either half of the samples.
     squares : (H, W) float64
@@ -99,7 +99,7 @@ class Estimate:
     rounds : int
         Times that samples were decided about, after the probes.
     aims : int
-        How often the error worked for was halved, where there is a time limit.
+        How often the error aimed at was halved, where there is a time limit.
     outlook : int
         Camera rays that are expected in all passes to come.
     error : ErrorEstimate or None
@@ -180,7 +180,7 @@ class Estimate:
         return cls(plan=plan, state=State(arrays[STATE].item()), error=error, **known)
 
     def arrays(self) -> dict[str, NDArray[Any]]:
-        """All that it knows beside the plan."""
+        """Its whole state besides the plan."""
         known = {name: np.asarray(getattr(self, name)) for name in (*_ARRAYS, *_COUNTERS)}
         known[STATE] = np.array(self.state.value)
         return known if self.error is None else known | {ERROR: self.error.array()}
@@ -192,7 +192,7 @@ class Estimate:
 
     @property
     def target(self) -> float:
-        """The error asked for."""
+        """The target error."""
         assert isinstance(self.plan.quality, TargetQuality)
         return self.plan.quality.error
 
@@ -204,7 +204,7 @@ class Estimate:
 
     @property
     def aim(self) -> float:
-        """The error that the next pass works for.
+        """The error that the next pass aims at.
 
         Where time is short it is coarse to begin with, so that the error falls as fast as it can.
         """

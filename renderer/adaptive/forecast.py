@@ -2,7 +2,7 @@
 
 The share that is done is that of CPU seconds: those spent, over those and the ones predicted. What the next
 pass asks for is known; what others will ask for is predicted from the pilot samples so far, and as soon as
-there are samples, from how far the error is above the target. Rays are priced as they were measured.
+there are samples, from how far the error is above the target. Rays cost what was measured.
 """
 
 from collections.abc import Mapping
@@ -64,7 +64,7 @@ AFTER_FIRST = 4.0
 with a lens."""
 
 MOST = 0.99
-"""No picture is said to be finished before it is."""
+"""No picture is reported finished before it is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +92,7 @@ def seconds_left(share: float, elapsed: float, limit: float) -> float | None:
 
 @dataclass(slots=True)
 class Progress:
-    """How far a picture is, as it is reported: neither share falls, that of the work nor that of the tiles.
+    """The reported progress of a picture: neither the share of the work nor that of the tiles ever falls.
 
     Attributes
     ----------
@@ -131,7 +131,7 @@ _KINDS = {State.PREVIEW: PILOTS, State.BORDERS: BORDERS}
 
 
 def measured_prices(prices: Prices, kind: str, rays: int, seconds: float, tiles: int) -> dict[str, float]:
-    """Prices after a pass whose rays took so many CPU seconds in so many tiles; no rays change nothing.
+    """Prices after a pass, from its CPU seconds, rays and tiles; a pass without rays changes none.
 
     What tiles cost apart from their rays is left out: the more tiles a pass had, the more the next would get.
     """

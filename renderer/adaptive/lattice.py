@@ -16,7 +16,8 @@ COARSEST = 8
 """Most pixels between the first pilot samples: `ENOUGH` of them up to 1024 x 1024 pixels."""
 
 ENOUGH = 16384
-"""So many pilot samples cost as much as half of them, and find more: calls are most of the price of few."""
+"""This many pilot samples cost as much as half of them, and find more: for few samples, calls are most of the
+cost."""
 
 Picture = NDArray[np.float32]
 """(3, H, W) float32, linear."""

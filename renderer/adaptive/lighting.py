@@ -1,4 +1,4 @@
-"""What pilot samples do about a light with an area: find out who sees all of it, and who sees a part.
+"""What pilot samples do about a light with an area: find out which points see all of it, and which a part.
 
 Where nothing stands between, the light is a smooth function on a rectangle: a grid of few cells gives its
 mean without noise. Where all is blocked there is nothing to add. Only in between are many points spent.
@@ -22,16 +22,16 @@ NEAREST = 4
 """A light nearer than its size over this needs no finer grid than one that is as far away as that."""
 
 CORNERS, MOST_CORNERS = 4, 10
-"""Light points along each side that show who sees all of a light, at a target error of 1/255, and at most.
-The outermost lie on its edges, so that for convex occluders larger than the gaps between them no point that
-sees a part of the light is taken to see none of it."""
+"""Light points along each side that show which points see all of a light, at a target error of 1/255, and at
+most. The outermost lie on its edges, so that for convex occluders larger than the gaps between them no point
+that sees a part of the light is taken to see none of it."""
 
 
 def corners_for(error: float) -> int:
     """Light points along a side of the probing grid for a target error.
 
-    A round occluder that reaches in between two of them hides a part of the light that goes with the gap to
-    the third power. With 4 at 0.1/255, a ball's shadow on a bump-mapped wall was 0.4/255 too bright in the
+    A round occluder that reaches in between two of them hides a part of the light proportional to the third
+    power of the gap. With 4 at 0.1/255, a ball's shadow on a bump-mapped wall was 0.4/255 too bright in the
     mean, with 8 0.09/255, and the picture took a fifth of the samples.
     """
     return int(np.clip(round(CORNERS * (1 / 255 / error) ** (1 / 3)), CORNERS, MOST_CORNERS))
@@ -70,7 +70,7 @@ class PilotLighting:
 
     @property
     def emitter(self) -> Emitter:
-        """The light, with as many points as all that face it are looked at with."""
+        """The light, with as many points as every point that faces it is probed with."""
         return self.probe.emitter
 
     @property
@@ -82,20 +82,21 @@ class PilotLighting:
         """Add the light to the points' radiance; gives the number of shadow rays."""
         view = self.probe.view(points, workspace)
         rays = view.count * view.light_points.count if self.probe.shadows else 0
-        lit, torn = partition_of(view)
+        lit, penumbra = partition_of(view)
         sides = self.sides(view, lit)
         for number, lighting in enumerate(self.whole):
             lighting.run(points, workspace, view.chosen[lit[sides == number]])
         step = max(FEWEST_POINTS, PAIRS // self.partial.emitter.count)
-        for start in range(0, torn.size, step):
-            rays += self.partial.run(points, workspace, view.chosen[torn[start : start + step]])
+        for start in range(0, penumbra.size, step):
+            rays += self.partial.run(points, workspace, view.chosen[penumbra[start : start + step]])
         return rays
 
     def sides(self, view: LightView, index: Integers) -> Integers:
         """Which of the grids some of a view's points (m,) need.
 
-        The midpoint rule errs by the second derivative over 24 n n; that of the cosine at a point goes with
-        the square of the light's size over its distance, and that of a highlight with the exponent as well.
+        The midpoint rule errs by the second derivative over 24 n n; that of the cosine at a point is
+        proportional to the square of the light's size over its distance, and that of a highlight to the
+        exponent as well.
         """
         emitter = self.emitter
         size = max(lengths(emitter.first).item(), lengths(emitter.second).item())
@@ -108,9 +109,9 @@ def partition_of(view: LightView) -> tuple[Integers, Integers]:
     """Which of a view's points see all of the light, and which a part."""
     if view.blocked is None:
         return np.arange(view.count), np.arange(0)
-    torn = np.logical_or.reduce(view.blocked, axis=0)
+    occluded = np.logical_or.reduce(view.blocked, axis=0)
     dark = np.logical_and.reduce(view.blocked, axis=0)
-    return np.flatnonzero(~torn), np.flatnonzero(torn & ~dark)
+    return np.flatnonzero(~occluded), np.flatnonzero(occluded & ~dark)
 
 
 def finest(error: float, brightest: float, specular: Floats, shininess: Floats) -> Floats:

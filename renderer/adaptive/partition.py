@@ -43,7 +43,7 @@ def pass_tiles(
     prices : dict
         As measured so far.
     workers : int
-        Processes that share the pass; 0 where nobody waits for a single tile.
+        Processes that share the pass; 0 where single tiles are not awaited.
     tile_size : int or None
         Side of the tiles; None for tiles of about equal work.
     records : bool
@@ -67,7 +67,7 @@ def tiles_of(estimate: Estimate, seconds: float, workers: int, layer_share: floa
     seconds : float
         CPU seconds that the pass is predicted to take.
     workers : int
-        Processes that share it; 0 where nobody waits for a single tile.
+        Processes that share it; 0 where single tiles are not awaited.
     layer_share : float
         Part of them that layers take, which all pixels have alike.
     """

@@ -1,6 +1,6 @@
-"""How pictures of target quality begin and go on: with pilot samples, or on a lattice of samples.
+"""How pictures of target quality begin and continue: with pilot samples, or on a lattice of samples.
 
-Plan building chooses; nothing else asks which of them a picture follows.
+Plan building chooses; no other code depends on which of them a picture follows.
 """
 
 from dataclasses import dataclass

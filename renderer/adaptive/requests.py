@@ -23,7 +23,7 @@ class LevelRequest:
     have, want
         Levels. A pixel whose wanted level is not higher gets no samples.
     coverage, cover
-        Numbers of `levels.COVERAGES` at borders: had, and wanted.
+        Numbers of `levels.COVERAGES` at borders: present, and requested.
     """
 
     have: Levels
@@ -48,7 +48,7 @@ class LevelRequest:
 
     @property
     def rising(self) -> Masks:
-        """Pixels of which anything is wanted."""
+        """Pixels of which anything is requested."""
         return (self.want > self.have) | self.covered
 
     @property
@@ -58,11 +58,11 @@ class LevelRequest:
 
     @classmethod
     def first(cls, want: Levels) -> "LevelRequest":
-        """What is wanted of pixels that have nothing."""
+        """The request for pixels that have nothing."""
         return cls(*(np.zeros_like(want), want, np.zeros_like(want), np.zeros_like(want)))
 
     def needs_pilots(self, plan: RenderPlan) -> bool:
-        """Whether anything is asked of pixels that may have a control variate, made from pilot samples."""
+        """Whether anything is requested of pixels that may have a control variate from pilot samples."""
         if self.covered.any():
             return True
         adaptive = adaptive_part(plan)

@@ -1,4 +1,4 @@
-"""What a pass has found in a tile, and how the tile looks with it before the pass is merged."""
+"""What a pass has found in a tile, and the tile's preview before the pass is merged."""
 
 from dataclasses import dataclass, field
 
@@ -18,7 +18,7 @@ class Samples:
     """What a pass has found in a tile.
 
     Pixels are in the order of rows: pilot samples of those that were at level 0, coverage of those at
-    borders, samples of those that go on.
+    borders, samples of those that continue.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ def preview(tile: Tile, samples: Samples, levels: LevelRequest, before: Image) -
         Of `render_samples` with the same levels.
     levels : LevelRequest
     before : (h, w, 3) float32
-        The tile as it looked before the pass.
+        The tile as it was shown before the pass.
 
     Returns
     -------

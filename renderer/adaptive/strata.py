@@ -26,10 +26,11 @@ KINDS = np.array([INTERPOLATED, EVEN, BORDER])
 """By the level of a pixel without samples."""
 
 TRUSTED = 16.0
-"""Where probes find no error beyond their own noise, none is larger than so many times the expected."""
+"""Where probes find no error beyond their own noise, the error is at most this many times the expected
+one."""
 
 UNSEEN = 16.0
-"""Times the expected error that the next probe may find: few of them have not hit what is rare."""
+"""Times the expected error that the next probe may find: a few probes miss what is rare."""
 
 CERTAIN = 1 / 2
 """Least share of the expected error that the next probe may find `UNSEEN` times."""

@@ -25,7 +25,7 @@ from renderer.plan.plan import RenderPlan, adaptive_part, pilot_of
 
 
 def render_request(plan: RenderPlan, request: TileRequest) -> Samples:
-    """Render what is asked of a tile, its layers included.
+    """Render what is requested of a tile, its layers included.
 
     Raises
     ------

@@ -27,7 +27,7 @@ MOST_RESERVED = 0.25
 
 
 class OutOfTimeError(Exception):
-    """The time was over before a tile was finished."""
+    """The time ran out before a tile was finished."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ class TimeLimit:
     ray_seconds: float
 
     def check(self) -> None:
-        """Raise `OutOfTimeError` when the time is over."""
+        """Raise `OutOfTimeError` when the time has run out."""
         if time.time() >= self.until:
             raise OutOfTimeError
 

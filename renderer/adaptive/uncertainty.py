@@ -23,7 +23,7 @@ class ErrorEstimate:
     low, high : float
         An interval that holds the true one in 95 of 100 pictures.
     bound : float
-        What the true one is below in the share of pictures that was asked for, by default 95 of 100.
+        An upper bound of the true one in the requested share of pictures, by default 95 of 100.
     """
 
     estimate: float
@@ -45,7 +45,7 @@ class ErrorEstimate:
         return cls(**dict(zip(array.dtype.names or (), array.item(), strict=True)))
 
     def array(self) -> NDArray[Any]:
-        """All that it knows: a scalar array whose fields have its names, float64."""
+        """All its fields: a scalar array with the same names, float64."""
         return np.array(astuple(self), dtype=_NUMBERS)
 
     def document(self) -> dict[str, float]:
@@ -57,7 +57,7 @@ _NUMBERS = np.dtype([(item.name, np.float64) for item in fields(ErrorEstimate)])
 
 
 def standard_errors(confidence: float) -> float:
-    """How many of them lie between an estimate and what the true value is below in a share of all cases.
+    """Standard errors from an estimate to a bound on the true value in a share of all cases.
 
     Numbers whose errors are normal are below their estimate in half of all cases.
     """

@@ -64,7 +64,7 @@ def encode_exr(image: NDArray[np.floating], layers: Planes | None = None) -> byt
 def decode_exr(content: bytes) -> tuple[NDArray[np.float32], Layers]:
     """The image (H, W, 3) and the layers of an EXR file.
 
-    Channels that are neither the picture's nor those of a layer are passed over.
+    Channels that are neither the picture's nor those of a layer are ignored.
 
     Raises
     ------

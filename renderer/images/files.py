@@ -104,7 +104,7 @@ def write_image(
     display: Display,
     layers: Mapping[str, NDArray[Any]] | None = None,
 ) -> None:
-    """Write a linear image as .png, .npy or .exr; the file is there whole or not at all.
+    """Write a linear image as .png, .npy or .exr; the file is written whole or not at all.
 
     Parameters
     ----------

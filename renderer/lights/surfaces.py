@@ -29,7 +29,7 @@ class LightSurfaces:
     rectangles: Rectangles
 
     def run(self, rays: Rays) -> None:
-        """Let lights take the rays that nothing nearer has stopped."""
+        """Let lights take the rays that hit nothing nearer."""
         behind = rays.anew()
         for light in range(self.rectangles.numbers.size):
             self.rectangles.intersect(light, behind)

@@ -1,4 +1,4 @@
-"""One light seen from a chunk of points: who faces it, which pairs are blocked, how far it is."""
+"""One light seen from a chunk of points: which points face it, which pairs are blocked, how far it is."""
 
 from dataclasses import dataclass, replace
 from typing import TypeVar

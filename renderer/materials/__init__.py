@@ -1,1 +1,1 @@
-"""How surfaces answer light."""
+"""Materials: how surfaces reflect and transmit light."""

@@ -83,7 +83,7 @@ class TransmittedRays(Bounces):
         )
 
     def _passed(self, points: Points, wave: Wave, chosen: Integers) -> Masks:
-        """Which of the chosen points (M,) their rays have passed already.
+        """Which of the chosen points (M,) the rays have already passed.
 
         At an edge of glass a ray goes in, or out, through two faces in one place. The first has bent it.
         """

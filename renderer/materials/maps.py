@@ -1,4 +1,4 @@
-"""Textures at work on materials: colour from a texture, normals from a normal map."""
+"""Textures applied to materials: colour from a texture, normals from a normal map."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from renderer.textures import Texture
 from renderer.textures.heights import LOOKUPS_A_SLOPE, Heights
 
 FLAT = 1e-3
-"""Squared length of a decoded normal below which it says nothing; mid grey, 128, decodes to 4.6e-5."""
+"""Squared length of a decoded normal below which it has no direction; mid grey, 128, decodes to 4.6e-5."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

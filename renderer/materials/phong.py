@@ -1,4 +1,4 @@
-"""Phong's model: ambient, diffuse and highlight terms, each a stage that only runs where it is asked for.
+"""Phong's model: ambient, diffuse and highlight terms, each a stage that only runs where it is requested.
 
 Radiance towards the viewer: ambient_light * ambient * color + sum over lights of the mean over light
 points of V * light * (diffuse * color * max(0, n . l) + specular * max(0, r . v)^shininess) with

@@ -99,7 +99,7 @@ def vectors(name: str, values: ArrayLike) -> NDArray[np.float64]:
     """
     try:
         array = np.asarray(values)
-        # Text and truth would become numbers without a word, and complex numbers half of themselves.
+        # Text and booleans would silently become numbers, and complex numbers lose a part.
         real = array.dtype.kind in "fiu" or (array.dtype.kind == "O" and array.ndim > 0)
         array = array.astype(np.float64) if real else array
     except (OverflowError, TypeError, ValueError):

@@ -1,8 +1,8 @@
 """Random numbers as a pure function of (seed, pixel, sample, dimension).
 
-Nothing is drawn in sequence, so no number depends on which tile, worker or attempt asks for it.
-The mixers are SplitMix64 (Steele, Lea, Flood 2014) for keys and a 32-bit xorshift-multiply
-permutation (Wellons, "Prospecting for hash functions", 2018) for the numbers.
+Nothing is drawn in sequence, so no number depends on the tile, worker or attempt that uses it. The mixers are
+SplitMix64 (Steele, Lea, Flood 2014) for keys and a 32-bit xorshift-multiply permutation (Wellons,
+"Prospecting for hash functions", 2018) for the numbers.
 """
 
 import numpy as np
@@ -41,7 +41,7 @@ def keys(seed: int, *counters: NDArray[np.integer] | int) -> Keys:
 
 
 def branch(paths: Keys, kind: int) -> Keys:
-    """Names of paths continued by a bounce of some kind, (N,); no two histories share one, but by chance."""
+    """Names of paths continued by a bounce of some kind, (N,); two histories share one only by collision."""
     with np.errstate(over="ignore"):
         return _mixed(paths + _GOLDEN * np.uint64(kind + 1))
 

@@ -162,7 +162,7 @@ def _from_first(number: bytes, count: int) -> bytes:
 
 
 def file_kind(content: bytes) -> str:
-    """Kind of a mesh file, by what it begins with: names of uploaded files say nothing.
+    """Kind of a mesh file, by its first bytes: names of uploaded files are arbitrary.
 
     Returns
     -------
@@ -184,7 +184,7 @@ def file_kind(content: bytes) -> str:
 
 
 def announced(content: bytes, most: int | None = None) -> int:
-    """Number of triangles or vertices that a file promises, at least, without reading them.
+    """Least number of triangles or vertices that a file announces, without reading them.
 
     Parameters
     ----------

@@ -79,7 +79,7 @@ def opened(content: bytes, most: int) -> GltfFile:
 
 @contextmanager
 def damage_reported() -> Iterator[None]:
-    """Report a description that does not hold together as damaged, wherever that shows."""
+    """Report an inconsistent description as damaged, wherever that shows."""
     try:
         yield
     except AssetError:

@@ -1,1 +1,1 @@
-"""What runs for a picture: stages, each with the lines of the scene that asked for it."""
+"""What runs for a picture: stages, each with the lines of the scene that requested it."""

@@ -1,7 +1,7 @@
 """From a scene to the plan of its samples. Nothing else decides what runs.
 
-What a scene does not call for is not built: no light without colour, no texture that no shape shows, no
-highlight of strength 0. What is built carries the lines of the scene that asked for it.
+What a scene does not need is not built: no light without colour, no texture that no shape shows, no
+highlight of strength 0. What is built carries the lines of the scene that requested it.
 """
 
 from dataclasses import replace
@@ -25,8 +25,8 @@ def build_plan(request: Request) -> RenderPlan:
     camera = _camera(request)
     shapes.list_geometry(request)
     emitters = lights.emitters(request)
-    meetings = [shapes.meeting(request, family, camera) for family in request.families]
-    meetings += shapes.overlaps(request)
+    intersectors = [shapes.intersector(request, family, camera) for family in request.families]
+    intersectors += shapes.overlaps(request)
     visible = lights.visible_lights(request)
     table = surfaces.phong_table(request)
     points, bent = surfaces.surfaces(request, table)
@@ -43,7 +43,7 @@ def build_plan(request: Request) -> RenderPlan:
         antialiasing=antialiasing,
         seed=request.sampling.seed,
         passes=tiling.passes(camera.width, camera.height, antialiasing.samples),
-        meetings=tuple(meetings),
+        intersectors=tuple(intersectors),
         visible_lights=tuple(visible),
         surfaces=tuple(points),
         lightings=lightings,

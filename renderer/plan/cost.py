@@ -1,7 +1,7 @@
 """What stages are expected to cost, in CPU seconds of one core of a machine of 2024.
 
-The figures are rounded from `make bench`; they rank scenes and guard a queue, they promise nothing. The
-share of shadow tests is what remains after culling on the gallery's scenes.
+The figures are rounded from `make bench`; they rank scenes and guard a queue, and are not exact. The share of
+shadow tests is what remains after culling on the gallery's scenes.
 """
 
 import math

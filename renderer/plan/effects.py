@@ -192,7 +192,7 @@ def cast_by_triangles(
 
 
 def _cast_by_solids(family: Triangles, emitter: Emitter, dtype: PairType) -> list[LightStage]:
-    """What closed meshes hide for sure, of which the tree need not be asked."""
+    """What closed meshes hide for sure, so that no ray needs the tree."""
     solids = [solid for solid in inside_of(family) if emitter.is_apart_from(solid.low, solid.high)]
     if not solids:
         return []

@@ -119,7 +119,7 @@ def shown_materials(document: Scene) -> list[str]:
 
 @dataclass(slots=True)
 class _Making:
-    """The geometry in the making."""
+    """The geometry under construction."""
 
     scene: LoadedScene
     textures: Textures

@@ -1,4 +1,4 @@
-"""The plan of a picture: what runs, in which order, and who asked for it."""
+"""The plan of a picture: what runs, in which order, and which part of the scene requested it."""
 
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -51,7 +51,7 @@ class RenderPlan:
     seed : int
     passes : tuple of Pass
         The first is a coarse preview; the others share out the camera samples.
-    meetings, visible_lights : tuples of stages
+    intersectors, visible_lights : tuples of stages
         For rays: hits with shapes, and lights that the camera sees.
     surfaces, lightings : tuples of stages
         For points, and for points and one light.
@@ -74,7 +74,7 @@ class RenderPlan:
     entries, left_out
         The plan as people read it.
     adaptive : AdaptivePlan or None
-        What target quality needs beside it; None for fixed quality.
+        What target quality needs in addition; None for fixed quality.
     """
 
     scene: LoadedScene
@@ -84,7 +84,7 @@ class RenderPlan:
     antialiasing: Antialiasing
     seed: int
     passes: tuple[Pass, ...]
-    meetings: tuple[RayStage, ...]
+    intersectors: tuple[RayStage, ...]
     visible_lights: tuple[LightSurfaces, ...]
     surfaces: tuple[PointStage, ...]
     lightings: tuple[Illumination, ...]
@@ -125,7 +125,7 @@ class RenderPlan:
         return tuple(layer for layer in self.layers if layer.recorded_in(pass_))
 
     def describe(self) -> PlanDocument:
-        """The plan for people and programs: stages with who asked, what was left out, predicted cost."""
+        """The plan as a document: stages and what requested them, what was left out, predicted cost."""
         pilot = self.adaptive.pilot if self.adaptive else None
         total = sum(entry.seconds for entry in self.entries)
         rays = self.width * self.height * self.antialiasing.samples
@@ -140,15 +140,15 @@ class RenderPlan:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AdaptivePlan:
-    """What target quality needs of a scene beside the plan of its samples.
+    """What target quality needs of a scene besides the plan of its samples.
 
     Attributes
     ----------
     policy : Policy
-        How it goes about the picture.
+        How the picture begins and continues.
     pilot : RenderPlan or None
         What runs for the pilot sample at the middle of each pixel; None through a lens, where pixels are
-        sampled at once. Its entries list only what it does in another way than samples.
+        sampled at once. Its entries list only what differs from samples.
     averaged : (shapes,) bool
         Shapes whose textures pilot samples average over the pixel.
     detailed : (shapes,) bool

@@ -1,4 +1,4 @@
-"""What is to be compiled, and the plan in the making."""
+"""What is to be compiled, and the plan under construction."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -35,7 +35,7 @@ class Request:
     details : frozenset of str
         Materials whose textures are not looked up at points, but shaded all over pixels.
     entries, left_out : list
-        The plan as people read it, in the making.
+        The plan as people read it, under construction.
     sampling : Sampling
         The scene's own, or what `quality` puts in its place.
     dtype : float32 or float64

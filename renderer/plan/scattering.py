@@ -17,7 +17,7 @@ from schemas.pointers import escaped
 
 
 def stages(request: Request) -> tuple[ScatteringStage, ...]:
-    """Stages that send rays from points; none where no material that is shown asks for them."""
+    """Stages that send rays from points; none where no visible material needs them."""
     found: list[ScatteringStage] = []
     faintest = faintest_weight(request)
     depths = np.array([request.document.materials[name].max_depth for name in request.names], dtype=np.int64)
@@ -42,7 +42,7 @@ def _numbers(request: Request, part: str) -> Floats:
 
 
 def _asked(request: Request, part: str, stage: str, detail: str, rays: int) -> bool:
-    """List the stage, and the materials that name it in vain; `rays` are expected for a point."""
+    """List the stage, and the materials that request it without effect; `rays` are expected for a point."""
     asking = []
     for name in request.names:
         material = request.document.materials[name]

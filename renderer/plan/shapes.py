@@ -6,8 +6,8 @@ from typing import TypeGuard
 
 import numpy as np
 
-from renderer.accelerators.meeting import TreeMeeting
-from renderer.accelerators.raster import RasterMeeting
+from renderer.accelerators.intersection import TreeIntersector
+from renderer.accelerators.raster import RasterIntersector
 from renderer.accelerators.trees import in_tree, tree_of
 from renderer.cameras import Pinhole
 from renderer.interaction import RayStage
@@ -16,7 +16,7 @@ from renderer.plan import cost
 from renderer.plan.cost import COSTS
 from renderer.plan.request import Request
 from renderer.shapes import Family
-from renderer.shapes.family import Location, Meeting, Outline
+from renderer.shapes.family import Intersector, Location, Outline
 from renderer.shapes.overlaps import First, Overlaps, overlapping, places_of
 from renderer.shapes.polygons import FlatFamily
 from renderer.shapes.triangles import Triangles
@@ -43,11 +43,11 @@ def _list_family(request: Request, family: Family) -> None:
     request.list_stage(f"hits of {family.plural}", f"shapes.{family.kind}", detail, pointers, each)
 
 
-def meeting(request: Request, family: Family, camera: Pinhole) -> RayStage:
+def intersector(request: Request, family: Family, camera: Pinhole) -> RayStage:
     """Few shapes are intersected one by one, many triangles by rasterisation or through a tree."""
     if rasterized(family, request):
-        return RasterMeeting(TreeMeeting(family, tree_of(family)), camera)
-    return meeting_of(family, Outline.of(family.corners(), camera) if request.culling else None)
+        return RasterIntersector(TreeIntersector(family, tree_of(family)), camera)
+    return intersector_of(family, Outline.of(family.corners(), camera) if request.culling else None)
 
 
 def rasterized(family: Family, request: Request) -> TypeGuard[Triangles]:
@@ -55,9 +55,9 @@ def rasterized(family: Family, request: Request) -> TypeGuard[Triangles]:
     return in_tree(family) and request.document.camera.lens_radius == 0
 
 
-def meeting_of(family: Family, outline: Outline | None = None) -> RayStage:
+def intersector_of(family: Family, outline: Outline | None = None) -> RayStage:
     """A stage for rays from anywhere, unless there are outlines to cull by."""
-    return TreeMeeting(family, tree_of(family)) if in_tree(family) else Meeting(family, outline)
+    return TreeIntersector(family, tree_of(family)) if in_tree(family) else Intersector(family, outline)
 
 
 def location(request: Request, family: Family, *, framed: bool, sloped: bool) -> Location:
@@ -106,7 +106,7 @@ def _trees_first(tree: Triangles, shapes: Integers, triangles: Integers, count: 
     """Triangles in trees that come before shapes tested one by one, of pairs of both (P,)."""
     for shape in np.unique(shapes):
         part = tree.part(np.unique(triangles[shapes == shape]))
-        yield First(meeting_of(part).run, _marked(shape, count))
+        yield First(intersector_of(part).run, _marked(shape, count))
 
 
 def _marked(places: Integers, count: int) -> Masks:

@@ -1,4 +1,4 @@
-"""What a plan is made of: stages that run, each with the lines of the scene that asked for it."""
+"""What a plan is made of: stages that run, each with the lines of the scene that requested it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -58,7 +58,7 @@ class Illumination(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Lighting:
-    """All that one light does: who faces it, what blocks it, and what it adds.
+    """All that one light does: which points face it, what blocks it, and what it adds.
 
     Attributes
     ----------

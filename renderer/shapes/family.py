@@ -177,7 +177,7 @@ class Family(ABC):
 
 
 @dataclass(frozen=True, slots=True)
-class Meeting:
+class Intersector:
     """Stage: the nearest hits of a block of rays with one family."""
 
     family: Family
@@ -203,9 +203,9 @@ class Location:
     local : (shapes of the scene,) int64
         Place within the family of the first primitive of each shape of the scene, -1 for shapes of others.
     framed : bool
-        Whether a normal map asked for tangents.
+        Whether a normal map needs tangents.
     sloped : bool
-        Whether a bump map asked for derivatives.
+        Whether a bump map needs derivatives.
     """
 
     family: Family

@@ -9,7 +9,7 @@ import schemas.shapes as language
 from renderer.assets import AssetError, AssetSource, limits_of
 from renderer.math.arrays import Floats, Integers, Masks, column, cross, dot, lengths, magnitude, unit
 from renderer.meshes.files import read_mesh
-from renderer.shapes.triangles import Triangles, too_thin_to_tell, unit_normals
+from renderer.shapes.triangles import Triangles, needs_exact_area, unit_normals
 from schemas.limits import how_to_raise
 from schemas.reading.advice import on_one_line
 
@@ -138,7 +138,7 @@ def triangles_of(number: int, vertices: Floats, surface: Surface, *, smooth: boo
     """
     rows = surface.triangles
     corners = np.stack([np.take(vertices, row, axis=1) for row in rows])
-    thin = too_thin_to_tell(corners)
+    thin = needs_exact_area(corners)
     # A rounding beside the line they would be slivers that rays hit; as points nothing does.
     corners = np.where(_without_area(corners, surface, thin), corners[0], corners)
     normals = unit_normals(corners)

@@ -146,8 +146,8 @@ def unit_normals(vertices: Floats) -> Floats:
     return unit(cross(unit(first), unit(second)))
 
 
-def too_thin_to_tell(vertices: Floats) -> Masks:
-    """Triangles (K,) of which float64 alone cannot decide if they have an area; exact arithmetic has to."""
+def needs_exact_area(vertices: Floats) -> Masks:
+    """Triangles (K,) so thin that exact arithmetic has to decide whether they have an area."""
     a, b, c = vertices
     return lengths(cross(unit(b - a), unit(c - a))) <= CLEARLY_AN_AREA
 
@@ -168,7 +168,7 @@ def build(numbers: Sequence[int], shapes: Sequence[language.Triangle], assets: A
         normals=normals,
         vertex_normals=vertex_normals(shapes, normals),
         smooth=np.array([shape.normals is not None for shape in shapes]),
-        retried=too_thin_to_tell(vertices),
+        retried=needs_exact_area(vertices),
         texture=np.array(texture, dtype=np.float64).transpose(1, 2, 0).copy(),
     )
 

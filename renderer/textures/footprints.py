@@ -1,7 +1,7 @@
 """How much of a texture a sample stands for: ray differentials (Igehy 1999).
 
 A sample stands for its share of the pixel, 1 / sqrt(samples) of each side. Rays offset by that share hit the
-tangent plane of the point apart from it, by derivatives in u and v. Only textures that filter ask for this.
+tangent plane of the point apart from it, by derivatives in u and v. Only textures that filter need this.
 """
 
 from dataclasses import dataclass
@@ -21,9 +21,9 @@ GRAZING = 2.0**-40
 class Footprints:
     """Stage: derivatives of texture coordinates by a sample's share of the pixel.
 
-    Camera rays are offset across and along the picture. Rays that have bounced take a round estimate
-    instead: a cone as wide as a share in the middle of the picture, after the whole length of the path. It
-    knows of no curvature, so what a curved mirror enlarges or shrinks is filtered as if it were flat.
+    Camera rays are offset across and along the picture. Rays that have bounced take a round estimate instead:
+    a cone as wide as a share in the middle of the picture, after the whole length of the path. It ignores
+    curvature, so what a curved mirror enlarges or shrinks is filtered as if it were flat.
 
     Attributes
     ----------

@@ -1,7 +1,8 @@
 """Image textures with a pyramid of smaller versions of themselves (Williams 1983).
 
 Each level is half as wide and high as the one below, rounded down, and each of its texels is the mean of the
-part of the level below that it covers: a box, formed from linear values. A look-up goes between two levels.
+part of the level below that it covers: a box, formed from linear values. A look-up interpolates between two
+levels.
 """
 
 from dataclasses import dataclass
@@ -86,6 +87,6 @@ def pyramid(base: ImageTexture) -> MipmapTexture:
 
 
 def build(texture: language.ImageTexture, assets: AssetSource) -> ImageTexture | MipmapTexture:
-    """The texture of a scene, with a pyramid if it asks for one."""
+    """The texture of a scene, with a pyramid if its filter needs one."""
     base = image.build(texture, assets)
     return pyramid(base) if texture.filter == "mipmap" else base

@@ -1,1 +1,1 @@
-"""Which light points are hidden from which points, decided without any length to step over."""
+"""Which light points are hidden from which points, decided without an epsilon."""

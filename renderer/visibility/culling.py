@@ -20,7 +20,7 @@ def bounds(positions: Floats) -> tuple[Floats, Floats]:
 
 
 def shaft(boxes: Boxes, low: Floats, high: Floats, emitter: Emitter) -> Masks:
-    """Boxes that meet the bounds of all segments to the light from points between low and high, (K,)."""
+    """Boxes that overlap the bounds of all segments to the light from points between low and high, (K,)."""
     if emitter.weight == 0:
         low = np.where(emitter.centre < 0, -np.inf, low)
         high = np.where(emitter.centre > 0, np.inf, high)

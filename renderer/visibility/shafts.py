@@ -15,7 +15,7 @@ HORIZON = 8 * SURFACE
 """What is farther below a point's own plane than this share of the sizes does not touch it by rounding."""
 
 PAIRS = 16384
-"""Pairs of ray and node whose boxes are met at once: their few temporaries stay in cache."""
+"""Pairs of ray and node whose boxes are intersected at once: their few temporaries stay in cache."""
 
 
 def shafts_of(view: LightView, size: float) -> Shafts:
@@ -37,17 +37,17 @@ def shafts_of(view: LightView, size: float) -> Shafts:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Walk:
-    """What shafts of m points have met: points `owners` (P,), sorted, at `nodes` (P,) after some levels."""
+class Traversal:
+    """What shafts of m points have hit: points `owners` (P,), sorted, at `nodes` (P,) after some levels."""
 
     owners: Integers
     nodes: Integers
     levels: int
 
     def turns(self, tree: Bvh, positions: Floats, towards: Floats, reach: float) -> Iterator[Visits]:
-        """Nodes that the rays to the light points begin at: first the one that each is longest in.
+        """Nodes where the rays to the light points begin: first the one in which each ray is longest.
 
-        There something is in the way most likely. Then all others that it meets.
+        An occluder is most likely there. Then all others that the ray hits.
 
         Parameters
         ----------
@@ -61,10 +61,10 @@ class Walk:
         lengths = self._lengths(tree, positions, towards, reach)
         starts = np.flatnonzero(np.diff(self.owners, prepend=-1))
         longest = np.take(np.maximum.reduceat(lengths, starts, axis=1), self.owners, axis=1)
-        met = lengths >= 0
-        first = met & (lengths == longest)
+        hit = lengths >= 0
+        first = hit & (lengths == longest)
         yield self._visits(first, positions.shape[1])
-        yield self._visits(met & ~first, positions.shape[1])
+        yield self._visits(hit & ~first, positions.shape[1])
 
     def _lengths(self, tree: Bvh, positions: Floats, towards: Floats, reach: float) -> Floats:
         """How long rays are in the nodes' boxes, (L, P), widened by rounding; negative beside them."""

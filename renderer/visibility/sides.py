@@ -1,4 +1,4 @@
-"""Which side of a triangle's plane points and light points are on, told without a length to step over."""
+"""Which side of a triangle's plane points and light points are on, decided without an epsilon."""
 
 import numpy as np
 

@@ -14,11 +14,11 @@ from renderer.lights.view import LightView
 from renderer.math.arrays import Floats, Integers, Masks, taken
 from renderer.shapes import woop
 from renderer.shapes.triangles import Triangles
-from renderer.visibility.shafts import Walk
+from renderer.visibility.shafts import Traversal
 from renderer.visibility.sides import end_sides, rounding_of, start_sides
 
 RAYS = 8192
-"""Rays that walk the tree together."""
+"""Rays that traverse the tree together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ class RayShadows:
     emitter: Emitter
 
     def mark(self, view: LightView, positions: Floats, shafts: Visits, levels: int) -> None:
-        """Send rays from the nodes that the shafts of their points have met after so many levels."""
+        """Send rays from the nodes that the shafts of their points have hit after so many levels."""
         owners, nodes = shafts.rays, shafts.nodes
         points, first = np.unique(owners, return_index=True)
         step = max(1, RAYS // view.light_points.count)
@@ -47,26 +47,26 @@ class RayShadows:
             part = slice(ends[low], ends[high])
             index = points[low:high]
             own = np.repeat(np.arange(high - low), np.diff(ends[low : high + 1]))
-            walk = Walk(own, nodes[part], levels)
-            hidden = self._hidden(view, positions[:, index], index, walk)
+            traversal = Traversal(own, nodes[part], levels)
+            hidden = self._hidden(view, positions[:, index], index, traversal)
             if hidden.any():
                 view.block(hidden, index)
 
-    def _hidden(self, view: LightView, positions: Floats, index: Integers, walk: Walk) -> Masks:
+    def _hidden(self, view: LightView, positions: Floats, index: Integers, traversal: Traversal) -> Masks:
         """Pairs (L, m) with a triangle between, of points at `positions` (3, m)."""
         towards = self._towards(view, positions, index)
         lights, count = towards.shape[1:]
         directions = towards.reshape(3, -1)
         origins = np.tile(positions, lights)
         reach = np.full(lights * count, 1.0 if self.emitter.weight else np.inf)
-        # A point on the light itself has no way to it that something could be in.
+        # Nothing can stand between a point on the light itself and the light.
         blocked = ~(directions != 0).any(axis=0)
         if view.blocked is not None:
             blocked |= taken(view.blocked, index).reshape(-1)
         before = blocked.copy()
-        for begin in walk.turns(self.tree, positions, towards, reach[0]):
+        for begin in traversal.turns(self.tree, positions, towards, reach[0]):
             still = begin.chosen(~blocked[begin.rays])
-            visits = visits_of_rays(self.tree.levels[walk.levels :], origins, directions, reach, still)
+            visits = visits_of_rays(self.tree.levels[traversal.levels :], origins, directions, reach, still)
             self._block(view, visits, origins, directions, np.tile(index, lights), blocked)
         return (blocked & ~before).reshape(lights, count)
 
@@ -86,7 +86,7 @@ class RayShadows:
         points: Integers,
         blocked: Masks,
     ) -> None:
-        """Look into leaves, one a ray at a time, until the ray is blocked or has no more."""
+        """Visit leaves, one a ray at a time, until the ray is blocked or has none left."""
         order = visits.longest_first()
         rays, leaves = visits.rays[order], visits.nodes[order]
         for turn in turns(rays):

@@ -1,9 +1,9 @@
 """Shadows of many triangles.
 
-Points walk the tree with the shaft to the whole light, which rules most of it out. How many nodes a point
-meets says how to go on: few down to the leaves, and pairs of point and triangle are compared with all light
-points at once; many, and one ray a light point is sent. Which it is depends on the point alone, so no pixel
-depends on its neighbours.
+Points traverse the tree with the shaft to the whole light, which rules most of it out. The number of nodes
+that a point hits decides how to continue: if there are few, down to the leaves, where pairs of point and
+triangle are compared with all light points at once; if there are many, with one ray for each light point. The
+choice depends on the point alone, so no pixel depends on its neighbours.
 """
 
 from dataclasses import dataclass, field
@@ -24,14 +24,14 @@ from renderer.visibility.tree_pairs import PairShadows
 from renderer.visibility.tree_rays import RayShadows
 
 POINTS = 8192
-"""Points that walk the tree together: the shadows of study/shell at 1/255 take 1.85 CPU seconds with 8192,
+"""Points that traverse the tree together: shadows of study/shell at 1/255 take 1.85 CPU seconds with 8192,
 1.98 with half as many and 1.95 with twice as many."""
 
 SHAFT_LEVELS = 3
-"""Levels that all points walk with the shaft to the whole light."""
+"""Levels that all points traverse with the shaft to the whole light."""
 
 FEW_NODES = (8, 96)
-"""Up to so many nodes of the last of these, and of each level below, a point goes on with its shaft."""
+"""Up to so many nodes of the last of these, and of each level below, a point continues with its shaft."""
 
 FEW_TRIANGLES = 256
 """Up to so many triangles are compared with all light points at once."""
@@ -87,7 +87,7 @@ class TreeShadows:
         self._compare(view, shafts, pyramids, visits)
 
     def _few(self, view: LightView, shafts: Shafts, visits: Visits, level: int, most: int) -> Visits:
-        """Send rays from points that have met more nodes of a level than that; gives the others' visits."""
+        """Send rays from points that have hit more nodes of a level than that; return the others' visits."""
         few = np.bincount(visits.rays, minlength=view.count)[visits.rays] <= most
         self.rays.mark(view, shafts.points, visits.chosen(~few), min(level, len(self.tree.levels)))
         return visits.chosen(few)

@@ -1,4 +1,4 @@
-"""Which layers a request may ask for beside the picture."""
+"""Layers that a request may add to the picture."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def _in_order(names: tuple[LayerName, ...]) -> tuple[LayerName, ...]:
 
 
 LayerNames = Annotated[tuple[LayerName, ...], AfterValidator(_in_order)]
-"""Layers asked for; each counts once, and their order is always the same."""
+"""Requested layers; each counts once, and their order is always the same."""
 
 
 def checked_layers(names: Iterable[str]) -> tuple[LayerName, ...]:

@@ -1,4 +1,4 @@
-"""What a test asks for, and what share of its points a number below that still earns."""
+"""What a test requires, and the share of its points that a lower number still earns."""
 
 from __future__ import annotations
 

@@ -94,10 +94,10 @@ def in_view(scene: Scene) -> bool:
         math.tan(math.radians(camera.vertical_fov) / 2) * math.hypot(1, camera.width / camera.height)
     )
     seen = (light for light in scene.lights if isinstance(light, CenterForm | CornerForm) and light.visible)
-    return any(_meets(camera, cone, *_ball(thing)) for thing in (*scene.shapes, *seen))
+    return any(_intersects(camera, cone, *_ball(thing)) for thing in (*scene.shapes, *seen))
 
 
-def _meets(camera: Camera, cone: float, center: Vector, radius: float) -> bool:
+def _intersects(camera: Camera, cone: float, center: Vector, radius: float) -> bool:
     view = difference(camera.look_at, camera.position)
     offset = difference(center, camera.position)
     distance = length(offset)

@@ -72,7 +72,7 @@ _CURES: dict[Group, str] = {
 
 
 def recognise(content: bytes) -> FileKind | None:
-    """Tell what a file is by its beginning; None for anything else, JSON among it."""
+    """Recognise the kind of a file by its first bytes; None for any other, JSON included."""
     for signature, kind in _SIGNATURES:
         if content.startswith(signature):
             return kind

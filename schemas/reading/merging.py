@@ -56,7 +56,7 @@ def merge(details: Sequence[ErrorDetails], model: type[BaseModel], suggest: Sugg
     details
         Pydantic's errors, in their order.
     model
-        The model that was asked for.
+        The requested model.
     suggest
         Finds misspelt fields.
     """

@@ -117,7 +117,7 @@ def translate(error: ValidationError, model: type[BaseModel], content: object) -
     error
         What pydantic raised.
     model
-        The model that was asked for.
+        The requested model.
     content
         The document that was validated.
     """

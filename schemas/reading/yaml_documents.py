@@ -53,7 +53,7 @@ def read_yaml(data: bytes, limits: Limits) -> Document:
 
 def _root(text: str) -> yaml.Node:
     try:
-        # It gives every plain scalar as text, so that nothing is guessed before it is asked.
+        # It gives every plain scalar as text, so that no type is guessed.
         node = yaml.BaseLoader(text).get_single_node()
     except yaml.MarkedYAMLError as error:
         raise _at(error.problem_mark, "not_yaml", f"This is not YAML: {error.problem}.") from None

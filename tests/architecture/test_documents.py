@@ -23,10 +23,10 @@ def test_a_file_names_no_folder_of_one_machine_and_no_package_index(path: Path) 
 
 
 @pytest.mark.parametrize("path", PAGES, ids=str)
-def test_make_has_every_target_that_a_page_tells_people_to_use(path: Path) -> None:
+def test_make_has_every_target_that_a_page_names(path: Path) -> None:
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
-    told = set(re.findall(r"(?:^|`)make ([a-z-]+)", (ROOT / path).read_text(), re.MULTILINE))
-    assert told <= targets
+    named = set(re.findall(r"(?:^|`)make ([a-z-]+)", (ROOT / path).read_text(), re.MULTILINE))
+    assert named <= targets
 
 
 @pytest.mark.parametrize("path", PAGES, ids=str)
@@ -43,7 +43,7 @@ def test_a_page_links_to_files_that_are_there(path: Path) -> None:
     assert missing == []
 
 
-def test_help_tells_every_target_of_the_makefile() -> None:
+def test_help_lists_every_target_of_the_makefile() -> None:
     makefile = (ROOT / "Makefile").read_text()
     declared = re.search(r"^\.PHONY: (.*)$", makefile, re.MULTILINE)
     assert declared

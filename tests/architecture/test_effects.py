@@ -109,6 +109,6 @@ def test_every_scene_that_comes_along_is_read_without_a_warning(path: Any) -> No
 
 
 def test_the_gallery_says_what_to_notice_in_each_scene() -> None:
-    told = (ROOT / "scenes" / "gallery" / "README.md").read_text()
+    text = (ROOT / "scenes" / "gallery" / "README.md").read_text()
     names = {path.name for path in scene_files() if path.parent.name == "gallery"}
-    assert {name for name in names if name not in told} == set()
+    assert {name for name in names if name not in text} == set()

@@ -32,7 +32,7 @@ def test_every_scene_of_the_gallery_is_offered_with_what_to_notice() -> None:
 
 
 @pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry["name"])
-def test_a_scene_is_offered_with_a_picture_of_the_size_that_is_told(entry: dict[str, object]) -> None:
+def test_a_scene_is_offered_with_a_picture_of_the_stated_size(entry: dict[str, object]) -> None:
     with Image.open(WEB / "thumbnails" / f"{entry['name']}.webp") as image:
         assert image.size == (entry["width"], entry["height"])
 

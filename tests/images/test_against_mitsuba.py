@@ -66,7 +66,7 @@ BLOCK = 4
 
 @pytest.mark.parametrize("name", ["textured_room", "lens_room"])
 def test_pictures_of_two_seeds_differ_from_the_converged_one_by_noise_alone(name: str) -> None:
-    """Noise of two seeds has nothing in common; what is wrong with a lens, a map or a shadow is in both.
+    """The noise of two seeds is independent; what is wrong with a lens, a map or a shadow is in both.
 
     Tried with faults put in by hand: with half of these samples a lens 20 % too wide scores 10 and a focus
     10 % too far 14; with a quarter of them lights 0.2 % too dim score -14 in brightness.

@@ -99,15 +99,15 @@ def test_a_planar_mirror_shows_the_scene_turned_over_at_its_plane(light: str) ->
 @pytest.mark.parametrize("part", ["mirror", "transmission"])
 def test_strength_0_is_left_out_and_leaves_the_bytes_as_they_are(part: str) -> None:
     document = scene(*furniture(1), lights=[bulb([0.5, 3, 2])], materials=COLORED)
-    asked = {**document, "materials": {**COLORED, "plain": phong(**{part: 0})}}
-    assert image_of(asked).tobytes() == image_of(document).tobytes()
-    plan = plan_of(asked)
+    requested = {**document, "materials": {**COLORED, "plain": phong(**{part: 0})}}
+    assert image_of(requested).tobytes() == image_of(document).tobytes()
+    plan = plan_of(requested)
     assert plan.scattering == ()
     left = [(item.effect, item.pointers) for item in plan.left_out]
     assert (f"materials.phong.{part}", (f"/materials/plain/{part}",)) in left
 
 
-def test_the_plan_names_what_asked_for_rays() -> None:
+def test_the_plan_names_what_requested_rays() -> None:
     materials = {"plain": phong(mirror=0.5), "red": {**GLASS}}
     entries = {entry.name: entry for entry in plan_of(scene(*furniture(1), materials=materials)).entries}
     assert entries["mirror rays"].pointers == ("/materials/plain/mirror",)

@@ -1,4 +1,4 @@
-"""Mistakes made with real pictures of a small scene are named, and correct pictures are left in peace."""
+"""Mistakes made with real pictures of a small scene are named, and correct pictures are not."""
 
 import io
 from collections.abc import Callable

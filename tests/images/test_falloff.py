@@ -142,5 +142,5 @@ def test_falloff_none_is_left_out_of_the_plan_and_changes_no_bit() -> None:
     plain, written = (floor_seen_at_the_origin(x) for x in (light, {**light, "falloff": "none"}))
     assert np.array_equal(image_of(plain), image_of(written))
     assert plan_of(plain).describe() == plan_of(written).describe()
-    asked = plan_of(floor_seen_at_the_origin({**light, "falloff": "physical"})).describe()
-    assert [s.pointers for s in asked.stages if s.effect == "lights.falloff"] == [("/lights/0/falloff",)]
+    requested = plan_of(floor_seen_at_the_origin({**light, "falloff": "physical"})).describe()
+    assert [s.pointers for s in requested.stages if s.effect == "lights.falloff"] == [("/lights/0/falloff",)]

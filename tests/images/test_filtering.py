@@ -131,7 +131,7 @@ def test_a_board_in_a_flat_mirror_is_filtered_as_far_away_as_it_appears() -> Non
     assert np.abs(drawn("box") - 0.5).max() < 0.05
 
 
-def test_an_unfiltered_scene_has_no_footprints_and_a_filter_that_is_not_shown_asks_for_none() -> None:
+def test_an_unfiltered_scene_has_no_footprints_and_a_filter_that_is_not_shown_needs_none() -> None:
     plain = horizon("none")
     hidden = horizon("none")
     hidden["textures"] = {**hidden["textures"], "unused": {"type": "checker", "filter": "box"}}
@@ -139,8 +139,8 @@ def test_an_unfiltered_scene_has_no_footprints_and_a_filter_that_is_not_shown_as
     assert points_of(plain).footprints is None
     for document in (plain, hidden):
         assert all(stage.effect != "textures.footprints" for stage in plan_of(document).describe().stages)
-    asked = [s for s in plan_of(horizon("box")).describe().stages if s.effect == "textures.footprints"]
-    assert [stage.pointers for stage in asked] == [("/textures/board/filter",)]
+    requested = [s for s in plan_of(horizon("box")).describe().stages if s.effect == "textures.footprints"]
+    assert [stage.pointers for stage in requested] == [("/textures/board/filter",)]
 
 
 @pytest.mark.parametrize("use", ["color_texture", "normal_map", "bump_map"])

@@ -1,4 +1,4 @@
-"""Layers say what `trace` says of the rays through the pixels' centres, and cost nothing unless asked for."""
+"""Layers say what `trace` says of the rays through the pixels' centres, and cost nothing unless requested."""
 
 from typing import Any
 
@@ -217,16 +217,16 @@ def test_layers_do_not_depend_on_workers() -> None:
 
 @pytest.mark.parametrize("name", DRAWN)
 def test_asking_for_layers_changes_nothing_else(name: str) -> None:
-    bare, asked = plan_with(DRAWN[name], layers=()), plan_with(DRAWN[name])
-    plain, full = renderer.render(bare), renderer.render(asked)
+    bare, requested = plan_with(DRAWN[name], layers=()), plan_with(DRAWN[name])
+    plain, full = renderer.render(bare), renderer.render(requested)
     assert plain.layers == {}
     assert "layers" not in plain.report["rays"]
     assert same(plain.image, full.image)
     assert plain.report["rays"] == {k: v for k, v in full.report["rays"].items() if k != "layers"}
     assert full.report["rays"]["layers"] == 61 * 43
-    own = [entry for entry in asked.entries if not entry.effect.startswith("layers")]
+    own = [entry for entry in requested.entries if not entry.effect.startswith("layers")]
     assert [entry.name for entry in own] == [entry.name for entry in bare.entries]
-    effects = {entry.effect for entry in asked.entries} - {entry.effect for entry in own}
+    effects = {entry.effect for entry in requested.entries} - {entry.effect for entry in own}
     assert effects == {"layers", *(f"layers.{part}" for part in LAYER_NAMES)}
 
 
@@ -245,7 +245,7 @@ def test_the_number_of_samples_needs_no_ray() -> None:
     assert "rays of layers" not in [entry.name for entry in plan.entries]
 
 
-def test_another_quality_keeps_the_layers_asked_for() -> None:
+def test_another_quality_keeps_the_requested_layers() -> None:
     plan = plan_with(DRAWN["room"], layers=["samples"])
     quality = FixedQuality.model_validate({"mode": "fixed", "antialiasing": {"samples": 9}})
     assert np.all(renderer.render(plan, quality).layers["samples"] == 9)

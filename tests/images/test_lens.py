@@ -191,6 +191,6 @@ def test_a_lens_of_radius_0_is_left_out_and_changes_no_bit() -> None:
 
 def test_a_lens_is_a_stage_of_the_lines_that_ask_for_it() -> None:
     stages = plan_of(crowd(lens_radius=0.1, focus_distance=2)).describe().stages
-    asked = [stage.pointers for stage in stages if stage.effect == "camera.lens"]
-    assert asked == [("/camera/lens_radius", "/camera/focus_distance")]
+    requested = [stage.pointers for stage in stages if stage.effect == "camera.lens"]
+    assert requested == [("/camera/lens_radius", "/camera/focus_distance")]
     assert plan_of(crowd(lens_radius=0.1)).camera.focus == pytest.approx(math.hypot(0.5, 6))

@@ -28,7 +28,7 @@ QUALITIES: TypeAdapter[Quality] = TypeAdapter(Quality)
 
 @contextmanager
 def replayable(seed: int, mode: str) -> Iterator[None]:
-    """What goes wrong says how to see it again; a picture without end goes wrong."""
+    """A failure says how to reproduce it; a render that does not end is a failure."""
 
     def endless(*_: Any) -> None:
         raise TimeoutError(f"The picture has taken {HANG_SECONDS} CPU seconds.")

@@ -108,13 +108,13 @@ def test_the_interval_holds_the_true_error_in_nineteen_of_twenty_pictures() -> N
     assert len(outside) <= allowed(len(PAIRS), 0.05), outside
 
 
-def test_no_more_is_done_than_twice_what_was_asked_for() -> None:
+def test_no_more_is_done_than_twice_what_was_requested() -> None:
     ratios = [root_of_product(*shot(*pair)[1]) / pair[1] for pair in PAIRS]
     assert np.median(ratios) >= 0.5
 
 
 def test_errors_in_a_penumbra_have_no_bands_at_the_strides_of_the_pilot_samples() -> None:
-    """Errors of pixels 2, 4 and 8 apart know nothing of each other.
+    """Errors of pixels 2, 4 and 8 apart are independent.
 
     With the interpolation of pilot samples allowed to err by twenty times the target, the score is 15
     in pictures of 64 x 64 pixels.

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 import schemas.cameras as language
 from accuracy.hard_cases import solids
 from accuracy.hard_cases.documents import lamp, scene
-from renderer.accelerators.meeting import TreeMeeting
-from renderer.accelerators.raster import Raster, RasterMeeting
+from renderer.accelerators.intersection import TreeIntersector
+from renderer.accelerators.raster import Raster, RasterIntersector
 from renderer.accelerators.trees import FEW, tree_of
 from renderer.cameras import Pinhole, build_pinhole
 from renderer.interaction import Rays
@@ -55,8 +55,8 @@ def both_ways(corners: Floats, view: Pinhole, x: Floats, y: Floats) -> Rays:
     """The hits of rays through raster places, after it was seen that both ways agree in every bit."""
     shapes = family(corners)
     found, true = rays_of(view, x, y), rays_of(view, x, y)
-    tree = TreeMeeting(shapes, tree_of(shapes))
-    RasterMeeting(tree, view).run(found)
+    tree = TreeIntersector(shapes, tree_of(shapes))
+    RasterIntersector(tree, view).run(found)
     tree.run(true)
     for name in ("t", "shapes", "primitives", "coordinates"):
         np.testing.assert_array_equal(getattr(found, name), getattr(true, name))
@@ -156,8 +156,8 @@ def test_what_was_hit_before_stays_in_front() -> None:
     for rays in (found, true):
         rays.t[:] = np.where(np.arange(x.size) % 2, 3.5, np.inf)
         rays.shapes[:] = np.where(np.arange(x.size) % 2, 1000, -1)
-    tree = TreeMeeting(shapes, tree_of(shapes))
-    RasterMeeting(tree, view).run(found)
+    tree = TreeIntersector(shapes, tree_of(shapes))
+    RasterIntersector(tree, view).run(found)
     tree.run(true)
     np.testing.assert_array_equal(found.shapes, true.shapes)
     assert {-1, 1000} < set(found.shapes.tolist())
@@ -201,8 +201,8 @@ def test_only_a_pinhole_rasterises(lens: float) -> None:
     document = scene(ball(), lights=[lamp([-1, 5, -1], [2, 0, 0], [0, 0, 2])])
     document["camera"]["lens_radius"] = lens
     plan = plan_of(document)
-    (stage,) = plan.meetings
-    assert isinstance(stage, TreeMeeting if lens else RasterMeeting)
+    (stage,) = plan.intersectors
+    assert isinstance(stage, TreeIntersector if lens else RasterIntersector)
     (line,) = [line for line in plan.describe().stages if line.name == "hits of meshes"]
     assert ("rasterisation" in line.detail) is not bool(lens)
     assert line.pointers == ("/shapes/0",)
@@ -211,11 +211,11 @@ def test_only_a_pinhole_rasterises(lens: float) -> None:
 def test_rays_from_elsewhere_go_through_the_tree() -> None:
     corners = soup(np.random.default_rng(7), 300, 0.5, (2.0, 6.0))
     shapes = family(corners)
-    tree = TreeMeeting(shapes, tree_of(shapes))
+    tree = TreeIntersector(shapes, tree_of(shapes))
     seen = rays_of(camera([0.0] * 3), *anywhere(np.random.default_rng(8), 200))
     found, true = (Rays(seen.origins, seen.directions, seen.pixels, seen.samples) for _ in range(2))
     # A camera that sees nothing of them.
-    RasterMeeting(tree, camera([0.0, 0.0, 100.0])).run(found)
+    RasterIntersector(tree, camera([0.0, 0.0, 100.0])).run(found)
     tree.run(true)
     assert np.isfinite(true.t).any()
     np.testing.assert_array_equal(found.t, true.t)

@@ -210,7 +210,7 @@ SWITCHED_OFF: dict[str, Patches] = {
     },
     "H10: faces that overlap in one plane": {
         "renderer.accelerators.bvh.AHEAD": 1.0,
-        "renderer.accelerators.meeting.AHEAD": 1.0,
+        "renderer.accelerators.intersection.AHEAD": 1.0,
     },
     "H5: faces in one place": {"renderer.interaction.Rays.offer": shapes.first_come},
     "H11: shapes that overlap in one plane": {

@@ -44,7 +44,7 @@ def torus(around: int = 40, across: int = 16) -> Json:
 
 def corners_of(*shapes: Json) -> Floats:
     """Corners (3, M) of all boxes that are found."""
-    family = plan_of(scene(*shapes)).meetings[0].family  # type: ignore[attr-defined]
+    family = plan_of(scene(*shapes)).intersectors[0].family  # type: ignore[attr-defined]
     boxes = [solid.boxes for solid in solids_of(family)]
     sides = [np.stack((box.low, box.high)) for box in boxes]
     choice = np.array(list(np.ndindex(2, 2, 2)))

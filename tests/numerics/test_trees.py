@@ -15,13 +15,13 @@ import pytest
 from accuracy.hard_cases import solids
 from accuracy.hard_cases.documents import Json, bulb, lamp, mesh, sampled, scene, sun, triangle
 from renderer.accelerators import bvh
-from renderer.accelerators.meeting import TreeMeeting
+from renderer.accelerators.intersection import TreeIntersector
 from renderer.accelerators.shafts import Shafts, visits_of_shafts
 from renderer.accelerators.trees import KEPT, Kept, tree_of
 from renderer.integrator import intersect
 from renderer.interaction import Rays
 from renderer.plan.building import compile_visibility
-from renderer.shapes.family import Meeting
+from renderer.shapes.family import Intersector
 from renderer.shapes.triangles import Triangles, build
 from renderer.visibility.polygon_scatter import ScatterPolygonShadows
 from renderer.visibility.trees import FEW_NODES, SHAFT_LEVELS, TreeShadows
@@ -46,7 +46,7 @@ def hits_of(corners: Floats, origins: Floats, directions: Floats, *, tree: bool)
     shapes = family(corners)
     numbers = np.arange(len(origins))
     rays = Rays(np.array(origins).T.copy(), np.array(directions).T.copy(), numbers, np.zeros_like(numbers))
-    (TreeMeeting(shapes, tree_of(shapes)) if tree else Meeting(shapes, None)).run(rays)
+    (TreeIntersector(shapes, tree_of(shapes)) if tree else Intersector(shapes, None)).run(rays)
     return rays
 
 

@@ -90,7 +90,7 @@ def test_a_difference_within_the_tolerance_is_never_a_reason() -> None:
 
 
 def test_so_many_times_the_samples_do_settle_it() -> None:
-    """The same difference counts as real where the noise is that of more samples than the factor asks for."""
+    """The same difference counts as real where the noise is that of more samples than the factor needs."""
     random = np.random.default_rng(8)
     pictures = noisy(truth(), random), noisy(truth(), random)
     factor = compare(*pictures, policy=STRICT).judgement.samples_factor

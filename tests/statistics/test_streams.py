@@ -74,7 +74,7 @@ def test_every_bit_is_as_often_set_as_not_and_flips_with_any_counter() -> None:
 
 @pytest.mark.parametrize("pattern", ["random", "stratified", "sobol"])
 def test_a_sample_depends_on_seed_pixel_number_and_dimension_alone(pattern: str) -> None:
-    """Not on which others are asked for with it, nor on their order."""
+    """Not on which others are requested with it, nor on their order."""
     pixels, samples = np.arange(40).repeat(9), np.tile(np.arange(9), 40)
     together = np.array(PATTERNS[pattern](keys(3, 0, pixels), samples, 9))
     shuffled = np.random.default_rng(1).permutation(360)

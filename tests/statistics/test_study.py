@@ -141,7 +141,7 @@ def test_well_spread_samples_of_an_edge_converge_faster_than_independent_ones(pa
     assert order_on_edges(pattern).is_steeper(-0.6)
 
 
-def test_the_same_error_is_told_by_a_coarse_reference_and_by_a_fine_one() -> None:
+def test_a_coarse_reference_gives_the_same_error_as_a_fine_one() -> None:
     """Half of the coarse one has an eighth of the samples of the picture, and errs more than it."""
     image = picture(EDGES, "sobol", 32, "sobol", 1, 1)
     fine, coarse = edge_reference(), edge_reference(4)

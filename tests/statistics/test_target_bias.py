@@ -4,7 +4,7 @@ What is tried is the mean over all pixels and channels of the difference from a 
 clipped to 0..1, averaged over pictures of several seeds. Exactly 0 it need not be: interpolation, pilot
 samples with few light points and the grids on lights err alike for every seed. So the mean may be off by 4.9
 standard errors or by a sixteenth of the target, whichever is more. A mean that far off makes 1/256 of the
-squared error that was asked for, so nearly all of that is noise.
+squared error that was requested, so nearly all of that is noise.
 
 Seeds are fixed. The standard error is that of the mean over ten seeds, from their spread, with that of the
 reference, from its two halves. Beyond 4.9 of such errors (Student's t with 9 degrees of freedom) a picture

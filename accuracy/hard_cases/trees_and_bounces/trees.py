@@ -197,7 +197,7 @@ def not_finite() -> Outcome:
     rays = np.concatenate((origins, directions), axis=1)
     rays[bad, part[bad]] = rng.choice([np.nan, np.inf, -np.inf], tally(bad))
     plan, watch = compiled(scene(loose(corners), lights=[bulb([0.0, 9.0, 0.0])])), Watch()
-    hits = renderer.trace(replace(plan, meetings=(watch, *plan.meetings)), rays[:, :3], rays[:, 3:])
+    hits = renderer.trace(replace(plan, intersectors=(watch, *plan.intersectors)), rays[:, :3], rays[:, 3:])
     alone = renderer.trace(plan, rays[~bad, :3], rays[~bad, 3:])
     wrong = np.isfinite(hits.t[bad]) | (hits.shape[bad] >= 0) | hits.visibility[bad].any(axis=1)
     changed = (hits.t[~bad] != alone.t) | (hits.visibility[~bad] != alone.visibility).any(axis=1)

@@ -1,1 +1,1 @@
-"""What target quality needs beside the plan of its samples: a plan of pilot samples, and pixels to watch."""
+"""What target quality needs besides the plan of its samples: a plan of pilot samples, and pixels to watch."""

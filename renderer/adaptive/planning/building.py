@@ -25,7 +25,7 @@ def adapted(plan: RenderPlan, request: Request, target: TargetQuality) -> Render
     target = pilots.in_time(target)
     seen = pilots.request_of(request, target, details.materials(request, plan.lightings))
     # The same shapes and the same camera: what is formed of them for its rays serves both.
-    pilot = replace(pilots.build_pilot(seen, target), meetings=plan.meetings)
+    pilot = replace(pilots.build_pilot(seen, target), intersectors=plan.intersectors)
     pilot = replace(pilot, entries=(*pilot.entries, *explanations.shadow_edges(request, places)))
     adaptive = _adaptive(plan, seen, PilotSamples(), places)
     return replace(plan, adaptive=replace(adaptive, pilot=pilot))

@@ -20,7 +20,7 @@ from schemas.quality import TargetQuality
 
 DENSER, MOST_POINTS = 4, 1024
 """Light points in penumbrae on such materials, times those on others, and how many at most: sampled camera
-rays that meet fine detail as well cost far more."""
+rays that hit fine detail as well cost far more."""
 
 
 def materials(request: Request, lightings: tuple[Illumination, ...]) -> frozenset[str]:

@@ -1,4 +1,4 @@
-"""What `penumbra explain` says of target quality: what pilot samples do in another way than samples."""
+"""What `penumbra explain` says of target quality: how pilot samples differ from samples."""
 
 from collections.abc import Iterable, Iterator
 
@@ -31,7 +31,9 @@ def entries(request: Request, lightings: Iterable[Illumination]) -> Iterator[Ent
             yield from _light(request, lighting)
     yield from _boards(request)
     yield from _details(request)
-    detail = "rays tell how much of a pixel each shape fills, where it may be more than one: the more, the "
+    detail = (
+        "rays measure how much of a pixel each shape fills, where it may be more than one: the more, the "
+    )
     detail += f"larger the contrast, from {COVERAGES[1]} on"
     yield Entry("borders", "camera", detail, ("/camera",))
 
@@ -68,7 +70,9 @@ def _light(request: Request, light: PilotLighting) -> Iterator[Entry]:
     effect, pointer = f"lights.{request.document.lights[number].type}", (f"/lights/{number}",)
     if light.casts:
         points = light.probe.emitter.count
-        detail = f"shadow rays to {points} points up to its edges tell who sees all of it, and who a part"
+        detail = (
+            f"shadow rays to {points} points up to its edges find where all of it is seen, and where a part"
+        )
         yield Entry(f"view of light {number}", effect, detail, pointer)
     most = SIDES[min(int(np.searchsorted(SIDES, NEAREST * light.finest.max())), len(SIDES) - 1)] ** 2
     least = SIDES[0] ** 2
@@ -87,7 +91,7 @@ def _boards(request: Request) -> Iterator[Entry]:
         asking = [name for name in request.names if document.materials[name].color_texture == texture]
         if asking and TEXTURES[type(board)].mean:
             pointers = [f"/materials/{escaped(name)}/color_texture" for name in asking]
-            detail = "the exact mean over a pixel, in place of the field that its middle meets"
+            detail = "the exact mean over a pixel, in place of the field under its middle"
             name = f"means of color texture {texture}"
             yield Entry(name, f"textures.{board.type}", detail, (f"/textures/{escaped(texture)}", *pointers))
 

@@ -30,14 +30,15 @@ from renderer.textures.means import MeanColor
 from schemas.quality import Antialiasing, FixedQuality, LightSampling, TargetQuality
 
 PENUMBRA = 64, 2.0**-8
-"""So many points see an error of so much of a light that is half covered; fewer or more by its inverse."""
+"""Points, and the error that they leave of a light that is half covered; other errors take points in inverse
+proportion."""
 
 HASTY = 2.0**-9
 """Pilot samples of pictures with a time limit are no finer than this error needs: pixels wait for them."""
 
 
 def in_time(target: TargetQuality) -> TargetQuality:
-    """What pilot samples work for."""
+    """The target of pilot samples."""
     if target.time_limit is None:
         return target
     return target.model_copy(update={"error": max(target.error, HASTY)})
@@ -50,7 +51,7 @@ def request_of(request: Request, target: TargetQuality, detailed: frozenset[str]
 
 
 def filtered(scene: LoadedScene) -> LoadedScene:
-    """The scene with the means of checker boards over a pixel in place of the field that its middle meets."""
+    """The scene with the means of checker boards over a pixel in place of the field under its middle."""
     written = scene.document.textures
     means = {
         name: mean(texture) for name, texture in written.items() if (mean := TEXTURES[type(texture)].mean)
@@ -83,7 +84,7 @@ def detailed(request: Request) -> Masks:
 
 
 def places(families: Iterable[Family], of_hulls: Callable[[Hulls], Integers]) -> Integers:
-    """Pixels (2, N) that hulls of shapes ask to look at; triangles in trees are parts of larger things."""
+    """Pixels (2, N) at hulls of shapes, which need samples; triangles in trees are parts of larger things."""
     found = [np.zeros((2, 0), dtype=np.int64)]
     found += [of_hulls(family.hulls()) for family in families if not in_tree(family)]
     return np.hstack(found)

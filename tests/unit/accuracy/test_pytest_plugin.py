@@ -1,4 +1,4 @@
-"""The plugin, as those use it who have the package installed: pytest started in a folder of their own."""
+"""The plugin as users of the installed package run it: pytest started in a folder of its own."""
 
 from __future__ import annotations
 

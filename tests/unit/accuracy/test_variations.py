@@ -40,7 +40,7 @@ def test_every_effect_that_the_scene_has_is_left_out_once(variants: dict[str, Va
     assert list(variants) == ["light 0", "light 1", "highlights", "mirror", "lens", "antialiasing"]
 
 
-def test_pointers_name_who_asked(variants: dict[str, Variant]) -> None:
+def test_pointers_name_what_requested_a_stage(variants: dict[str, Variant]) -> None:
     assert variants["highlights"].pointers == ("/materials/shiny~1ball/specular",)
     assert variants["mirror"].pointers == ("/materials/floor/mirror",)
 

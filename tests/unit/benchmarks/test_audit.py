@@ -24,7 +24,7 @@ def ended(
     return code, json.loads((folder / "out" / "audit.json").read_text())
 
 
-def test_packages_that_nobody_told_of_are_unknown() -> None:
+def test_packages_without_a_report_are_unknown() -> None:
     found = audit.read([CLEAN, BAD, SKIPPED], ["some-package", "bad", "gone", "forgotten"])
     assert found.looked_up == ("some-package", "bad")
     assert found.unknown == ("gone", "forgotten")
@@ -32,7 +32,7 @@ def test_packages_that_nobody_told_of_are_unknown() -> None:
 
 
 @pytest.mark.parametrize(("options", "code"), [((), 0), (("--strict",), 1)])
-def test_where_nobody_answers_it_says_so_loudly(
+def test_where_no_server_answers_it_says_so_loudly(
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],

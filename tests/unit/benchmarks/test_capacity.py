@@ -37,7 +37,7 @@ def test_slots_render_no_more_than_there_is_time(crowd: tuple[Workload, Outcomes
     assert found.rendered >= workload.slots * (found.seconds - 3 * workload.cpu_seconds)
 
 
-def test_those_who_ask_for_as_much_get_as_much(crowd: tuple[Workload, Outcomes]) -> None:
+def test_equal_requests_get_equal_shares(crowd: tuple[Workload, Outcomes]) -> None:
     assert figures(*crowd)["jain"] > 0.95
 
 
@@ -50,7 +50,7 @@ def test_where_there_is_room_a_job_takes_what_its_tiles_take(tmp_path: Path) -> 
     assert found.rendered > COMPOSING
 
 
-def test_users_who_send_little_do_not_wait_for_those_who_send_much(tmp_path: Path) -> None:
+def test_users_with_few_jobs_do_not_wait_for_users_with_many(tmp_path: Path) -> None:
     workload = Workload(users=40, jobs=120, slots=2, cpu_seconds=40.0, load=20.0)
     found = simulated(workload, tmp_path)
     sent = np.bincount(found.senders, minlength=workload.users)[found.senders]

@@ -12,7 +12,7 @@ WITH_ZERO = [effect for effect in EFFECTS if effect.zero is not None]
 
 
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
-def test_a_scene_that_asks_for_an_effect_has_a_plan_of_its_own(effect: Effect) -> None:
+def test_a_scene_with_an_effect_has_a_plan_of_its_own(effect: Effect) -> None:
     assert plan_of(effect.asked).entries != plan_of(effect.without).entries
 
 

@@ -74,7 +74,7 @@ def test_an_error_too_small_to_measure_costs_what_its_run_costs() -> None:
     assert seconds_at([QUICK, run(PEER, 5.0, 0.0)], 0.1) == 5.0
 
 
-def test_a_comparison_has_interpolated_seconds_beside_those_of_who_asks_for_the_error() -> None:
+def test_a_comparison_has_interpolated_seconds_beside_those_of_a_requested_error() -> None:
     found = compared(1.0)
     assert found["seconds"][PEER] == 4.0
     assert found["seconds"][OURS] == pytest.approx(4.0 ** (np.log(3) / np.log(4)), abs=5e-4)
@@ -140,7 +140,7 @@ def test_every_setting_has_a_name_of_its_own() -> None:
     assert len(set(names)) == len(names)
 
 
-def test_every_error_is_asked_for() -> None:
+def test_every_error_is_requested() -> None:
     asked_255 = [round(255 * quality.error, 4) for quality in asked(ERRORS_255)]
     assert set(ERRORS_255) <= set(asked_255)
     assert asked_255 == sorted(asked_255, reverse=True)

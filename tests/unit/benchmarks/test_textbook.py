@@ -120,12 +120,12 @@ def test_no_kernel_with_a_formula_in_the_textbooks_is_left_in_place(replaced: Re
 def _parts(plan: RenderPlan) -> list[Any]:
     """Stages, and for those of hits and places the family that does the work."""
     light = plan.lightings[0]
-    hits = (*plan.meetings, *plan.visible_lights, *plan.surfaces)
+    hits = (*plan.intersectors, *plan.visible_lights, *plan.surfaces)
     families = [getattr(stage, "rectangles", getattr(stage, "family", stage)) for stage in hits]
     return [plan.camera, light.emitter, *families, *light.shadows, *light.terms]
 
 
-def test_rays_through_a_tree_meet_the_same_places() -> None:
+def test_rays_through_a_tree_hit_the_same_places() -> None:
     plan = kernels.of_many_triangles()
     plan = dataclasses.replace(plan, camera=dataclasses.replace(plan.camera, width=SIDE, height=SIDE))
     ours, theirs = (_distances(replaced(plan)) for replaced in (WAYS["penumbra"], textbook))
@@ -141,7 +141,7 @@ def _distances(plan: RenderPlan) -> NDArray[np.float64]:
     for tile in tiles(plan, plan.passes[1]):
         for block in blocks(tile, plan.passes[1]):
             rays = camera_rays(plan, block, plan.passes[1])
-            for stage in plan.meetings:
+            for stage in plan.intersectors:
                 stage.run(rays)
             found.append(rays.t * np.linalg.norm(rays.directions, axis=0))
     return np.concatenate(found)

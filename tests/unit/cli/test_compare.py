@@ -39,7 +39,7 @@ def test_the_mistake_is_reported_with_its_cure(here: Penumbra, picture: np.ndarr
 
 
 @pytest.mark.parametrize(("image", "code"), [("flipped.png", 1), ("picture.png", 0)])
-def test_the_exit_code_reports_a_low_score_where_that_was_asked_for(
+def test_the_exit_code_reports_a_low_score_where_that_was_requested(
     here: Penumbra, picture: np.ndarray, image: str, code: int
 ) -> None:
     assert here("compare", image, "picture.png", "--fail-under", "1").code == code
@@ -88,7 +88,7 @@ def test_places_are_named_by_the_shapes_of_the_scene(
     assert outcome.document["worst_regions"][0]["name"] == "ellipsoid (shapes/1)"
 
 
-def test_flip_is_reported_where_it_is_asked_for(here: Penumbra, picture: np.ndarray) -> None:
+def test_flip_is_reported_where_it_is_requested(here: Penumbra, picture: np.ndarray) -> None:
     asked = here("compare", "flipped.png", "picture.png", "--flip", "--json")
     assert 0 < asked.document["metrics"]["flip"] < 1
     assert here("compare", "flipped.png", "picture.png", "--json").document["metrics"]["flip"] is None

@@ -20,7 +20,7 @@ FOUND = Convergence.model_validate(EXAMPLE)
 
 
 class Source:
-    """Answers like a service whose job has so many finished passes, and counts the questions."""
+    """Answers like a service whose job has so many finished passes, and counts the requests."""
 
     def __init__(self, finished: int) -> None:
         self.finished, self.asked = finished, 0

@@ -26,7 +26,7 @@ def test_more_samples_are_predicted_to_cost_more(here: Penumbra, scene_file: Pat
     assert nine.document["cost"]["cpu_seconds"] > one.document["cost"]["cpu_seconds"]
 
 
-def test_costs_are_measured_for_each_effect_with_who_asked(here: Penumbra, scene_file: Path) -> None:
+def test_costs_are_measured_for_each_effect_with_its_origin(here: Penumbra, scene_file: Path) -> None:
     plain = here("explain", scene_file, "--json").document
     whole = here("explain", scene_file, "--json", "--cost").document
     measured = whole.pop("measured")

@@ -68,7 +68,7 @@ def test_a_folder_gets_the_result_and_all_pictures_that_it_names(
     assert {path.name for path in (tmp_path / "new" / "folder").iterdir()} == named | {"result.json"}
 
 
-def test_the_result_is_written_in_every_form_that_is_asked_for(
+def test_the_result_is_written_in_every_requested_form(
     penumbra: Penumbra, assignment: Assignment, tmp_path: Path
 ) -> None:
     assignment.manifest(image_test())
@@ -79,7 +79,7 @@ def test_the_result_is_written_in_every_form_that_is_asked_for(
 
 
 @pytest.mark.parametrize(("least", "code"), [("10", 0), ("10.01", 1)])
-def test_the_exit_code_reports_too_few_points_where_that_was_asked_for(
+def test_the_exit_code_reports_too_few_points_where_that_was_requested(
     penumbra: Penumbra, assignment: Assignment, least: str, code: int
 ) -> None:
     assignment.manifest(image_test(), flipped())

@@ -10,11 +10,11 @@ from service.cli.quality_options import QualityOptions
 from tests.unit.cli.conftest import Penumbra
 
 
-def test_an_error_is_asked_for_with_its_confidence_time_limit_and_precision() -> None:
+def test_an_error_is_requested_with_its_confidence_time_limit_and_precision() -> None:
     options = QualityOptions(precision="double", target_error=0.01, confidence=0.8, time_limit=3.0)
-    asked = options.requested({})
-    assert asked is not None
-    assert asked.model_dump() == {
+    requested = options.requested({})
+    assert requested is not None
+    assert requested.model_dump() == {
         "mode": "target",
         "error": 0.01,
         "confidence": 0.8,

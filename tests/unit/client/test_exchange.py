@@ -160,7 +160,7 @@ def test_the_message_has_place_and_sentence_of_every_problem(serve: Serve) -> No
         assert part in str(caught.value)
 
 
-def test_what_is_busy_is_asked_again_after_the_time_it_names(serve: Serve) -> None:
+def test_a_busy_server_is_tried_again_after_the_time_it_names(serve: Serve) -> None:
     server = serve([(503, PROBLEM | {"Retry-After": "0"}, _problem(503)), VERSION])
     with Client(server.url) as client:
         assert client.version().version == "9"

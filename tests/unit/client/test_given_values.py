@@ -106,14 +106,14 @@ def test_scenes_of_numpy_and_of_models_are_sent_as_they_are_meant() -> None:
 
 
 def test_numbers_of_a_request_may_be_of_numpy() -> None:
-    asked = flows.given(
+    requested = flows.given(
         quality=schemas.TargetQuality(error=0.5),
         priority=np.int64(3),
         time_limit=np.float32(2),
         layers=iter("a"),
     )
-    assert asked == {"quality": {"error": 0.5}, "priority": 3, "time_limit": 2.0, "layers": ["a"]}
-    assert json.loads(json.dumps(asked)) == asked
+    assert requested == {"quality": {"error": 0.5}, "priority": 3, "time_limit": 2.0, "layers": ["a"]}
+    assert json.loads(json.dumps(requested)) == requested
 
 
 @pytest.mark.parametrize("number", [float("nan"), np.inf, np.float32("nan")], ids=repr)
@@ -144,7 +144,7 @@ def test_rays_are_checked_as_those_that_are_cast_here() -> None:
 
 
 @pytest.mark.parametrize("odd", ["", ".", "..", None, 5], ids=repr)
-def test_what_can_be_no_id_asks_for_no_other_address(odd: Any) -> None:
+def test_what_can_be_no_id_requests_no_other_address(odd: Any) -> None:
     with pytest.raises(ValueError, match=re.escape(repr(odd))):
         calls.job_path(odd)
 

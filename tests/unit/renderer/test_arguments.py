@@ -55,9 +55,9 @@ def test_a_wrong_quality_is_refused_as_in_a_request(given_to: str, quality: Any)
 
 
 def test_a_quality_that_is_a_dict_renders_what_its_class_renders(plan: renderer.RenderPlan) -> None:
-    asked = {"antialiasing": {"pattern": "random", "samples": np.int64(2)}, "light": {"samples": 4}}
-    checked = schemas.FixedQuality.model_validate(json.loads(json.dumps(asked, default=int)))
-    image = renderer.render(plan, asked).image
+    requested = {"antialiasing": {"pattern": "random", "samples": np.int64(2)}, "light": {"samples": 4}}
+    checked = schemas.FixedQuality.model_validate(json.loads(json.dumps(requested, default=int)))
+    image = renderer.render(plan, requested).image
     assert np.array_equal(image, renderer.render(plan, quality=checked).image)
     assert not np.array_equal(image, renderer.render(plan).image)
 

@@ -49,9 +49,9 @@ def encoded(kind: str, mode: str = "RGB") -> bytes:
 @pytest.mark.parametrize("size", [(9000, 9000), (20000, 20000), (65535, 65535), (2**31 - 1, 2**31 - 1)])
 def test_a_bomb_is_refused_by_its_header(size: tuple[int, int]) -> None:
     """Not by its pixels, of which it has none; the message names the limit."""
-    for look in (image_size, decode_image):
+    for read in (image_size, decode_image):
         with pytest.raises(AssetError, match=r"The picture has .* Make it smaller\.") as caught:
-            look(bomb(*size))
+            read(bomb(*size))
         assert str(Limits().max_image_pixels) in str(caught.value)
 
 

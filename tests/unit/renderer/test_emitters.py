@@ -49,7 +49,7 @@ def test_of_two_lamps_the_camera_sees_the_nearer_one() -> None:
         assert middle(WALL, lights=lights) == COLOR
 
 
-def test_a_lamp_that_is_not_visible_is_looked_through() -> None:
+def test_a_lamp_that_is_not_visible_does_not_stop_rays() -> None:
     away = middle(WALL, lights=[screen(2, visible=False)])
     assert away not in (COLOR, BLACK)
 

@@ -65,7 +65,7 @@ def test_every_pilot_sample_of_a_gallery_scene_points_at_lines_that_are_there(pa
         assert all(resolved(pointer, document) is not None for pointer in stage.pointers)
 
 
-def test_no_pilot_sample_asks_for_the_view_of_a_light_that_nothing_can_hide() -> None:
+def test_no_pilot_sample_probes_a_light_that_nothing_can_hide() -> None:
     found = details(scene(FLOOR, lights=[ABOVE]))
     assert "light 0 seen whole" in found
     assert not found.keys() & {"view of light 0", "light 0 seen in part"}
@@ -90,12 +90,12 @@ def test_half_the_error_has_twice_the_points_in_penumbrae_down_to_a_floor_where_
 def test_borders_are_listed_with_the_fewest_rays_they_get() -> None:
     """Two lattices of two rays. How many more there are is known when the contrasts are."""
     found = details(furnished())["borders"]
-    assert found.startswith("rays tell how much of a pixel each shape fills")
+    assert found.startswith("rays measure how much of a pixel each shape fills")
     assert found.endswith(f"from {COVERAGES[1]} on")
     assert COVERAGES[1] == 4
 
 
-def test_edges_of_hard_shadows_on_flat_shapes_are_asked_for_by_lights() -> None:
+def test_edges_of_hard_shadows_on_flat_shapes_are_requested_by_lights() -> None:
     sheet = rectangle([-0.5, 1, -0.5], [0, 0, 1], [1, 0, 0])
     document = scene(FLOOR, sheet, lights=[bulb([0, 3, 0])])
     edges = described(document).pilot_samples[-1]
@@ -131,7 +131,7 @@ def test_the_finest_grid_on_a_light_goes_with_its_brightness_and_the_sharpest_hi
     assert details(document, 1 / 6)["light 0 seen whole"].startswith(grids)
 
 
-def test_a_lens_asks_for_a_lattice_of_samples_and_for_no_pilot_samples() -> None:
+def test_a_lens_needs_a_lattice_of_samples_and_no_pilot_samples() -> None:
     plan = described(furnished(camera=camera(lens_radius=0.1, focus_distance=5.0)))
     assert plan.pilot_samples == ()
     (stage,) = [stage for stage in plan.stages if stage.name == "lattice of samples"]

@@ -73,12 +73,12 @@ def test_the_light_points_of_the_first_samples_of_a_half_are_a_net(half: int, co
 
 
 @pytest.mark.parametrize("path", [0, 12345678901234567890])
-def test_light_points_go_on_from_sample_to_sample_and_never_come_again(path: int) -> None:
+def test_light_points_continue_from_sample_to_sample_and_never_repeat(path: int) -> None:
     points = np.concatenate([on_light(emitter(), 5, half, 256, path) for half in (0, 1)], axis=1)
     assert np.unique(points, axis=1).shape[1] == 2 * 256 * 4
 
 
-def test_a_sample_has_the_same_places_whatever_is_asked_for_with_it() -> None:
+def test_a_sample_has_the_same_places_whatever_is_requested_with_it() -> None:
     pixels, samples = np.random.default_rng(1).integers(0, 1000, (2, 50))
     together = np.array(places(3, pixels, samples))
     light, paths = emitter(), np.zeros(50, np.uint64)

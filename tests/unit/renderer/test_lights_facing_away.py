@@ -132,7 +132,9 @@ def test_the_reach_of_an_ellipsoid_is_that_of_its_farthest_point(direction: Any)
     """The farthest point has the direction as its normal: M M^T d over |M^T d| from the centre."""
     (family,) = (
         stage.family  # type: ignore[attr-defined]
-        for stage in drawn(ellipsoid([1, 2, 3], [2, 1, 0], [-0.5, 1, 0], [0, 0, 3]), lights=[SUN]).meetings
+        for stage in drawn(
+            ellipsoid([1, 2, 3], [2, 1, 0], [-0.5, 1, 0], [0, 0, 3]), lights=[SUN]
+        ).intersectors
     )
     axes = np.array([[2, 1, 0], [-0.5, 1, 0], [0, 0, 3]])
     farthest = np.array([1, 2, 3]) + axes.T @ (axes @ direction) / np.linalg.norm(axes @ direction)

@@ -1,4 +1,4 @@
-"""A plan holds what the scene calls for, says who asked, and runs nothing else."""
+"""A plan holds what the scene needs, says which part of the scene requested it, and runs nothing else."""
 
 import json
 from dataclasses import replace
@@ -58,12 +58,12 @@ def shadow_rays(document: Json, quality: Any = None) -> int:
 def test_every_stage_of_a_gallery_scene_points_at_lines_that_are_there(path: Path) -> None:
     document = json.loads(path.read_bytes())
     plan = renderer.compile_scene(path).describe()
-    asked = {pointer for stage in plan.stages for pointer in stage.pointers}
-    for pointer in asked | {pointer for item in plan.left_out for pointer in item.pointers}:
+    requested = {pointer for stage in plan.stages for pointer in stage.pointers}
+    for pointer in requested | {pointer for item in plan.left_out for pointer in item.pointers}:
         resolved(pointer, document)
     everything = {"/camera"} | {f"/shapes/{i}" for i in range(len(document["shapes"]))}
     everything |= {f"/lights/{i}" for i in range(len(document["lights"]))}
-    assert everything <= asked
+    assert everything <= requested
     assert all(stage.pointers for stage in plan.stages)
     assert sum(stage.share or 0 for stage in plan.stages) == pytest.approx(1)
 

@@ -128,7 +128,7 @@ def test_a_constantly_displaced_ball_is_a_larger_ball_up_to_its_facets() -> None
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     hits = renderer.trace(plan, 5 * directions, -directions)
     # A chord of angle a stays within 1 - cos(a / 2) of its arc; two of them cross in a facet.
-    corners = plan.meetings[0].family.vertices
+    corners = plan.intersectors[0].family.vertices
     angle = max(
         float(np.arccos(np.clip((corners[i] * corners[(i + 1) % 3]).sum(axis=0) / 1.44, -1, 1)).max())
         for i in range(3)
@@ -150,5 +150,5 @@ def test_relief_casts_its_shadow_on_itself() -> None:
 def test_displacement_stops_at_its_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(displacement, "MAX_TRIANGLES", 1000)
     for shape in (PANEL, BALL, CUBE):
-        family = displaced(shape, hills(), 0.1, size=2000).meetings[0].family
+        family = displaced(shape, hills(), 0.1, size=2000).intersectors[0].family
         assert 500 <= family.numbers.size <= 1100

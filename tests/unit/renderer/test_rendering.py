@@ -38,7 +38,7 @@ def test_triangles_without_area_are_counted() -> None:
 
 @pytest.mark.parametrize("height", [1e-13, 1e-300])
 @pytest.mark.parametrize("kind", ["triangle", "mesh"])
-def test_triangles_so_thin_that_exact_arithmetic_is_asked_are_counted_and_stay(
+def test_triangles_so_thin_that_exact_arithmetic_decides_are_counted_and_stay(
     kind: str, height: float
 ) -> None:
     thin, plain = [[0, 0, 0], [1, 0, 0], [0.5, height, 0]], [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
@@ -86,7 +86,7 @@ class Broken:
 @pytest.mark.parametrize("error", [ArithmeticError("overflow"), MemoryError("too much"), ValueError("wrong")])
 def test_a_tile_that_fails_is_named_with_what_repeats_it(error: Exception) -> None:
     plan: Any = plan_of({**SMALL, "sampling": {**SMALL["sampling"], "seed": 12}})
-    object.__setattr__(plan, "meetings", (Broken(error),))
+    object.__setattr__(plan, "intersectors", (Broken(error),))
     with pytest.raises(renderer.RenderError) as caught:
         renderer.render(plan, tile_size=10)
     message = str(caught.value)

@@ -1,4 +1,4 @@
-"""Shading points and texture look-ups are counted exactly, and are zero where nothing asks for them."""
+"""Shading points and texture look-ups are counted exactly, and are zero where nothing needs them."""
 
 from typing import Any
 

@@ -20,7 +20,7 @@ def warnings(scene: dict[str, Any]) -> list[tuple[str, str]]:
     return [(warning.pointer, warning.code) for warning in read_scene(scene)[1]]
 
 
-def test_no_light_is_told_apart_from_no_light_at_all(scene: dict[str, Any]) -> None:
+def test_no_light_is_distinguished_from_no_light_at_all(scene: dict[str, Any]) -> None:
     scene["lights"] = []
     assert warnings(scene) == [("/lights", "no_light")]
     del scene["ambient"]
@@ -32,43 +32,43 @@ def test_black_lights_are_no_lights(scene: dict[str, Any]) -> None:
     assert warnings(scene) == [("/lights", "no_light")]
 
 
-def test_a_scene_without_lights_is_told_at_the_document(scene: dict[str, Any]) -> None:
+def test_a_scene_without_lights_is_a_warning_at_the_document(scene: dict[str, Any]) -> None:
     del scene["lights"]
     assert warnings(scene) == [("", "no_light")]
 
 
-def test_what_no_shape_uses_is_told_by_name(scene: dict[str, Any]) -> None:
+def test_what_no_shape_uses_is_reported_by_name(scene: dict[str, Any]) -> None:
     scene["materials"]["spare/part"] = {"type": "phong", "color": [1, 1, 1]}
     scene["textures"]["spare"] = {"type": "checker"}
     assert warnings(scene) == [("/materials/spare~1part", "unused"), ("/textures/spare", "unused")]
 
 
 @pytest.mark.parametrize("up", [[0, -1, -8], [0, 3, 24], [0, 1e-9, 8e-9]])
-def test_up_along_the_view_is_told(scene: dict[str, Any], up: list[float]) -> None:
+def test_up_along_the_view_is_a_warning(scene: dict[str, Any], up: list[float]) -> None:
     scene["camera"]["up"] = up
     assert warnings(scene) == [("/camera/up", "up_parallel_to_view")]
 
 
-def test_a_default_up_along_the_view_is_told_at_the_camera(scene: dict[str, Any]) -> None:
+def test_a_default_up_along_the_view_is_a_warning_at_the_camera(scene: dict[str, Any]) -> None:
     scene["camera"] = {"position": [0, 9, 0], "look_at": [0, 0, 0]}
     assert warnings(scene) == [("/camera", "up_parallel_to_view")]
 
 
-@pytest.mark.parametrize(("angle", "told"), [(1e-9, False), (1e-10, True), (1e-300, True)])
-def test_a_view_of_which_rounding_is_a_hundredth_of_a_pixel_is_told(
-    scene: dict[str, Any], angle: float, told: bool
+@pytest.mark.parametrize(("angle", "warned"), [(1e-9, False), (1e-10, True), (1e-300, True)])
+def test_a_view_of_which_rounding_is_a_hundredth_of_a_pixel_is_a_warning(
+    scene: dict[str, Any], angle: float, warned: bool
 ) -> None:
     """512 rows of 2**-45 are 8.3e-10 degrees."""
     scene["camera"] |= {"vertical_fov": angle, "height": 512}
-    assert warnings(scene) == [("/camera/vertical_fov", "narrow_view")] * told
+    assert warnings(scene) == [("/camera/vertical_fov", "narrow_view")] * warned
 
 
-def test_nothing_in_view_is_told_at_the_camera(scene: dict[str, Any]) -> None:
+def test_nothing_in_view_is_a_warning_at_the_camera(scene: dict[str, Any]) -> None:
     scene["camera"]["look_at"] = [0, 2, 20]
     assert warnings(scene) == [("/camera", "nothing_in_view")]
 
 
-def test_a_triangle_without_area_is_told(scene: dict[str, Any]) -> None:
+def test_a_triangle_without_area_is_a_warning(scene: dict[str, Any]) -> None:
     scene["shapes"][0]["vertices"] = [[0, 0, 0], [1, 1, 1], [3, 3, 3]]
     assert warnings(scene) == [("/shapes/0/vertices", "no_area")]
 
@@ -81,7 +81,7 @@ FLAT_MESHES = {
 
 
 @pytest.mark.parametrize("name", FLAT_MESHES)
-def test_a_mesh_is_told_if_none_of_its_triangles_has_an_area(scene: dict[str, Any], name: str) -> None:
+def test_a_mesh_is_a_warning_if_none_of_its_triangles_has_an_area(scene: dict[str, Any], name: str) -> None:
     mesh = {"type": "mesh", "vertices": [[0, 0, 0], [1, 1, 1], [3, 3, 3], [0, 1, 0]], "material": "plain"}
     flat = mesh | {"triangles": FLAT_MESHES[name]}
     scene["shapes"].append(flat)
@@ -91,7 +91,7 @@ def test_a_mesh_is_told_if_none_of_its_triangles_has_an_area(scene: dict[str, An
     assert warnings(scene) == []
 
 
-def test_a_very_flat_ellipsoid_is_told(scene: dict[str, Any]) -> None:
+def test_a_very_flat_ellipsoid_is_a_warning(scene: dict[str, Any]) -> None:
     scene["shapes"][3]["axes"] = [[1, 0, 0], [0, 1, 0], [0, 0, 0.99e-8]]
     assert warnings(scene) == [("/shapes/3/axes", "very_flat")]
     scene["shapes"][3]["axes"][2][2] = 1e-8
@@ -99,7 +99,7 @@ def test_a_very_flat_ellipsoid_is_told(scene: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("height", [0.5, 1.0, 2.9])
-def test_a_light_inside_an_ellipsoid_is_told(scene: dict[str, Any], height: float) -> None:
+def test_a_light_inside_an_ellipsoid_is_a_warning(scene: dict[str, Any], height: float) -> None:
     scene["lights"] = [{"type": "point", "position": [0, height, 0], "color": [1, 1, 1]}]
     scene["shapes"][4]["radius"] = 0.1
     scene["shapes"][4]["center"] = [2, 0, 0]

@@ -64,14 +64,14 @@ def test_a_scene_with_damaged_bytes_is_read_or_refused(scene: dict[str, Any], da
         ('{"name": "a\nb"}', "not_json", 1, 12),
     ],
 )
-def test_what_is_no_json_is_told_with_its_place(
+def test_what_is_no_json_is_reported_with_its_place(
     text: str, code: str, line: int | None, column: int | None
 ) -> None:
     (problem,) = refusal(text.encode())
     assert (problem.pointer, problem.code, problem.line, problem.column) == ("", code, line, column)
 
 
-def test_bytes_that_are_not_utf8_are_told_with_their_place() -> None:
+def test_bytes_that_are_not_utf8_are_reported_with_their_place() -> None:
     for mark in (b"", b"\xef\xbb\xbf"):
         (problem,) = refusal(mark + '{\n "name": "ü'.encode() + b"\xfc" + b'"}')
         assert (problem.code, problem.line, problem.column) == ("not_utf8", 2, 12)
@@ -88,10 +88,10 @@ def test_nesting_is_counted_outside_of_strings_only(scene: dict[str, Any]) -> No
     assert problem.code == "too_deep"
 
 
-def test_a_field_that_stands_twice_is_told_at_the_second_one() -> None:
+def test_a_field_that_stands_twice_is_reported_at_the_second_one() -> None:
     text = '{"version": 1,\n "camera": {"up": [0,1,0],\n  "u\\u0070": [0,1,0]}}'
-    told = {problem.code: problem for problem in refusal(text)}
-    twice = told["duplicate_field"]
+    by_code = {problem.code: problem for problem in refusal(text)}
+    twice = by_code["duplicate_field"]
     assert (twice.pointer, twice.line, twice.column) == ("/camera/up", 3, 3)
 
 
@@ -110,13 +110,13 @@ def test_fields_that_stand_twice_inside_of_one_that_does_are_not_confused() -> N
 @pytest.mark.parametrize(
     "written", ["NaN", "Infinity", "-Infinity", "1e400", "-1e400", "9" * 310, "9" * 5000]
 )
-def test_numbers_that_are_not_finite_are_told_at_their_field(scene: dict[str, Any], written: str) -> None:
+def test_numbers_that_are_not_finite_are_reported_at_their_field(scene: dict[str, Any], written: str) -> None:
     scene["camera"]["position"][1] = "here"
     (problem,) = refusal(json.dumps(scene).replace('"here"', written))
     assert (problem.pointer, problem.code) == ("/camera/position/1", "not_finite")
 
 
-def test_half_a_surrogate_pair_is_told_at_its_text(scene: dict[str, Any]) -> None:
+def test_half_a_surrogate_pair_is_reported_at_its_text(scene: dict[str, Any]) -> None:
     scene["shapes"][0]["name"] = "here"
     (problem,) = refusal(json.dumps(scene).replace("here", "\\uD83C"))
     assert (problem.pointer, problem.code) == ("/shapes/0/name", "not_text")

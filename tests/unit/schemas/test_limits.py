@@ -75,11 +75,11 @@ def test_what_is_over_a_limit_is_refused_by_a_message_that_names_how_to_raise_it
     limit: str, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path, (few, pointer) = folder / "scene.json", FEW[limit]
-    (told,) = problems_of(path, Limits(**{limit: few}))
-    named = re.findall(r"PENUMBRA_\w+", told.detail)
-    assert (told.pointer, named) == (pointer, [variable_of(limit)])
+    (problem,) = problems_of(path, Limits(**{limit: few}))
+    named = re.findall(r"PENUMBRA_\w+", problem.detail)
+    assert (problem.pointer, named) == (pointer, [variable_of(limit)])
     monkeypatch.setenv(named[0], str(few))
-    assert problems_of(path) == [told]
+    assert problems_of(path) == [problem]
     monkeypatch.setenv(named[0], str(few * 1000))
     assert problems_of(path) == []
 
@@ -101,11 +101,11 @@ def test_every_limit_is_tried_and_on_the_page_with_its_default() -> None:
 
 
 def test_a_quality_is_held_to_the_limits_of_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = {"antialiasing": {"pattern": "random", "samples": 5000}}
+    requested = {"antialiasing": {"pattern": "random", "samples": 5000}}
     with pytest.raises(SceneError, match="PENUMBRA_LIMITS__MAX_SAMPLES raises this limit"):
-        renderer.compile_scene(empty_scene(), asked)
+        renderer.compile_scene(empty_scene(), requested)
     monkeypatch.setenv("PENUMBRA_LIMITS__MAX_SAMPLES", "5000")
-    assert renderer.compile_scene(empty_scene(), asked).quality == FixedQuality.model_validate(asked)
+    assert renderer.compile_scene(empty_scene(), requested).quality == FixedQuality.model_validate(requested)
 
 
 def test_pictures_that_are_compared_have_the_limit_of_textures(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -143,6 +143,6 @@ def test_limits_travel_to_another_process_as_variables() -> None:
     assert limits_in_force({"PATH": "/bin"}) == Limits()
 
 
-def test_who_gives_limits_is_not_asked_for_those_of_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_given_limits_take_the_place_of_those_of_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PENUMBRA_LIMITS__MAX_PIXELS", "1")
     assert read_scene(empty_scene(), limits=Limits())[0].camera.width > 1

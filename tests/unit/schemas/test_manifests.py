@@ -1,4 +1,4 @@
-"""Manifests are read from YAML and JSON alike, and everything that is wrong is told with its place."""
+"""Manifests are read from YAML and JSON alike, and every mistake is reported with its place."""
 
 from __future__ import annotations
 
@@ -78,21 +78,21 @@ def test_yaml_and_json_of_the_same_manifest_are_the_same() -> None:
 def test_every_problem_of_a_yaml_file_has_its_line_and_column() -> None:
     wrong = YAML.replace("points: 10", "points: -1").replace("encoding: srgb", "encoding: sRGB")
     wrong = wrong.replace("hidden: true", "hiden: true")
-    told = problems(wrong, yaml=True)
-    places = {pointer: (problem.line, problem.column) for pointer, problem in told.items()}
+    found = problems(wrong, yaml=True)
+    places = {pointer: (problem.line, problem.column) for pointer, problem in found.items()}
     assert places == {
         "/tests/0/points": (8, 13),
         "/tests/0/submitted/encoding": (9, 54),
         "/tests/1/hiden": (16, 5),
     }
-    assert told["/tests/0/submitted/encoding"].suggestion == "srgb"
-    assert told["/tests/1/hiden"].suggestion == "hidden"
+    assert found["/tests/0/submitted/encoding"].suggestion == "srgb"
+    assert found["/tests/1/hiden"].suggestion == "hidden"
 
 
-def test_a_fault_of_yaml_itself_is_told_where_it_is() -> None:
-    told = problems("schema: penumbra/manifest/v1\ntitle: [a, b\ntests: []\n", yaml=True)[""]
-    assert told.code == "not_yaml"
-    assert told.line == 3
+def test_a_fault_of_yaml_itself_is_reported_where_it_is() -> None:
+    problem = problems("schema: penumbra/manifest/v1\ntitle: [a, b\ntests: []\n", yaml=True)[""]
+    assert problem.code == "not_yaml"
+    assert problem.line == 3
 
 
 def test_plain_words_of_yaml_stay_text_unless_they_are_what_json_has_too() -> None:
@@ -130,8 +130,8 @@ def test_aliases_cannot_blow_a_short_text_up() -> None:
 
 @pytest.mark.parametrize("name", ["../a.png", "/a.png", "a/../../b.png", "a\\b.png", "C:/a.png", "a//b.png"])
 def test_a_name_that_leads_out_of_its_folder_is_refused(name: str) -> None:
-    told = problems(manifest(submitted={"file": name, "encoding": "srgb"}))
-    assert told["/tests/0/submitted/file"].code == "outside"
+    found = problems(manifest(submitted={"file": name, "encoding": "srgb"}))
+    assert found["/tests/0/submitted/file"].code == "outside"
 
 
 @pytest.mark.parametrize("name", ["a b", "-a", "ä", "a/b", "a.b"])
@@ -140,9 +140,9 @@ def test_an_id_can_be_the_name_of_a_file(name: str) -> None:
 
 
 def test_an_id_stands_once_whatever_else_is_wrong() -> None:
-    told = problems(manifest(id="Rays", points=-1))
-    assert told["/tests/1/id"].code == "id_twice"
-    assert told["/tests/0/points"].code == "out_of_range"
+    found = problems(manifest(id="Rays", points=-1))
+    assert found["/tests/1/id"].code == "id_twice"
+    assert found["/tests/0/points"].code == "out_of_range"
 
 
 @pytest.mark.parametrize(

@@ -38,7 +38,7 @@ def test_the_gallery_has_its_five_scenes_each_with_a_sentence() -> None:
     assert [name for name in names if f"[{name}]({name})" not in page] == []
 
 
-def test_a_scene_that_is_not_there_is_told_with_those_that_are() -> None:
+def test_a_missing_scene_is_reported_with_those_that_are_there() -> None:
     with pytest.raises(FileNotFoundError, match="gallery/basic"):
         scene_path("gallery/nowhere")
 

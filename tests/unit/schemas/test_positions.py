@@ -101,7 +101,7 @@ def test_line_and_column_count_characters_from_the_last_line_break(before: str, 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data(), chance=CHANCE)
-def test_a_value_of_the_wrong_kind_is_told_where_it_stands(
+def test_a_value_of_the_wrong_kind_is_reported_where_it_stands(
     scene: dict[str, Any], data: st.DataObject, chance: random.Random
 ) -> None:
     # Every place of a scene refuses an array of an array of text, so exactly this place is wrong.
@@ -110,19 +110,19 @@ def test_a_value_of_the_wrong_kind_is_told_where_it_stands(
     writer.write(replaced(scene, place, [["\N{PERFORMING ARTS}"]]))
     with pytest.raises(SceneError) as caught:
         read_scene(writer.text.encode())
-    told = {problem.pointer: (problem.line, problem.column) for problem in caught.value.errors}
+    reported = {problem.pointer: (problem.line, problem.column) for problem in caught.value.errors}
     inner = {written for written in writer.values if written[: len(place)] == place}
-    nearest = [parts for parts in inner if pointer(parts) in told]
+    nearest = [parts for parts in inner if pointer(parts) in reported]
     assert nearest
     for parts in nearest:
-        assert told[pointer(parts)] == line_and_column(writer.text, writer.values[parts])
+        assert reported[pointer(parts)] == line_and_column(writer.text, writer.values[parts])
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     data=st.data(), chance=CHANCE, wrong=st.sampled_from([None, True, "1", float("nan"), float("inf"), -1e16])
 )
-def test_a_wrong_number_is_the_only_problem_and_is_told_exactly(
+def test_a_wrong_number_is_the_only_problem_and_is_located_exactly(
     scene: dict[str, Any], data: st.DataObject, chance: random.Random, wrong: object
 ) -> None:
     numbers = [
@@ -144,7 +144,7 @@ def test_a_wrong_number_is_the_only_problem_and_is_told_exactly(
     chance=CHANCE,
     key=st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=8),
 )
-def test_an_unknown_field_is_told_at_its_key(
+def test_an_unknown_field_is_reported_at_its_key(
     scene: dict[str, Any], data: st.DataObject, chance: random.Random, key: str
 ) -> None:
     closed = [

@@ -1,4 +1,4 @@
-"""All problems come at once, in the user's words, and tell nothing back."""
+"""All problems come at once, in the user's words, and repeat no values."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from schemas.reading.translation import OTHERWISE, SENTENCES, nearest, say
 from schemas.scene import Scene
 
 
-def told(source: object, model: type[Closed] = Scene) -> list[Problem]:
+def problems_of(source: object, model: type[Closed] = Scene) -> list[Problem]:
     with pytest.raises(SceneError) as caught:
         read_document(json.dumps(source), model)
     return list(caught.value.errors)
 
 
-def test_wrong_numbers_names_fields_and_types_are_told_together(scene: dict[str, Any]) -> None:
+def test_wrong_numbers_names_fields_and_types_are_reported_together(scene: dict[str, Any]) -> None:
     scene["camera"]["vertical_fov"] = 180
     scene["shapes"][0]["material"] = "plan"
     scene["shapes"][1]["tangnt"] = scene["shapes"][1].pop("tangent")
     scene["lights"][0]["type"] = "rectangel"
     scene["sampling"]["antialiasing"]["pattern"] = "Uniform"
-    found = {(problem.pointer, problem.code, problem.suggestion) for problem in told(scene)}
+    found = {(problem.pointer, problem.code, problem.suggestion) for problem in problems_of(scene)}
     assert found == {
         ("/camera/vertical_fov", "out_of_range", None),
         ("/shapes/0/material", "unknown_material", "plain"),
@@ -44,14 +44,14 @@ def test_wrong_numbers_names_fields_and_types_are_told_together(scene: dict[str,
 def test_problems_come_in_the_order_of_the_document(scene: dict[str, Any]) -> None:
     scene = dict(reversed(scene.items()))
     scene["camera"]["width"] = scene["display"]["exposure"] = scene["background"] = None
-    assert [problem.pointer for problem in told(scene)] == [
+    assert [problem.pointer for problem in problems_of(scene)] == [
         "/display/exposure",
         "/background",
         "/camera/width",
     ]
 
 
-def test_the_first_50_problems_are_told_and_the_others_counted(scene: dict[str, Any]) -> None:
+def test_the_first_50_problems_are_listed_and_the_others_counted(scene: dict[str, Any]) -> None:
     scene["shapes"] = [{"type": "triangle", "vertices": [1, 2, 3], "material": "nowhere"}] * 100
     with pytest.raises(SceneError) as caught:
         read_scene(json.dumps(scene))
@@ -65,7 +65,9 @@ def test_a_scene_inside_a_request_has_pointers_into_the_request(scene: dict[str,
     scene["materials"]["plain"]["ambiant"] = 1
     scene["shapes"][4]["material"] = "nowhere"
     request = {"scene": scene, "quality": {"mode": "fixd"}}
-    found = {(problem.pointer, problem.code, problem.suggestion) for problem in told(request, JobRequest)}
+    found = {
+        (problem.pointer, problem.code, problem.suggestion) for problem in problems_of(request, JobRequest)
+    }
     assert found == {
         ("/scene/camera/up", "zero_vector", None),
         ("/scene/materials/plain/ambiant", "unknown_field", "ambient"),
@@ -103,7 +105,7 @@ def test_a_parsed_document_has_pointers_but_no_lines(scene: dict[str, Any]) -> N
 
 def test_keys_are_escaped_in_pointers(scene: dict[str, Any]) -> None:
     scene["materials"]["a/b~c"] = {"type": "phong"}
-    pointers = [problem.pointer for problem in told(scene)]
+    pointers = [problem.pointer for problem in problems_of(scene)]
     assert pointers == ["/materials/a~1b~0c"]
 
 
@@ -116,21 +118,21 @@ def test_what_the_user_wrote_is_not_repeated_in_sentences(scene: dict[str, Any])
     scene["shapes"][1]["type"] = markup
     scene["sampling"]["light"]["pattern"] = markup
     scene["sampling"]["seed"] = markup
-    problems = told(scene)
+    problems = problems_of(scene)
     assert len(problems) == 7
     assert "hunter2" not in json.dumps([problem.model_dump() for problem in problems])
 
 
 def test_a_key_as_long_as_a_book_is_not_repeated(scene: dict[str, Any]) -> None:
     scene["camera"]["x" * 100_000] = 1
-    (problem,) = told(scene)
+    (problem,) = problems_of(scene)
     assert (problem.pointer, problem.code) == ("/camera", "unknown_field")
     assert len(problem.model_dump_json()) < 1000
 
 
 def test_an_array_that_is_too_short_is_one_problem_with_both_lengths(scene: dict[str, Any]) -> None:
     scene["camera"]["position"] = [1]
-    (problem,) = told(scene)
+    (problem,) = problems_of(scene)
     assert (problem.pointer, problem.code) == ("/camera/position", "wrong_length")
     assert "1 entry, where 3 are needed" in problem.detail
 
@@ -139,14 +141,14 @@ def test_an_array_with_a_wrong_entry_is_not_called_too_short(scene: dict[str, An
     """Without the wrong one there would be two vertices and no triangle; but they are there."""
     corners = [[0, 0, 0], [1, 0, 0], [0, 1, "0"]]
     scene["shapes"][0] = {"type": "mesh", "vertices": corners, "triangles": [[0, 1, -1]], "material": "plain"}
-    found = [(problem.pointer, problem.code) for problem in told(scene)]
+    found = [(problem.pointer, problem.code) for problem in problems_of(scene)]
     assert found == [("/shapes/0/vertices/2/2", "not_a_number"), ("/shapes/0/triangles/0/2", "out_of_range")]
 
 
 @pytest.mark.parametrize("wrong", [None, 3, "text", [], [[]]], ids=repr)
-def test_a_thing_that_is_no_object_is_told_so(scene: dict[str, Any], wrong: object) -> None:
+def test_a_thing_that_is_no_object_is_reported_as_such(scene: dict[str, Any], wrong: object) -> None:
     scene["shapes"][2] = scene["camera"] = scene["materials"]["plain"] = wrong
-    found = {(problem.pointer, problem.code) for problem in told(scene)}
+    found = {(problem.pointer, problem.code) for problem in problems_of(scene)}
     assert found == {
         ("/shapes/2", "not_an_object"),
         ("/camera", "not_an_object"),
@@ -154,16 +156,16 @@ def test_a_thing_that_is_no_object_is_told_so(scene: dict[str, Any], wrong: obje
     }
 
 
-def test_a_missing_type_is_told_with_the_choices(scene: dict[str, Any]) -> None:
+def test_a_missing_type_is_reported_with_the_choices(scene: dict[str, Any]) -> None:
     del scene["lights"][2]["type"]
-    (problem,) = told(scene)
+    (problem,) = problems_of(scene)
     assert (problem.pointer, problem.code) == ("/lights/2", "missing_field")
     assert "'point'" in problem.detail
 
 
-def test_mixed_forms_of_a_rectangle_are_told_by_the_fuller_one(scene: dict[str, Any]) -> None:
+def test_mixed_forms_of_a_rectangle_are_reported_by_the_fuller_one(scene: dict[str, Any]) -> None:
     scene["shapes"][1]["edges"] = [[1, 0, 0], [0, 1, 0]]
-    (problem,) = told(scene)
+    (problem,) = problems_of(scene)
     assert (problem.pointer, problem.code) == ("/shapes/1/edges", "unknown_field")
 
 
@@ -194,7 +196,7 @@ def test_every_sentence_belongs_to_an_error_that_pydantic_has() -> None:
     assert set(SENTENCES) <= BUILT_IN
 
 
-def test_an_error_without_a_sentence_is_still_told_without_the_value() -> None:
+def test_an_error_without_a_sentence_is_still_reported_without_the_value() -> None:
     kind = min(BUILT_IN - set(SENTENCES))
     assert say(kind, "Input should be hunter2", {}) == OTHERWISE
 
@@ -207,7 +209,7 @@ def test_the_codes_of_this_package_are_not_names_of_pydantic_errors() -> None:
 
 
 def one(source: object, model: type[Closed] = Scene) -> tuple[str, str, str | None]:
-    (problem,) = told(source, model)
+    (problem,) = problems_of(source, model)
     return problem.pointer, problem.detail, problem.suggestion
 
 
@@ -242,13 +244,13 @@ def test_a_misspelt_field_is_one_mistake(scene: dict[str, Any], place: str, writ
 @pytest.mark.parametrize("document", [[], 3, "x", None, {}, {"camera": 1}], ids=repr)
 def test_a_document_without_fields_is_refused(document: object) -> None:
     for model in (Scene, JobRequest):
-        assert told(document, model)[0].pointer in ("", "/camera")
+        assert problems_of(document, model)[0].pointer in ("", "/camera")
 
 
 def test_a_misspelt_field_does_not_hide_another_one_that_is_missing(scene: dict[str, Any]) -> None:
     del scene["shapes"][1]["size"]
     scene["shapes"][1]["tangnt"] = scene["shapes"][1].pop("tangent")
-    found = {(problem.pointer, problem.code) for problem in told(scene)}
+    found = {(problem.pointer, problem.code) for problem in problems_of(scene)}
     assert found == {("/shapes/1/tangnt", "unknown_field"), ("/shapes/1", "missing_field")}
 
 
@@ -268,7 +270,7 @@ def test_a_shape_without_a_form_is_one_mistake_with_all_forms(
     assert one(scene) == ("/shapes/0", f"Fields are missing: add {offer}.", None)
 
 
-def test_a_field_of_another_form_is_told_with_both_forms(scene: dict[str, Any]) -> None:
+def test_a_field_of_another_form_is_reported_with_both_forms(scene: dict[str, Any]) -> None:
     scene["shapes"][3]["radius"] = 1
     pointer, detail, suggestion = one(scene)
     assert (pointer, suggestion) == ("/shapes/3/radius", None)
@@ -294,7 +296,7 @@ def test_a_name_that_is_not_defined_is_one_mistake_however_often_it_is_used(scen
 @pytest.mark.parametrize("name", ["", "x" * 201], ids=["empty", "long"])
 def test_a_name_that_cannot_be_one_is_not_called_undefined_as_well(scene: dict[str, Any], name: str) -> None:
     scene["shapes"][0]["material"] = name
-    assert [problem.code for problem in told(scene)] == ["wrong_length"]
+    assert [problem.code for problem in problems_of(scene)] == ["wrong_length"]
 
 
 def test_the_same_mistake_in_many_entries_of_an_array_is_one(scene: dict[str, Any]) -> None:
@@ -306,10 +308,10 @@ def test_the_same_mistake_in_many_entries_of_an_array_is_one(scene: dict[str, An
 
 def test_different_mistakes_in_an_array_stay_apart(scene: dict[str, Any]) -> None:
     scene["camera"]["position"] = ["0", 1e300, 8]
-    assert [problem.code for problem in told(scene)] == ["not_a_number", "out_of_range"]
+    assert [problem.code for problem in problems_of(scene)] == ["not_a_number", "out_of_range"]
     request = {"scene": scene, "layers": ["dept", "normals"]}
     scene["camera"]["position"] = [0, 2, 8]
-    assert [problem.suggestion for problem in told(request, JobRequest)] == ["depth", "normal"]
+    assert [problem.suggestion for problem in problems_of(request, JobRequest)] == ["depth", "normal"]
 
 
 def test_a_mesh_without_vertices_is_one_mistake(scene: dict[str, Any]) -> None:
@@ -351,7 +353,7 @@ def test_a_misspelt_pattern_is_one_mistake_though_the_samples_depend_on_it(scene
 
 
 @pytest.mark.parametrize("code", ["#ff0000", "#F00", "#ff0000ff"])
-def test_a_colour_as_a_code_is_told_what_a_colour_is(scene: dict[str, Any], code: str) -> None:
+def test_a_colour_as_a_code_is_answered_with_what_a_colour_is(scene: dict[str, Any], code: str) -> None:
     scene["materials"]["plain"]["color"] = code
     pointer, detail, _ = one(scene)
     assert pointer == "/materials/plain/color"

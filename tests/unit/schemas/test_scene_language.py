@@ -260,10 +260,10 @@ def test_a_name_that_is_used_in_many_places_is_one_mistake(scene: dict[str, Any]
     ]
     with pytest.raises(SceneError) as caught:
         read_scene(json.dumps(scene))
-    told = {problem.pointer: problem.detail for problem in caught.value.errors}
-    assert list(told) == ["/shapes/1/material", "/shapes/2/material"]
-    assert told["/shapes/1/material"].endswith(" 2 other places name it too.")
-    assert told["/shapes/2/material"].endswith("or define it there.")
+    details = {problem.pointer: problem.detail for problem in caught.value.errors}
+    assert list(details) == ["/shapes/1/material", "/shapes/2/material"]
+    assert details["/shapes/1/material"].endswith(" 2 other places name it too.")
+    assert details["/shapes/2/material"].endswith("or define it there.")
 
 
 def test_names_are_checked_in_python_too() -> None:
@@ -297,7 +297,7 @@ def test_a_shape_that_is_not_in_the_language_is_unknown(scene: dict[str, Any]) -
 
 
 @pytest.mark.parametrize("place", ["/camera", "/camera/position", "/version", "/shapes/4/material"])
-def test_a_missing_field_is_told_at_the_object_that_lacks_it(scene: dict[str, Any], place: str) -> None:
+def test_a_missing_field_is_reported_at_the_object_that_lacks_it(scene: dict[str, Any], place: str) -> None:
     holder = place.rpartition("/")[0]
     assert problems(changed(scene, place, ...)) == {holder: "missing_field"}
 
@@ -360,7 +360,7 @@ def with_shape(scene: dict[str, Any], shape: dict[str, Any]) -> dict[str, Any]:
         ({"type": "mesh", "asset": ""}, "/shapes/0/asset", "wrong_length"),
     ],
 )
-def test_a_wrong_mesh_is_told_by_its_place(
+def test_a_wrong_mesh_is_reported_by_its_place(
     scene: dict[str, Any], shape: dict[str, Any], pointer: str, code: str
 ) -> None:
     found = problems(with_shape(scene, shape))

@@ -1,4 +1,4 @@
-"""A whole number is the same number with a point: JSON does not tell 32.0 from 32, nor does anything here."""
+"""A whole number may have a decimal point: neither JSON nor anything here distinguishes 32.0 from 32."""
 
 from __future__ import annotations
 

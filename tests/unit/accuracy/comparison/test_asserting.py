@@ -33,7 +33,7 @@ def test_noise_is_no_difference(ramp: np.ndarray) -> None:
     assert assert_render_close(noisy, ramp).judgement.verdict == "noisy_match"
 
 
-def test_the_message_tells_verdict_margin_cause_place_and_files(ramp: np.ndarray, tmp_path: Path) -> None:
+def test_the_message_gives_verdict_margin_cause_place_and_files(ramp: np.ndarray, tmp_path: Path) -> None:
     with pytest.raises(AssertionError) as caught:
         assert_render_close(ramp[::-1], ramp, folder=tmp_path)
     message = str(caught.value)

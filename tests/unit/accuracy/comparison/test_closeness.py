@@ -136,7 +136,7 @@ def test_what_is_clipped_or_lost_in_rounding_does_not_count() -> None:
     assert counted(eight_bits(noisy(8)), reference).pixels > 0.95 * SIDE * SIDE
 
 
-def test_a_reference_of_few_samples_or_without_its_noise_tells_nothing() -> None:
+def test_a_reference_of_few_samples_or_without_its_noise_shows_nothing() -> None:
     values = noisy(10)
     assert counted(picture(values), picture(values, NOISE, FEWEST - 1)).pixels == 0
     assert closeness(picture(values), picture(values)) is None

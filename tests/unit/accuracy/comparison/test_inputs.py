@@ -45,7 +45,7 @@ def literal_linear(code: int) -> float:
     return x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4
 
 
-def test_png_is_srgb_unless_somebody_says_otherwise_and_the_picture_tells() -> None:
+def test_png_is_srgb_unless_given_otherwise_and_the_picture_records_it() -> None:
     usual, stated = picture_of(png(CODES), "a.png"), picture_of(png(CODES), "a.png", "linear")
     assert (usual.encoding, usual.stated) == ("srgb", False)
     assert (stated.encoding, stated.stated) == ("linear", True)
@@ -65,7 +65,7 @@ def test_floating_point_is_linear_and_is_clipped_to_what_a_display_shows() -> No
     assert picture.linear[1, 1].tolist() == [0.5, 0.5, 0.0]
 
 
-def test_exr_comes_with_the_layers_that_tell_about_noise_and_shapes() -> None:
+def test_exr_comes_with_the_layers_of_noise_and_shapes() -> None:
     layers = {
         "error": np.full((2, 3, 3), 0.25, np.float32),
         "samples": np.full((2, 3), 4, np.int32),

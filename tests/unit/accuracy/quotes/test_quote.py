@@ -41,7 +41,7 @@ def test_both_ladders_and_target_errors_are_offered(quoted: Quote) -> None:
     assert targets == [4 / 255, 0.01, 2 / 255, 1 / 255]
 
 
-def test_what_the_scene_asks_for_is_among_the_offers(quoted: Quote) -> None:
+def test_what_the_scene_requests_is_among_the_offers(quoted: Quote) -> None:
     assert quoted.asked in quoted.offers
     assert quoted.asked is not None
     assert fixed(quoted.asked).antialiasing == Antialiasing(pattern="rotated", samples=9)
@@ -73,7 +73,7 @@ def test_the_price_is_that_of_the_plan(ball_scene: LoadedScene) -> None:
     assert quote(ball_scene, quality, limit=0.0).price == plan.describe().cost
 
 
-def test_each_effect_comes_with_who_asked_most_costly_first(ball_scene: LoadedScene) -> None:
+def test_each_effect_comes_with_its_origin_most_costly_first(ball_scene: LoadedScene) -> None:
     quoted = quote(ball_scene, limit=LONG)
     expected = {each.effect: each.pointers for each in variants(ball_scene.document)}
     del expected["antialiasing"]
@@ -85,7 +85,7 @@ def test_each_effect_comes_with_who_asked_most_costly_first(ball_scene: LoadedSc
         assert each.cpu_seconds == pytest.approx(each.share * quoted.asked.cpu_seconds.estimate)
 
 
-def test_target_quality_is_priced_when_it_is_asked_for(ball_scene: LoadedScene) -> None:
+def test_target_quality_is_priced_when_it_is_requested(ball_scene: LoadedScene) -> None:
     asked = TargetQuality(mode="target", error=0.03, time_limit=9.0)
     quoted = quote(ball_scene, asked, limit=LONG)
     assert quoted.asked is not None

@@ -72,7 +72,7 @@ def test_what_is_to_follow_is_known_once_there_are_probes(ball_scene: LoadedScen
     assert trial.outlook() == 0
 
 
-def test_a_part_asks_for_as_many_rays_a_pixel_as_the_whole(ball_scene: LoadedScene) -> None:
+def test_a_part_takes_as_many_rays_a_pixel_as_the_whole(ball_scene: LoadedScene) -> None:
     plan = compile_scene(enlarged(ball_scene, 256), target(1 / 255, "single"))
     camera = mosaic(plan, 0.5)
     assert camera is not None

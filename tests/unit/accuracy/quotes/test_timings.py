@@ -33,7 +33,7 @@ def test_all_blocks_are_timed_where_there_is_time(watch: Stopwatch) -> None:
     assert first.first.low == first.first.high == pytest.approx(sum(seconds for seconds, _ in watch.firsts))
 
 
-def test_nothing_is_told_of_what_was_not_timed(watch: Stopwatch) -> None:
+def test_nothing_is_estimated_of_what_was_not_timed(watch: Stopwatch) -> None:
     watch.run(NOW, NOW)
     assert watch.timing(0) is watch.timing(1) is watch.timing(2) is None
 

@@ -81,7 +81,7 @@ def test_what_is_kept_of_a_figure_is_more_than_a_table_shows() -> None:
     assert GENERATOR["rounded"]({"a": [1.23456789, 3, "x", None]}) == {"a": [1.2346, 3, "x", None]}
 
 
-def test_the_page_is_there_with_its_figures_and_tells_them() -> None:
+def test_the_page_is_there_with_its_figures_and_describes_them() -> None:
     written, kept = GENERATOR["PAGE"], GENERATOR["FIGURES"]
     assert written.exists() == kept.exists()
     if written.exists():

@@ -32,7 +32,7 @@ def test_a_setting_that_is_hardly_better_is_not_worth_more_time() -> None:
     assert curves.front(rows) == [rows[0], rows[2]]
 
 
-def test_an_error_that_the_reference_cannot_tell_from_0_is_on_no_curve() -> None:
+def test_an_error_that_the_reference_cannot_distinguish_from_0_is_on_no_curve() -> None:
     rows = [row(1, 8), row(2, 0.1, known=False)]
     assert curves.front(rows) == rows[:1]
 
@@ -46,7 +46,7 @@ def test_costs_and_errors_on_a_power_law_are_those_of_the_law() -> None:
         assert curves.cost_at(line, 8 / seconds, curves.rays) == pytest.approx(1000 * seconds, rel=1e-12)
 
 
-def test_nothing_is_told_beyond_the_ends_of_a_curve() -> None:
+def test_nothing_is_estimated_beyond_the_ends_of_a_curve() -> None:
     line = [row(1, 8), row(2, 4)]
     assert curves.cost_at(line, 3.9) is None
     assert curves.error_at(line, 0.9) is None

@@ -214,7 +214,7 @@ def test_a_pattern_may_be_the_quickest_for_large_and_for_small_errors() -> None:
     assert best == [("uniform", "8"), ("rotated", "4"), ("uniform", "2")]
 
 
-def test_the_most_expensive_effect_comes_with_who_asked() -> None:
+def test_the_most_expensive_effect_comes_with_its_origin() -> None:
     cost, change = answer(2).split(". ")
     assert cost.startswith("mirror: 2.0 s, 25%")
     assert cost.endswith("/a /a /a and 1 more")
@@ -227,7 +227,7 @@ def test_double_precision_is_worth_it_where_it_changes_the_picture(difference: f
     assert answer(3, precision=[row]).startswith(verdict)
 
 
-def test_the_error_after_ten_seconds_goes_on_with_the_fitted_order() -> None:
+def test_the_error_after_ten_seconds_continues_with_the_fitted_order() -> None:
     """From 4 s to 10 s by the power -1: 0.75 / 2.5; at a quarter of the size 2.5 s are between the two."""
     assert "0.30/255 (0.19 to 0.47)" in answer(4)
     assert "as 2.5 s here: about 1.2/255" in answer(4)

@@ -82,7 +82,7 @@ def test_a_finished_study_renders_nothing_again(finished: tuple[Path, dict[str, 
 
 
 @pytest.mark.parametrize("runs", [0, 1, 2, 20])
-def test_a_killed_study_goes_on_and_renders_nothing_twice(
+def test_a_killed_study_continues_and_renders_nothing_twice(
     tmp_path: Path, finished: tuple[Path, dict[str, Any]], runs: int
 ) -> None:
     killed_after(runs, tmp_path)

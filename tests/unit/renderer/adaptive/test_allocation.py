@@ -144,7 +144,7 @@ def test_pilot_samples_stay_where_they_are_as_good_as_samples() -> None:
     assert not found.strata[2:].any()
 
 
-def test_what_probes_tell_no_more_of_than_noise_is_not_sampled() -> None:
+def test_what_probes_cannot_distinguish_from_noise_is_not_sampled() -> None:
     survey = surveyed([1000, 10], [0.01, 0.3], [0.5, 0.1], uncertain=[0.01, 0.1])
     found = allocate(np.zeros(0), np.zeros(0, np.uint8), survey, 0.5, *NO_COVERS)
     assert found.strata[0] == 0
@@ -294,7 +294,7 @@ def asked(estimate: Estimate, ease: float) -> NDArray[np.int64]:
 
 def test_a_pass_asks_for_a_tenth_of_the_samples_so_far_if_some_share_of_the_goal_does() -> None:
     estimate = noisy_corner(corner=0.5, elsewhere=0.3)
-    levels = [asked(estimate, ease) for ease in EASES]
+    levels = [requested(estimate, ease) for ease in EASES]
     rays = [int((COUNTS[each] - COUNTS[SAMPLED]).sum()) for each in levels]
     least = LEAST * 4 * estimate.have.size
     enough = next(number for number, count in enumerate(rays) if count >= least)
@@ -329,7 +329,7 @@ def test_more_confidence_asks_no_pixel_for_less() -> None:
 
 
 @pytest.mark.parametrize("share", [0.6, 0.8, 0.9, 0.99])
-def test_a_picture_is_done_when_its_bound_at_the_confidence_asked_for_keeps_the_target(share: float) -> None:
+def test_a_picture_is_done_when_its_bound_at_the_requested_confidence_keeps_the_target(share: float) -> None:
     """Four equal pixels err by a share s of the budget: the sum varies by 2 s**2 / 4 of its square.
 
     With c standard errors the bound is s (1 + c / sqrt(2)).

@@ -39,7 +39,7 @@ def test_pixels_beyond_the_last_node_of_a_row_are_nodes() -> None:
     assert ways[:, 0].tolist() == [NODE, ALONG, ALONG, ALONG, NODE, ALONG, NODE, NODE]
 
 
-def test_an_edge_along_rows_asks_for_nodes_across_it_alone() -> None:
+def test_an_edge_along_rows_needs_nodes_across_it_alone() -> None:
     rows = np.indices((9, 9))[0]
     picture = (rows > 4).astype(np.float32)[None].repeat(3, axis=0)
     across, along = bends(picture)

@@ -43,7 +43,7 @@ def plan_of(document: dict[str, Any], error: float) -> renderer.RenderPlan:
 
 
 def stepped(plan: renderer.RenderPlan, tile_size: int | None = None) -> AdaptiveRender:
-    """A picture in the making before its first pass."""
+    """An estimate before its first pass."""
     return AdaptiveRender(Driver.begin(plan, tile_size=tile_size))
 
 
@@ -55,7 +55,7 @@ def lattice(plan: renderer.RenderPlan) -> Estimate:
     return render.estimate
 
 
-def test_what_is_out_of_focus_asks_for_fewer_nodes_beyond_those_of_the_first_lattice() -> None:
+def test_what_is_out_of_focus_needs_fewer_nodes_beyond_those_of_the_first_lattice() -> None:
     blurred = lattice(plan_of(through(0.6), 4 / 255))
     sharp = lattice(plan_of(through(0.01), 4 / 255))
     first = 1 / 4
@@ -101,10 +101,10 @@ def test_the_first_probes_lie_between_nodes_as_often_as_their_probability_says()
     estimate = render.estimate
     assert estimate.state is State.PROBES
     wanted = estimate.want > estimate.have
-    chances = estimate.probe_probability[estimate.strata[~estimate.shown]]
+    probabilities = estimate.probe_probability[estimate.strata[~estimate.shown]]
     assert not wanted[estimate.shown].any()
-    deviation = np.sqrt((chances * (1 - chances)).sum())
-    assert abs(wanted.sum() - chances.sum()) <= 4 * deviation < chances.sum()
+    deviation = np.sqrt((probabilities * (1 - probabilities)).sum())
+    assert abs(wanted.sum() - probabilities.sum()) <= 4 * deviation < probabilities.sum()
 
 
 @pytest.mark.parametrize("tile_size", [16, 23])

@@ -1,6 +1,6 @@
-"""What rays all over a pixel tell of it: flat sheets seen straight on, so that shares can be counted.
+"""What rays all over a pixel show of it: flat sheets seen straight on, so that shares can be counted.
 
-The rays are two lattices that know nothing of each other.
+The rays are two independent lattices.
 """
 
 from collections import Counter
@@ -74,7 +74,7 @@ def pilot_samples(plan: RenderPlan) -> Pilots:
 
 
 def flat(values: NDArray[np.float32], labels: NDArray[np.int32]) -> Pilots:
-    """Looks without textures."""
+    """Pilot samples without textures."""
     return values, labels, np.ones_like(values)
 
 
@@ -106,11 +106,11 @@ def on_picture(plan: RenderPlan, count: int) -> Numbers:
 
 
 def hits(plan: RenderPlan, count: int, sheet: Sheet) -> NDArray[np.bool_]:
-    """Which rays of each pixel (N, lattices, count) meet a sheet."""
+    """Which rays of each pixel (N, lattices, count) hit a sheet."""
     corner, edges = np.array(sheet[0])[:, None, None, None], np.array(sheet[1:]).T
     u, v = np.tensordot(np.linalg.inv(edges), on_picture(plan, count) - corner, axes=1)
-    met: NDArray[np.bool_] = (u >= 0) & (u <= 1) & (v >= 0) & (v <= 1)
-    return met
+    hit: NDArray[np.bool_] = (u >= 0) & (u <= 1) & (v >= 0) & (v <= 1)
+    return hit
 
 
 def mixed(shares: Numbers) -> Numbers:
@@ -141,7 +141,7 @@ def below(normals: Numbers, bounds: Numbers) -> Numbers:
 
 @pytest.mark.parametrize("count", FIBONACCI[:-6])
 def test_no_two_places_in_a_pixel_share_a_column_or_a_row(count: int) -> None:
-    """Along each axis they are 1 / n apart, and go on around the pixel."""
+    """Along each axis they are 1 / n apart, and wrap around the pixel."""
     for places in coverage.places(5, np.arange(50), count):
         axis = places.reshape(-1, count)
         assert ((axis >= 0) & (axis < 1)).all()
@@ -194,9 +194,9 @@ def test_the_error_of_a_share_falls_like_the_number_of_rays_to_the_power_of_minu
 
 
 @pytest.mark.parametrize("count", [5, 34])
-def test_the_lattices_of_a_pixel_know_nothing_of_each_other(count: int) -> None:
-    """So that their difference tells the error of their mean: 20,000 edges, and a product of zero within 5
-    standard errors; half the squared difference is that of one, within 5 as well.
+def test_the_lattices_of_a_pixel_are_independent(count: int) -> None:
+    """So that their difference estimates the error of their mean: 20,000 edges, and a product of zero within
+    5 standard errors; half the squared difference is that of one, within 5 as well.
     """
     random = np.random.default_rng(7)
     angles = random.uniform(0, 2 * np.pi, 20_000)
@@ -207,7 +207,7 @@ def test_the_lattices_of_a_pixel_know_nothing_of_each_other(count: int) -> None:
 
 
 def test_smaller_errors_are_predicted_to_take_more_rays_in_step_with_the_error_that_they_leave() -> None:
-    """The error falls like their number to the power -3 / 4; there are as few or many as may be asked for."""
+    """The error falls like their number to the power -3 / 4; the number stays within the allowed range."""
     count, error = USUAL
     for share in np.geomspace(2, 1 / 100, 40):
         assert border_rays(error * share) == pytest.approx(count * share ** (-4 / 3), rel=1e-12)
@@ -216,15 +216,15 @@ def test_smaller_errors_are_predicted_to_take_more_rays_in_step_with_the_error_t
 
 @pytest.mark.parametrize("count", [5, 13, 89])
 @pytest.mark.parametrize("sheet", [SLANTED, THIN], ids=["slanted", "thin"])
-def test_pixels_show_things_by_the_share_of_rays_that_meet_them(sheet: Sheet, count: int) -> None:
+def test_pixels_show_things_by_the_share_of_rays_that_hit_them(sheet: Sheet, count: int) -> None:
     plan = plan_of(picture(rectangle(*at(sheet))))
-    met = hits(plan, count, sheet).mean(axis=2)
-    shares = met.mean(axis=1)
+    hit = hits(plan, count, sheet).mean(axis=2)
+    shares = hit.mean(axis=1)
     assert ((shares > 0) & (shares < 1)).any()
     found = covered(plan, count)
     assert rounded(found.values, mixed(shares))
     # The lattices' shares are multiples of 1 / count; differences and squares of colours round a few times.
-    apart = (((RED - BLUE)[:, None] * (met[:, 0] - met[:, 1])) ** 2).mean(axis=0) / 4
+    apart = (((RED - BLUE)[:, None] * (hit[:, 0] - hit[:, 1])) ** 2).mean(axis=0) / 4
     assert np.abs(found.spread - apart).max() <= SINGLE * apart.max() + 8 * EPS
     assert (found.spread > 0).any()
 
@@ -238,8 +238,8 @@ def test_what_is_brighter_than_white_has_no_spread_where_white_is_shown_in_any_c
     assert not found.spread.any()
 
 
-def test_known_is_what_looks_around_tell_and_the_rest_is_what_was_looked_at_anew() -> None:
-    """No look has met a thin strip; of pixels that meet it the background's share is known."""
+def test_known_is_what_neighbouring_pilot_samples_show_and_the_rest_is_shaded_anew() -> None:
+    """No pilot sample hits a thin strip; where rays hit it, the background's share is known."""
     plan = plan_of(picture(rectangle(*at(THIN))))
     found, shares = covered(plan), shares_of(plan, 13, THIN)
     assert rounded(found.known, BLUE[:, None] * (1 - shares))
@@ -254,39 +254,39 @@ def test_lights_that_the_camera_sees_are_things_like_others() -> None:
     assert rounded(covered(plan).values, mixed(shares_of(plan, 13, SLANTED)))
 
 
-def test_what_no_first_look_has_met_is_looked_at_once_in_each_lattice() -> None:
+def test_what_no_pilot_sample_has_hit_is_shaded_once_in_each_lattice() -> None:
     plan = plan_of(picture(rectangle(*at(THIN))))
     assert (pilot_samples(plan)[1] == -1).all()
     counts: Counter[str] = Counter()
     covered(plan, counts=counts)
-    met = hits(plan, 13, THIN).any(axis=2)
-    assert counts["camera"] == 13 * met.size + met.sum()
-    assert counts["shading_points"] == met.sum()
+    hit = hits(plan, 13, THIN).any(axis=2)
+    assert counts["camera"] == 13 * hit.size + hit.sum()
+    assert counts["shading_points"] == hit.sum()
 
 
-def test_it_is_looked_at_by_the_ray_nearest_to_the_middle_of_those_that_met_it() -> None:
+def test_it_is_shaded_by_the_ray_nearest_to_the_middle_of_those_that_hit_it() -> None:
     """A bulb close by makes each place on it as bright as no other. Two rays may be as near as each other."""
     plan, count = plan_of(picture(rectangle(*at(THIN)), materials=MATT, lights=[bulb([2, 1, 1])])), 34
-    met = hits(plan, count, THIN).reshape(-1, count)
-    chosen = np.flatnonzero(met.any(axis=1))
-    met, pixels = met[chosen], np.array(pixels_of(plan)).repeat(2, axis=1)[:, chosen]
+    hit = hits(plan, count, THIN).reshape(-1, count)
+    chosen = np.flatnonzero(hit.any(axis=1))
+    hit, pixels = hit[chosen], np.array(pixels_of(plan)).repeat(2, axis=1)[:, chosen]
     places = on_picture(plan, count).reshape(2, -1, count)[:, chosen] - pixels[:, :, None]
-    middle = (places * met).sum(axis=2) / met.sum(axis=1)
-    away = np.where(met, ((places - middle[:, :, None]) ** 2).sum(axis=0), np.inf)
+    middle = (places * hit).sum(axis=2) / hit.sum(axis=1)
+    away = np.where(hit, ((places - middle[:, :, None]) ** 2).sum(axis=0), np.inf)
     x, y = places[:, np.arange(chosen.size), away.argmin(axis=1)]
     pilot = pilot_of(plan)
     seen = radiance(pilot, camera_rays(pilot, pixels[0], pixels[1], chosen, (x, y)), Counter())
     assert np.unique(seen[0]).size == chosen.size
     lattices = np.repeat(BLUE[:, None], 2 * SIDE * SIDE, axis=1)
-    share = met.mean(axis=1)
+    share = hit.mean(axis=1)
     lattices[:, chosen] = seen * share + BLUE[:, None] * (1 - share)
     values = lattices.reshape(3, -1, 2).mean(axis=2)
     first, second = np.sort(away, axis=1)[:, :2].T
     clear = np.ones(SIDE * SIDE, bool)
     clear[chosen[second - first <= 16 * EPS] // 2] = False
-    told = clear & np.isin(np.arange(clear.size), chosen // 2)
-    assert told.sum() > 4
-    assert rounded(covered(plan, count).values[:, told], values[:, told])
+    compared = clear & np.isin(np.arange(clear.size), chosen // 2)
+    assert compared.sum() > 4
+    assert rounded(covered(plan, count).values[:, compared], values[:, compared])
 
 
 def lit(**material: Any) -> RenderPlan:
@@ -297,7 +297,7 @@ def lit(**material: Any) -> RenderPlan:
 
 
 @pytest.mark.parametrize("material", [{}, {"mirror": 0.3}], ids=["plain", "fine"])
-def test_a_pixel_that_shows_what_its_own_look_met_keeps_that_to_the_bit(material: Json) -> None:
+def test_a_pixel_that_shows_what_its_own_pilot_sample_hit_keeps_that_to_the_bit(material: Json) -> None:
     plan = lit(**material)
     values, labels, colors = pilot_samples(plan)
     assert np.unique(values[0]).size > SIDE
@@ -311,8 +311,8 @@ def test_a_pixel_that_shows_what_its_own_look_met_keeps_that_to_the_bit(material
 def test_where_one_even_thing_is_seen_there_is_no_spread() -> None:
     """Nor is there doubt about what is even."""
     plan = plan_of(picture(rectangle(*at(SLANTED))))
-    found, met = covered(plan), hits(plan, 13, SLANTED).mean(axis=2)
-    assert ((found.spread == 0) == (met[:, 0] == met[:, 1])).all()
+    found, hit = covered(plan), hits(plan, 13, SLANTED).mean(axis=2)
+    assert ((found.spread == 0) == (hit[:, 0] == hit[:, 1])).all()
     assert not found.doubts.any()
 
 
@@ -343,8 +343,8 @@ def cut(count: int) -> tuple[Numbers, Numbers]:
         depths = inwards @ (corner[:, None] - pixels_of(plan))
         shares = 1 - below(inwards[:, None].repeat(depths.size, axis=1), depths)
         seen = covered(plan, count)
-        told = np.vstack((seen.values - mixed(shares), seen.spread))
-        found.append(told[:, (shares > 0) & (shares < 1)])
+        rows = np.vstack((seen.values - mixed(shares), seen.spread))
+        found.append(rows[:, (shares > 0) & (shares < 1)])
     *errors, spread = np.hstack(found)
     return np.array(errors), spread
 
@@ -366,8 +366,8 @@ def test_spread_is_the_squared_error_in_the_mean_and_less_the_more_rays_there_ar
     assert (np.diff(means, axis=0) < 0).all()
 
 
-def test_uneven_looks_around_leave_a_doubt() -> None:
-    """A share of their variance, which float32 tells to a few roundings of their squares."""
+def test_uneven_pilot_samples_around_leave_a_doubt() -> None:
+    """A share of their variance, which float32 gives to a few roundings of their squares."""
     plan = lit()
     values, labels, _ = pilot_samples(plan)
     padded = np.clip(np.pad(values.astype(np.float64), ((0, 0), (1, 1), (1, 1)), mode="edge"), 0, 1)

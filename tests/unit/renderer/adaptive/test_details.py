@@ -147,7 +147,7 @@ def test_what_more_than_images_varies_on_is_sampled(material: Json) -> None:
     assert "detail of plain" not in names
 
 
-def test_the_plan_names_the_textures_that_asked_for_detail() -> None:
+def test_the_plan_names_the_textures_that_requested_detail() -> None:
     stages = plan_of(panel(MATERIALS["color and normal"])).describe().pilot_samples
     (stage,) = [stage for stage in stages if stage.name == "detail of plain"]
     assert stage.pointers == ("/materials/plain/color_texture", "/materials/plain/normal_map")

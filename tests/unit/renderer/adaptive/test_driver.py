@@ -1,4 +1,4 @@
-"""What drives a picture of target quality from pass to pass, whoever carries its requests."""
+"""What drives a picture of target quality from pass to pass, independent of what runs its requests."""
 
 from collections.abc import Iterable, Iterator
 
@@ -39,7 +39,7 @@ def put_away(driver: Driver) -> Driver:
     return Driver(estimate, driver.prices, driver.workers, driver.tile_size)
 
 
-def test_every_pass_asks_for_something() -> None:
+def test_every_pass_requests_something() -> None:
     """An empty scene is interpolated between its first pilot samples: finer lattices would ask for none."""
     driver, wanted = begun(EMPTY), []
     more = True

@@ -20,7 +20,7 @@ def pinhole() -> Pinhole:
 
 
 def seen_through(camera: Pinhole, places: list[tuple[float, float]], depth: float) -> Floats:
-    """Points (3, n) at a depth that the rays through places on the picture, column and row, meet."""
+    """Points (3, n) at a depth that the rays through places on the picture, column and row, hit."""
     x, y = np.array(places, dtype=np.float64).T
     rays = camera.directions(x, y)
     return camera.position + rays * (depth / (rays * camera.forward).sum(axis=0))

@@ -51,7 +51,7 @@ def found(estimate: Estimate, tile: Tile) -> Samples:
 
 
 class Drawn:
-    """Samples drawn beforehand, multiples of 1/256, and what passes tell of them."""
+    """Samples drawn beforehand, multiples of 1/256, and what passes find of them."""
 
     def __init__(self, height: int, width: int) -> None:
         random = np.random.default_rng(5)
@@ -61,7 +61,7 @@ class Drawn:
         self.spread, self.doubts = random.random((2, COVERAGES.size, height, width)).astype(np.float32)
         self.labels = random.integers(-3, 5, (height, width)).astype(np.int32)
 
-    def told(self, tile: Tile, levels: LevelRequest) -> Samples:
+    def samples_of(self, tile: Tile, levels: LevelRequest) -> Samples:
         inside = np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]
         have, want = levels.have, levels.want
         previewed = (want == PREVIEWED) & (have < PREVIEWED)
@@ -93,7 +93,7 @@ def taken(passes: Passes, size: int | None = None, order: int = 0) -> tuple[Esti
         parts = tiles(plan, Pass(number, 1, 0, 0), size or 256)
         for place in np.random.default_rng(order).permutation(len(parts)):
             tile = parts[place]
-            estimate.take(tile, drawn.told(tile, estimate.requested.part(tile)))
+            estimate.take(tile, drawn.samples_of(tile, estimate.requested.part(tile)))
     return estimate, drawn
 
 
@@ -111,7 +111,7 @@ def rising() -> Passes:
     return list(zip(levels, covers, strict=True))
 
 
-def test_several_passes_tell_what_one_pass_with_all_their_samples_does() -> None:
+def test_several_passes_find_what_one_pass_with_all_their_samples_does() -> None:
     levels, covers = zip(*rising(), strict=True)
     estimate, drawn = taken(rising())
     covered = covers[-1] > 0
@@ -166,7 +166,7 @@ def test_a_tile_that_comes_twice_counts_once() -> None:
     estimate, drawn = taken(rising())
     before = estimate.arrays()["halves"].tobytes()
     tile = whole(estimate)
-    estimate.take(tile, drawn.told(tile, estimate.requested))
+    estimate.take(tile, drawn.samples_of(tile, estimate.requested))
     assert estimate.halves.tobytes() == before
 
 
@@ -208,27 +208,27 @@ def edges_of(estimate: Estimate) -> np.ndarray:
     return passed
 
 
-def test_the_first_pass_looks_at_a_lattice_and_each_next_one_at_a_finer_one() -> None:
+def test_the_first_pass_samples_a_lattice_and_each_next_one_a_finer_one() -> None:
     """The last also at nodes of the others that were interpolated, where an edge passes."""
     estimate = begun(large())
     for stride in (4, 2, 1):
         assert estimate.stride == stride
-        asked = estimate.want > estimate.have
-        y, x = np.nonzero(asked)
-        assert asked.any()
-        assert (estimate.want[asked] == PREVIEWED).all()
+        requested = estimate.want > estimate.have
+        y, x = np.nonzero(requested)
+        assert requested.any()
+        assert (estimate.want[requested] == PREVIEWED).all()
         assert not (y % stride).any()
         assert not (x % stride).any()
         if stride < 4:
             fresh = (y % (2 * stride) > 0) | (x % (2 * stride) > 0)
-            assert (fresh if stride > 1 else fresh | edges_of(estimate)[asked]).all()
+            assert (fresh if stride > 1 else fresh | edges_of(estimate)[requested]).all()
         passes(estimate, 1)
     assert (estimate.have[edges_of(estimate)] == PREVIEWED).all()
     assert (estimate.have == 0).any()
     assert (estimate.values[:, estimate.have == PREVIEWED] > 0).any()
 
 
-def test_after_the_looks_come_the_borders_and_then_the_probes() -> None:
+def test_after_the_pilot_samples_come_the_borders_and_then_the_probes() -> None:
     """Borders lie where a neighbour shows another shape, around the picture, where an edge passes, and around
     what is thin. Where things of other shapes are as bright, there is no need of rays.
     """
@@ -259,9 +259,9 @@ def test_after_the_looks_come_the_borders_and_then_the_probes() -> None:
     passes(estimate, 1)
     assert (estimate.have[borders] == COVERED).all()
     assert (estimate.coverage == estimate.cover).all()
-    asked = estimate.want > estimate.have
-    assert asked.any()
-    assert (estimate.want[asked] == PROBED).all()
+    requested = estimate.want > estimate.have
+    assert requested.any()
+    assert (estimate.want[requested] == PROBED).all()
     assert estimate.error is None
 
 
@@ -301,7 +301,7 @@ def passes(estimate: Estimate, count: int) -> None:
 
 
 @pytest.mark.parametrize("before", [0, 1, 2, 3])
-def test_an_estimate_that_is_put_away_and_taken_up_again_goes_on_with_the_same_bytes(before: int) -> None:
+def test_an_estimate_that_is_stored_and_loaded_continues_with_the_same_bytes(before: int) -> None:
     plan = plan_of()
     estimate = begun(plan)
     passes(estimate, before)
@@ -323,15 +323,15 @@ def test_before_there_are_samples_the_error_is_what_the_coarse_picture_lets_expe
     plan = plan_of()
     estimate = begun(plan)
     passes(estimate, 1)
-    told = estimate.settle()
+    settled = estimate.settle()
     expected = np.sqrt(expected_errors(estimate.image().transpose(2, 0, 1)).mean(dtype=float))
-    assert told.estimate == pytest.approx(expected, rel=1e-12)
-    assert told.low <= told.estimate <= told.high <= told.bound
+    assert settled.estimate == pytest.approx(expected, rel=1e-12)
+    assert settled.low <= settled.estimate <= settled.high <= settled.bound
 
 
-def test_in_the_middle_of_a_pass_pixels_that_wait_for_samples_err_like_the_looks_that_they_show() -> None:
-    """Looks are 1/4. Halves of 3/4 and 1/2 tell that they err by 1/8, and their mean by 1/64; half as many
-    probes tell of no error.
+def test_in_the_middle_of_a_pass_pixels_that_wait_for_samples_err_like_their_pilot_samples() -> None:
+    """Pilot samples are 1/4. By halves of 3/4 and 1/2 they err by 1/8, and their mean by 1/64; by half as
+    many probes they do not err.
     """
     estimate = begun(plan_of())
     estimate.values[...], estimate.have[...] = 1 / 4, PREVIEWED

@@ -18,7 +18,7 @@ def pairs(*maps: np.ndarray) -> list[tuple[int, ...]]:
     return list(zip(*(map_.ravel().tolist() for map_ in maps), strict=True))
 
 
-def test_a_picture_counts_one_sample_where_it_was_looked_at_and_none_in_between() -> None:
+def test_a_picture_counts_one_sample_for_each_pilot_sample_and_none_in_between() -> None:
     """At borders it counts the rays of both lattices as well."""
     estimate, _ = taken(rising())
     levels = pairs(estimate.have, estimate.coverage)
@@ -26,7 +26,7 @@ def test_a_picture_counts_one_sample_where_it_was_looked_at_and_none_in_between(
 
 
 def test_the_rays_of_the_next_pass_are_those_that_pixels_lack() -> None:
-    """Looks are of no use to samples, nor a lattice to a larger one; samples are to more samples."""
+    """Pilot samples are of no use to samples, nor a lattice to a larger one; samples are to more samples."""
     estimate = begun(plan_of())
     random = np.random.default_rng(6)
     estimate.have[...], estimate.want[...] = random.integers(0, 9, (2, 16, 24))
@@ -46,7 +46,7 @@ def test_the_rays_of_the_next_pass_are_those_that_pixels_lack() -> None:
 
 @pytest.mark.parametrize("number", range(3))
 def test_a_pass_sends_the_rays_that_were_predicted(number: int) -> None:
-    """Of looks, probes and samples; at borders each ray may have met what no look has, which is looked at."""
+    """At borders each ray may hit what no pilot sample has hit, and then that is shaded."""
     estimate = begun(plan_of())
     passes(estimate, (0, 2, 3)[number])
     wanted, rays = estimate.rays_wanted(), COVERAGES[estimate.cover[estimate.requested.covered]].sum()

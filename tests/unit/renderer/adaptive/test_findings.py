@@ -1,4 +1,4 @@
-"""What samples tell of errors: without bias, and of what is too bright to be seen, nothing."""
+"""Errors estimated from samples: without bias, and none where a pixel is too bright to be seen."""
 
 import math
 from typing import Any
@@ -50,30 +50,30 @@ def known(seed: int = 1) -> tuple[dict[str, Any], Numbers, Numbers]:
 
 def test_pixels_are_sampled_ones_that_show_samples_and_probes_that_do_not() -> None:
     arrays, _, _ = known()
-    told = findings_of(**arrays)
+    found = findings_of(**arrays)
     taken, shown = arrays["have"] >= SAMPLED, arrays["shown"]
-    assert told.sampled.tolist() == np.flatnonzero(taken & shown).tolist()
-    assert told.probes.tolist() == np.flatnonzero(taken & ~shown).tolist()
+    assert found.sampled.tolist() == np.flatnonzero(taken & shown).tolist()
+    assert found.probes.tolist() == np.flatnonzero(taken & ~shown).tolist()
     sizes = np.bincount(arrays["strata"][~shown], minlength=COUNT)
-    assert told.survey.sizes.tolist() == sizes.tolist()
+    assert found.survey.sizes.tolist() == sizes.tolist()
 
 
-def test_shown_pixels_may_tell_of_looks_as_well() -> None:
-    """They are probes then as well, but none of the pixels whose look is shown."""
+def test_shown_pixels_may_probe_pilot_samples_as_well() -> None:
+    """They are probes then as well, but none of the pixels whose pilot sample is shown."""
     arrays, _, _ = known()
     apart = findings_of(**arrays)
     arrays["probing"] |= arrays["strata"] == 40
-    told = findings_of(**arrays)
+    found = findings_of(**arrays)
     taken = arrays["have"] >= SAMPLED
-    assert told.probes.tolist() == np.flatnonzero(taken & arrays["probing"]).tolist()
-    assert told.sampled.tolist() == apart.sampled.tolist()
-    assert told.survey.sizes.tolist() == apart.survey.sizes.tolist()
-    assert told.squares.tolist() == apart.squares.tolist()
+    assert found.probes.tolist() == np.flatnonzero(taken & arrays["probing"]).tolist()
+    assert found.sampled.tolist() == apart.sampled.tolist()
+    assert found.survey.sizes.tolist() == apart.survey.sizes.tolist()
+    assert found.squares.tolist() == apart.squares.tolist()
     pilots, means = arrays["pilots"][0].astype(float), arrays["halves"][:, 0]
     of_it = taken & (arrays["strata"] == 40)
     errors = ((means[0] - pilots) * (means[1] - pilots))[of_it]
-    assert told.survey.errors[40] == pytest.approx(math.fsum(errors) / errors.size, rel=1e-12)
-    assert told.survey.errors[3] == apart.survey.errors[3]
+    assert found.survey.errors[40] == pytest.approx(math.fsum(errors) / errors.size, rel=1e-12)
+    assert found.survey.errors[3] == apart.survey.errors[3]
 
 
 def variances_of(arrays: dict[str, Any]) -> tuple[Numbers, Numbers, Numbers]:
@@ -88,7 +88,7 @@ def variances_of(arrays: dict[str, Any]) -> tuple[Numbers, Numbers, Numbers]:
 
 
 def joined(arrays: dict[str, Any], differences: Numbers) -> Numbers:
-    """Squared errors of shown pixels from those that their halves tell (n,)."""
+    """Squared errors (n,) of shown pixels from those estimated by their halves."""
     own, around, shares = variances_of(arrays)
     scale = math.fsum(differences) / math.fsum(own * shares)
     errors: Numbers = (differences + scale * around * shares) / 2
@@ -96,33 +96,33 @@ def joined(arrays: dict[str, Any], differences: Numbers) -> Numbers:
 
 
 def test_half_of_a_squared_error_is_that_of_the_halves_and_half_that_of_the_variances_around() -> None:
-    """The halves tell a quarter of their squared difference. Variances are scaled to tell as much in all."""
+    """The halves give a quarter of their squared difference. Variances are scaled to give the same total."""
     arrays, _, _ = known()
     arrays["halves"] = np.random.default_rng(4).uniform(-0.2, 1.2, (2, 3, *SIZE))
-    told = findings_of(**arrays)
+    found = findings_of(**arrays)
     a, b = np.clip(arrays["halves"], 0, 1)
     own = [((a[:, y, x] - b[:, y, x]) ** 2).sum() / 12 for y, x in np.argwhere(arrays["shown"])]
-    np.testing.assert_allclose(told.squares, joined(arrays, np.array(own)), rtol=1e-12, atol=0)
+    np.testing.assert_allclose(found.squares, joined(arrays, np.array(own)), rtol=1e-12, atol=0)
 
 
-def test_where_no_sample_differs_from_another_the_halves_alone_tell() -> None:
+def test_where_no_sample_differs_from_another_the_halves_alone_count() -> None:
     arrays, _, _ = known()
     arrays["squares"][...] = 0
-    told = findings_of(**arrays)
+    found = findings_of(**arrays)
     a, b = arrays["halves"][:, 0][:, arrays["shown"]]
-    np.testing.assert_allclose(told.squares, (a - b) ** 2 / 4, rtol=1e-12)
-    assert not told.variances.any()
+    np.testing.assert_allclose(found.squares, (a - b) ** 2 / 4, rtol=1e-12)
+    assert not found.variances.any()
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_the_total_is_the_sum_of_all_squared_errors_without_bias(seed: int) -> None:
     """Within 5 standard deviations: of Gaussian noise s in each half, and of which pixels are probes."""
     arrays, truth, noise = known(seed)
-    told = findings_of(**arrays)
+    found = findings_of(**arrays)
     shown = arrays["shown"]
     sampled = (noise[shown] ** 2 / 2).sum()
     deviation = math.sqrt(2) * np.linalg.norm(noise[shown] ** 2 / 2)
-    assert abs(told.squares.sum() - sampled) <= 5 * deviation
+    assert abs(found.squares.sum() - sampled) <= 5 * deviation
     errors = (arrays["pilots"][0].astype(float) - truth) ** 2
     pilots, variance = errors[~shown].sum(), 0.0
     for stratum in np.unique(arrays["strata"]):
@@ -130,46 +130,46 @@ def test_the_total_is_the_sum_of_all_squared_errors_without_bias(seed: int) -> N
         probes = inside & (arrays["have"] >= SAMPLED)
         spread = errors[inside].var() + (2 * errors[inside] * noise[inside] ** 2 + noise[inside] ** 4).mean()
         variance += inside.sum() ** 2 * spread / probes.sum()
-    assert abs(told.survey.total - pilots) <= 5 * math.sqrt(variance)
-    assert told.total == told.squares.sum() + told.survey.total
+    assert abs(found.survey.total - pilots) <= 5 * math.sqrt(variance)
+    assert found.total == found.squares.sum() + found.survey.total
 
 
 def test_the_variance_of_the_total_is_no_less_than_it_is() -> None:
     """Mean over 40 pictures; twice the sum of squares of s * s / 2 is that of Gaussian halves."""
-    told, true = 0.0, 0.0
+    estimated, true = 0.0, 0.0
     for seed in range(40):
         arrays, _, noise = known(seed)
         arrays["shown"][...], arrays["probing"][...] = True, False
         arrays["have"][...] = SAMPLED + 1
-        told += findings_of(**arrays).variance
+        estimated += findings_of(**arrays).variance
         true += 2 * float(((noise**2 / 2) ** 2).sum())
-    assert told >= true
+    assert estimated >= true
 
 
 def test_squared_errors_of_shares_at_borders_come_on_top() -> None:
-    """The difference of two lattices tells a squared error as that of two halves does: twice its square."""
+    """Two lattices estimate a squared error as two halves do: its variance is twice its square."""
     arrays, _, _ = known()
     without = findings_of(**arrays)
     arrays["spread"][3:5, 2:30] = np.random.default_rng(6).random((2, 28)) / 1000
-    told = findings_of(**arrays)
+    found = findings_of(**arrays)
     spread = arrays["spread"].astype(float)
-    assert told.spread.tolist() == spread[3:5, 2:30].ravel().tolist()
-    assert told.total == pytest.approx(without.total + math.fsum(spread.ravel()), rel=1e-12)
-    more = 2 * math.fsum(spread.ravel() ** 2) + UNMODELLED**2 * (told.total**2 - without.total**2)
-    assert told.variance == pytest.approx(without.variance + more, rel=1e-12)
-    assert told.squares.tolist() == without.squares.tolist()
-    assert told.survey.total == without.survey.total
+    assert found.spread.tolist() == spread[3:5, 2:30].ravel().tolist()
+    assert found.total == pytest.approx(without.total + math.fsum(spread.ravel()), rel=1e-12)
+    more = 2 * math.fsum(spread.ravel() ** 2) + UNMODELLED**2 * (found.total**2 - without.total**2)
+    assert found.variance == pytest.approx(without.variance + more, rel=1e-12)
+    assert found.squares.tolist() == without.squares.tolist()
+    assert found.survey.total == without.survey.total
 
 
 def test_bright_pixels_have_no_error_and_ask_for_no_samples() -> None:
     arrays, _, _ = known()
     arrays["halves"] += 1.5
-    told = findings_of(**arrays)
-    assert not told.squares.any()
-    assert not told.variances.any()
+    found = findings_of(**arrays)
+    assert not found.squares.any()
+    assert not found.variances.any()
 
 
-def test_a_bright_pixel_tells_its_neighbours_nothing() -> None:
+def test_a_bright_pixel_does_not_affect_its_neighbours() -> None:
     arrays, _, _ = known()
     arrays["halves"][:, :, 10, 10] = np.array([[2.0, 3.0, 1.5], [4.0, 1.1, 2.5]])
     arrays["squares"][10, 10] = 1e6
@@ -183,37 +183,37 @@ def test_a_bright_pixel_tells_its_neighbours_nothing() -> None:
 def test_a_pixel_that_is_bright_in_two_channels_still_counts_by_the_third() -> None:
     arrays, _, _ = known()
     arrays["halves"][:, :2] += 5
-    told = findings_of(**arrays)
+    found = findings_of(**arrays)
     a, b = arrays["halves"][:, 2][:, arrays["shown"]]
-    np.testing.assert_allclose(told.squares, joined(arrays, (a - b) ** 2 / 12), rtol=1e-12)
-    assert (told.variances > 0).all()
+    np.testing.assert_allclose(found.squares, joined(arrays, (a - b) ** 2 / 12), rtol=1e-12)
+    assert (found.variances > 0).all()
 
 
 def test_no_variance_is_below_the_mean_around_it_and_single_ones_explain_the_differences() -> None:
     arrays, _, _ = known()
     arrays["squares"][arrays["shown"] & (np.random.default_rng(3).random(SIZE) < 0.7)] = 0
-    told = findings_of(**arrays)
+    found = findings_of(**arrays)
     a, b = arrays["halves"][:, 0][:, arrays["shown"]]
     own, around, shares = variances_of(arrays)
     scale = math.fsum((a - b) ** 2 / 4) / math.fsum(own * shares)
-    np.testing.assert_allclose(told.variances, scale * np.maximum(own, around), rtol=1e-12)
+    np.testing.assert_allclose(found.variances, scale * np.maximum(own, around), rtol=1e-12)
 
 
-def test_what_is_not_shown_guards_nobody() -> None:
+def test_what_is_not_shown_guards_no_pixel() -> None:
     """Squares of pixels that never had samples, and of probes, are not those of their shown neighbours."""
     arrays, _, _ = known()
-    told = findings_of(**arrays)
+    found = findings_of(**arrays)
     arrays["squares"][~arrays["shown"]] *= 1000
     again = findings_of(**arrays)
-    assert (told.variances == again.variances).all()
-    assert told.survey.variances * 1000 == pytest.approx(again.survey.variances, rel=1e-12)
+    assert (found.variances == again.variances).all()
+    assert found.survey.variances * 1000 == pytest.approx(again.survey.variances, rel=1e-12)
 
 
-def test_errors_of_looks_are_those_of_pictures_clipped_to_white() -> None:
+def test_errors_of_pilot_samples_are_those_of_pictures_clipped_to_white() -> None:
     arrays, _, _ = known()
     arrays["halves"][...], arrays["pilots"][...] = 3.0, 17.0
-    told = findings_of(**arrays)
-    assert not told.errors.any()
+    found = findings_of(**arrays)
+    assert not found.errors.any()
     arrays["pilots"][...] = 0.5
     assert (findings_of(**arrays).errors == 0.25).all()
 
@@ -222,7 +222,8 @@ def test_errors_of_looks_are_those_of_pictures_clipped_to_white() -> None:
 def test_the_noise_of_an_error_is_its_variance(error: float) -> None:
     """Grey halves with Gaussian noise s: 2 e e s s + s**4. Within 5 standard errors of means of 100,000.
 
-    No error seems negative, as e is 10 s or more. The look is e away up to its rounding to float32.
+    No error seems negative, as e is 10 s or more. The pilot sample is e away up to its rounding to
+    float32.
     """
     random, n, s = np.random.default_rng(8), 100_000, 0.005
     halves = np.repeat(0.35 + s * random.normal(size=(2, 1, n)), 3, axis=1)
@@ -244,40 +245,40 @@ def test_halves_that_agree_leave_an_error_no_noise_however_large_it_is() -> None
     assert errors_of(apart, pilots) == (3 / 16, 1 / 8 * (3 / 8 + 1 / 8))
 
 
-def test_each_probe_is_told_with_the_noise_of_its_error() -> None:
+def test_each_probe_comes_with_the_noise_of_its_error() -> None:
     arrays, _, _ = known()
-    told = findings_of(**arrays)
-    where = np.unravel_index(told.probes, SIZE)
+    found = findings_of(**arrays)
+    where = np.unravel_index(found.probes, SIZE)
     errors, noise = errors_of(arrays["halves"][:, :, *where], arrays["pilots"][:, *where])
-    assert (told.errors == errors).all()
-    assert (told.noise == noise).all()
+    assert (found.errors == errors).all()
+    assert (found.noise == noise).all()
     assert (noise > 0).all()
 
 
-def test_a_picture_without_samples_tells_what_is_expected_of_it() -> None:
+def test_a_picture_without_samples_has_the_error_that_is_expected_of_it() -> None:
     arrays, _, _ = known()
     arrays["have"][...] = PREVIEWED
-    told = findings_of(**arrays)
+    found = findings_of(**arrays)
     pilots = arrays["strata"][~arrays["shown"]]
-    assert told.total == pytest.approx(float(typical_error(pilots).sum()), rel=1e-12)
+    assert found.total == pytest.approx(float(typical_error(pilots).sum()), rel=1e-12)
     alike = np.bincount(pilots) * typical_error(np.arange(pilots.max() + 1))
-    unmodelled = (UNMODELLED * told.total) ** 2
-    assert told.variance == pytest.approx(float((alike**2).sum()) + unmodelled, rel=1e-12)
-    assert told.sampled.size == told.probes.size == told.variances.size == 0
+    unmodelled = (UNMODELLED * found.total) ** 2
+    assert found.variance == pytest.approx(float((alike**2).sum()) + unmodelled, rel=1e-12)
+    assert found.sampled.size == found.probes.size == found.variances.size == 0
 
 
 GREY = 1 / 4
 
 
-CHANCE = 2 / 5
+PROBABILITY = 2 / 5
 
 
-def probed(chance: float = CHANCE) -> Estimate:
+def probed(probability: float = PROBABILITY) -> Estimate:
     """A grey picture that wants probes, in two of five pixels or another share of them."""
     document = scene(sphere([0, 0, 0], 1), camera=camera(width=96, height=64))
     estimate = Estimate.begin(renderer.compile_scene(document, TargetQuality(mode="target", error=4 / 255)))
     estimate.state = State.BORDERS
-    estimate.values[...], estimate.have[...], estimate.probe_probability[...] = GREY, PREVIEWED, chance
+    estimate.values[...], estimate.have[...], estimate.probe_probability[...] = GREY, PREVIEWED, probability
     assert advance(estimate)
     return estimate
 
@@ -333,15 +334,17 @@ def test_a_find_is_worth_a_search_if_what_it_speaks_for_errs_by_a_share_of_the_b
 ) -> None:
     """It speaks for the pixels that are to one probe; the others err by a little more than was requested."""
     estimate = probed()
-    others, least = 1.2 * estimate.target**2, WORTH * estimate.budget * CHANCE
+    others, least = 1.2 * estimate.target**2, WORTH * estimate.budget * PROBABILITY
     assert part * least > FIND * others
     find = GREY + math.sqrt(part * least)
     assert searched(estimate, others, (find, find)).any() == expected
 
 
-@pytest.mark.parametrize(("chance", "whole"), [(2 / 5, False), (3 / 5, True)])
-def test_a_sort_most_of_whose_pixels_are_probes_shows_32_samples_of_each(chance: float, whole: bool) -> None:
-    estimate = probed(chance)
+@pytest.mark.parametrize(("probability", "whole"), [(2 / 5, False), (3 / 5, True)])
+def test_a_sort_most_of_whose_pixels_are_probes_shows_32_samples_of_each(
+    probability: float, whole: bool
+) -> None:
+    estimate = probed(probability)
     searched(estimate, 1.2 * estimate.target**2, (GREY, GREY))
     assert estimate.shown.all()
     assert (COUNTS[estimate.want] >= 32).all() == whole

@@ -91,15 +91,15 @@ def test_cutting_a_pass_does_not_make_its_rays_more_expensive() -> None:
     assert measured_prices({"pilots": 2.0}, "pilots", 0, 0.5, tiles=0) == {"pilots": 2.0}
 
 
-Told = list[tuple[float, float]]
-"""After each tile: the share that was told, and the CPU seconds spent."""
+Reports = list[tuple[float, float]]
+"""After each tile: the reported share, and the CPU seconds spent."""
 
 
-def followed(document: Json, error: float) -> Told:
+def followed(document: Json, error: float) -> Reports:
     plan = renderer.compile_scene(document, TargetQuality(mode="target", error=error))
-    told: Told = []
+    reports: Reports = []
     render = AdaptiveRender(
-        Driver.begin(plan, workers=2), lambda event: told.append((event.share, render.cpu_seconds))
+        Driver.begin(plan, workers=2), lambda event: reports.append((event.share, render.cpu_seconds))
     )
 
     def each(requests: list[TileRequest]) -> Iterator[tuple[TileRequest, Samples | None]]:
@@ -107,7 +107,7 @@ def followed(document: Json, error: float) -> Told:
 
     while render.step(each):
         pass
-    return [(share, spent / render.cpu_seconds) for share, spent in told]
+    return [(share, spent / render.cpu_seconds) for share, spent in reports]
 
 
 @pytest.mark.slow
@@ -120,18 +120,18 @@ def test_the_share_is_near_that_of_the_cpu_seconds() -> None:
     for document in SCENES.values():
         for error in (2 / 255, 0.5 / 255):
             view = {**document["camera"], "width": 96, "height": 72}
-            told = followed({**document, "camera": view}, error)
-            shares = [share for share, _ in told]
+            reports = followed({**document, "camera": view}, error)
+            shares = [share for share, _ in reports]
             assert shares == sorted(shares)
             assert shares[0] > 0
             assert shares[-1] < 1
-            off += [abs(share - true) for share, true in told]
+            off += [abs(share - true) for share, true in reports]
     assert np.median(off) <= 0.2
     assert np.quantile(off, 0.9) <= 0.5
 
 
 @pytest.mark.parametrize("workers", [None, 2])
-def test_events_tell_a_share_that_grows_and_the_seconds_that_are_left(workers: int | None) -> None:
+def test_events_report_a_share_that_grows_and_the_seconds_that_are_left(workers: int | None) -> None:
     document = pictures.of_room(camera=camera(width=120, height=90))
     plan = renderer.compile_scene(document, TargetQuality(mode="target", error=0.5 / 255))
     seen: list[renderer.TileEvent] = []

@@ -1,4 +1,4 @@
-"""Control variates: what pilot samples tell of the brightness of what a ray meets."""
+"""Control variates: what pilot samples predict about the brightness of what a ray hits."""
 
 import numpy as np
 import pytest
@@ -30,14 +30,14 @@ def one(labels: list[int], values: list[float], fine: list[bool] | None = None) 
     """Brightness of each label around a pixel, None where none is known."""
     levels = np.repeat(np.array(values, np.float32)[None, :, None], 3, axis=0)
     around = guide(Nearby(levels, np.array(labels, np.int32)[:, None]), np.array(fine or [False] * 4))
-    asked = np.array([*sorted(set(labels)), 3], np.int32)
-    radiance, known = around.at(asked, np.zeros(asked.size, np.int64))
+    requested = np.array([*sorted(set(labels)), 3], np.int32)
+    radiance, known = around.at(requested, np.zeros(requested.size, np.int64))
     assert not radiance[:, ~known].any()
     assert (radiance[0] == radiance[2]).all()
     found = radiance[0].tolist()
     return {
-        label: told if met else None
-        for label, told, met in zip(asked.tolist(), found, known.tolist(), strict=True)
+        label: value if is_known else None
+        for label, value, is_known in zip(requested.tolist(), found, known.tolist(), strict=True)
     }
 
 
@@ -47,7 +47,7 @@ def test_of_each_label_the_pixels_own_sample_goes_before_those_beside_it_and_the
     assert one(labels, values) == {0: 5, 1: 4, 2: 5, -1: 8, 3: None}
 
 
-def test_of_fine_shapes_none_but_the_pixels_own_sample_tells() -> None:
+def test_of_fine_shapes_none_but_the_pixels_own_sample_counts() -> None:
     labels, values = [2, 1, 2, 0, 0, 1, 1, -1, 2], [1.0, 2, 3, 4, 5, 6, 7, 8, 11]
     fine = [True, True, False, False]
     assert one(labels, values, fine) == {0: 5, 1: None, 2: 5, -1: 8, 3: None}
@@ -58,9 +58,11 @@ def test_of_fine_shapes_none_but_the_pixels_own_sample_tells() -> None:
     [({}, True), ({"color_texture": "board"}, False), ({"mirror": 0.5}, False)],
     ids=["plain", "texture", "mirror"],
 )
-def test_only_what_is_smooth_is_taken_from_the_looks_of_neighbours(material: Json, borrows: bool) -> None:
-    """A sheet over the left half and three tenths of a column more. Looks at it are changed: pixels whose own
-    look met the background may learn of that.
+def test_only_what_is_smooth_is_taken_from_the_pilot_samples_of_neighbours(
+    material: Json, borrows: bool
+) -> None:
+    """A sheet over the left half and three tenths of a column more. Its pilot samples are
+    changed: pixels whose own one hit the background may use them.
     """
     board = {"type": "checker", "even": [0.5, 0.75, 1], "odd": [0.5, 0.25, 0], "repeat": [3, 5]}
     materials = {"plain": phong(ambient=1, diffuse=0, **material)}
@@ -70,15 +72,15 @@ def test_only_what_is_smooth_is_taken_from_the_looks_of_neighbours(material: Jso
     assert (labels == np.where(np.arange(SIDE) < SIDE / 2, 0, -1)).all()
     changed = np.where(labels == 0, np.float32(2), values)
     pilots = (flat(each, labels) for each in (values, changed))
-    truth, told = (covered(plan, pilots=each).values.reshape(values.shape) for each in pilots)
+    truth, borrowed = (covered(plan, pilots=each).values.reshape(values.shape) for each in pilots)
     column = SIDE // 2
-    assert set((told != truth)[:, :, column].ravel().tolist()) == {borrows}
-    assert (told[:, :, :column] == 2).all()
-    assert (told[:, :, column + 1 :] == truth[:, :, column + 1 :]).all()
+    assert set((borrowed != truth)[:, :, column].ravel().tolist()) == {borrows}
+    assert (borrowed[:, :, :column] == 2).all()
+    assert (borrowed[:, :, column + 1 :] == truth[:, :, column + 1 :]).all()
 
 
-def test_of_neighbours_those_beside_a_pixel_are_asked_before_those_at_its_corners() -> None:
-    """A sheet is seen with a look of 64 at a corner, then of 1 above as well, then of 2 at the left too."""
+def test_of_neighbours_those_beside_a_pixel_come_before_those_at_its_corners() -> None:
+    """A sheet's pilot samples: 64 at a corner, then 1 above as well, then 2 at the left too."""
     sheet = (7.4, 7.4), (0.9, 0.0), (0.0, 0.9)
     plan = plan_of(picture(rectangle(*at(sheet))))
     values = np.zeros((3, SIDE, SIDE), dtype=np.float32)
@@ -86,10 +88,10 @@ def test_of_neighbours_those_beside_a_pixel_are_asked_before_those_at_its_corner
     share = shares_of(plan, 13, sheet).reshape(SIDE, SIDE)[8, 8]
     assert 0 < share < 1
     shown = []
-    for row, column, look in ((7, 7, 64), (7, 8, 1), (8, 7, 2)):
-        labels[row, column], values[:, row, column] = 0, look
+    for row, column, value in ((7, 7, 64), (7, 8, 1), (8, 7, 2)):
+        labels[row, column], values[:, row, column] = 0, value
         shown.append(covered(plan, pilots=flat(values, labels)).values.reshape(values.shape)[0, 8, 8])
-    assert shown == [np.float32(share * told) for told in (64, 1, 1.5)]
+    assert shown == [np.float32(share * value) for value in (64, 1, 1.5)]
 
 
 SEEDS = 16
@@ -130,17 +132,17 @@ def squared_bias(differences: Numbers) -> tuple[float, float]:
 
 
 STRIP = (1.2, 7.05), (13.0, 0.2), (0.0, 0.1)
-"""No look meets it."""
+"""No pilot sample hits it."""
 
 WALL = (-1.0, -1.0), (SIDE + 2.0, 0.0), (0.0, SIDE + 2.0)
 
 
 @pytest.mark.parametrize("fine", [{}, {"mirror": 0.3}], ids=["plain", "fine"])
 def test_what_is_known_and_the_differences_from_the_guide_are_samples_without_bias(fine: Json) -> None:
-    """Over 16 seeds no squared bias within 4 standard errors, which tell one of a hundredth of the contrast.
+    """Over 16 seeds no squared bias within 4 standard errors, which shows one of a hundredth of the contrast.
 
-    Samples vary far less, for what differs at borders is mostly what is seen; where none but a pixel's own
-    look tells of a shape, still less.
+    Samples vary far less, for what differs at borders is mostly what is seen; still less where only a pixel's
+    own pilot sample shows a shape.
     """
     slanted = rectangle(*at(((3.3, 2.1), (9.7, 3.2), (-2.4, 8.6))))
     materials = {"plain": phong([0.75, 0.5, 0.125], ambient=1, diffuse=0.2, **fine)}
@@ -181,7 +183,7 @@ def test_means_of_boards_and_the_differences_from_their_colours_are_samples_with
     assert controlled.sum() < plain.sum() * most
 
 
-def test_what_hides_a_board_unseen_by_any_look_biases_its_pixels_by_no_more_than_its_share() -> None:
+def test_what_hides_a_board_unseen_by_pilot_samples_biases_its_pixels_by_no_more_than_its_share() -> None:
     """The colour behind it is not known, so that the mean stands for it: they are apart by no more than the
     fields are. Pixels that nothing hides have no bias. Pictures cover such pixels with rays instead, as they
     know of edges and of thin shapes.

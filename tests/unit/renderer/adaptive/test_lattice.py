@@ -27,7 +27,7 @@ def filled(
     labels: NDArray[np.int32] | None = None,
     needs_sampling: NDArray[np.bool_] | None = None,
 ) -> tuple[Field, NDArray[np.int32], NDArray[np.bool_]]:
-    """Values, labels, and what must be looked at, where only the even nodes are known."""
+    """Values, labels, and what must be sampled, where only the even nodes are known."""
     size = truth.shape[1:]
     labels = np.zeros(size, np.int32) if labels is None else labels
     needs_sampling = np.zeros(size, bool) if needs_sampling is None else needs_sampling
@@ -62,7 +62,7 @@ def test_planes_are_interpolated_exactly(size: tuple[int, int]) -> None:
 
 
 @pytest.mark.parametrize("size", [(1, 17), (17, 1), (2, 17), (17, 2), (4, 17), (17, 4)])
-def test_where_there_are_too_few_rows_to_tell_all_is_looked_at(size: tuple[int, int]) -> None:
+def test_where_there_are_too_few_rows_all_is_sampled(size: tuple[int, int]) -> None:
     """Two nodes on a line say nothing of what is between them, nor does a line of its neighbours."""
     y, x = nodes(*size)
     _, _, unknown = filled(colored(x, y, x), allowed=1.0)
@@ -94,7 +94,7 @@ def test_shapes_are_interpolated_up_to_their_border_and_never_across(cut: int) -
 
 
 @pytest.mark.parametrize("across", [True, False])
-def test_a_strip_of_two_nodes_of_a_shape_is_looked_at(across: bool) -> None:
+def test_a_strip_of_two_nodes_of_a_shape_is_sampled(across: bool) -> None:
     """It has no second difference of its own, and those of its neighbours are not about it."""
     y, x = nodes(17, 17)
     along = x if across else y
@@ -121,7 +121,7 @@ def test_a_single_pixel_that_differs_keeps_all_cells_around_it_from_being_interp
 
 
 @pytest.mark.parametrize(("bend_x", "bend_y"), [(1, 0), (0, 1), (-2, 1), (1, 2), (3, -3)])
-def test_a_quadratic_is_interpolated_if_its_error_is_allowed_and_else_looked_at(
+def test_a_quadratic_is_interpolated_if_its_error_is_allowed_and_else_sampled(
     bend_x: int, bend_y: int
 ) -> None:
     """In steps of the coarse lattice b x x / 2 has second differences b; the chord is b / 8 above it."""
@@ -156,10 +156,10 @@ def test_no_quadratic_is_interpolated_with_more_error_than_allowed(seed: int) ->
     ("width", "height"),
     [(1, 1), (1, 4000), (160, 120), (320, 240), (400, 200), (640, 360), (1024, 512), (3840, 2160)],
 )
-def test_a_lattice_begins_with_enough_looks_and_is_no_coarser_than_the_coarsest(
+def test_a_lattice_begins_with_enough_pilot_samples_and_is_no_coarser_than_the_coarsest(
     width: int, height: int
 ) -> None:
-    """Each halving takes four times the looks, so some power of two is within a factor of two of enough."""
+    """Each halving takes four times the samples, so some power of two is within a factor of two of enough."""
     stride = stride_for(width, height)
     assert stride in (1, 2, 4, 8)
     pilots = width * height / stride**2

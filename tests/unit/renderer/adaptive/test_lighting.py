@@ -1,4 +1,4 @@
-"""The pilot sample at a light: who sees all of it, who sees none, and how near its mean comes."""
+"""Pilot samples of a light: which points see all of it, or none, and how near the mean comes."""
 
 from typing import Any
 
@@ -30,9 +30,9 @@ def plan_of(*shapes: Any, error: float = 4 / 255, **changes: Any) -> renderer.Re
 
 
 def pilot_sample(plan: renderer.RenderPlan) -> PilotLighting:
-    (look,) = plan.lightings
-    assert isinstance(look, PilotLighting)
-    return look
+    (lighting,) = plan.lightings
+    assert isinstance(lighting, PilotLighting)
+    return lighting
 
 
 def points_on_floor(
@@ -137,7 +137,7 @@ def test_who_sees_nothing_of_a_light_gets_none_of_it() -> None:
     assert rays == corners_for(4 / 255) ** 2 * 100
 
 
-def test_only_who_sees_a_part_of_a_light_asks_for_many_shadow_rays() -> None:
+def test_only_points_that_see_a_part_of_a_light_take_many_shadow_rays() -> None:
     plan = plan_of(FLOOR, SCREEN)
     x, z = places(5, 400, 3)
     part = beyond(x, z, 0.5) & ~beyond(x, z, 1.5)
@@ -150,7 +150,7 @@ def test_only_who_sees_a_part_of_a_light_asks_for_many_shadow_rays() -> None:
 @pytest.mark.parametrize(
     ("error", "many"), [(1.0, 8), (2.0**-6, 16), (2.0**-8, 64), (2.0**-10, 256), (1e-6, 1024)]
 )
-def test_a_smaller_error_asks_for_more_points_in_a_penumbra(error: float, many: int) -> None:
+def test_a_smaller_error_takes_more_points_in_a_penumbra(error: float, many: int) -> None:
     assert pilot_sample(plan_of(FLOOR, SCREEN, error=error)).partial.emitter.count == many
 
 
@@ -213,15 +213,15 @@ def test_a_ball_that_reaches_between_two_probes_darkens_by_what_it_hides(error: 
 
 def test_who_is_nearer_to_a_light_takes_a_finer_grid() -> None:
     plan = plan_of(FLOOR, error=1 / 1024)
-    look = pilot_sample(plan)
+    lighting = pilot_sample(plan)
     points = points_on_floor(plan, np.array([0.0, 3.0, 8.5]), np.array([0.0, 1.0, 8.5]))
-    view = look.probe.view(points, workspace())
-    cells = np.array(SIDES)[look.sides(view, np.arange(3))]
+    view = lighting.probe.view(points, workspace())
+    cells = np.array(SIDES)[lighting.sides(view, np.arange(3))]
     assert (np.diff(cells) <= 0).all()
     assert cells[0] > cells[2]
 
 
-def test_a_single_shape_casts_no_shadow_and_asks_for_no_shadow_rays() -> None:
+def test_a_single_shape_casts_no_shadow_and_takes_no_shadow_rays() -> None:
     plan = plan_of(FLOOR)
     x, z = places(7, 100, 4)
     points = points_on_floor(plan, x, z)
@@ -231,7 +231,7 @@ def test_a_single_shape_casts_no_shadow_and_asks_for_no_shadow_rays() -> None:
     assert np.abs(found - exact(points)).max() <= 1 / 255
 
 
-def test_who_looks_at_the_back_of_a_light_gets_none_of_it() -> None:
+def test_points_behind_a_light_get_none_of_it() -> None:
     light = lamp([-0.5, 3, -0.5], [0, 0, 1], [1, 0, 0], two_sided=False, visible=False)
     found, towards = [], [light, light | {"edges": light["edges"][::-1]}]
     for turned in towards:
@@ -241,6 +241,6 @@ def test_who_looks_at_the_back_of_a_light_gets_none_of_it() -> None:
     assert sorted(bool(light.any()) for light, _ in found) == [False, True]
 
 
-def test_lights_without_an_area_are_looked_at_as_always() -> None:
+def test_lights_without_an_area_are_sampled_as_always() -> None:
     plan = plan_of(FLOOR, SCREEN, lights=[bulb([0, 3, 0])])
     assert not any(isinstance(lighting, PilotLighting) for lighting in plan.lightings)

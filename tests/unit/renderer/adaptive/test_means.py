@@ -36,7 +36,7 @@ def board(error: float, **texture: Any) -> RenderPlan:
 
 
 def sampled(plan: RenderPlan, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Mean of the red colours that lattices of `PLACES` rays through pixels (n,) meet."""
+    """Mean of the red colours that lattices of `PLACES` rays through pixels (n,) hit."""
     total = np.zeros(rows.size)
     for place in range(PLACES):
         across, along = (place + 0.5) / PLACES, place * GOLDEN % 1

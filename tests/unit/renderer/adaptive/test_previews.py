@@ -13,7 +13,7 @@ def samples(
     covers: list[list[float]] | np.ndarray = (),
     controlled: list[bool] | None = None,
 ) -> Samples:
-    """Looks (n, 3), covers (k, 3), means of the halves (2, m, 3), and which (m,) are differences."""
+    """Pilot samples (n, 3), covers (k, 3), means of the halves (2, m, 3), and which (m,) are differences."""
     seen, covered = (np.array(each, dtype=np.float32).reshape(-1, 3) for each in (pilots, covers))
     means = np.zeros((2, 0, 3)) if halves is None else halves
     return Samples(
@@ -66,7 +66,7 @@ def test_a_lattice_begins_at_the_corner_of_the_picture_wherever_a_tile_does() ->
     assert np.array_equal(found, [[0.25, 0.25, 0.25, 1, 1, 1]] * 4)
 
 
-def test_looks_on_a_finer_lattice_leave_the_coarser_one_as_it_was() -> None:
+def test_pilot_samples_on_a_finer_lattice_leave_the_coarser_one_as_it_was() -> None:
     tile, have = Tile(0, 0, 0, 4, 4), np.zeros((4, 4))
     have[::4, ::4] = PREVIEWED
     want = np.zeros((4, 4))
@@ -79,9 +79,9 @@ def test_looks_on_a_finer_lattice_leave_the_coarser_one_as_it_was() -> None:
 @pytest.mark.parametrize(
     ("have", "value"),
     [(0, 0.75), (PREVIEWED, 0.75), (COVERED, 0.75), (SAMPLED, 0.625)],
-    ids=["unseen", "looked", "covered", "sampled"],
+    ids=["unseen", "previewed", "covered", "sampled"],
 )
-def test_samples_take_the_place_of_looks_and_join_other_samples(have: int, value: float) -> None:
+def test_samples_take_the_place_of_pilot_samples_and_join_other_samples(have: int, value: float) -> None:
     # Eight samples with a mean of 0.75; four of them new where four were there, with a mean of 0.5.
     halves = np.array([[[0.5] * 3], [[1.0] * 3]])
     levels = np.full((1, 1), have), np.full((1, 1), SAMPLED + 1)
@@ -94,7 +94,7 @@ def test_pixels_of_which_nothing_is_wanted_stay() -> None:
     assert np.array_equal(shown(tile, samples(halves=halves), have, want), [[0.0, 0.5]])
 
 
-def test_pixels_at_borders_take_the_place_of_their_looks_and_leave_the_others() -> None:
+def test_pixels_at_borders_take_the_place_of_their_pilot_samples_and_leave_the_others() -> None:
     tile, have = Tile(0, 0, 0, 3, 2), np.array([[PREVIEWED, PREVIEWED, 0], [PREVIEWED, COVERED, PREVIEWED]])
     cover = np.array([[0, 1, 5], [2, 0, 0]])
     covers = samples(covers=[[1, 1, 1], [2, 2, 2], [3, 3, 3]])

@@ -1,4 +1,4 @@
-"""Whole pictures of target quality: the same bytes however they are shared out, and the error asked for."""
+"""Whole pictures of target quality: the same bytes however they are shared out, and the requested error."""
 
 from typing import Any
 
@@ -87,7 +87,7 @@ def test_layers_say_how_many_samples_a_pixel_got_and_how_far_off_it_may_be() -> 
     assert set(np.unique(samples).tolist()) <= {1, *(a + b for a in covers for b in counts)}
     assert samples.mean() == pytest.approx(result.report["samples"]["antialiasing_mean"], rel=1e-12)
     # A pixel that went on has lost its pilot sample, one ray that is no longer counted, and perhaps smaller
-    # coverages. Every coverage may have looked at as many things as it has rays.
+    # coverages. Every coverage may have shaded as many points as it has rays.
     coverages = np.cumsum(COVERAGES)[np.searchsorted(COVERAGES, samples, side="right") - 1]
     lost = np.where(samples > 1, 1 + 2 * coverages, 0).sum()
     assert 0 <= result.report["rays"]["camera"] - samples.sum() <= lost
@@ -122,7 +122,7 @@ def test_when_the_time_is_spent_at_once_the_coarse_picture_is_there_in_whole() -
 
 
 @pytest.mark.parametrize("limit", [1e-9, 0.02, 1000.0])
-def test_the_error_is_always_told(limit: float) -> None:
+def test_the_error_is_always_reported(limit: float) -> None:
     quality = TargetQuality(mode="target", error=4 / 255, time_limit=limit)
     report = rendered(furnished(camera=camera()), quality).report
     assert 0 <= report["error"]["low"] <= report["error"]["estimate"] <= report["error"]["high"] <= 1
@@ -143,8 +143,8 @@ def test_a_large_picture_takes_fewer_rays_than_sixteen_in_each_pixel_would() -> 
     assert report["rays"]["camera"] < 16 * 320 * 240
 
 
-def test_a_scene_with_nothing_in_it_is_known_exactly_after_a_look() -> None:
-    """But for the rounding of what is kept of a look, and of samples, to float32."""
+def test_a_scene_with_nothing_in_it_is_known_exactly_after_pilot_samples() -> None:
+    """But for the rounding of what is kept of pilot samples, and of samples, to float32."""
     result = rendered(scene(camera=camera(width=40, height=30)))
     assert (result.image == np.float32([0.05, 0.1, 0.2])).all()
     assert result.report["error"]["estimate"] <= 0.2 * 2.0**-24
@@ -174,8 +174,8 @@ def converged(document: Json) -> NDArray[np.float32]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
-def test_pictures_are_as_near_to_a_converged_one_as_was_asked_for(name: str) -> None:
-    """The error is told with a bound that holds in 95 of 100 cases; it was chosen below what is asked for."""
+def test_pictures_are_as_near_to_a_converged_one_as_requested(name: str) -> None:
+    """The error is reported with a bound that holds in 95 of 100 cases; it was chosen below the target."""
     document = SCENES[name]
     result = rendered(document)
     difference = np.clip(result.image, 0, 1).astype(float) - np.clip(converged(document), 0, 1)

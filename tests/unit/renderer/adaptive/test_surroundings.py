@@ -48,7 +48,7 @@ def test_pilot_samples_that_are_packed_and_unpacked_keep_every_bit() -> None:
 
 
 def around(row: int, column: int, size: tuple[int, int], tile: Tile) -> list[int]:
-    """Numbers of the pixels of a picture whose looks are taken to be around a pixel of a tile."""
+    """Numbers of the pixels of a picture whose pilot samples are taken to be around a pixel of a tile."""
     labels = np.arange(np.prod(size), dtype=np.int32).reshape(size)
     values = np.stack((labels, labels + 100, labels + 200)).astype(np.float32)
     nearby = surroundings(tile, *flat(values, labels)).nearby(np.array([row]), np.array([column]))
@@ -127,8 +127,8 @@ def test_a_pixel_that_is_covered_again_shows_what_it_would_have_shown_at_once() 
         assert getattr(at_once, name).tobytes() == getattr(again, name).tobytes()
 
 
-def test_no_byte_of_a_pixel_depends_on_those_looked_at_with_it() -> None:
-    """Along a strip that no pilot sample has met, so that each pixel asks for a look of its own."""
+def test_no_byte_of_a_pixel_depends_on_those_sampled_with_it() -> None:
+    """Along a strip that no pilot sample has hit, so that each pixel shades a point of its own."""
     plan = plan_of(picture(rectangle(*at(THIN)), materials=MATT, lights=[bulb([2, 1, 1])]))
     pilots = pilot_samples(plan)
     together = covered(plan, pilots=pilots)

@@ -1,4 +1,4 @@
-"""The error of a picture as it is told."""
+"""The error of a picture as it is reported."""
 
 import math
 
@@ -9,34 +9,34 @@ from renderer.adaptive.uncertainty import error_of
 
 
 def test_the_error_is_the_root_of_the_mean_square() -> None:
-    told = error_of(total=4.0, variance=0.0, pixels=100)
-    assert told.estimate == told.low == told.high == told.bound == 0.2
+    error = error_of(total=4.0, variance=0.0, pixels=100)
+    assert error.estimate == error.low == error.high == error.bound == 0.2
 
 
 def test_intervals_hold_what_normal_numbers_do_in_95_of_100_cases() -> None:
     """Both sides, and one: Phi(1.96) = 0.975 and Phi(1.645) = 0.95."""
-    told = error_of(total=4.0, variance=0.25, pixels=100)
-    beyond = (told.high**2 * 100 - 4) / 0.5
+    error = error_of(total=4.0, variance=0.25, pixels=100)
+    beyond = (error.high**2 * 100 - 4) / 0.5
     assert math.erfc(beyond / math.sqrt(2)) == pytest.approx(0.05, abs=1e-4)
-    assert (4 - told.low**2 * 100) / 0.5 == pytest.approx(beyond, rel=1e-12)
-    beyond = (told.bound**2 * 100 - 4) / 0.5
+    assert (4 - error.low**2 * 100) / 0.5 == pytest.approx(beyond, rel=1e-12)
+    beyond = (error.bound**2 * 100 - 4) / 0.5
     assert math.erfc(beyond / math.sqrt(2)) / 2 == pytest.approx(0.05, abs=1e-4)
 
 
 @pytest.mark.parametrize("confidence", [0.5, 0.8, 0.95, 0.999])
-def test_the_bound_holds_what_normal_numbers_do_in_the_share_of_cases_asked_for(confidence: float) -> None:
-    told = error_of(total=4.0, variance=0.25, pixels=100, confidence=confidence)
-    beyond = (told.bound**2 * 100 - 4) / 0.5
+def test_the_bound_holds_what_normal_numbers_do_in_the_requested_share_of_cases(confidence: float) -> None:
+    error = error_of(total=4.0, variance=0.25, pixels=100, confidence=confidence)
+    beyond = (error.bound**2 * 100 - 4) / 0.5
     assert math.erfc(beyond / math.sqrt(2)) / 2 == pytest.approx(1 - confidence, rel=1e-9)
 
 
-def test_the_interval_told_does_not_depend_on_the_confidence() -> None:
+def test_the_reported_interval_does_not_depend_on_the_confidence() -> None:
     assert error_of(4.0, 0.25, 100, 0.5).document() == error_of(4.0, 0.25, 100, 0.999).document()
 
 
 def test_a_sum_that_noise_made_negative_is_no_error() -> None:
-    told = error_of(total=-1.0, variance=1.0, pixels=10)
-    assert (told.estimate, told.low) == (0, 0)
-    assert told.bound > 0
-    assert np.isfinite(list(told.document().values())).all()
-    assert told.document().keys() == {"estimate", "low", "high"}
+    error = error_of(total=-1.0, variance=1.0, pixels=10)
+    assert (error.estimate, error.low) == (0, 0)
+    assert error.bound > 0
+    assert np.isfinite(list(error.document().values())).all()
+    assert error.document().keys() == {"estimate", "low", "high"}

@@ -11,14 +11,14 @@ from renderer.shapes import woop
 from renderer.shapes.triangles import Triangles
 
 PORTION = 4096
-"""Rays that walk the tree together: their boxes and triangles stay in cache."""
+"""Rays that traverse the tree together: their boxes and triangles stay in cache."""
 
 LEVELS = 2
-"""Levels that rays walk before they go on from the nearest node alone, to be stopped there mostly."""
+"""Levels that rays traverse before they continue from the nearest node alone, where most of them stop."""
 
 
 @dataclass(frozen=True, slots=True)
-class TreeMeeting:
+class TreeIntersector:
     """Stage: the nearest hits of a block of rays with triangles in a tree.
 
     Attributes
@@ -36,28 +36,28 @@ class TreeMeeting:
 
         What begins at the distance of a hit is not: of equal hits the first triangle counts.
         """
+        levels = self.tree.levels
         for start in range(0, rays.t.size, PORTION):
             chosen = np.arange(start, min(start + PORTION, rays.t.size))
-            visits = self._walk(rays, chosen, self.tree.levels[:LEVELS], from_root(np.arange(chosen.size)))
+            visits = self._traverse(rays, chosen, levels[:LEVELS], from_root(np.arange(chosen.size)))
             nearest = visits.nearest()
             for now in (nearest, ~nearest):
                 ahead = now & (visits.entries <= rays.t[chosen[visits.rays]] * AHEAD)
-                self._meet_leaves(
-                    rays, chosen, self._walk(rays, chosen, self.tree.levels[LEVELS:], visits.chosen(ahead))
-                )
+                leaves = self._traverse(rays, chosen, levels[LEVELS:], visits.chosen(ahead))
+                self._intersect_leaves(rays, chosen, leaves)
 
-    def _walk(self, rays: Rays, chosen: Integers, levels: tuple[Level, ...], start: Visits) -> Visits:
+    def _traverse(self, rays: Rays, chosen: Integers, levels: tuple[Level, ...], start: Visits) -> Visits:
         directions = taken(rays.directions, chosen)
         return visits_of_rays(levels, rays.origins_at(chosen), directions, rays.t[chosen], start)
 
-    def _meet_leaves(self, rays: Rays, chosen: Integers, visits: Visits) -> None:
+    def _intersect_leaves(self, rays: Rays, chosen: Integers, visits: Visits) -> None:
         order = visits.nearest_first()
         owners, leaves, entries = visits.rays[order], visits.nodes[order], visits.entries[order]
         for turn in turns(owners):
             now = turn[entries[turn] <= rays.t[chosen[owners[turn]]] * AHEAD]
-            self._meet_items(rays, chosen[owners[now]], self.tree.items[leaves[now]])
+            self._intersect_items(rays, chosen[owners[now]], self.tree.items[leaves[now]])
 
-    def _meet_items(self, rays: Rays, owners: Integers, items: Integers) -> None:
+    def _intersect_items(self, rays: Rays, owners: Integers, items: Integers) -> None:
         filled = np.flatnonzero(items != NOTHING)
         offer_hits(self.family, rays, owners[filled // items.shape[1]], items.reshape(-1)[filled])
 
