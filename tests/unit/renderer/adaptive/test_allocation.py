@@ -294,7 +294,7 @@ def asked(estimate: Estimate, ease: float) -> NDArray[np.int64]:
 
 def test_a_pass_asks_for_a_tenth_of_the_samples_so_far_if_some_share_of_the_goal_does() -> None:
     estimate = noisy_corner(corner=0.5, elsewhere=0.3)
-    levels = [requested(estimate, ease) for ease in EASES]
+    levels = [asked(estimate, ease) for ease in EASES]
     rays = [int((COUNTS[each] - COUNTS[SAMPLED]).sum()) for each in levels]
     least = LEAST * 4 * estimate.have.size
     enough = next(number for number, count in enumerate(rays) if count >= least)
