@@ -87,7 +87,7 @@ def reads_over_http(reads: int, readers: int = 4) -> Promise:
     older = outdated(found)
     growing = sum(read.newest != NEWEST for read in found)
     return Promise(
-        promise="no reader over HTTP is given a torn picture or tile, or an older pass after a newer one",
+        promise="no reader over HTTP gets a torn picture or tile, or an older pass after a newer one",
         measured=f"{len(found)} reads over {readers} connections, {growing} of them of pictures that grew: "
         f"{torn} torn, {older} older",
         held=torn == older == 0 and growing > 0,
