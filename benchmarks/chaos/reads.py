@@ -40,7 +40,7 @@ WAYS = ("image.npy", "tiles?after=0", "image.png")
 
 @dataclass(frozen=True)
 class Read:
-    """One answer: of which picture, up to which event, and when it was asked for and there, seconds."""
+    """One answer: of which picture, up to which event, and when it was requested and received, seconds."""
 
     number: int
     newest: int
@@ -106,7 +106,7 @@ def reads_over_http(reads: int, readers: int = 4) -> Promise:
 
 
 def outdated(reads: Sequence[Read]) -> int:
-    """Count the reads that show less than another one which was there before they were asked for.
+    """Count the reads that show less than one that was complete before they were requested.
 
     Examples
     --------
