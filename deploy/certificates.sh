@@ -1,5 +1,5 @@
 #!/bin/sh
-# Makes an authority of one's own and one certificate for the service, the scheduler and all workers:
+# Makes a certificate authority and one certificate for the service, the scheduler and all workers:
 #   sh deploy/certificates.sh FOLDER [DAYS]
 # cluster.key gives full control over the cluster. authority.key is only needed to sign the next certificate.
 set -eu
