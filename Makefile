@@ -36,10 +36,10 @@ check: .venv/installed-check  ## lint, format, types, which package may import w
 	$(BIN)/hadolint Dockerfile scenes/assignment/gradescope/Dockerfile
 	$(BIN)/python -m benchmarks.audit
 
-audit: .venv/installed-check  ## ask for advisories about the dependencies; fails where nobody answers
+audit: .venv/installed-check  ## check the dependencies for known advisories; fails if the database cannot be reached
 	$(BIN)/python -m benchmarks.audit --strict
 
-fuzz: .venv/installed-test  ## send 100,000 bodies that make no sense, into out/fuzz.json; some minutes
+fuzz: .venv/installed-test  ## send 100,000 malformed request bodies, into out/fuzz.json; some minutes
 	$(BIN)/python -m benchmarks.fuzz
 
 gallery: .venv/installed  ## render the gallery and the hard scenes into out
@@ -48,16 +48,16 @@ gallery: .venv/installed  ## render the gallery and the hard scenes into out
 bench: .venv/installed  ## measure times and errors on this machine, into out/bench.json
 	$(BIN)/python -m benchmarks
 
-chaos: .venv/installed  ## kill, stop and starve the service and see that it keeps its promises, into out/chaos.json; up to half an hour
+chaos: .venv/installed  ## kill, stop and starve the service and check its guarantees, into out/chaos.json; up to half an hour
 	$(BIN)/python -m benchmarks.chaos
 
-load: .venv/installed  ## measure what the service promises under load, into out/load.json; 5 minutes
+load: .venv/installed  ## measure the service's guarantees under load, into out/load.json; 5 minutes
 	$(BIN)/python -m benchmarks.load
 
 bench-peers: .venv/installed-bench  ## compare CPU seconds at equal error with other renderers, into out/peers.json; half an hour
 	$(BIN)/python -m benchmarks.peers
 
-bench-references: .venv/installed-bench  ## make the reference pictures again with another renderer
+bench-references: .venv/installed-bench  ## render the reference pictures again with another renderer
 	$(BIN)/python -m benchmarks.peer_pictures
 
 study: .venv/installed  ## measure what accuracy costs in time, into out/study; 25 minutes, on an idle machine

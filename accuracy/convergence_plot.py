@@ -48,7 +48,8 @@ def draw(
         "svg" or "png".
     title : str
     target : float, optional
-        The error asked for.
+        The target error.
+
     unknown : str, optional
         What to write in place of a curve where no pass has an error.
 

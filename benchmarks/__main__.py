@@ -47,7 +47,7 @@ PARTS: dict[str, tuple[Callable[[int], Any], tuple[Callable[[Any], Table], ...]]
 
 
 def main() -> None:
-    """Measure the parts that are asked for, print them as tables and keep them as JSON."""
+    """Measure the requested parts, print them as tables and keep them as JSON."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Measure times and errors.")
     parser.add_argument("parts", nargs="*", default=[*PARTS], metavar="PART", help=", ".join(PARTS))
     parser.add_argument("--runs", type=int, default=5, help="runs of everything that is timed")

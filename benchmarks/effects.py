@@ -1,4 +1,4 @@
-"""What each effect costs where a scene asks for it, and that it costs nothing where its strength is zero."""
+"""What each effect costs in a scene that has it, and that it costs nothing if its strength is zero."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bodies that make no sense, some less and some more: scenes with wounds, random JSON, torn text, files."""
+"""Malformed bodies: mutated scenes, random JSON, truncated text, files."""
 
 import base64
 import copy
@@ -107,7 +107,7 @@ class Bodies:
         return self.random.choice(TEXTS)
 
     def written(self, document: Any) -> bytes:
-        """The document as JSON text, sometimes torn."""
+        """The document as JSON text, sometimes truncated."""
         text = json.dumps(document, ensure_ascii=self.random.random() < 0.5)
         for number in VERBATIM:
             text = text.replace(f'"{PLACE}{number}"', number)

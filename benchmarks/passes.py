@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from renderer import RenderPlan, TileEvent
 
 ERROR = 0.5 / 255
-"""What is asked for where nothing limits the time."""
+"""The quality without a time limit."""
 
 OUT_OF_REACH = 0.02 / 255
-"""What is asked for where the time ends the picture."""
+"""The quality with a time limit that ends the picture."""
 
 LAYERS = ("depth", "normal", "albedo", "samples", "error")
 

@@ -36,7 +36,7 @@ QUICK_ERRORS_255 = (4.0, 2.0, 1.0, 0.5)
 
 
 def main() -> None:
-    """Measure the scenes that are asked for, print the comparison and keep it as JSON."""
+    """Measure the requested scenes, print the comparison and keep it as JSON."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.peers", description="Compare renderers.")
     parser.add_argument("scenes", nargs="*", default=[*SCENES], metavar="SCENE", help=", ".join(SCENES))
     parser.add_argument(

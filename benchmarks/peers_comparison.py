@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 FLOOR = 1.1
 """CPU seconds over those of the cheapest target up to which a picture cost what any picture does. There was
-nothing left to save, so its error may be far below the one asked for."""
+nothing left to save, so its error may be far below the target."""
 
 
 class Asked(TypedDict):
-    """What a user gets who asks for an error; `over_peer` compares with Mitsuba at exactly that error."""
+    """What a user gets for a target error; `over_peer` compares with Mitsuba at exactly that error."""
 
     cpu_seconds: float
     rmse_255: float
@@ -44,7 +44,7 @@ class Comparison(TypedDict):
 
 
 class Precision(TypedDict):
-    """True error over the one asked for, of a scene's targets that needed samples, and how many kept it."""
+    """True error over the target error, of a scene's targets that needed samples, and how many kept it."""
 
     scene: str
     targets: int
@@ -84,13 +84,13 @@ def _asked(runs: Sequence[Run], error_255: float, peer_seconds: float | None) ->
 
 
 def precisions(scenes: Mapping[str, Sequence[Run]]) -> list[Precision]:
-    """How near true errors are to those asked for, in scenes where any target needed samples."""
+    """How near true errors are to their targets, in scenes where any target needed samples."""
     found = ((scene, needed_samples(runs)) for scene, runs in scenes.items())
     return [_precision(scene, runs) for scene, runs in found if runs]
 
 
 def needed_samples(runs: Iterable[Run]) -> list[tuple[float, float]]:
-    """The error asked for and the true one of each target that cost more than any picture does.
+    """The target error and the true error of each target that cost more than any picture does.
 
     Examples
     --------

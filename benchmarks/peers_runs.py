@@ -42,7 +42,7 @@ FIRST_SEED = 1000
 class Run(TypedDict):
     """One setting of one renderer: CPU seconds, errors of linear values clipped to 0..1 in units of 1/255.
 
-    `rmse_255` is the true error, without the reference's own; `asked_255` what target quality was asked for.
+    `rmse_255` is the true error, without the reference's own; `asked_255` the target error.
     """
 
     renderer: str

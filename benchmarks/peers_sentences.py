@@ -68,7 +68,7 @@ def of_fixed(rows: Iterable[Comparison]) -> str:
 
 
 def of_precision(rows: Iterable[Precision]) -> str:
-    """Whether true errors are as near below the ones asked for as they are meant to be."""
+    """Whether true errors are as close below their targets as intended."""
     low, high = PRECISION_GOAL
     missed = [f"{row['scene']} {row['median']:.2f}" for row in rows if not low <= row["median"] <= high]
     goal = f"The goal for the median is {low:g} to {high:g}. "

@@ -1,4 +1,4 @@
-"""What is compared: scenes, errors, goals, and what each renderer is asked for, from cheap to expensive."""
+"""What is compared: scenes, errors, goals, and the settings of each renderer, from cheap to expensive."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ FIXED_GOAL = 1.05
 """CPU seconds of target quality over those of fixed samples, the same goal for every scene and error."""
 
 PRECISION_GOAL = (0.75, 1.0)
-"""True error over the one asked for, in the median of what a scene was asked."""
+"""True error over the target error, the median over a scene's targets."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ FIXED: tuple[tuple[Quality, ...], ...] = (REGULAR, SOBOL)
 """Ways to ask for fixed samples, each from cheap to expensive."""
 
 COARSER = math.sqrt(2)
-"""Beside each error one so many times as large is asked for: the curve has a point between errors."""
+"""Beside each error a target this many times as large is rendered: the curve has a point between errors."""
 
 
 def asked(errors_255: Iterable[float]) -> list[TargetQuality]:

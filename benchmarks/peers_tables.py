@@ -60,7 +60,7 @@ def equal_row(row: Comparison) -> tuple[str, ...]:
 
 
 def asked_row(row: Comparison) -> tuple[str, ...]:
-    """Cells of what a user gets who asks for an error; `-`: not measured, or not reached by Mitsuba."""
+    """Cells of what a user gets for a target error; `-`: not measured, or not reached by Mitsuba."""
     name, peer, asked = target_name(row["error_255"]), cell(row["seconds"][PEER]), row["asked"]
     if asked is None:
         return row["scene"], name, peer, "-", "-", "-"
@@ -75,7 +75,7 @@ def fixed_row(row: Comparison) -> tuple[str, ...]:
 
 
 def precision_row(row: Precision) -> tuple[str, ...]:
-    """Cells of true errors over those asked for."""
+    """Cells of true errors over their targets."""
     ratios = (f"{row['least']:.2f}", f"{row['median']:.2f}", f"{row['most']:.2f}")
     return row["scene"], str(row["targets"]), str(row["kept"]), *ratios
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 PATHS = tuple(sorted((SCENES.parent / "gallery").glob("*.json")))
 
 COUNTS = (1, 4)
-"""Camera samples of the offers that are rendered, beside those that the scene asks for; the others take
+"""Camera samples of the offers that are rendered, beside the scene's own; the others take
 minutes."""
 
 NEAR = 0.25

@@ -125,7 +125,7 @@ def of_accuracy(accuracies: list[Accuracy]) -> Table:
 
 
 def of_targets(targets: Targets) -> Table:
-    """What each picture was asked for, what it says of its error, and what that is; below, all of them."""
+    """The target of each picture, its estimated error and its true error; below, all of them."""
     columns = ("scene", "target", "estimate", "low .. high", "true", "true / target", "CPU s")
     total = targets["summary"]
     low, middle, high = total["ratios"]

@@ -1,4 +1,4 @@
-"""Whether random pictures of target quality keep what they were asked for, and know how far off they are."""
+"""Whether random pictures reach their target error, and estimate their error correctly."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FIRST, COUNT = 20261122, 40
 """Number of the first scene, and how many there are: consecutive, so that none of them is chosen."""
 
 TARGETS_255 = (2.0, 1.0, 0.5)
-"""What is asked for, in units of 1/255."""
+"""Target errors, in units of 1/255."""
 
 CONVERGED = fixed_quality("sobol", 256, "sobol", 4)
 """Of each picture that a reference is the mean of: textures with a filter are blurred as for 256 samples."""

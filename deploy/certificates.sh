@@ -1,7 +1,7 @@
 #!/bin/sh
-# Makes an authority of one's own and one certificate for the service, the scheduler and all workers:
+# Makes a certificate authority and one certificate for the service, the scheduler and all workers:
 #   sh deploy/certificates.sh FOLDER [DAYS]
-# Whoever has cluster.key gives orders to the cluster. authority.key is needed for the next certificate alone.
+# cluster.key gives full control over the cluster. authority.key is only needed to sign the next certificate.
 set -eu
 folder=${1:?"Usage: certificates.sh FOLDER [DAYS]"}
 days=${2:-365}

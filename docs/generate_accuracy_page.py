@@ -80,12 +80,12 @@ def _sentences(measured: Mapping[str, Results]) -> Iterator[str]:
         lines = _lines(results)
         costs = {method: curves.cost_at(line, SHOWN_255) for method, line in lines.items()}
         reached = {method: cost for method, cost in costs.items() if cost is not None}
-        told = ", ".join(
+        costs_of_methods = ", ".join(
             f"{words.seconds(cost)} with {'target quality' if method == TARGET else method}"
             for method, cost in sorted(reached.items(), key=lambda item: item[1])
         )
         requested = words.error(SHOWN_255)
-        yield f"**{name}**: an error of {requested} takes {told or 'longer than was tried'}."
+        yield f"**{name}**: an error of {requested} takes {costs_of_methods or 'longer than was tried'}."
     yield from (f"**chess**: {sentence}" for sentence in _ratios(measured["chess"]))
     for name, results in measured.items():
         answers = {row["question"]: row["answer"] for row in results["answers"]}
@@ -121,13 +121,13 @@ def _ratios(results: Results) -> Iterator[str]:
         if row["method"] != "rotated" or row["light_points"] != CHESS_POINTS or row["camera_samples"] < 4:
             continue
         costs = {method: curves.cost_at(lines[method], curves.error(row)) for method in PATTERNS}
-        told = ", ".join(
+        ratios = ", ".join(
             f"{method} takes {words.figure(cost / curves.seconds(row))} times as long"
             for method, cost in costs.items()
             if cost is not None and method != "rotated"
         )
-        if told:
-            yield f"For the error of {row['name']}, {words.error(curves.error(row))}, {told}."
+        if ratios:
+            yield f"For the error of {row['name']}, {words.error(curves.error(row))}, {ratios}."
 
 
 def _chess(results: Results) -> str:
@@ -153,12 +153,12 @@ def _chess(results: Results) -> str:
 
 
 def _details(results: Results) -> str:
-    told = {
+    captions = {
         row["method"]: f"{row['name']}, {words.seconds(curves.seconds(row))}" for row in results["pictures"]
     }
-    shown = [name for name in SHOWN if name in told or name == "reference"]
+    shown = [name for name in SHOWN if name in captions or name == "reference"]
     images = [f"![{name}](images/study/chess-{name}-detail.png)" for name in shown]
-    below = [told.get(name, "the reference") for name in shown]
+    below = [captions.get(name, "the reference") for name in shown]
     return "\n".join(f"| {' | '.join(line)} |" for line in (images, ["---"] * len(images), below))
 
 

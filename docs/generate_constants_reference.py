@@ -39,14 +39,14 @@ MODULES = (
     "partition",
     "time_limits",
 )
-"""In the order in which a picture meets them."""
+"""In the order in which a picture uses them."""
 
 INTRODUCTION = """# Constants of target quality
 
 The numbers that [target quality](target-quality.md) decides by, where they stand in the code, and the
 measurement or the bound behind each. Where a row gives neither, none was kept: the value is a choice. What
-all of them together lead to is measured by `python -m benchmarks targets`: how often pictures keep the
-error asked for, and how far below it they are ([how we know](accuracy.md)).
+all of them together lead to is measured by `python -m benchmarks targets`: how often pictures reach
+the target error, and how far below it they are ([how we know](accuracy.md)).
 
 Scenes named are those of the gallery. Levels count samples by powers of two, as `levels.py` says; the
 budget is the sum of squared errors that the target allows. `python docs/generate_constants_reference.py`

@@ -63,7 +63,7 @@ def table(model: type[Closed]) -> str:
 
 
 def default_of(field: dict[str, Any]) -> str:
-    """Show a default; those that are worked out are told in the meaning."""
+    """Show a default; the meaning explains those that are computed."""
     default = field.get("default")
     return "" if default in (None, []) else f"`{json.dumps(default)}`"
 

@@ -34,11 +34,11 @@ Counts = dict[str, dict[str, dict[str, Any]]]
 
 WAYS = ("penumbra", "textbook", "factored")
 TEXTS = {
-    "What one sees": "symptom",
-    "Why": "cause",
-    "What is done here": "remedy",
-    "What is right": "expected",
-    "From": "source",
+    "Symptom": "symptom",
+    "Cause": "cause",
+    "Remedy": "remedy",
+    "Expected": "expected",
+    "Source": "source",
 }
 
 GEOMETRY = "geometry"
@@ -150,7 +150,8 @@ def pictures() -> Iterator[str]:
     yield "## What it looks like\n"
     yield (
         "These scenes are in [scenes/hard](../scenes/hard/README.md); `make gallery` renders the pictures. "
-        "Each looks like any other here; the last sentence says what one sees where it goes wrong.\n"
+        "They look like\nordinary scenes here; the last sentence says what a renderer without the remedies "
+        "shows.\n"
     )
     for name, notice, wrong in _SCENE_ROW.findall((SCENES / "README.md").read_text(encoding="utf-8")):
         yield f"### {name}\n\n![{name}](images/hard/{name}.png)\n"
@@ -185,9 +186,9 @@ def counted(counts: dict[str, Any]) -> str:
     plain = [(counts["textbook"], "float64"), (counts["textbook_single"], "float32")]
     asked = [f"{count:,} in {arithmetic}" for count, arithmetic in plain if count is not None]
     return (
-        f"{here} The textbook gets wrong {' and '.join(asked)}."
+        f"{here} The textbook gets {' and '.join(asked)} wrong."
         if asked
-        else f"{here} The textbook is not asked."
+        else f"{here} The textbook formula is not tried."
     )
 
 

@@ -15,11 +15,13 @@ HEAD = "| promise | measured | limit | held |\n| --- | --- | --- | --- |"
 
 def page(folder: Path = MEASURED) -> str:
     """The template with the tables in their places."""
-    return TEMPLATE.read_text().format(**{name: told(folder / f"{name}.json") for name in ("chaos", "load")})
+    return TEMPLATE.read_text().format(
+        **{name: measured_or_missing(folder / f"{name}.json") for name in ("chaos", "load")}
+    )
 
 
-def told(path: Path) -> str:
-    """What a command has measured, or which one has to be run."""
+def measured_or_missing(path: Path) -> str:
+    """The results of a command, or which one to run."""
     if not path.exists():
         return f"Not measured yet: `make {path.stem}` does."
     return section(json.loads(path.read_text()))

@@ -37,8 +37,8 @@ A scene is one JSON object. Numbers are JSON numbers: never text, never NaN or I
 1e15, sizes at least 1e-100. A whole number may be written `32` or `32.0`. Lengths are in scene units,
 angles in degrees, colours are linear RGB. The world is right-handed, with y up by habit only. Unknown fields
 and repeated fields are refused.
-`penumbra validate SCENE` tells every problem at once, each with its JSON Pointer, line and column. The same
-description for programs is at `GET /v1/schemas/scene.json`. Scenes to start from are in
+`penumbra validate SCENE` reports every problem at once, each with its JSON Pointer, line and column. The
+machine-readable schema is at `GET /v1/schemas/scene.json`. Scenes to start from are in
 [scenes/gallery](../scenes/gallery/README.md).
 """
 
@@ -126,7 +126,7 @@ def table(model: type[Closed]) -> str:
 
 
 def default_of(field: dict[str, Any]) -> str:
-    """Show a default; those that are worked out are told in the meaning."""
+    """Show a default; the meaning explains those that are computed."""
     default = field.get("default")
     return "" if default is None else f"`{json.dumps(default)}`"
 

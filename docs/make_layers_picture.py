@@ -27,7 +27,7 @@ PALETTE = np.array(
     ],
     np.uint8,
 )
-"""Colours that people with any colour vision tell apart (Paul Tol's bright scheme)."""
+"""Colours that people with any colour vision can distinguish (Paul Tol's bright scheme)."""
 
 
 def shown(layers: renderer.layers.Layers) -> list[np.ndarray]:

@@ -138,7 +138,7 @@ class Comparison:
     ssim : float or None
         None for pictures smaller than its window.
     flip : float or None
-        None where it was not asked for.
+        None if it was not requested.
     bias : Bias
     judgement : Judgement
     causes : tuple of Cause
@@ -219,7 +219,7 @@ def compare(
     NotComparableError
         If the pictures differ in size.
     MissingExtraError
-        If FLIP is asked for and its package is not installed.
+        If FLIP is requested and its package is not installed.
     """
     if image.linear.shape != reference.linear.shape:
         raise NotComparableError(

@@ -27,7 +27,7 @@ SECTIONS = {
 
 
 def sections() -> tuple[Section, ...]:
-    """All sections, imported when asked for."""
+    """All sections, imported on demand."""
     return tuple(section(title, *map(_cases, modules)) for title, modules in SECTIONS.items())
 
 

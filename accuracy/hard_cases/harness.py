@@ -1,7 +1,7 @@
 """What a hard case is, how the renderer and textbooks are asked, and how wrong answers are counted.
 
 A case asks the renderer, and a textbook's formula in float64 and in float32, the same question. Right is what
-exact numbers or closed forms say; an `exact` answer has 50 digits, whoever asks for it.
+exact numbers or closed forms say; an `exact` answer always has 50 digits.
 """
 
 import io

@@ -25,7 +25,7 @@ from schemas.quality import Antialiasing, FixedQuality, LightSampling, Quality, 
 from schemas.scene import Scene
 
 POINTS = 64
-"""Points on each light where the picture takes as many as an error asks for: shares to a percent or two."""
+"""Points on each light if the picture has a target error: shares to a percent or two."""
 
 
 def inspection_plan(scene: Source | LoadedScene, quality: QualitySource | None = None) -> RenderPlan:

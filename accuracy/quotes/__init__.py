@@ -37,7 +37,7 @@ def quote(
     ----------
     scene : LoadedScene
     quality : Quality, optional
-        What is asked for, in place of the scene's own sampling.
+        The requested quality, in place of the scene's own sampling.
     target_error : float, optional
         A requested error, 1e-6 to 1.
     seconds : float, optional

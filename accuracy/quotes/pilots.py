@@ -50,15 +50,16 @@ class Pilot:
     ----------
     scene : LoadedScene
     quality : Quality or None
-        What is asked for.
+        The requested quality and goals.
+
     requested : float or None
         An error that matters more than others.
     plan : RenderPlan
-        Of the quality that is asked for.
+        Of the requested quality.
     ladders : list of Ladder
-        The one that is asked for, and the one whose errors fall fastest, if that is another.
+        The requested one, and the one whose errors fall fastest, if that is another.
     asked : int
-        Samples that are asked for on the first ladder.
+        Samples requested on the first ladder.
     """
 
     scene: LoadedScene
@@ -81,7 +82,7 @@ class Pilot:
 
     @property
     def target(self) -> TargetQuality | None:
-        """The target quality that is asked for, if it is one."""
+        """The requested target quality, if it is one."""
         return self.quality if isinstance(self.quality, TargetQuality) else None
 
     def run(self, seconds: float, compiling: float) -> None:
@@ -124,17 +125,17 @@ class Pilot:
             self.rehearsals.append(rehearsal)
 
     def _in_order(self) -> list[float]:
-        """Target errors: those asked for, then the largest and the smallest of the others."""
+        """Target errors: the requested ones, then the largest and the smallest of the others."""
         errors = self._errors()
         others = sorted({*ERRORS} - {*errors}, reverse=True)
         return list(dict.fromkeys([*errors, others[0], others[-1]]))
 
     def _errors(self) -> list[float]:
-        """Target errors that are asked for."""
+        """Requested target errors."""
         return [error for error in (self.target and self.target.error, self.requested) if error]
 
     def _confidence(self) -> float:
-        """That of all target errors: the one asked for, or the usual one."""
+        """That of all target errors: the requested one, or the usual one."""
         return self.target.confidence if self.target else CONFIDENCE
 
     def _ray_seconds(self) -> float:

@@ -65,7 +65,7 @@ FURTHER = 4
 
 ROUNDS, OF_MORE = 1.15, 0.5
 """Times the predicted samples that are taken. Samples come in rounds, and each may find what was not
-expected. A part of a picture asks for too many: its error is less sure than that of the whole."""
+expected. A part of a picture needs too many: its error is less sure than that of the whole."""
 
 PASSES = 0.08
 """CPU seconds of the passes themselves, however few rays they have."""

@@ -78,7 +78,7 @@ class Ladder:
 
 
 def own_ladder(sampling: Sampling, quality: Quality | None) -> tuple[Ladder, int]:
-    """The ladder of what is asked for, or of the scene's own sampling, and the number of samples in it."""
+    """The ladder of the requested quality or the scene's own sampling, and the number of samples in it."""
     fixed = quality if isinstance(quality, FixedQuality) else None
     antialiasing = (fixed and fixed.antialiasing) or sampling.antialiasing
     light = (fixed and fixed.light) or sampling.light

@@ -87,7 +87,7 @@ class Stopwatch:
     Attributes
     ----------
     plans : list of RenderPlan
-        One a ladder, the one that is asked for in front.
+        One a ladder, the requested one first.
     firsts : list of (float, int)
         CPU seconds of the first sample in cells, and their pixels.
     pairs : list of list of (float, float, float)

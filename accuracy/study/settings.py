@@ -30,7 +30,7 @@ REGULAR = ("uniform", "rotated")
 those, so both have to grow."""
 
 TARGET = "target"
-"""The method that is asked for an error."""
+"""The method that takes a target error."""
 
 METHODS = (*PATTERNS, TARGET)
 
@@ -100,7 +100,7 @@ class Setting:
 
     @property
     def counts(self) -> str:
-        """Camera samples x light points, or the error asked for."""
+        """Camera samples x light points, or the target error."""
         if isinstance(self.quality, TargetQuality):
             return f"{self.quality.error * 255:g}/255"
         return f"{self.samples} x {self.points}"
@@ -130,7 +130,7 @@ def fixed(pattern: str, samples: int, points: int, precision: Precision = "singl
 
 
 def targeted(error_255: float) -> Setting:
-    """The setting that asks for an error, in units of 1/255.
+    """The setting with a target error, in units of 1/255.
 
     Examples
     --------

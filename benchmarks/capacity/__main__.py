@@ -29,7 +29,7 @@ CROWDS = (
     Workload(300, 1500, 30, CPU_SECONDS, 2.0),
     Workload(50, 1000, 30, CPU_SECONDS, float("inf"), even=True),
 )
-"""Twice as much as there is room for; and a deadline, when everybody sends as much at once."""
+"""Twice the capacity; and a deadline, when all users send the same amount at once."""
 
 
 def main() -> None:

@@ -208,7 +208,7 @@ async def _assembled(settings: Settings) -> Service:
 
 
 def _admitted(here: Service, cpu_seconds: float) -> Admitted:
-    """Admit the job that everybody sends, at a price of this many CPU seconds."""
+    """Admit the job that all users send, at a price of this many CPU seconds."""
     found = admit(here, LOCAL, request())
     cost = found.description.cost.model_copy(update={"cpu_seconds": cpu_seconds})
     return replace(found, description=found.description.model_copy(update={"cost": cost}))

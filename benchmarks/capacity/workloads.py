@@ -68,7 +68,7 @@ class Workload:
 
 
 def request() -> bytes:
-    """Write the job that everybody sends: a small picture, as graders do."""
+    """Write the job that all users send: a small picture, as graders do."""
     document: dict[str, Any] = json.loads(BASIC.read_text())
     document["camera"] |= {"width": SIDE, "height": SIDE}
     return json.dumps({"scene": document}).encode()

@@ -1,4 +1,4 @@
-"""Jobs that ruin their workers, among others that do not; and a wall clock that is set while jobs run."""
+"""Jobs that crash their workers, among others that do not; and a wall clock that changes while jobs run."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def clock_set(steps: tuple[float, ...] = (HOUR, -HOUR)) -> Promise:
             del os.environ[faulty.STEP]
     good = states == ["succeeded", 200] * len(steps)
     return Promise(
-        promise="a wall clock that is set ends no job, and no job has negative times",
+        promise="changing the wall clock ends no job, and no job has negative times",
         measured=", ".join(map(str, states)),
         held=good,
         limit="an hour forward and an hour back, limit of half an hour: all succeed",

@@ -124,7 +124,7 @@ def server_terminated(expected: list[bytes]) -> Promise:
         with running(chosen) as server, httpx2.Client(base_url=server.url, timeout=LONGEST) as client:
             same = sum(image(client, ended(client, job)["id"]) == expected[n] for n, job in enumerate(sent))
     return Promise(
-        promise="a server that is ended takes back what runs, and loses nothing",
+        promise="a server that is stopped reclaims its running tasks, and loses nothing",
         measured=f"ended after {seconds:.1f} s, {same} of {len(sent)} pictures the same afterwards",
         held=same == len(sent) and seconds < 10.0,
         limit="10 s, all the same",
@@ -146,7 +146,7 @@ def worker_stopped(expected: list[bytes]) -> Promise:
             seconds = time.monotonic() - begun
             same = image(client, ended(client, job)["id"]) == expected[0]
     return Promise(
-        promise="a stopped worker is found by its silence, and its tile rendered again",
+        promise="a suspended worker is detected by its silence, and its tile rendered again",
         measured=f"replaced after {seconds:.1f} s, picture {'the same' if same else 'another'}",
         held=found and same and seconds < 3 * lease,
         limit=f"{3 * lease:g} s with a lease of {lease:g} s, the same",

@@ -40,7 +40,7 @@ WAYS = ("image.npy", "tiles?after=0", "image.png")
 
 @dataclass(frozen=True)
 class Read:
-    """One answer: of which picture, up to which event, and when it was asked for and there, seconds."""
+    """One answer: of which picture, up to which event, and when it was requested and received, seconds."""
 
     number: int
     newest: int
@@ -87,7 +87,7 @@ def reads_over_http(reads: int, readers: int = 4) -> Promise:
     older = outdated(found)
     growing = sum(read.newest != NEWEST for read in found)
     return Promise(
-        promise="no reader over HTTP is given a torn picture or tile, or an older pass after a newer one",
+        promise="no reader over HTTP gets a torn picture or tile, or an older pass after a newer one",
         measured=f"{len(found)} reads over {readers} connections, {growing} of them of pictures that grew: "
         f"{torn} torn, {older} older",
         held=torn == older == 0 and growing > 0,
@@ -106,7 +106,7 @@ def reads_over_http(reads: int, readers: int = 4) -> Promise:
 
 
 def outdated(reads: Sequence[Read]) -> int:
-    """Count the reads that show less than another one which was there before they were asked for.
+    """Count the reads that show less than one that was complete before they were requested.
 
     Examples
     --------

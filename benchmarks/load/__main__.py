@@ -25,7 +25,7 @@ PARTS: dict[str, Callable[[], Iterator[Promise]]] = {
 
 
 def main() -> None:
-    """Measure the parts that are asked for, print a table, keep the figures as JSON; 1 if one is not held."""
+    """Measure the requested parts, print a table, keep the figures as JSON; 1 if one is not held."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.load", description=__doc__)
     parser.add_argument("parts", nargs="*", default=[*PARTS], metavar="PART", help=", ".join(PARTS))
     parser.add_argument("--out", type=Path, default=Path("out/load.json"), help="where to write the figures")

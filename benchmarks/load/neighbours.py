@@ -32,7 +32,8 @@ def measure(many: int = 300, visits: int = 5) -> Iterator[Promise]:
             own, visited, left = _visited(server.url, busy, visitors, many)
         between = tiles_between([json.loads(line) for line in log.read_text().splitlines()], visited, own)
     yield promise(
-        f"One user's {many} jobs do not delay another's one by more than {ALLOWED} tiles for each worker.",
+        f"One user's {many} jobs do not delay another's single job by more than {ALLOWED} tiles "
+        "for each worker.",
         f"{max(between)} tiles before the first of another user, at most, in {visits} visits",
         held=max(between) <= ALLOWED and left > 0,
         limit=f"{ALLOWED} tiles",

@@ -32,7 +32,8 @@ def measure(jobs: int = 300, runs: int = 9) -> Iterator[Promise]:
     found = overhead.measure(runs)
     yield promise(
         "The service adds at most 5 % to a job of two seconds.",
-        f"{100 * (found['ratio_to_call'] - 1):+.1f} % beside rendering in process (middle of {runs} turns)",
+        f"{100 * (found['ratio_to_call'] - 1):+.1f} % compared with rendering in process "
+        f"(median of {runs} runs)",
         held=found["ratio_to_call"] <= MOST_RATIO,
         limit=f"{100 * (MOST_RATIO - 1):+.0f} %",
         **found,
@@ -40,7 +41,7 @@ def measure(jobs: int = 300, runs: int = 9) -> Iterator[Promise]:
     first = found["first_pixels"]["median"]
     yield promise(
         "The first pixels of a job are there soon after it was sent.",
-        f"{first:.3f} s (middle of {runs})",
+        f"{first:.3f} s (median of {runs})",
         held=first <= MOST_FIRST,
         limit=f"{MOST_FIRST:g} s",
         seconds=found["first_pixels"],

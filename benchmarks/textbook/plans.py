@@ -58,7 +58,7 @@ def textbook(plan: RenderPlan) -> RenderPlan:
     Raises
     ------
     ValueError
-        If the scene asks for something that has no formula here.
+        If the scene needs something that has no formula here.
     """
     return _with(plan, _pair_by_pair)
 

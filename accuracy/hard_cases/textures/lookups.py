@@ -229,7 +229,7 @@ def _without_coordinates(uvs: list[list[float]], filter_: str, codes: NDArray[An
 
 
 FIELDS = 4
-"""Least width of a footprint, in fields of the board, where the case asks for its mean."""
+"""Least width of a footprint, in fields of the board, for which the case expects the mean."""
 
 
 def board(texture: Json, repeats: float) -> Json:
