@@ -69,7 +69,7 @@ class S3Server:
         }
 
     def _has_bucket(self) -> bool:
-        # moto makes it for anybody; s3rver has it from the start, and tells strangers that they may not.
+        # moto creates it on any request; s3rver starts with it, and refuses unsigned requests.
         return httpx2.put(f"{self.url}/{BUCKET}", timeout=5.0).status_code in {200, 403, 409}
 
     def begin(self) -> None:

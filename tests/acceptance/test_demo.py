@@ -47,7 +47,7 @@ def test_the_demo_shows_tiles_arriving_writes_the_picture_and_leaves_nothing_run
 def test_an_interrupted_demo_leaves_no_process_no_folder_and_no_picture(
     tmp_path: Path, environment: dict[str, str], number: signal.Signals, code: int
 ) -> None:
-    # What starts the tests in the background may have told them to ignore Ctrl-C.
+    # A shell that starts the tests in the background may make them ignore Ctrl-C.
     with subprocess.Popen(
         ["env", "--default-signal=INT", *COMMAND, "demo"],
         stderr=subprocess.PIPE,

@@ -34,10 +34,12 @@ def launched() -> Iterator[tuple[Browser, asyncio.AbstractEventLoop]]:
     """The browser, and the event loop of Playwright."""
     path = shutil.which("chromium") or shutil.which("chromium-browser")
     if path is None:
-        told = "There is no chromium on this machine, so the live page was not tested: install that package."
+        message = (
+            "There is no chromium on this machine, so the live page was not tested: install that package."
+        )
         if os.environ.get(REQUIRED):
-            pytest.fail(told)
-        pytest.skip(told)
+            pytest.fail(message)
+        pytest.skip(message)
     with sync_playwright() as playwright:
         # Containers seldom allow the sandbox, and the tests open nothing but the service's own page.
         browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])

@@ -56,8 +56,8 @@ def test_the_colours_of_the_ray_and_of_the_picture_stand_beside_each_other(
     click_at(page, 40, 40)
     cells = page.locator(".colours tbody tr").nth(1).locator("td")
     expect(cells.first).to_be_visible()
-    told = [float(text) for text in cells.all_inner_texts()]
-    assert told == [float(f"{value:.4g}") for value in image(client, job)[40, 40]]
+    shown = [float(text) for text in cells.all_inner_texts()]
+    assert shown == [float(f"{value:.4g}") for value in image(client, job)[40, 40]]
 
 
 def test_what_a_mirror_shows_hangs_below_it(open_page: Open, client: httpx2.Client, shoot: Shoot) -> None:

@@ -166,7 +166,7 @@ def test_where_there_is_no_picture_the_page_says_why(open_page: Open, client: ht
     expect(page.locator(".screen")).to_be_hidden()
 
 
-def test_the_read_out_tells_the_numbers_of_the_npy_file(open_page: Open, client: httpx2.Client) -> None:
+def test_the_read_out_shows_the_numbers_of_the_npy_file(open_page: Open, client: httpx2.Client) -> None:
     job = finished(client)
     page = opened(open_page, job)
     pixels = image(client, job)
@@ -175,7 +175,7 @@ def test_the_read_out_tells_the_numbers_of_the_npy_file(open_page: Open, client:
         readout = page.locator(".readout")
         expect(readout).to_have_text(re.compile(rf"^{x}, {y} "))
         linear, shown = readout.inner_text().split("linear")[1].split("shown")
-        # Four digits are told.
+        # The read-out shows four digits.
         assert [float(word) for word in linear.split()] == [float(f"{value:.4g}") for value in pixels[y, x]]
         assert [int(word) for word in shown.split()] == served(client, job)[y, x].tolist()
 

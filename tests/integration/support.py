@@ -19,7 +19,7 @@ from sqlalchemy.orm import Session
 from service.lifecycle import fairness
 from service.storage.database.models import JobRow, RenderRow
 
-PATIENCE = 60.0
+TIMEOUT = 60.0
 STEPS = "SELECT * FROM tiles WHERE render IN (SELECT render_number FROM jobs WHERE id LIKE ?)"
 
 KINDS = ["sqlite", "postgresql"]
@@ -139,7 +139,7 @@ def job_of(client: httpx2.Client, job: str) -> dict[str, Any]:
 
 def wait(client: httpx2.Client, job: str, done: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
     """Follow a job by long-polling until it is as wanted."""
-    after, deadline = 0, time.monotonic() + PATIENCE
+    after, deadline = 0, time.monotonic() + TIMEOUT
     while time.monotonic() < deadline:
         found = job_of(client, job)
         if done(found):

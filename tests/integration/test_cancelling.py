@@ -17,7 +17,7 @@ from service.server import RunningServer
 from service.settings import Settings
 from tests.integration.conftest import Start
 from tests.integration.support import (
-    PATIENCE,
+    TIMEOUT,
     finish,
     job_of,
     long_scene,
@@ -77,7 +77,7 @@ def stopped(process: int) -> Iterator[None]:
 
 def test_a_queued_job_is_cancelled_before_it_begins(start: Start) -> None:
     server = start(workers=1)
-    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         until(lambda: len(workers_of(server.process.pid)) == 1)
         with stopped(*workers_of(server.process.pid)):
             jobs = [submit(client, long_scene()) for _ in range(8)]

@@ -20,7 +20,7 @@ from service.storage.database import connection
 from service.storage.database.connection import Database
 from service.storage.database.models import LeaderRow, TileRow
 from tests.integration.between import Between
-from tests.integration.support import PATIENCE, finish, image, scene, submit, until, wait, work
+from tests.integration.support import TIMEOUT, finish, image, scene, submit, until, wait, work
 from tests.postgres_server import PostgresServer
 
 
@@ -67,11 +67,11 @@ def through(between: Between, url: str) -> str:
 
 
 def client_of(server: RunningServer) -> httpx2.Client:
-    return httpx2.Client(base_url=server.url, timeout=PATIENCE)
+    return httpx2.Client(base_url=server.url, timeout=TIMEOUT)
 
 
 def leads(server: RunningServer) -> bool:
-    return "penumbra_leads 1.0" in httpx2.get(f"{server.url}/metrics", timeout=PATIENCE).text
+    return "penumbra_leads 1.0" in httpx2.get(f"{server.url}/metrics", timeout=TIMEOUT).text
 
 
 def steps(database: Database) -> list[tuple[object, ...]]:

@@ -17,7 +17,7 @@ from service.server import RunningServer, running
 from service.settings import Settings
 from tests.integration.conftest import Start
 from tests.integration.support import (
-    PATIENCE,
+    TIMEOUT,
     ended,
     finish,
     image,
@@ -40,7 +40,7 @@ def undisturbed() -> np.ndarray:
 
 
 def connect(server: RunningServer) -> httpx2.Client:
-    return httpx2.Client(base_url=server.url, timeout=PATIENCE)
+    return httpx2.Client(base_url=server.url, timeout=TIMEOUT)
 
 
 def is_alive(process: int) -> bool:

@@ -22,7 +22,7 @@ from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from service.storage.database.models import LeaderRow
 from tests.integration.support import (
-    PATIENCE,
+    TIMEOUT,
     ended,
     finish,
     image,
@@ -63,7 +63,7 @@ def _mount(*words: str) -> str | None:
 @pytest.fixture(scope="module")
 def client(disk: Path) -> Iterator[httpx2.Client]:
     settings = Settings(data=disk, port=0, workers=1, tile_size=48, min_free_bytes=1 << 20, log_level="error")
-    with running(settings) as server, httpx2.Client(base_url=server.url, timeout=PATIENCE) as opened:
+    with running(settings) as server, httpx2.Client(base_url=server.url, timeout=TIMEOUT) as opened:
         yield opened
 
 

@@ -18,7 +18,7 @@ from service.storage.database.migrations import upgrade
 from tests.integration.conftest import Start
 from tests.integration.support import (
     ON_BOTH,
-    PATIENCE,
+    TIMEOUT,
     ended,
     finish,
     job_of,
@@ -66,7 +66,7 @@ def test_tiles_and_cpu_seconds_of_a_job_are_counted(client: httpx2.Client) -> No
 @pytest.mark.slow
 def test_the_queue_is_as_deep_as_the_jobs_that_wait_and_what_is_tried_again_is_counted(start: Start) -> None:
     server = start(workers=1)
-    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         assert watched(client)["penumbra_jobs", "queued"] == 0
         jobs = [submit(client, scene(256, 256, samples=256, light_samples=64)) for _ in range(3)]
         samples = watched(client)
@@ -89,7 +89,7 @@ def test_the_queue_is_as_deep_as_the_jobs_that_wait_and_what_is_tried_again_is_c
 @pytest.mark.slow
 def test_a_worker_that_dies_is_counted_and_the_job_that_fails_of_it_by_its_code(start: Start) -> None:
     server = start(workers=1, max_attempts=1, tile_size=64)
-    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         # One tile, seconds of work in each pass.
         job = submit(client, scene(64, 64, samples=1024, light_samples=256))
         wait(client, job, lambda found: found["progress"]["done"] >= 1)
@@ -103,7 +103,7 @@ def test_a_worker_that_dies_is_counted_and_the_job_that_fails_of_it_by_its_code(
 
 @pytest.mark.slow
 def test_reached_errors_are_reported_as_shares_of_those_asked_for(start: Start) -> None:
-    with httpx2.Client(base_url=start().url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=start().url, timeout=TIMEOUT) as client:
         assert ("penumbra_error_over_target", "0.5") not in watched(client)
         quality = {"mode": "target", "error": 0.05}
         job = finish(client, submit(client, scene(), quality=quality))

@@ -12,7 +12,7 @@ import pytest
 
 from service.server import running
 from service.settings import Settings
-from tests.integration.support import PATIENCE, scene, until
+from tests.integration.support import TIMEOUT, scene, until
 from tests.integration.test_assets import put
 from tests.integration.test_meshes import FILES, with_mesh
 
@@ -27,7 +27,7 @@ def talk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Talk]:
     with (
         (folder / "log").open("wb") as stderr,
         running(settings, stderr=stderr) as server,
-        httpx2.Client(base_url=server.url, timeout=PATIENCE) as client,
+        httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client,
     ):
         yield client, folder / "log"
 

@@ -20,7 +20,7 @@ from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.models import LeaderRow, TileRow
 from tests.integration.support import (
-    PATIENCE,
+    TIMEOUT,
     ended,
     finish,
     image,
@@ -95,11 +95,11 @@ def test_a_server_that_stops_in_the_middle_of_a_transaction_writes_nothing_and_h
 
 
 def leads(server: RunningServer) -> bool:
-    return "penumbra_leads 1.0" in httpx2.get(f"{server.url}/metrics", timeout=PATIENCE).text
+    return "penumbra_leads 1.0" in httpx2.get(f"{server.url}/metrics", timeout=TIMEOUT).text
 
 
 def client_of(server: RunningServer) -> httpx2.Client:
-    return httpx2.Client(base_url=server.url, timeout=PATIENCE)
+    return httpx2.Client(base_url=server.url, timeout=TIMEOUT)
 
 
 Pair = tuple[RunningServer, RunningServer, Database]

@@ -25,7 +25,7 @@ from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from service.storage.database.models import RenderRow
-from tests.integration.support import KINDS, PATIENCE, ended, image, job_of, long_scene, scene, until, wait
+from tests.integration.support import KINDS, TIMEOUT, ended, image, job_of, long_scene, scene, until, wait
 
 Users = dict[str, httpx2.Client]
 
@@ -57,7 +57,7 @@ def shared(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
 def users(shared: Shared) -> Iterator[Users]:
     url = shared.server.url
     clients = {
-        user: httpx2.Client(base_url=url, timeout=PATIENCE, headers={"Authorization": f"Bearer {key}"})
+        user: httpx2.Client(base_url=url, timeout=TIMEOUT, headers={"Authorization": f"Bearer {key}"})
         for user, key in shared.keys.items()
     }
     yield clients

@@ -19,7 +19,7 @@ from service.server import running
 from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
-from tests.integration.support import PATIENCE
+from tests.integration.support import TIMEOUT
 from tests.integration.test_assets import png, textured
 from tests.integration.test_meshes import FILES, with_mesh
 
@@ -41,7 +41,7 @@ PUBLIC = {
 THINGS = {"job_id", "sha256"}
 # The rest of an address: no thing of its own.
 PARTS = {"name"}
-NOBODYS = {"job_id": "0123456789abcdef", "sha256": "0" * 64}
+MISSING = {"job_id": "0123456789abcdef", "sha256": "0" * 64}
 """Names that nothing has."""
 
 
@@ -67,7 +67,7 @@ class World:
     def ask(self, user: str | None, method: str, path: str, **request: Any) -> httpx2.Response:
         headers = request.pop("headers", {})
         headers |= {"Authorization": f"Bearer {self.secrets[user]}"} if user else {}
-        return httpx2.request(method, self.url + path, headers=headers, timeout=PATIENCE, **request)
+        return httpx2.request(method, self.url + path, headers=headers, timeout=TIMEOUT, **request)
 
 
 @pytest.fixture(scope="module")
@@ -123,13 +123,15 @@ def test_a_route_answers_nothing_without_a_key(world: World, method: str, path: 
 
 
 @pytest.mark.parametrize(("method", "path"), [each for each in OWNED if each[0] != "PUT"])
-def test_what_is_anothers_is_answered_like_what_is_not_there(world: World, method: str, path: str) -> None:
+def test_what_another_user_owns_is_answered_like_what_does_not_exist(
+    world: World, method: str, path: str
+) -> None:
     body = {} if method in {"GET", "HEAD", "DELETE"} else {"json": {"x": 0, "y": 0}}
-    anothers = world.ask("bob", method, filled(path, world.things), **body)
-    nobodys = world.ask("bob", method, filled(path, NOBODYS), **body)
-    assert anothers.status_code == 404
-    assert (anothers.status_code, anothers.text) == (nobodys.status_code, nobodys.text)
-    assert set(anothers.headers) == set(nobodys.headers)
+    foreign = world.ask("bob", method, filled(path, world.things), **body)
+    missing = world.ask("bob", method, filled(path, MISSING), **body)
+    assert foreign.status_code == 404
+    assert (foreign.status_code, foreign.text) == (missing.status_code, missing.text)
+    assert set(foreign.headers) == set(missing.headers)
     # The address was right: the job is there for its owner, who has not asked for this layer.
     if method != "DELETE":
         allowed = world.ask("ann", method, filled(path, world.things), **body)
@@ -201,7 +203,7 @@ def test_a_list_of_jobs_names_those_of_its_user(world: World) -> None:
 
 @pytest.mark.parametrize(("method", "path"), routes())
 def test_every_route_reports_browsers_what_they_may_do(world: World, method: str, path: str) -> None:
-    things = world.things if method != "DELETE" else NOBODYS
+    things = world.things if method != "DELETE" else MISSING
     address = filled(path.replace(":path", ""), {"a": "x", "b": "y", "path": "main.js"} | things)
     for user in (None, "ann", "bob"):
         headers = world.ask(user, method, address).headers

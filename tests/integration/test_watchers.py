@@ -8,7 +8,7 @@ from typing import Any
 import httpx2
 
 from service.server import RunningServer
-from tests.integration.support import PATIENCE, job_of, scene, submit
+from tests.integration.support import TIMEOUT, job_of, scene, submit
 
 WATCHERS = 20
 
@@ -16,7 +16,7 @@ WATCHERS = 20
 def watch(url: str, job: str) -> list[dict[str, Any]]:
     """Every event of a job, by long-polling from the first to the last."""
     events: list[dict[str, Any]] = []
-    with httpx2.Client(base_url=url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=url, timeout=TIMEOUT) as client:
         while True:
             news = client.get(f"/v1/jobs/{job}/tiles", params={"after": len(events), "wait": 5}).json()
             events += news["events"]
