@@ -28,7 +28,7 @@ def test_a_dark_pixel_says_what_stands_before_the_light(
         "Nothing lights it: shape 1 red ball lies between it and light 0 from all 4 points."
     )
     expect(reasons.nth(1)).to_contain_text("Only ambient light is left, 0.1 of the colour.")
-    expect(page.locator(".shadows")).to_contain_text("4 stopped by red ball, shape 1")
+    expect(page.locator(".shadows")).to_contain_text("4 blocked by red ball, shape 1")
     # The only light that leaves the place is ambient.
     expect(page.get_by_role("row", name=re.compile("Ambient light"))).to_contain_text("100.0 %")
     shoot(page, "inspect-shadow")

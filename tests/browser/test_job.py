@@ -76,7 +76,7 @@ def test_the_error_against_time_is_there_as_numbers_too(open_page: Open, client:
     expect(page.locator(".numbers tbody tr")).to_have_count(
         sum(entry["error"] is not None for entry in passes)
     )
-    expect(page.get_by_role("img", name="Error in steps").locator("canvas")).to_be_visible()
+    expect(page.get_by_role("img", name="Error in code values").locator("canvas")).to_be_visible()
 
 
 def test_a_job_is_changed_and_rendered_again(open_page: Open, job: str, text: str) -> None:
@@ -117,7 +117,7 @@ def test_what_is_rendered_again_keeps_confidence_and_precision(
     render_button(page).click()
     page.wait_for_url(re.compile("/jobs/(?!" + job + ")"), timeout=TIMEOUT)
     again = client.get(f"/v1/jobs/{page.url.rsplit('/', 1)[1]}/request").json()["quality"]
-    # Errors are written in steps of 8 bits, six digits of them.
+    # The page shows errors in code values, with six digits.
     assert again.get("error") == pytest.approx(quality.get("error"), rel=1e-5 if "error" in quality else None)
     assert again | {"error": None} == quality | {"error": None}
 

@@ -218,7 +218,7 @@ def test_the_wheel_zooms_where_the_mouse_is_and_dragging_pans(open_page: Open, c
     page.mouse.down()
     page.mouse.move(middle[0] + 130, middle[1] + 40, steps=4)
     page.mouse.up()
-    expect(page.get_by_role("heading", name="Why is it so?")).to_be_visible()  # dragging is no click
+    expect(page.get_by_role("heading", name="Why this colour?")).to_be_visible()  # dragging is no click
     assert readout.inner_text() == before  # what was under the mouse has come along
     page.mouse.move(*middle)
     expect(readout).not_to_have_text(before)
@@ -242,7 +242,7 @@ def test_two_fingers_zoom_where_they_are(open_page: Open, client: httpx2.Client)
     # What lay between them lies there still, to a dot.
     assert after["x"] + after["width"] / 3 == pytest.approx(x, abs=1)
     assert after["y"] + after["height"] / 2 == pytest.approx(y, abs=1)
-    expect(page.get_by_role("heading", name="Why is it so?")).to_be_visible()  # no pixel was chosen
+    expect(page.get_by_role("heading", name="Why this colour?")).to_be_visible()  # no pixel was chosen
 
 
 def test_a_stop_more_exposure_shows_the_double(open_page: Open, client: httpx2.Client) -> None:
