@@ -16,7 +16,7 @@ ServiceError
 ├── ReusedKeyError              an Idempotency-Key came with another request before
 ├── PictureNotReadyError
 ├── PictureGoneError
-├── UnknownLayerError           the job was not asked for it
+├── UnknownLayerError           the job was not rendered with it
 ├── UnknownAssetError
 ├── UploadError                 a texture is not kept
 │   ├── UploadMismatchError
@@ -27,7 +27,7 @@ ServiceError
 ├── DatabaseVersionError        another version of the service made its tables
 ├── EngineError                 the engine that the settings ask for cannot be had
 │   ├── EngineMissingError      its packages are not installed
-│   ├── UnsafeClusterError      strangers could give orders to it
+│   ├── UnsafeClusterError      anyone on the network could give it orders
 │   └── UnusableWorkerError     a worker of a cluster could not render
 ├── StoreError
 │   ├── StoreFullError          the disk is full
@@ -103,7 +103,7 @@ class ParametersError(RequestError):
 
 
 class RangeError(RequestError):
-    """None of the bytes asked for exist.
+    """None of the requested bytes exist.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ class PictureGoneError(ServiceError):
 
 
 class UnknownLayerError(ServiceError):
-    """A job was not asked for this layer."""
+    """The job was not rendered with this layer."""
 
 
 class UnknownAssetError(ServiceError):

@@ -114,7 +114,7 @@ def explain(
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Show the plan of a scene: its stages, who asked for each, what is left out, the predicted cost."""
+    """Show the plan of a scene: its stages, what requires each, what is left out, the predicted cost."""
     file = scene_files.load(scene)
     requested = quality.requested(file.scene.document.model_dump())
     plan = _priced(file.plan(requested, parsed_layers(layers)))

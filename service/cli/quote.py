@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from schemas.quality import Antialiasing, FixedQuality, LightSampling, TargetQuality
 
 NOTHING = "nothing that was tried"
-"""In place of a quality where none reaches what was asked for."""
+"""Shown instead of a quality if none reaches the target."""
 
 CODE_VALUES = 255
 """Errors are shown in code values of an 8-bit picture."""
@@ -140,7 +140,7 @@ def _show(found: Quote, target_error: float | None, time: float | None) -> None:
 
 
 def offers(found: Quote) -> Table:
-    """A row for each offer, in bold the one that is asked for."""
+    """A row for each offer, with the requested one in bold."""
     headings = ("Quality", "Seconds", "Error x 255")
     table = output.table(headings, (), numbers=headings[1:], no_wrap=True)
     before = None

@@ -273,7 +273,7 @@ class AsyncClient(AsyncConnection):
         return (await self.picture(job_id, "npy")).array()
 
     async def layer_file(self, job_id: str, name: str) -> Picture:
-        """A layer that the job was asked for, as a file, or what there is of it while the job is running."""
+        """Get a requested layer as a file; while the job runs, the finished part of it."""
         return await self._send(calls.get_picture(job_id, "layers", f"{name}.npy"))
 
     async def layer(self, job_id: str, name: str) -> npt.NDArray[Any]:

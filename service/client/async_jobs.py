@@ -122,7 +122,7 @@ class AsyncRemoteJob(AsyncKnownJob):
 
     @property
     def layers(self) -> Mapping[str, Awaitable[npt.NDArray[Any]]]:
-        """The layers that the job was asked for, by name; each is waited for and fetched when it is used."""
+        """The requested layers by name; each is fetched, and waited for, when it is used."""
         return AsyncLayers(self)
 
     async def picture(self, kind: PictureKind = "png") -> Picture:
@@ -180,7 +180,7 @@ class AsyncLayers(Mapping[str, Awaitable[npt.NDArray[Any]]]):
 
     def __getitem__(self, name: str) -> Awaitable[npt.NDArray[Any]]:
         if name not in self._job.links.layers:
-            raise KeyError(f"The job was not asked for the layer {name!r}, only for {list(self)}.")
+            raise KeyError(f"The layer {name!r} was not requested for this job, only {list(self)}.")
         return self._fetched(name)
 
     def __iter__(self) -> Iterator[str]:

@@ -39,7 +39,7 @@ class Parts:
     content
         An NPY file, linear float32.
     layers
-        By name, those of `LAYERS` that the job was asked for.
+        By name, those of `LAYERS` that were requested for the job.
     """
 
     content: bytes

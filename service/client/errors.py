@@ -11,7 +11,7 @@ ClientError
 │   ├── ConflictError          the state of the job does not allow it
 │   ├── BusyError              too much work at the moment: try again later
 │   └── ServerFaultError       the service itself failed
-└── NoImageError               the job ended without the image that was asked for
+└── NoImageError               the job ended without the requested image
     ├── JobFailedError         `failure` says why, and whether it is worth another try
     ├── JobCancelledError      it was cancelled
     └── JobExpiredError        it was kept as long as the service keeps jobs
@@ -126,7 +126,7 @@ class ServerFaultError(RefusedError):
 
 
 class NoImageError(ClientError):
-    """The job ended without the image that was asked for."""
+    """The job ended without the requested image."""
 
     def __init__(self, message: str, *, job_id: str) -> None:
         super().__init__(message)

@@ -90,7 +90,7 @@ def _from_json(task: Task) -> Conversion:
             return _checked(task, known.kind, document)
     if content.keys() >= _OURS:
         detail = (
-            "This is a scene already. Look at it with 'penumbra validate', render it with 'penumbra render'."
+            "This is a scene already. Check it with 'penumbra validate', render it with 'penumbra render'."
         )
         raise wrong_at(task.notes.file, "", detail)
     raise wrong_at(task.notes.file, "", f"This is no document that is known. {_offer()}")

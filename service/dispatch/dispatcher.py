@@ -85,7 +85,7 @@ class Dispatcher:
         self._settings, self._spans = settings, spans
         self._thread = threading.Thread(target=self._run, name="dispatcher", daemon=True)
         self._stopping = threading.Event()
-        # From other threads: outcomes, and None where only attention is asked for.
+        # From other threads: outcomes, and None to wake this thread.
         self._inbox: queue.SimpleQueue[tuple[Task, Outcome] | None] = queue.SimpleQueue()
         self._calls: deque[tuple[CallTask, Future[Outcome]]] = deque()
         self._cancelled: deque[str] = deque()

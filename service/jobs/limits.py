@@ -25,7 +25,7 @@ _COUNTED = select(
     func.coalesce(func.sum(case((_MINE, 1), else_=0)), 0),
     func.coalesce(func.sum(case((_MINE, JobRow.load), else_=0.0)), 0.0),
 ).where(JobRow.finished_at.is_(None))
-# The longest Retry-After, seconds: by then somebody may have cancelled.
+# The longest Retry-After, seconds: by then other jobs may be cancelled.
 LONGEST_WAIT = 3600.0
 
 

@@ -50,7 +50,7 @@ def _entries(row: JobRow, repeated: list[TileRow]) -> Iterator[LogEntry]:
         yield LogEntry(
             at=row.created_at,
             event="shared",
-            message="The same was asked for before: it is rendered once.",
+            message="An equal job exists already: both share one render.",
         )
     if row.started_at is not None:
         yield LogEntry(at=row.started_at, event="started", message="The first tile went to a worker.")

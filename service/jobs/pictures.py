@@ -99,7 +99,7 @@ def picture(service: Service, job_id: str, requested: ImageRequest) -> Picture:
     Raises
     ------
     UnknownLayerError
-        If the job was not asked for this layer.
+        If this layer was not requested for the job.
     PictureNotReadyError
         If nothing is finished yet.
     PictureGoneError
@@ -132,7 +132,7 @@ def _find(session: Session, job_id: str, requested: ImageRequest) -> JobRow:
     names = work_of(row)["layers"]
     if requested.layer and requested.layer not in names:
         asked = ", ".join(names) or "none"
-        raise UnknownLayerError(f"There is no such layer of this job. The layers asked for are: {asked}.")
+        raise UnknownLayerError(f"This job has no such layer. The requested layers are: {asked}.")
     return row
 
 
@@ -152,7 +152,7 @@ def _finished(session: Session, row: JobRow) -> _Finished:
 
 
 def _etag(job: str, render: RenderRow, requested: ImageRequest) -> str:
-    # The name of a render is that of a job which may be somebody else's.
+    # A render has the name of a job, which may belong to another user.
     return f'"{render.image_sha256 or f"{job}-{render.last_seq}"}-{requested.name}"'
 
 

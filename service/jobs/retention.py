@@ -55,7 +55,7 @@ class Rules:
     max_stored_bytes
         Of all finished pictures with their layers.
     keep_asset_seconds
-        Of an asset that no render needs, after somebody has last sent it or asked for it.
+        Of an asset that no render needs, since it was last sent or requested.
     """
 
     keep_seconds: float | None = None

@@ -194,7 +194,7 @@ class Bucket:
         return bytes(await result.bytes_async())
 
     def _unusable(self, error: Exception) -> StoreAwayError:
-        cure = "Look at the name of the bucket, and at AWS_ENDPOINT_URL and its like."
+        cure = "Check the name of the bucket, AWS_ENDPOINT_URL and the other AWS variables."
         return StoreAwayError(f"{self.place} cannot be used: {str(error).splitlines()[0]}. {cure}")
 
     @contextmanager

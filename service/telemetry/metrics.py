@@ -127,9 +127,7 @@ def _families(session: Session) -> Iterator[GaugeMetricFamily]:
 
     ratios = sorted(_ratios(session))
     shares = {str(share): ratios[round(share * (len(ratios) - 1))] for share in (0.5, 0.95) if ratios}
-    description = (
-        f"Error that was reached over the error asked for, of the last {RECENT} pictures of target quality."
-    )
+    description = f"Error reached over the target error, of the last {RECENT} pictures with a target error."
     yield _by("penumbra_error_over_target", description, "quantile", shares)
 
 

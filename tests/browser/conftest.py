@@ -140,7 +140,7 @@ def page(open_page: Open) -> Page:
 
 @pytest.fixture
 def shoot() -> Shoot:
-    """Keep what a page looks like, for people to look at."""
+    """Save a screenshot of a page for people to inspect."""
 
     def save(page: Page, name: str) -> Path:
         SCREENSHOTS.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""Every view for everybody: names and contrasts by axe, in light and dark, on wide and on narrow screens."""
+"""Accessibility of every view by axe, in light and dark, on wide and narrow screens."""
 
 from __future__ import annotations
 

@@ -271,10 +271,10 @@ def test_a_layer_is_shown_in_false_colours_with_a_scale(
     assert [float(ends[0]), float(ends[2])] == [float(f"{value:.4g}") for value in (near, far)]
     codes = codes_of(page).astype(int)
     assert (codes[~np.isfinite(depth)] == 128).all()
-    met = np.isfinite(depth)
-    expected = colormaps["viridis"]((depth[met] - near) / (far - near))[:, :3] * 255
+    hit = np.isfinite(depth)
+    expected = colormaps["viridis"]((depth[hit] - near) / (far - near))[:, :3] * 255
     # The place in the table is rounded, too: half a step of it is at most two codes.
-    assert np.abs(codes[met] - expected).max() <= VIRIDIS_FIT + 2
+    assert np.abs(codes[hit] - expected).max() <= VIRIDIS_FIT + 2
     page.get_by_label("Shown").select_option("normal")
     expect(page.locator(".legend")).to_contain_text("Red, green and blue are x, y and z")
     # The floor looks up: (0, 1, 0) is shown as the middle, the greatest and the middle.

@@ -1,4 +1,4 @@
-"""Scenes small enough to render at once, and a look at the processes of a server."""
+"""Scenes small enough to render at once, and access to the processes of a server."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def long_scene() -> dict[str, Any]:
 
 
 def submit(client: httpx2.Client, document: dict[str, Any], **request: Any) -> str:
-    # What these tests look at is rendered, and not found in the store.
+    # These tests need a render, not a stored result.
     headers = {"Cache-Control": "no-cache"}
     answer = client.post("/v1/jobs", json={"scene": document, **request}, headers=headers)
     assert answer.status_code == 202, answer.text

@@ -43,7 +43,7 @@ MANY = 4
 
 @pytest.fixture(scope="module")
 def disk() -> Iterator[Path]:
-    # Not in a folder of pytest's own: another run that tidies up there must not meet what it cannot remove.
+    # Not in a folder of pytest's own: another run that cleans up there must not find what it cannot remove.
     with TemporaryDirectory() as folder:
         reported = _mount("-t", "tmpfs", "-o", f"size={SIZE}", "tmpfs", folder)
         if reported is not None:

@@ -51,7 +51,7 @@ def test_a_name_that_leads_here_from_elsewhere_is_refused(client: httpx2.Client,
         ("GET", "/v1/session"),
     ):
         answer = client.request(method, path, headers=headers)
-        # An odd origin is refused as one of another site, before the name is looked at.
+        # A malformed origin is refused as one of another site, before the name is checked.
         assert (answer.status_code, answer.json()["code"]) in {(421, "unknown_host"), (403, "cross_site")}
         if method == "GET":
             problem_of(answer, 421)

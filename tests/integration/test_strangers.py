@@ -23,7 +23,7 @@ from tests.integration.support import TIMEOUT
 from tests.integration.test_assets import png, textured
 from tests.integration.test_meshes import FILES, with_mesh
 
-# What anybody may see: it says nothing of any user.
+# Public: it shows nothing of any user.
 PUBLIC = {
     "/livez",
     "/readyz",
@@ -111,7 +111,7 @@ def filled(path: str, things: dict[str, str]) -> str:
 
 def test_every_part_of_an_address_is_known_to_these_tests() -> None:
     parts = {part for _, path in PRIVATE for part in re.findall(r"{(\w+)", path)}
-    assert parts <= THINGS | PARTS, "say whether the new part names a thing that belongs to somebody"
+    assert parts <= THINGS | PARTS, "say whether the new part names a thing that belongs to a user"
     assert len(OWNED) > 20
 
 
@@ -132,7 +132,7 @@ def test_what_another_user_owns_is_answered_like_what_does_not_exist(
     assert foreign.status_code == 404
     assert (foreign.status_code, foreign.text) == (missing.status_code, missing.text)
     assert set(foreign.headers) == set(missing.headers)
-    # The address was right: the job is there for its owner, who has not asked for this layer.
+    # The address was right: the job is there for its owner, who has not requested this layer.
     if method != "DELETE":
         allowed = world.ask("ann", method, filled(path, world.things), **body)
         assert allowed.status_code != 404 or path.endswith("/layers/{name}.npy")

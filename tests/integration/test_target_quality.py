@@ -137,7 +137,7 @@ def test_each_pass_ends_with_the_whole_picture_and_the_coarse_one_is_first(clien
         *tiles, whole = group
         assert all(event["tile"] > 0 for event in tiles)
         assert (whole["tile"], whole["x0"], whole["y0"], whole["x1"], whole["y1"]) == (0, 0, 0, 80, 48)
-    # The whole picture is looked at coarsely before any part of it is looked at closely.
+    # A preview covers the whole picture before any part of it is refined.
     assert len(passes[0]) == 1 + 3 * 2
 
 

@@ -27,8 +27,8 @@ from service.jobs.context import Here
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 
 UNKNOWN = problem(404, "There is no such job.")
-NOT_YOURS = problem(403, "The job is somebody else's.")
-GONE = problem(410, "The job ended without a picture, and what it was asked for is gone.")
+NOT_YOURS = problem(403, "The job belongs to another user.")
+GONE = problem(410, "The job ended without a picture, and its request is gone.")
 CANCELLING: dict[int | str, dict[str, Any]] = {
     202: {"model": Job, "description": "The job is still being stopped: `cancelling` is true."}
 }
@@ -149,7 +149,7 @@ async def delete_job(here: Here, job_id: ChangedJob) -> None:
 
 @router.get("/{job_id}/plan", responses=UNKNOWN)
 def get_plan(here: Here, job_id: JobId) -> PlanDocument:
-    """Show what runs for a job, and which lines of the scene asked for it."""
+    """Show the plan of a job, and which lines of the scene each stage comes from."""
     return jobs.plan_of(here, job_id)
 
 

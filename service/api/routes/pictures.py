@@ -51,7 +51,7 @@ def _responses(kind: pictures.Kind) -> dict[int | str, dict[str, Any]]:
     return (
         {200: {"content": content, "description": "The picture. `X-Progress` is the share of samples in it."}}
         | {
-            206: {"content": content, "description": "The bytes asked for."},
+            206: {"content": content, "description": "The requested bytes."},
             304: {"description": "Not changed."},
         }
         | problem(404, "There is no such job or layer, or nothing of its picture yet.")
@@ -90,7 +90,7 @@ def get_exr(here: Here, request: Request, job_id: JobId) -> Response:
 
 @router.get("/layers/{name}.npy", response_class=Response, responses=_responses("npy"))
 def get_layer(here: Here, request: Request, job_id: JobId, name: LayerPart) -> Response:
-    """Get a layer that the job was asked for, as a NumPy file: height x width, or x channels."""
+    """Get a requested layer as a NumPy file: height x width, or x channels."""
     return _answer(here, request, job_id, ImageRequest("npy", name))
 
 

@@ -28,7 +28,7 @@ UNUSABLE = problem(422, "The request cannot be used; every reason is listed.")
 
 @router.post("/plans", responses=BODY | UNUSABLE, openapi_extra=json_request(JobRequest))
 async def plan(here: Here, user: CurrentUser, body: JsonBody) -> PlanDocument:
-    """Explain what would run for a scene, who asked for it, and what it would cost."""
+    """Explain what would run for a scene, which parts of the scene require it, and what it would cost."""
     return (await here.read(admit, here, user, body)).description
 
 

@@ -30,7 +30,7 @@ def stored_response(
     Raises
     ------
     RangeError
-        If the range that is asked for makes no sense, or begins after the end.
+        If the requested range is malformed, or begins after the end.
     """
     fields = {
         **headers,
@@ -50,7 +50,7 @@ def stored_response(
 
 
 class _WholeFile(FileResponse):
-    """A file whose ranges do not count here, or were not asked for."""
+    """A file served whole, because no range applies."""
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request."""
@@ -62,7 +62,7 @@ def _asked_span(request: Request, fields: Mapping[str, str], size: int) -> Span 
     """Give the span that a request asks for; None where it gets the whole.
 
     That is so without a range, with one of another unit, for methods other than GET, where `If-Range` names
-    another version, and where several are asked for: a server may ignore them (section 14.2).
+    another version, and where several are requested: a server may ignore them (section 14.2).
     """
     unit, _, ranges = request.headers.get("range", "").partition("=")
     if unit.strip().lower() != "bytes" or request.method != "GET":

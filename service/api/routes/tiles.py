@@ -1,4 +1,4 @@
-"""News of a job: tile events by number, with or without pixels, asked for or pushed."""
+"""Tile events of a job by number, with or without pixels, polled or pushed."""
 
 from __future__ import annotations
 
