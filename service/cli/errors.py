@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class CommandError(Exception):
-    """A command cannot do what it was asked; the message says why and what to do."""
+    """A command cannot run; the message says why and what to do."""
 
 
 class InputError(CommandError):

@@ -23,7 +23,7 @@ convergence_router = APIRouter(prefix="/v1/jobs/{job_id}", tags=["jobs"])
 
 
 class Width(IntEnum):
-    """Widths of thumbnails, pixels: few, for each is kept once it was made."""
+    """Widths of thumbnails, pixels. There are few, because each thumbnail is kept."""
 
     SMALL = 96
     SHARP = 192
@@ -32,7 +32,9 @@ class Width(IntEnum):
 
 ThumbnailWidth = Annotated[
     Width | None,
-    Query(description="Columns of a thumbnail, at most; rows follow. Without it the whole picture."),
+    Query(
+        description="Largest width of a thumbnail; its height follows. Without it you get the whole picture."
+    ),
 ]
 ShownEvent = Annotated[
     int | None,
@@ -54,9 +56,9 @@ def _responses(kind: pictures.Kind) -> dict[int | str, dict[str, Any]]:
             206: {"content": content, "description": "The requested bytes."},
             304: {"description": "Not changed."},
         }
-        | problem(404, "There is no such job or layer, or nothing of its picture yet.")
+        | problem(404, "There is no such job or layer, or no part of its picture yet.")
         | problem(410, "The job failed or was cancelled.")
-        | problem(416, "There are no such bytes.")
+        | problem(416, "The range is outside the file.")
     )
 
 
