@@ -32,7 +32,7 @@ renderer returns."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Parts:
-    """The picture of a job, and its layers that comparing makes use of.
+    """The picture of a job, and the layers that a comparison uses.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ def _file(source: Any) -> bytes:
 
 
 def parts_of(client: Client, job_id: str) -> Parts:
-    """The picture of a job that has succeeded, with the layers that comparing makes use of.
+    """The picture of a job that has succeeded, with the layers that a comparison uses.
 
     Raises
     ------

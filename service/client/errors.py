@@ -27,7 +27,7 @@ from schemas.errors import Problem, ProblemDocument
 
 
 class ClientError(Exception):
-    """Base of everything that :class:`service.client.Client` raises on purpose."""
+    """Base of all errors of :class:`service.client.Client`."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         # By default the message alone would be given to constructors that take other arguments.
@@ -97,7 +97,7 @@ class RefusedError(ClientError):
 
     @property
     def errors(self) -> Sequence[Problem]:
-        """Each thing that is wrong, with its pointer into the request body."""
+        """All problems, each with its pointer into the request body."""
         return self.document.errors
 
 
@@ -114,7 +114,7 @@ class NotFoundError(RefusedError):
 
 
 class ConflictError(RefusedError):
-    """The state of the job does not allow what was asked."""
+    """The state of the job does not allow the request."""
 
 
 class BusyError(RefusedError):
@@ -156,7 +156,7 @@ class JobExpiredError(NoImageError):
 
 
 def what_next(job_id: str) -> str:
-    """Say what can be done with a job after the waiting has ended."""
+    """Suggest what to do with a job after the wait has ended."""
     return f"Wait again with client.wait({job_id!r}), or stop it with client.cancel({job_id!r})."
 
 
