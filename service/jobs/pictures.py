@@ -1,6 +1,6 @@
 """The picture of a job and its layers.
 
-Final they come from their files, before that they are put together from the tiles finished so far.
+Final ones come from their files; before that they are composed of the finished tiles.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ MEDIA_TYPES: dict[Kind, str] = {"png": "image/png", "npy": "application/octet-st
 
 @dataclass(frozen=True)
 class ImageRequest:
-    """A file of a job that is requested: its picture in some form, or small, or one of its layers."""
+    """A requested file of a job: its picture, a thumbnail, or a layer."""
 
     kind: Kind
     layer: str | None = None
@@ -94,7 +94,7 @@ def etag_of(service: Service, job_id: str, requested: ImageRequest) -> str | Non
 
 
 def picture(service: Service, job_id: str, requested: ImageRequest) -> Picture:
-    """Give the picture of a job, or one of its layers, as it is now.
+    """Return the picture of a job, or one of its layers, as it is now.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def picture(service: Service, job_id: str, requested: ImageRequest) -> Picture:
     try:
         return _picture(service, job_id, requested)
     except FileNotFoundError:
-        # The job ended in between, and its tiles went into the final picture or away.
+        # The job has ended meanwhile: its tiles are in the final picture, or deleted.
         return _picture(service, job_id, requested)
 
 
@@ -168,7 +168,7 @@ def _final(store: TileStore, render: RenderRow, requested: ImageRequest) -> byte
         store.put_file(render.id, requested.name, data)
         return store.find(render.id, requested.name) or data
     except (StoreFullError, StoreReadOnlyError, StoreAwayError):
-        # The next one who asks has it made again.
+        # The next request makes it again.
         return data
 
 
@@ -213,7 +213,7 @@ def _so_far(service: Service, finished: _Finished) -> Pixels:
 
 
 def means(store: TileStore, job_id: str, parts: Sequence[StoredTile]) -> Iterator[tuple[Tile, Pixels]]:
-    """Give the mean of all samples of each tile in its finished passes, given tile by tile in their order."""
+    """Yield the mean of all samples of each tile; its finished passes are given in order."""
     found = zip(parts, store.get_tiles(job_id, parts), strict=True)
     for _, group in groupby(found, key=lambda one: one[0].tile.index):
         steps = list(group)

@@ -20,7 +20,7 @@ MANY = 4096
 
 @dataclass(frozen=True)
 class Lease:
-    """How long a worker is trusted.
+    """Timeouts of a worker.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""News of a job: at once for who watches alone, gathered for a crowd."""
+"""Events of a job: sent at once to a single watcher, collected for many."""
 
 from __future__ import annotations
 
