@@ -1,4 +1,4 @@
-"""A PostgreSQL server of the tests' own: started from this machine's programs, in a folder of its own."""
+"""A PostgreSQL server for the tests, run by this machine's programs in a temporary folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An S3-compatible server of the tests' own, in a process of its own on loopback.
+"""An S3-compatible server for the tests, in its own process on loopback.
 
 That is moto's server, which keeps everything in memory; or, where ``S3_TESTS_S3RVER`` names its program,
 s3rver, which keeps files and checks signatures.

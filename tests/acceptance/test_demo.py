@@ -56,7 +56,7 @@ def test_an_interrupted_demo_leaves_no_process_no_folder_and_no_picture(
         env=environment,
     ) as demo:
         assert demo.stderr is not None
-        # Once: an interrupted line may be written again, and a second signal ends the demo on the spot.
+        # Once: an interrupted line may be written again, and a second signal ends the demo at once.
         next(line for line in demo.stderr if "tiles arrive" in line)
         demo.send_signal(number)
         demo.stderr.read()

@@ -1,4 +1,4 @@
-"""What the Dockerfile does, without an engine: the same files, the same commands, one job, and the end."""
+"""The steps of the Dockerfile, without Docker: its files, its commands, one job, and a clean stop."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a client sees when the service goes away and comes back."""
+"""The client while the service restarts."""
 
 from __future__ import annotations
 

@@ -20,9 +20,9 @@ from service.settings import Settings
 
 ROOT = Path(__file__).parents[2]
 SCREENSHOTS = ROOT / "out" / "screenshots"
-# The build sets it: there a missing browser is a fault of the build, and no reason to test less.
+# Set by the build, where a missing browser is an error and no reason to skip tests.
 REQUIRED = "BROWSER_TESTS_REQUIRED"
-# Answers of the service that a page asks for on purpose, such as what is wrong with a scene.
+# Expected refusals, such as the problems of a scene.
 REFUSED = re.compile(r"Failed to load resource: the server responded with a status of 4\d\d")
 
 Open = Callable[..., Page]
@@ -51,7 +51,7 @@ def launched() -> Iterator[tuple[Browser, asyncio.AbstractEventLoop]]:
 
 
 def _mark_running(loop: asyncio.AbstractEventLoop | None) -> None:
-    # Meant for those who write event loops, and so does Playwright to leave and to enter its own.
+    # For authors of event loops; Playwright uses it to leave and to enter its own.
     asyncio._set_running_loop(loop)  # noqa: SLF001
 
 

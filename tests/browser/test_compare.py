@@ -1,4 +1,4 @@
-"""Two pictures compared in the browser."""
+"""The comparison of two pictures in the browser."""
 
 from __future__ import annotations
 

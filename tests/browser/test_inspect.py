@@ -1,4 +1,4 @@
-"""A pixel explained in the browser: why it is dark, what each light adds, where the scene says so."""
+"""The inspector in the browser: why a pixel is dark, what each light adds, which lines of the scene."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_a_dark_pixel_says_what_stands_before_the_light(
     )
     expect(reasons.nth(1)).to_contain_text("Only ambient light is left, 0.1 of the colour.")
     expect(page.locator(".shadows")).to_contain_text("4 blocked by red ball, shape 1")
-    # The only light that leaves the place is ambient.
+    # All light from this point is ambient.
     expect(page.get_by_role("row", name=re.compile("Ambient light"))).to_contain_text("100.0 %")
     shoot(page, "inspect-shadow")
 

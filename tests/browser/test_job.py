@@ -1,4 +1,4 @@
-"""The page of a job beside its picture: state and figures, the plan and its lines, and what is left of it."""
+"""The page of a job, apart from its picture: state, figures, the plan with its lines, memory."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ def test_a_job_stands_still_until_it_is_resumed(open_page: Open, client: httpx2.
     expect(state).to_have_text("▶ running", timeout=TIMEOUT)
     page.get_by_role("button", name="Pause").click()
     expect(state).to_have_text("‖ paused", timeout=TIMEOUT)
-    # What workers had in hand is finished; nothing follows.
+    # Tiles in progress are finished, and no more are started.
     until(lambda: client.get(f"/v1/jobs/{job}").json()["rendering"] == [])
     still = client.get(f"/v1/jobs/{job}").json()
     assert (still["paused"], still["state"]) == (True, "running")
@@ -175,6 +175,6 @@ def test_views_that_are_left_leave_nothing_behind(open_page: Open, job: str) -> 
     before = counts(session)
     visit_all(page, job, 6)
     after = counts(session)
-    # What one view holds: six of them left behind would be far more.
+    # About the memory of one view: six leaked views would be far more.
     assert after["JSEventListeners"] <= before["JSEventListeners"] * 1.5
     assert after["Nodes"] <= before["Nodes"] * 1.5

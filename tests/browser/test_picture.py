@@ -1,4 +1,4 @@
-"""The picture of a job in the browser: it fills in, is that of the service, and its numbers can be read."""
+"""The picture of a job in the browser: it fills in, equals that of the service, and shows its numbers."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def test_tiles_that_workers_render_are_outlined_until_there_are_none(
     wanted: set[Rectangle] = set()
 
     def all_shown() -> bool:
-        # A tile may be finished between two looks, and the whole picture is the first of all.
+        # A tile may finish between two checks, and the first event is the whole picture.
         nonlocal wanted
         wanted = at_work(client, job)
         return bool(wanted) and outlined(page, GRID) == wanted
@@ -239,7 +239,7 @@ def test_two_fingers_zoom_where_they_are(open_page: Open, client: httpx2.Client)
     after = page.locator("canvas.pixels").bounding_box()
     assert after is not None
     assert after["width"] == pytest.approx(2 * before["width"], rel=1e-3)
-    # What lay between them lies there still, to a dot.
+    # The point between them stays there, to a dot.
     assert after["x"] + after["width"] / 3 == pytest.approx(x, abs=1)
     assert after["y"] + after["height"] / 2 == pytest.approx(y, abs=1)
     expect(page.get_by_role("heading", name="Why this colour?")).to_be_visible()  # no pixel was chosen
@@ -277,7 +277,7 @@ def test_a_layer_is_shown_in_false_colours_with_a_scale(
     assert np.abs(codes[hit] - expected).max() <= VIRIDIS_FIT + 2
     page.get_by_label("Shown").select_option("normal")
     expect(page.locator(".legend")).to_contain_text("Red, green and blue are x, y and z")
-    # The floor looks up: (0, 1, 0) is shown as the middle, the greatest and the middle.
+    # The floor faces up: (0, 1, 0) is shown as the middle, the greatest and the middle.
     assert codes_of(page)[47, 0].tolist() == [128, 255, 128]
     shoot(page, "picture-normals")
 
@@ -336,7 +336,7 @@ def test_a_page_goes_on_when_the_service_is_killed_and_comes_back(chromium: Brow
         np.testing.assert_array_equal(codes_of(page), served(client, job))
         events = client.get(f"/v1/jobs/{job}/tiles").json()["events"]
         last = [event for event in events if event["pass_index"] == events[-1]["pass_index"]]
-        # What was wanted first before the service was killed comes first after that.
+        # The requested part comes first after the restart, too.
         within = [overlap(event, wanted) for event in last]
         assert within == sorted(within, reverse=True)
         assert 0 < sum(within) < len(within) == 64

@@ -1,4 +1,4 @@
-"""A service with keys: the page asks for one once, and its cookie does the rest."""
+"""A service with keys: the page asks for one once, and then uses a cookie."""
 
 from __future__ import annotations
 

@@ -134,7 +134,7 @@ def test_the_price_is_shown_before_anything_is_rendered(page: Page, client: http
     page.get_by_label("Pattern in the pixel").select_option("random")
     quote = page.get_by_role("region", name="Quote")
     expect(quote.get_by_role("term").first).to_have_text("Time", timeout=TIMEOUT)
-    # By trying it, or where a busy machine found no time for that, by the plan alone.
+    # Measured, or predicted by the plan alone if the machine was busy.
     expect(quote).to_contain_text("with 2 workers")
     assert "only priced" not in [job["name"] for job in client.get("/v1/jobs").json()["jobs"]]
 

@@ -1,4 +1,4 @@
-"""Real servers in processes of their own, and real databases: one for all tests that leave it as it was."""
+"""Real servers in their own processes, and real databases, shared by tests that leave them unchanged."""
 
 from __future__ import annotations
 

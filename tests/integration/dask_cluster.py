@@ -1,4 +1,4 @@
-"""A Dask cluster of separate processes on this machine, with the configuration that operators take."""
+"""A Dask cluster of separate processes on this machine, with the configuration for operators."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Keys, sessions and roles, over HTTP with a real service that asks for keys."""
+"""Keys, sessions and roles, over HTTP with a real service that requires keys."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A copy of a service that runs, as docs/operations.md has it, serves every job in another folder."""
+"""A backup of a running service, made as in docs/operations.md, serves every job from another folder."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_a_backup_made_while_jobs_run_serves_every_job_elsewhere(start: Start, t
     with running(settings) as restored, httpx2.Client(base_url=restored.url, timeout=TIMEOUT) as client:
         listed = {job["id"]: job["state"] for job in client.get("/v1/jobs").json()["jobs"]}
         assert set(listed) == {*jobs, under_way}
-        # What was under way continues from the tiles that were finished, to the same picture.
+        # Unfinished jobs continue from their finished tiles, to the same picture.
         assert job_of(client, under_way)["progress"]["done"] >= 3
         finish(client, under_way)
         assert [client.get(f"/v1/jobs/{job}/image.npy").content for job in (*jobs, under_way)] == before

@@ -1,4 +1,4 @@
-"""The Python clients over a bad network, and what becomes of those who leave early."""
+"""The Python clients over a bad network, and calls that are interrupted."""
 
 from __future__ import annotations
 

@@ -93,7 +93,7 @@ def test_what_is_lost_with_a_worker_is_rendered_by_another_and_nothing_else(
     finish(service.client, job)
     assert image(service.client, job).tobytes() == undisturbed.tobytes()
     tiles = service.tiles(job).values()
-    # One ran; those that waited behind it are not to blame.
+    # Only the running task counts; those that waited behind it do not.
     assert sum(row["deaths"] for row in tiles) <= 1
     assert 1 <= sum(row["attempt"] > 1 for row in tiles) <= WINDOW
     cluster.start_worker()

@@ -138,7 +138,7 @@ def test_a_running_job_reports_the_passes_that_are_finished(client: httpx2.Clien
     found = convergence(client, job)
     client.delete(f"/v1/jobs/{job}")
     assert found["state"] == "running"
-    # The coarse picture has a ray for every 4 x 4 pixels, the next pass one for each.
+    # The preview has a ray for each 4 x 4 pixels, the next pass one for each pixel.
     previews = 64 * 64
     assert [entry["rays"]["camera"] for entry in found["passes"]][:2] == [previews, previews + 256 * 256]
     assert "when the picture is finished" in found["reason"]

@@ -1,4 +1,4 @@
-"""A disk that is full, and one that can only be read for a while: a file system of its own under a server."""
+"""A full disk, and one that is read-only for a while: the server has a file system of its own."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def test_on_a_full_disk_jobs_wait_and_readers_do_not(
     finish(client, finished)
     job = half_done(client)
     with full(disk) as fill:
-        # Who learns of it first is chance: a worker that writes a tile, or the database that notes one.
+        # Either a worker or the database may report it first.
         until(lambda: "disk is nearly full" in client.get("/readyz").json().get("detail", ""))
         fill()
         check_reads(client, finished, job)
@@ -165,7 +165,7 @@ def test_no_connection_stays_that_was_made_while_the_database_could_only_be_read
     database = Database(f"sqlite:///{disk / 'own.sqlite'}")
     upgrade(database)
     with read_only(disk), database.reading() as reader:
-        # While this one has the connection that there was, the next gets a new one.
+        # This one keeps the existing connection, so the next gets a new one.
         assert reader.scalars(select(LeaderRow.term)).all()
         with pytest.raises(OperationalError):
             count_up(database)

@@ -1,4 +1,4 @@
-"""What every engine does alike: it runs tasks, survives what they do, and gives them back when asked."""
+"""The contract of all engines: they run tasks, survive their crashes, and give them back on request."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A part of a picture can be had first."""
+"""A part of a picture is rendered first on request."""
 
 from __future__ import annotations
 

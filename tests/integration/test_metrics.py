@@ -1,4 +1,4 @@
-"""What operators watch, read as Prometheus reads it."""
+"""Metrics, read as Prometheus reads them."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_tiles_and_cpu_seconds_of_a_job_are_counted(client: httpx2.Client) -> No
     # Each finished tile is an event of the job, in each of its passes.
     assert tiles == job["last_seq"]
     user = ("penumbra_user_cpu_seconds_total", job["user"])
-    # The picture's own CPU seconds are those of its tiles; putting it together comes on top.
+    # The CPU seconds of a picture are those of its tiles; composing it comes on top.
     assert after[user] - before.get(user, 0) >= job["cost"]["cpu_seconds"]
 
 
@@ -76,7 +76,7 @@ def test_the_queue_is_as_deep_as_the_jobs_that_wait_and_what_is_tried_again_is_c
         (worker,) = workers_of(server.process.pid)
         os.kill(worker, signal.SIGKILL)
         until(lambda: bool(retries(watched(client))))
-        # What waited behind the tile in the worker is taken back, too.
+        # The task that waited behind the tile in the worker is taken back, too.
         assert {"worker_died": 1}.items() <= retries(watched(client)).items()
         assert retries(watched(client)).keys() <= {"worker_died", "interrupted"}
         for job in jobs:

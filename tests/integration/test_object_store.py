@@ -1,4 +1,4 @@
-"""A service whose pictures and textures are in a bucket answers as one with a folder does.
+"""A service with a bucket answers like one with a folder.
 
 Its workers are those of a Dask cluster, each of which has a slot as without one.
 """

@@ -1,4 +1,4 @@
-"""What the operator of a service asks, and what its documents say."""
+"""Routes for operators, and the documentation of operations."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from service.settings import Settings
 from tests.integration.conftest import Start
 from tests.integration.support import TIMEOUT, scene, until, workers_of
 
-# As many requests are answered at once as there are threads for them.
+# The number of threads that answer requests.
 REQUEST_THREADS = 40
 
 

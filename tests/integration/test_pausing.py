@@ -1,4 +1,4 @@
-"""Paused jobs: nothing more is handed out for them, and what they have stays."""
+"""Paused jobs: no more of their tiles are started, and finished tiles stay."""
 
 from __future__ import annotations
 

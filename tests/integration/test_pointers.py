@@ -1,4 +1,4 @@
-"""Over HTTP every pointer leads into the body that was posted, and problems have their lines there."""
+"""Over HTTP every pointer and every line refers to the body that was posted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is particular to a service on PostgreSQL."""
+"""Tests specific to a service on PostgreSQL."""
 
 from __future__ import annotations
 

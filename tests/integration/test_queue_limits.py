@@ -1,4 +1,4 @@
-"""A queue that is full says so, and when to come back; nothing that was accepted is lost."""
+"""A full queue refuses jobs with Retry-After; no accepted job is lost."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_a_full_queue_says_when_to_come_back_and_loses_nothing(start: Start) -> 
             assert 1 <= int(full.headers["Retry-After"]) <= 3600
             assert full.headers["RateLimit"].startswith('"jobs";r=0')
             assert "3 jobs" in full.json()["detail"]
-            # What is answered from the store needs no room.
+            # A job that is answered from the store needs no room in the queue.
             assert ask(client, 0).json()["state"] == "succeeded"
         for answer in taken:
             finish(client, answer.json()["id"])

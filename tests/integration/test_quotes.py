@@ -122,7 +122,7 @@ def test_more_quotes_than_the_service_makes_are_sent_away(start: Start) -> None:
     refused = next(answer for answer in answers if answer.status_code == 429)
     assert problem_of(refused, 429)["code"] == "busy"
     assert int(refused.headers["Retry-After"]) >= 1
-    # The seat is free again.
+    # The limit of concurrent quotes has room again.
     assert quoted(0).status_code == 200
 
 

@@ -1,4 +1,4 @@
-"""A request's name: in its answer, and in what it logs."""
+"""Request ids in answers and in the log."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_what_a_request_logs_has_its_name(talk: Talk) -> None:
     until(lambda: len(logged(log, request="mine", event="request")) == 1)
     (ended,) = logged(log, request="mine", event="request")
     assert (ended["method"], ended["path"], ended["status"]) == ("POST", "/v1/jobs", 202)
-    # Tiles are logged under the job that the picture was made for, whichever other users ask for it.
+    # Tiles are logged under the job that the picture was made for, even if other users share it.
     client.post("/v1/jobs", json={"scene": scene()}, headers={"X-Request-ID": "again"})
     (again,) = logged(log, request="again", event="job taken")
     assert (again["job"] != taken["job"], again["render"]) == (True, taken["render"])

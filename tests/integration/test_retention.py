@@ -1,4 +1,4 @@
-"""What is kept and what goes, on the disk of a real server: by age, by bytes, pinned, and by hand."""
+"""Retention on the disk of a real server: by age, by size, pinned, and on request."""
 
 from __future__ import annotations
 

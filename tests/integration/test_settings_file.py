@@ -1,4 +1,4 @@
-"""A service that is set up by a file."""
+"""A service that is configured by a file."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ def test_who_was_silent_for_too_long_is_followed_and_learns_of_it(two: tuple[Dat
     assert [term(two[1], second), term(two[0], first)] == [begun + 1, None]
     with two[1].writing() as session:
         second.resign(session)
-    # What it had handed out in its first term is no more expected.
+    # Results of its first term are ignored.
     assert term(two[0], first) == begun + 2
 
 
@@ -83,7 +83,7 @@ def test_a_server_that_stops_in_the_middle_of_a_transaction_writes_nothing_and_h
             leader = session.scalars(select(LeaderRow)).one()
             leader.term += 100
             session.flush()
-            # Waits until the first one is cut off: no two write at a time.
+            # Waits until the first one is cut off, because only one writes at a time.
             with two[1].writing() as other:
                 found.append(other.scalars(select(LeaderRow.term)).one())
 

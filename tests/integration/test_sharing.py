@@ -1,4 +1,4 @@
-"""The same picture is rendered once for all users, and reveals none of them to the others."""
+"""A picture is rendered once for all users, without revealing them to each other."""
 
 from __future__ import annotations
 
@@ -172,7 +172,7 @@ def test_identical_submissions_under_way_share_one_render(users: Users, shared: 
         )
         assert session.scalar(same) == 1
     database.close()
-    # Cancelling one of them leaves the render to the other; its tiles are reported to it no more.
+    # Cancelling one of them leaves the render to the other, and ends its own events.
     cancelled = users["ann"].post(f"/v1/jobs/{first['id']}/cancel").json()
     assert cancelled["state"] == "cancelled"
     assert users["ann"].get(f"/v1/jobs/{first['id']}/image.npy").status_code == 410

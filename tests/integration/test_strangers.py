@@ -1,4 +1,4 @@
-"""Every route against those whom it does not concern: the list of routes is the application's own."""
+"""Access control of every route; the list of routes is that of the application."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ PUBLIC = {
     "/web/{path:path}",
     "/gallery/{path:path}",
 }
-# Names of things in an address: what is another's must not be there, whichever route asks for it.
+# Ids in an address: on every route those of another user must not be found.
 THINGS = {"job_id", "sha256"}
-# The rest of an address: no thing of its own.
+# Other parts of an address.
 PARTS = {"name"}
 MISSING = {"job_id": "0123456789abcdef", "sha256": "0" * 64}
 """Names that nothing has."""
@@ -177,7 +177,7 @@ def test_sending_a_file_reports_nothing_of_others_who_have_sent_it(world: World)
     assert set(answers[0].headers) == set(answers[1].headers)
     # Now both own it.
     assert world.ask("bob", "GET", f"/v1/assets/{world.things['sha256']}").content == known
-    # Bytes that one does not have stay another's: a name alone is not enough.
+    # Without the bytes a hash gives no access.
     wrong = world.ask("bob", "PUT", f"/v1/assets/{world.mesh.removeprefix('sha256:')}", content=new)
     unknown = world.ask("bob", "PUT", f"/v1/assets/{'1' * 64}", content=new)
     assert (wrong.status_code, wrong.text) == (unknown.status_code, unknown.text)
@@ -191,7 +191,7 @@ def test_the_files_of_a_user_have_a_limit_together(world: World) -> None:
     refused = upload(world, "eve", png(119, 120))
     assert (refused.status_code, refused.json()["code"]) == (413, "upload_quota")
     assert str(60_000 - len(big)) in refused.json()["detail"]
-    # What is there already takes no more room, and others have room of their own.
+    # A file that is there takes no more room, and every user has a quota.
     assert upload(world, "eve", big).status_code == 200
     assert upload(world, "bob", big).status_code == 200
 

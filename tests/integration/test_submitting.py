@@ -1,4 +1,4 @@
-"""What a request for a job may say beside the scene, and what becomes of one that is sent again."""
+"""Further fields of a job's request, and requests that are repeated."""
 
 from __future__ import annotations
 

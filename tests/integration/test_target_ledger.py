@@ -1,4 +1,4 @@
-"""What the dispatcher decides about jobs of target quality. Real database, no engine."""
+"""The dispatcher's decisions about jobs with a target error. Real database, no engine."""
 
 from __future__ import annotations
 

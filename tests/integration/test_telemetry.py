@@ -33,7 +33,7 @@ from tests.integration.support import (
 TRACE, ASKER = "4bf92f3577b34da6a3ce929d0e0e4736", "00f067aa0ba902b7"
 TRACED = {"traceparent": f"00-{TRACE}-{ASKER}-01", "X-Request-ID": "traced"}
 ENDPOINT = "OTEL_EXPORTER_OTLP_ENDPOINT"
-# What a service without traces has no use for.
+# Modules that a service without traces does not need.
 HEAVY = ("opentelemetry.sdk", "opentelemetry.exporter", "google.protobuf", "requests")
 LOADED = f"""
 import sys
