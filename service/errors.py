@@ -1,7 +1,7 @@
 """What can go wrong in the service. ``problems.py`` says how each of them is answered.
 
 ServiceError
-├── RequestError                a header or a parameter makes no sense
+├── RequestError                a header or a parameter is malformed
 │   ├── BodyTooLargeError
 │   ├── BodyIncompleteError
 │   ├── BodySlowError
@@ -25,7 +25,7 @@ ServiceError
 ├── NoKeysError                 others could use a service without authentication
 ├── DatabaseUrlError            the address of the database cannot be used
 ├── DatabaseVersionError        another version of the service made its tables
-├── EngineError                 the engine that the settings ask for cannot be had
+├── EngineError                 the configured engine is not available
 │   ├── EngineMissingError      its packages are not installed
 │   ├── UnsafeClusterError      anyone on the network could give it orders
 │   └── UnusableWorkerError     a worker of a cluster could not render
@@ -241,7 +241,7 @@ class DatabaseVersionError(ServiceError):
 
 
 class EngineError(ServiceError):
-    """The engine that the settings ask for cannot be had."""
+    """The configured engine is not available."""
 
 
 class EngineMissingError(EngineError):

@@ -100,7 +100,7 @@ def parsed(address: str) -> tuple[str, int]:
     port = int(match["port"] or DEFAULT_PORT) if match else 0
     if match is None or not 0 < port <= LARGEST_PORT:
         raise CommandError(
-            f"{address!r} is no address of tev. Write HOST:PORT, such as 127.0.0.1:{DEFAULT_PORT}."
+            f"{address!r} is not an address of tev. Write HOST:PORT, such as 127.0.0.1:{DEFAULT_PORT}."
         )
     return match["v6"] or match["host"], port
 

@@ -54,7 +54,7 @@ def sent(source: PictureSource, encoding: str | None) -> dict[str, str]:
     OSError
         Its file cannot be read.
     TypeError
-        It is no picture.
+        It is not a picture.
     """
     stated = {"encoding": encoding} if encoding else {}
     if isinstance(source, str) and source.startswith(JOB):

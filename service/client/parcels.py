@@ -81,7 +81,7 @@ def pack(scene: SceneSource, assets: Assets | None = None) -> Parcel:
     schemas.errors.SceneError
         It is not a JSON object, or names a file that is not there.
     OSError
-        The file cannot be read, or `assets` is no folder.
+        The file cannot be read, or `assets` is not a folder.
     TypeError
         `scene` or `assets` is of another kind.
     """

@@ -11,7 +11,7 @@ from collections.abc import Callable
 class Throughput:
     """CPU seconds rendered per second of wall time, recently. Written by one thread, read by many.
 
-    Only the time counts in which workers have something in hand: nothing to do is no slowness.
+    Only the time counts in which workers have something in hand: an idle service is not slow.
 
     Parameters
     ----------

@@ -32,7 +32,7 @@ def documents(session: Session, jobs: Sequence[JobRow], keep_seconds: float | No
     Parameters
     ----------
     keep_seconds
-        After so long a picture is removed.
+        Age at which a picture is removed.
     """
     before, at_work = fairness.positions(session, jobs), _at_work(session, jobs)
     return tuple(

@@ -1,7 +1,7 @@
 """A bucket of an S3-compatible object store: machines that share it need no folder that all of them see.
 
 Who may use it, and where it is, comes from the variables ``AWS_ACCESS_KEY_ID``, ``AWS_SECRET_ACCESS_KEY``,
-``AWS_REGION``, ``AWS_ENDPOINT_URL`` and their like, or from the machine's role.
+``AWS_REGION``, ``AWS_ENDPOINT_URL`` and others, or from the machine's role.
 """
 
 from __future__ import annotations

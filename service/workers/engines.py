@@ -61,7 +61,7 @@ def check_engine(settings: Settings) -> None:
 
 
 def engine_of(settings: Settings, setup: WorkerSetup) -> Engine:
-    """Return the engine that the settings ask for."""
+    """Return the configured engine."""
     if settings.engine == "slots":
         return SlotEngine(settings.workers, setup)
     from service.workers.dask_engine import DaskEngine, connector  # noqa: PLC0415  (an extra)

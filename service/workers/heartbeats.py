@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import NamedTuple
 
-# Beats are read in pieces of so many bytes.
+# Bytes of beats that are read at once.
 MANY = 4096
 
 

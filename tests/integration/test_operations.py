@@ -125,5 +125,5 @@ def test_a_service_that_hands_out_no_work_any_more_asks_to_be_started_again(tmp_
         app.state.service.dispatcher.stop()
         answer = client.get("/livez")
         assert answer.status_code == 503
-        assert "Start the service" in answer.json()["detail"]
+        assert "Restart" in answer.json()["detail"]
         assert client.get("/readyz").status_code == 503
