@@ -1,7 +1,7 @@
 """What can go wrong in the service. ``problems.py`` says how each of them is answered.
 
 ServiceError
-├── RequestError                a header or a parameter makes no sense
+├── RequestError                a header or a parameter is malformed
 │   ├── BodyTooLargeError
 │   ├── BodyIncompleteError
 │   ├── BodySlowError
@@ -16,7 +16,7 @@ ServiceError
 ├── ReusedKeyError              an Idempotency-Key came with another request before
 ├── PictureNotReadyError
 ├── PictureGoneError
-├── UnknownLayerError           the job was not asked for it
+├── UnknownLayerError           the job was not rendered with it
 ├── UnknownAssetError
 ├── UploadError                 a texture is not kept
 │   ├── UploadMismatchError
@@ -25,9 +25,9 @@ ServiceError
 ├── NoKeysError                 others could use a service without authentication
 ├── DatabaseUrlError            the address of the database cannot be used
 ├── DatabaseVersionError        another version of the service made its tables
-├── EngineError                 the engine that the settings ask for cannot be had
+├── EngineError                 the configured engine is not available
 │   ├── EngineMissingError      its packages are not installed
-│   ├── UnsafeClusterError      strangers could give orders to it
+│   ├── UnsafeClusterError      anyone on the network could give it orders
 │   └── UnusableWorkerError     a worker of a cluster could not render
 ├── StoreError
 │   ├── StoreFullError          the disk is full
@@ -103,7 +103,7 @@ class ParametersError(RequestError):
 
 
 class RangeError(RequestError):
-    """None of the bytes asked for exist.
+    """None of the requested bytes exist.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ class PictureGoneError(ServiceError):
 
 
 class UnknownLayerError(ServiceError):
-    """A job was not asked for this layer."""
+    """The job was not rendered with this layer."""
 
 
 class UnknownAssetError(ServiceError):
@@ -241,7 +241,7 @@ class DatabaseVersionError(ServiceError):
 
 
 class EngineError(ServiceError):
-    """The engine that the settings ask for cannot be had."""
+    """The configured engine is not available."""
 
 
 class EngineMissingError(EngineError):

@@ -103,7 +103,7 @@ def run(settings: Settings) -> None:
 
 
 def _prepare_database(settings: Settings) -> None:
-    """Bring the database to this version, and see that it has keys where strangers may come."""
+    """Bring the database to this version, and require keys if the service is reachable from outside."""
     database = Database(settings.database_url)
     try:
         upgrade(database)

@@ -28,7 +28,7 @@ _BUCKET = re.compile(r"s3://[a-z0-9][a-z0-9.-]{1,61}[a-z0-9](/[A-Za-z0-9._/-]*)?
 
 
 def _processors() -> int:
-    # A container may have been given fewer than the machine has; only Linux says.
+    # A container may have fewer than the machine; only Linux reports that.
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -45,7 +45,7 @@ class FileSource(PydanticBaseSettingsSource):
     Raises
     ------
     SettingsFileError
-        It is not there, or is no TOML.
+        It is missing, or is not TOML.
     """
 
     def __init__(self, settings_cls: type[BaseSettings]) -> None:
@@ -88,12 +88,12 @@ class Settings(BaseSettings):
     store: str | None = Field(
         default=None,
         description="Bucket for pictures and textures, s3://bucket/prefix; by default they are in the data "
-        "folder. Where it is and who may use it is in AWS_ENDPOINT_URL, AWS_ACCESS_KEY_ID and their like.",
+        "folder. Where it is and who may use it is in AWS_ENDPOINT_URL, AWS_ACCESS_KEY_ID and so on.",
     )
     host: str = Field(default="127.0.0.1", description="Address to listen on.")
     behind_proxy: bool = Field(
         default=False,
-        description="Ask for no keys: a proxy in front of the service authenticates its users.",
+        description="Require no keys: a proxy in front of the service authenticates its users.",
     )
     hosts: str = Field(
         default="",
@@ -115,7 +115,7 @@ class Settings(BaseSettings):
         default=None, description="SQLAlchemy URL; by default an SQLite file in the data folder."
     )
     engine: Literal["slots", "dask"] = Field(
-        default="slots", description="Who renders: processes of this machine, or a Dask cluster."
+        default="slots", description="What renders: processes of this machine, or a Dask cluster."
     )
     dask: str | None = Field(
         default=None,
@@ -140,12 +140,10 @@ class Settings(BaseSettings):
     )
 
     log_level: Literal["debug", "info", "warning", "error"] = Field(
-        default="info", description="The least that is written to the log."
+        default="info", description="Lowest level that is logged."
     )
 
-    limits: Limits = Field(
-        default_factory=Limits, description="How large a scene and the files that it names may be."
-    )
+    limits: Limits = Field(default_factory=Limits, description="Limits of a scene and of its files.")
     max_cpu_seconds: float = Field(default=3600.0, gt=0, description="Largest predicted cost of a job.")
     max_queued_jobs: int = Field(default=10_000, ge=1, description="Jobs of all users that wait or run.")
     max_queued_cpu_seconds: float = Field(
@@ -167,15 +165,15 @@ class Settings(BaseSettings):
     )
     max_trace_rays: int = Field(default=100_000, ge=1, description="Most rays in one trace request.")
     max_quotes: int = Field(
-        default=8, ge=1, description="Quotes made at the same time, those that wait for a worker included."
+        default=8, ge=1, description="Most quotes in progress, including those that wait for a worker."
     )
     max_comparisons: int = Field(
         default=8,
         ge=1,
-        description="Comparisons made at the same time, those that wait for a worker included.",
+        description="Most comparisons in progress, including those that wait for a worker.",
     )
     max_wait_seconds: float = Field(
-        default=60.0, ge=0, description="Longest that a request may wait for news."
+        default=60.0, ge=0, description="Longest that a request may wait for events."
     )
     max_events: int = Field(default=1000, ge=1, description="Most tile events in one answer.")
     heartbeat_seconds: float = Field(
@@ -198,7 +196,7 @@ class Settings(BaseSettings):
         default=86400.0,
         gt=0,
         description="How long a texture or mesh that no picture needs is kept after it was last sent or "
-        "asked for, a day by default.",
+        "requested, a day by default.",
     )
     max_user_pins: int = Field(
         default=100, ge=0, description="Jobs that a user may keep pinned; staff may pin more."
@@ -265,7 +263,7 @@ def _content() -> dict[str, Any]:
     Raises
     ------
     SettingsFileError
-        It is not there, or is no TOML.
+        It is missing, or is not TOML.
     """
     name = os.environ.get(CONFIG)
     if not name:
@@ -275,7 +273,7 @@ def _content() -> dict[str, Any]:
     except OSError as error:
         raise SettingsFileError(f"The settings file {name} cannot be read: {error.strerror}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise SettingsFileError(f"The settings file {name} is no TOML: {error}") from error
+        raise SettingsFileError(f"The settings file {name} is not TOML: {error}") from error
 
 
 def source_of(path: tuple[str, ...]) -> str:

@@ -1,4 +1,4 @@
-"""What every test shares: slow tests last, and the same examples on every run of hypothesis."""
+"""Shared by all tests: slow tests run last, and hypothesis generates the same examples on every run."""
 
 import pytest
 from hypothesis import settings

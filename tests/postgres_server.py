@@ -1,4 +1,4 @@
-"""A PostgreSQL server of the tests' own: started from this machine's programs, in a folder of its own."""
+"""A PostgreSQL server for the tests, run by this machine's programs in a temporary folder."""
 
 from __future__ import annotations
 
@@ -130,12 +130,12 @@ class PostgresServer:
         self._process.wait(START_SECONDS)
 
     def _call(self, program: str, *words: str) -> None:
-        with (self.folder / "calls").open("ab") as told:
+        with (self.folder / "calls").open("ab") as output:
             ended = subprocess.run(
                 [self._programs / program, *words],
                 check=False,
-                stdout=told,
-                stderr=told,
+                stdout=output,
+                stderr=output,
                 cwd=self.folder,
                 timeout=START_SECONDS,
                 **self._account,

@@ -1,4 +1,4 @@
-"""An S3-compatible server of the tests' own, in a process of its own on loopback.
+"""An S3-compatible server for the tests, in its own process on loopback.
 
 That is moto's server, which keeps everything in memory; or, where ``S3_TESTS_S3RVER`` names its program,
 s3rver, which keeps files and checks signatures.
@@ -69,7 +69,7 @@ class S3Server:
         }
 
     def _has_bucket(self) -> bool:
-        # moto makes it for anybody; s3rver has it from the start, and tells strangers that they may not.
+        # moto creates it on any request; s3rver starts with it, and refuses unsigned requests.
         return httpx2.put(f"{self.url}/{BUCKET}", timeout=5.0).status_code in {200, 403, 409}
 
     def begin(self) -> None:

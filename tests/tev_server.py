@@ -1,4 +1,4 @@
-"""What tev does with the packets that it gets, by the layout that it publishes."""
+"""A server that decodes packets by tev's published layout."""
 
 from __future__ import annotations
 

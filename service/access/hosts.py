@@ -30,8 +30,8 @@ def is_loopback(host: str) -> bool:
 def check_host(request: Request, settings: Settings, *, asks_for_keys: bool) -> None:
     """Refuse a request that was sent to another name than those of this service.
 
-    With authentication nothing need be checked: a browser sends neither key nor cookie to a name that it does
-    not belong to. Behind a proxy the settings say which names it passes on.
+    With authentication no check is needed: a browser sends neither key nor cookie to another name. Behind a
+    proxy the settings list the names that it passes on.
 
     Raises
     ------

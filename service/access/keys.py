@@ -28,16 +28,16 @@ KEY = re.compile(r"pnm_([0-9a-f]{12})_([A-Za-z0-9_-]{43})", re.ASCII)
 UNMATCHED = "0" * 64
 """A digest that no secret has."""
 SESSION_LIFE = timedelta(hours=12)
-# A revoked key is accepted for at most so long, seconds.
+# A revoked key is accepted for at most this long, seconds.
 CACHE_SECONDS = 1.0
-# Cached answers; guessed keys must not fill the memory.
+# Most cached answers, so that guessed keys do not fill the memory.
 MOST_CACHED = 4096
 
 Answer = TypeVar("Answer")
 
 
 class Key(NamedTuple):
-    """The two parts of an API key: a name that may be shown, and what only its owner knows."""
+    """The two parts of an API key: a public name and a secret."""
 
     id: str
     secret: str

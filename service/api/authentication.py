@@ -18,16 +18,16 @@ SAFE = ("GET", "HEAD", "OPTIONS")
 
 
 async def authenticate(request: Request, here: Here) -> Principal:
-    """Give the user of a request.
+    """Return the user of a request.
 
     Raises
     ------
     UnauthenticatedError
-        If a key is needed, and there is none that is good.
+        If a key is needed, and none or a wrong one was sent.
     UnknownHostError
-        If it was sent to a name that is not the service's.
+        If it was sent to another host name.
     CrossSiteError
-        If the page of another site has sent a browser here to change something.
+        If a page of another site sent a request that changes something.
     """
     key = bearer(request)
     if key is None:
@@ -48,7 +48,7 @@ async def _keys_made(service: Service) -> bool:
 
 
 def bearer(request: Request) -> str | None:
-    """Give what stands in ``Authorization: Bearer``."""
+    """Return the key in ``Authorization: Bearer``."""
     scheme, _, key = request.headers.get("authorization", "").partition(" ")
     return key.strip() if scheme.lower() == "bearer" else None
 
@@ -60,7 +60,7 @@ def _look_up(service: Service, key: str | None, token: str | None) -> Principal 
 
 
 def _check_origin(request: Request) -> None:
-    # A browser adds cookies, and reaches loopback, for any page; and it says from where a page comes.
+    # Browsers add cookies to requests of any page, and let any page reach loopback, but they send its origin.
     if request.method in SAFE:
         return
     origin = request.headers.get("origin")

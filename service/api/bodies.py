@@ -20,8 +20,8 @@ from service.errors import (
 from service.jobs.context import Here
 
 SLOWEST = 16 * 1024
-"""Bytes a second at which a body must arrive after ``first_seconds``: the throughput of a modem would do."""
-# A longer one is no length of anything that could arrive.
+"""Bytes a second at which a body must arrive after ``first_seconds``: a modem is fast enough."""
+# No real Content-Length has more digits.
 _MOST_DIGITS = 18
 
 
@@ -94,7 +94,7 @@ async def _trace_body(request: Request, here: Here) -> AsyncIterator[bytes]:
 
 @asynccontextmanager
 async def _json(request: Request, here: Here, limits: Limits) -> AsyncIterator[bytes]:
-    """Give a body that is said to be JSON; it is not parsed. One without a type is taken.
+    """Return a JSON body without parsing it. A body without a type is accepted.
 
     Raises
     ------
@@ -111,7 +111,7 @@ async def _json(request: Request, here: Here, limits: Limits) -> AsyncIterator[b
         async for chunk in chunks(request, limits.max_body_bytes, here.settings.client_timeout_seconds):
             count_bytes(len(chunk))
             parts.append(chunk)
-        # Problems that are found after it was read get their lines from it.
+        # Kept to find lines for problems that are found later.
         request.state.body = b"".join(parts)
         yield request.state.body
 

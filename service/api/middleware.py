@@ -1,4 +1,4 @@
-"""Around the application: request ids, headers that browsers need, and a timeout for idle connections."""
+"""Middleware: request ids, headers that browsers need, and a timeout for idle connections."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol, RequestResponseCycle
 
 HEADER = "X-Request-ID"
 _GOOD = re.compile(r"[A-Za-z0-9._-]{1,64}")
-"""What may be taken over into a log and a header as it is."""
+"""Request ids that are safe in a log and in a header."""
 
 log = structlog.get_logger()
 
@@ -69,13 +69,13 @@ ALWAYS = {
         "frame-ancestors 'none'"
     ),
 }
-"""What an answer gets that does not say otherwise."""
+"""Default headers of an answer."""
 
 _OF_USERS = ("/v1/", "/metrics")
 
 
 class SafeHeaders:
-    """Adds to each answer what browsers must know, whichever route has made it, errors included."""
+    """Adds security headers to the answers of all routes, errors included."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app

@@ -139,12 +139,12 @@ def answer(
 
 
 def install(app: FastAPI, methods: Callable[[str], Sequence[str]] = lambda _: ()) -> None:
-    """Have all errors of an app answered here.
+    """Register handlers for all errors of an app.
 
     Parameters
     ----------
     methods
-        Gives those that a path answers: the framework names those of one route alone.
+        Returns the methods of a path: the framework knows those of one route only.
     """
 
     def of_framework(request: Request, error: Exception) -> Response:
@@ -197,19 +197,19 @@ async def _of_document(request: Request, error: Exception) -> Response:
 
 
 def _lacks_line(problem: Problem) -> bool:
-    # A problem of the whole document may be that it is no JSON, in which nothing can be found.
+    # If the whole document is wrong it may not be JSON, and has no places to look up.
     return problem.line is None and problem.pointer != ""
 
 
 def _placed(problems: Sequence[Problem], body: bytes) -> list[Problem]:
-    """Give lines and columns to what was found after the document had been read: files, costs, limits."""
+    """Add lines and columns to problems that are found after parsing: files, costs, limits."""
     text = body.removeprefix(codecs.BOM_UTF8).decode()
     found = iter(located(text, filter(_lacks_line, problems)))
     return [next(found) if _lacks_line(problem) else problem for problem in problems]
 
 
 def _by_cause(error: Exception) -> Exception:
-    """Report SQLite's disk like that of the pictures: it is the same, and full or read-only."""
+    """Report a full or read-only disk of SQLite like that of the pictures: it is the same one."""
     code = getattr(getattr(error, "orig", None), "sqlite_errorcode", sqlite3.SQLITE_OK)
     match code & PRIMARY:
         case sqlite3.SQLITE_FULL:
@@ -222,7 +222,7 @@ def _by_cause(error: Exception) -> Exception:
 def _detail(kind: Kind, error: Exception) -> str:
     if isinstance(error, DataError):
         return "The request has a value that the database cannot hold, such as the character U+0000."
-    return str(error) if kind.is_public else "The service could not do this. It is not your request's fault."
+    return str(error) if kind.is_public else "The service failed. The fault is not in your request."
 
 
 def _parameters(_request: Request, error: Exception) -> Response:
@@ -234,7 +234,7 @@ def _parameters(_request: Request, error: Exception) -> Response:
 
 
 def _parameter(found: dict[str, Any]) -> Problem:
-    """Report a query, path or header parameter: it lies in no document, so its pointer is empty."""
+    """Report a query, path or header parameter; its pointer is empty, because it is in no document."""
     where, *names = found["loc"]
     detail = f"The {where} parameter {'.'.join(map(str, names))!r} is not usable. {found['msg']}."
     return Problem(pointer="", detail=detail, code=found["type"])
@@ -242,4 +242,4 @@ def _parameter(found: dict[str, Any]) -> Problem:
 
 def _unknown(request: Request, error: Exception) -> Response:
     log.error("request failed", path=request.url.path, error=type(error).__name__, status=500)
-    return answer(500, "The service could not do this. It is not your request's fault.", code="internal")
+    return answer(500, "The service failed. The fault is not in your request.", code="internal")

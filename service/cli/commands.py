@@ -38,7 +38,7 @@ VARIABLE = "_PENUMBRA_COMPLETE"
 
 def completion(shell: ShellArgument) -> None:
     """Print a script that lets a shell complete commands and options: eval "$(penumbra completion bash)"."""
-    # Typer has it for its own option alone, which finds out the shell from the parent process.
+    # Typer offers this only as an option, which detects the shell from the parent process.
     from typer.completion import get_completion_script  # type: ignore[attr-defined]
 
     output.result(get_completion_script(prog_name=COMMAND, complete_var=VARIABLE, shell=shell))
@@ -100,7 +100,7 @@ def application() -> typer.Typer:
 
 
 def run(arguments: Sequence[str]) -> int:
-    """Run one command and return its exit code; what goes wrong is raised."""
+    """Run one command and return its exit code; errors are raised."""
     _prepare_completion()
     code: int | None = application()(list(arguments), prog_name=COMMAND, standalone_mode=False)
     return code or ExitCode.DONE

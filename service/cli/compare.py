@@ -31,7 +31,7 @@ def compare(  # noqa: PLR0913 - one argument for each option
         str, typer.Argument(help="The picture in question: .png, .npy, .exr, or job:ID.", show_default=False)
     ],
     reference: Annotated[
-        str, typer.Argument(help="What it should look like, in the same forms.", show_default=False)
+        str, typer.Argument(help="The correct picture, in the same forms.", show_default=False)
     ],
     encoding: Annotated[
         Encoding | None,
@@ -39,10 +39,10 @@ def compare(  # noqa: PLR0913 - one argument for each option
     ] = None,
     reference_encoding: Annotated[Encoding | None, typer.Option(help="The same of REFERENCE.")] = None,
     scene: Annotated[
-        str | None, typer.Option(metavar="SCENE", help="The scene: places are named by its shapes.")
+        str | None, typer.Option(metavar="SCENE", help="The scene, to name regions by its shapes.")
     ] = None,
     tolerance: Annotated[
-        float, typer.Option(min=0.0, max=1.0, help="Mean difference of a block that is never a reason.")
+        float, typer.Option(min=0.0, max=1.0, help="Mean difference of a block that is tolerated.")
     ] = 0.01,
     max_bias: Annotated[
         float, typer.Option(min=0.0, max=1.0, help="Share of biased blocks that is still noise.")
@@ -51,13 +51,13 @@ def compare(  # noqa: PLR0913 - one argument for each option
         float, typer.Option(min=0.0, max=1.0, help="Linear difference that `frac_over` counts above.")
     ] = 0.05,
     flip: Annotated[
-        bool, typer.Option("--flip", help="Compute FLIP too; needs the extra `flip`, and takes the longest.")
+        bool, typer.Option("--flip", help="Also compute FLIP, which is slow and needs the extra `flip`.")
     ] = False,
     fail_under: Annotated[
         float | None,
-        typer.Option(min=0.0, max=1.0, help="Exit with 1 if the score is lower; a mismatch has 0."),
+        typer.Option(min=0.0, max=1.0, help="Exit with 1 if the score is lower; a mismatch scores 0."),
     ] = None,
-    heat_map: Annotated[Path | None, typer.Option(help="Save where they differ, .png.")] = None,
+    heat_map: Annotated[Path | None, typer.Option(help="Save a heat map of the differences, .png.")] = None,
     side_by_side: Annotated[
         Path | None, typer.Option(help="Save picture, reference and heat map, .png.")
     ] = None,

@@ -30,20 +30,18 @@ def convert(
     ],
     out: Annotated[
         Path,
-        typer.Option(
-            "-o", "--out", help="Where the scene goes, .json; its meshes and pictures go beside it."
-        ),
+        typer.Option("-o", "--out", help="The scene to write, .json; its meshes and pictures go beside it."),
     ],
     root: Annotated[
         Path | None,
         typer.Option(
-            help="The folder in and below which files that INPUT names are read; by default that of INPUT.",
+            help="Folder that contains the files INPUT refers to; by default that of INPUT.",
             show_default=False,
         ),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Make a scene out of a file of another program, and report what was assumed or left out."""
+    """Convert a file of another program to a scene, and report what was assumed or left out."""
     check_target(out, (".json",))
     conversion = _converted(source, root or source.parent, out.parent)
     text = (_written(conversion.document) + "\n").encode()
@@ -71,7 +69,7 @@ def _converted(source: Path, root: Path, folder: Path) -> Conversion:
 
 
 def _written(value: object, indent: str = "") -> str:
-    """JSON for people: objects and lists of them line by line, lists of numbers on one line."""
+    """Readable JSON: objects on several lines, lists of numbers on one."""
     inner = indent + "  "
     if isinstance(value, dict) and value:
         lines = [

@@ -24,7 +24,7 @@ LIBRARIES = ("numpy", "pillow", "pydantic", "fastapi", "uvicorn", "sqlalchemy", 
 TRACES = ("opentelemetry-sdk", "opentelemetry-exporter-otlp-proto-http")
 PREFIX = "PENUMBRA_"
 CLIENT = ("SERVER", "KEY", "CONFIG")
-"""Variables that are no settings of a service."""
+"""Variables that are not settings of a service."""
 
 DEVELOPERS = ("test", "check", "bench")
 """Extras for work on this project."""
@@ -35,7 +35,7 @@ GIB = 1 << 30
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One check: what was found, whether that is good, and what to do where it is not."""
+    """One check: what was found, whether that is good, and advice if it is not."""
 
     name: str
     level: Level
@@ -48,7 +48,7 @@ def doctor(
         bool,
         typer.Option(
             "--numerics",
-            help="Instead try hard cases, inputs that plain formulas get wrong, and count the wrong answers. "
+            help="Instead run hard cases, inputs that plain formulas get wrong, and count the wrong answers. "
             "Takes up to a minute; exit code 1 if there are any.",
         ),
     ] = False,
@@ -127,7 +127,7 @@ def _memory() -> Check:
 
 
 def _variables() -> Iterator[Check]:
-    """Variables that look like settings and are none: they would be ignored without a word."""
+    """Variables that look like settings but are not: they would be ignored silently."""
     from schemas.reading.translation import nearest
 
     known = [*_names_of_settings(), *CLIENT]
@@ -135,7 +135,7 @@ def _variables() -> Iterator[Check]:
         name = variable.upper().removeprefix(PREFIX)
         if variable.upper().startswith(PREFIX) and name not in known:
             meant = nearest(name, known)
-            advice = f"Did you mean {PREFIX}{meant}?" if meant else "It is not known here, and does nothing."
+            advice = f"Did you mean {PREFIX}{meant}?" if meant else "It is unknown, and has no effect."
             yield Check("variable", "warn", output.harmless(variable), advice)
 
 
@@ -215,7 +215,7 @@ def _database(settings: Settings) -> Check:
 
 
 def _traces() -> Check:
-    """Where spans are sent to; what an address has beside its host may be a secret."""
+    """Where spans are sent. Only the host is shown: other parts of the address may be secret."""
     from urllib.parse import urlsplit
 
     from service.telemetry.spans import ENDPOINTS, MISSING, wanted_by
@@ -232,7 +232,7 @@ def _traces() -> Check:
 
 
 def _settings(config: Path | None) -> Iterator[dict[str, str]]:
-    """Every setting with its value and where it comes from; none where they make no sense."""
+    """Every setting with its value and origin; none if they are invalid."""
     from service.settings import source_of
 
     try:
@@ -259,7 +259,7 @@ def _without_password(url: str | None) -> str | None:
         parsed = make_url(url)
     except (ArgumentError, ValueError):
         return "no database URL"
-    # PostgreSQL takes passwords among the options, too.
+    # PostgreSQL also accepts passwords as options.
     query = {name: "***" if "pass" in name else value for name, value in parsed.query.items()}
     return parsed.set(query=query).render_as_string(hide_password=True)
 

@@ -3,7 +3,7 @@
 CommandError                    wrong use: an option, or a place to write to, that makes no sense
 ├── InputError                  a file that the command was given cannot be used
 │   └── UnusableSceneError      a scene file, with its text and all that is wrong in it
-├── RefusedOptionsError         a service refused what options asked for
+├── RefusedOptionsError         a service refused the values of options
 └── ServiceStartError           a service did not start, or stopped by itself
 """
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class CommandError(Exception):
-    """A command cannot do what it was asked; the message says why and what to do."""
+    """A command cannot run; the message says why and what to do."""
 
 
 class InputError(CommandError):
@@ -50,7 +50,7 @@ class UnusableSceneError(InputError):
 
 
 class RefusedOptionsError(CommandError):
-    """A service refused what options of a command asked for.
+    """A service refused the values of a command's options.
 
     Parameters
     ----------

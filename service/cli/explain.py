@@ -1,4 +1,4 @@
-"""``penumbra validate`` and ``explain``: what is wrong with a scene, and what it asks of the renderer."""
+"""``penumbra validate`` and ``explain``: problems of a scene, and its plan."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def explain(
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Show the plan of a scene: its stages, who asked for each, what is left out, the predicted cost."""
+    """Show the plan of a scene: its stages, what requires each, what is left out, the predicted cost."""
     file = scene_files.load(scene)
     requested = quality.requested(file.scene.document.model_dump())
     plan = _priced(file.plan(requested, parsed_layers(layers)))
@@ -129,7 +129,7 @@ def explain(
 
 
 def _priced(plan: RenderPlan) -> PlanDocument:
-    """The plan, with the price of a picture that all processors of this machine render."""
+    """The plan, with the cost of a picture on all processors of this machine."""
     from accuracy.quotes.prices import price
 
     return plan.describe().model_copy(update={"cost": price(plan, len(os.sched_getaffinity(0)))})

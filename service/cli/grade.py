@@ -36,12 +36,10 @@ def grade(  # noqa: PLR0913 - one argument for each option
     manifest: Annotated[
         Path, typer.Argument(metavar="MANIFEST", help="The assignment, .yaml or .json.", show_default=False)
     ],
-    submission: Annotated[
-        Path, typer.Option(metavar="DIR", help="The folder with what was handed in.")
-    ] = Path(),
+    submission: Annotated[Path, typer.Option(metavar="DIR", help="The folder with the submission.")] = Path(),
     out: Annotated[
         Path | None,
-        typer.Option("-o", "--out", metavar="DIR", help=f"Where {RESULT} and pictures of differences go."),
+        typer.Option("-o", "--out", metavar="DIR", help=f"Folder for {RESULT} and pictures of differences."),
     ] = None,
     export: Annotated[
         list[str] | None,
@@ -52,14 +50,14 @@ def grade(  # noqa: PLR0913 - one argument for each option
         typer.Option(min=1, max=MOST_WORKERS, help="Tests at a time; by default one for each processor."),
     ] = None,
     server: Annotated[
-        str | None, typer.Option(metavar="URL", help="The service that renders, in place of this machine.")
+        str | None, typer.Option(metavar="URL", help="A service that renders instead of this machine.")
     ] = None,
     cache: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Where rendered references are kept for the next time.")
+        Path | None, typer.Option(metavar="DIR", help="Folder in which rendered references are cached.")
     ] = None,
-    student: Annotated[str | None, typer.Option(help="Whose submission it is, for the result.")] = None,
+    student: Annotated[str | None, typer.Option(help="Name of the submitter, for the result.")] = None,
     submitted_at: Annotated[
-        str | None, typer.Option(metavar="TIME", help="When it was handed in, ISO 8601, for the result.")
+        str | None, typer.Option(metavar="TIME", help="Time of submission, ISO 8601, for the result.")
     ] = None,
     fail_under: Annotated[
         float | None, typer.Option(min=0.0, help="Exit with 1 if there are fewer points.")
@@ -71,11 +69,11 @@ def grade(  # noqa: PLR0913 - one argument for each option
         make_folder(folder)
     targets = _targets(export or [])
     if not submission.is_dir():
-        raise InputError(f"{submission} is not a folder. Name the folder with what was handed in.")
+        raise InputError(f"{submission} is not a folder. Name the folder with the submission.")
     _check_time(submitted_at)
     read = _read(manifest)
     if server is not None:
-        # Without a service every test would fail, and say so.
+        # Without the service every test would fail.
         with connect(server) as client:
             client.version()
     from service.grading.grading import grade as graded
@@ -124,7 +122,7 @@ def _read(path: Path) -> Manifest:
 
 
 def _targets(words: Sequence[str]) -> dict[str, Path]:
-    """Where the result goes in which form."""
+    """The form and the path of each export."""
     if not words:
         return {}
     from service.grading.exports import EXPORTS

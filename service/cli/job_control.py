@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 SECONDS = {"s": 1, "m": 60, "h": 3600, "d": 86400}
 BYTES = {"": 1, "k": 10**3, "M": 10**6, "G": 10**9, "T": 10**12}
 MOST_NAMED = 20
-"""Jobs that are named on a terminal; --json names all."""
+"""Most jobs listed on a terminal; --json lists all."""
 
 
 def _state(job: Job) -> str:
@@ -53,7 +53,7 @@ def _command(change: str, about: Callable[[Job], str], text: str) -> Callable[..
 
 cancel = _command("cancel", _state, "Stop a job, queued or running.")
 pause = _command(
-    "pause", _state, "Pause a job: what is there stays, and no more of it is rendered until it is resumed."
+    "pause", _state, "Pause a job: finished tiles stay, and no more are rendered until it is resumed."
 )
 resume = _command("resume", _state, "Resume a paused job.")
 pin = _command(
@@ -87,19 +87,24 @@ def delete(job_ids: JobsArgument, server: ServerOption = DEFAULT_SERVER, as_json
 
 def prune(
     older_than: Annotated[
-        str | None, typer.Option(metavar="TIME", help="Pictures that succeeded so long ago: 90m, 12h, 7d.")
+        str | None, typer.Option(metavar="TIME", help="Delete pictures older than this: 90m, 12h, 7d.")
     ] = None,
     keep_bytes: Annotated[
-        str | None, typer.Option(metavar="SIZE", help="The oldest pictures beyond so many: 500M, 20G.")
+        str | None,
+        typer.Option(metavar="SIZE", help="Delete the oldest pictures beyond this size: 500M, 20G."),
     ] = None,
     assets_older_than: Annotated[
-        str | None, typer.Option(metavar="TIME", help="Textures that no picture needs, sent so long ago.")
+        str | None,
+        typer.Option(
+            metavar="TIME",
+            help="Delete textures that no picture needs and that were sent longer ago than this.",
+        ),
     ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Only report what would be deleted.")] = False,
     server: ServerOption = DEFAULT_SERVER,
     as_json: JsonOption = False,
 ) -> None:
-    """Have a service delete now what its rules, or those given, do not keep; pinned jobs stay. For admins."""
+    """Delete what the rules of a service, or those given, do not keep. Pinned jobs stay. For admins."""
     seconds = None if older_than is None else amount(older_than, SECONDS, "7d")
     size = None if keep_bytes is None else int(amount(keep_bytes, BYTES, "20G"))
     assets = None if assets_older_than is None else amount(assets_older_than, SECONDS, "7d")

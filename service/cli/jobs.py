@@ -48,7 +48,7 @@ def get(
     server: ServerOption = DEFAULT_SERVER,
     as_json: JsonOption = False,
 ) -> None:
-    """Show a job, or save its image and its convergence; of a running job what is rendered of it."""
+    """Show a job, or save its image and its convergence; for a running job the finished part."""
     names = parsed_layers(layers)
     if names and out is None:
         raise CommandError("--layers are saved beside the image. Give -o too.")
@@ -84,7 +84,7 @@ def _check_layers(job: Job, names: Iterable[str]) -> None:
 
 
 def ls(
-    limit: Annotated[int, typer.Option(min=1, help="How many jobs, the newest first.")] = 20,
+    limit: Annotated[int, typer.Option(min=1, help="Most jobs to list, newest first.")] = 20,
     after: Annotated[
         str | None, typer.Option(metavar="CURSOR", help="Continue the list that ended with this cursor.")
     ] = None,
@@ -93,7 +93,7 @@ def ls(
     server: ServerOption = DEFAULT_SERVER,
     as_json: JsonOption = False,
 ) -> None:
-    """List the jobs of a service, the newest first."""
+    """List the jobs of a service, newest first."""
     wanted = parsed_labels(label)
     from service.client import RequestInvalidError
 
@@ -138,7 +138,7 @@ def _show(job: Job) -> None:
     for heading, cell in zip(HEADINGS, _cells(job), strict=True):
         output.result(f"{heading + ':':<11}{cell}")
     if job.queue_position is not None:
-        output.result(f"{'queue:':<11}{job.queue_position} before it")
+        output.result(f"{'queue:':<11}{job.queue_position} ahead of it")
     if job.error is not None:
         output.result(f"{'error:':<11}{output.reached_error(**job.error.model_dump())}")
     if job.failure is not None:
@@ -179,7 +179,7 @@ def _log_lines(entries: Iterable[LogEntry]) -> Iterator[str]:
 
 
 def _log_by_day(entries: Iterable[LogEntry]) -> Iterator[str]:
-    """Times and messages below their days: a terminal may have only 80 columns."""
+    """Times and messages grouped by day, to fit into 80 columns."""
     day = None
     for entry in entries:
         at = entry.at.astimezone() if entry.at else None

@@ -1,4 +1,4 @@
-"""``penumbra keys``: who may use a service, kept in its database."""
+"""``penumbra keys``: the API keys of a service, in its database."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 # Repeated so that `penumbra --help` need not load the schemas; the database takes no other.
 RoleName = Literal["submit", "staff", "admin"]
-# As long as a column of the database; a name must fit into a line of a log.
+# The length of the database column.
 LONGEST_NAME = 64
 
 app = typer.Typer(
-    help="Who may use a service: API keys.", context_settings={"help_option_names": ["-h", "--help"]}
+    help="API keys: who may use a service.", context_settings={"help_option_names": ["-h", "--help"]}
 )
 
 
@@ -53,7 +53,7 @@ def add(
     database: DatabaseOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Make a key for a user and print it: it is shown this once."""
+    """Create a key for a user and print it. It cannot be shown again."""
     from schemas.api.administration import Role
     from service.access import keys
 
@@ -65,12 +65,12 @@ def add(
         output.document({"id": key.id, "user": user, "role": role, "key": str(key)})
         return
     output.result(str(key))
-    output.say(f"Key {key.id} of {user}. It is not kept anywhere and cannot be shown again.")
+    output.say(f"Key {key.id} of {user}. It is not stored and cannot be shown again.")
 
 
 @app.command()
 def ls(data: DataOption = None, database: DatabaseOption = None, as_json: JsonOption = False) -> None:
-    """List the keys; never the secrets, which are not known here."""
+    """List the keys. Their secrets are not stored."""
     from service.access import keys
 
     with _writing(data, database) as session:

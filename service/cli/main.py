@@ -9,7 +9,7 @@ import sys
 def main(arguments: list[str] | None = None) -> None:
     """Run one command and leave with its exit code."""
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        # The system's way ends without a traceback.
+        # The default handler ends without a traceback.
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     from service.cli.process import run
 

@@ -1,4 +1,4 @@
-"""``penumbra doctor --numerics``: hard cases, tried here, and how many answers were wrong."""
+"""``penumbra doctor --numerics``: runs the hard cases and counts wrong answers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from service.cli.trials import Trial
 
 MOST_WORKERS = 2
-"""Two halve the minute; more would take cores from other programs."""
+"""Two halve the time; more would take cores from other programs."""
 
 COUNTS = ("tried", "wrong", "textbook", "textbook_single", "worst")
 NOT_ASKED = "–"

@@ -28,10 +28,10 @@ LONG_RETRY = 30.0
 
 
 def _not_empty(ids: str | list[str]) -> str | list[str]:
-    """Refuse an empty id, which would be the address of the list of all jobs."""
+    """Refuse an empty id: its address would be that of the list of jobs."""
     if "" in ([ids] if isinstance(ids, str) else ids):
         # As in `penumbra wait "$JOB"` after a submission that failed.
-        raise typer.BadParameter("It is empty. Did the command fail that should have printed the id?")
+        raise typer.BadParameter("It is empty. Did the command that prints the id fail?")
     return ids
 
 
@@ -49,7 +49,7 @@ ServerOption = Annotated[
 ]
 TimeoutOption = Annotated[
     float | None,
-    typer.Option("--timeout", min=0, help="Seconds to wait at most; the job keeps running after them."),
+    typer.Option("--timeout", min=0, help="Longest wait in seconds; the job keeps running afterwards."),
 ]
 LabelOption = Annotated[
     list[str] | None,
@@ -60,13 +60,13 @@ LayersOption = Annotated[
     typer.Option(
         "--layers",
         metavar="NAME,NAME",
-        help="What to save of each pixel beside its colour: depth, position, normal, shading_normal, "
+        help="Further values of each pixel to save: depth, position, normal, shading_normal, "
         "albedo, uv, shape, primitive, samples, error. Saved beside OUT as OUT.NAME.npy.",
     ),
 ]
 SeedOption = Annotated[
     int | None,
-    typer.Option(min=0, max=LARGEST_SEED, help="Chooses the random numbers, in place of the scene's seed."),
+    typer.Option(min=0, max=LARGEST_SEED, help="Seed of the random numbers, instead of the scene's."),
 ]
 WorkersOption = Annotated[
     int | None,

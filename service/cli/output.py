@@ -21,14 +21,14 @@ USUAL_WIDTH = 100
 
 LONGEST_LINE = 100
 SHORTEST_LINE = 20
-"""Columns of a line that are shown, however narrow the terminal is."""
+"""Columns of a line that are always shown, however narrow the terminal is."""
 
 BEFORE_CARET = 0.6
 """Share of `room` before the caret, where a line is too long."""
 
 
 def say(text: str) -> None:
-    """Print a message for the person at the terminal; never part of the result."""
+    """Print a message on stderr; it is never part of the result."""
     typer.echo(text, err=True)
 
 
@@ -41,7 +41,7 @@ def document(content: Mapping[str, Any] | BaseModel) -> None:
     """Print the one document of ``--json``."""
     if not isinstance(content, Mapping):
         content = content.model_dump(mode="json")
-    # JSON is UTF-8; an encoding that is not knows ASCII at least.
+    # JSON is UTF-8. Other encodings at least include ASCII.
     ascii_only = sys.stdout.encoding.lower().replace("-", "") != "utf8"
     typer.echo(json.dumps(content, indent=2, ensure_ascii=ascii_only, allow_nan=False))
 
@@ -86,7 +86,7 @@ def emphasis(text: str, color: str | None = None) -> str:
 
 
 def harmless(text: str) -> str:
-    """Text with a blank in place of each control character, which a terminal would act on."""
+    """Replace control characters, which a terminal would act on, by blanks."""
     return "".join(c if c.isprintable() else " " for c in text)
 
 
@@ -166,7 +166,7 @@ def _window(line: str, place: int, room: int) -> tuple[str, str]:
 
 
 def _beginning(text: str, cells: int) -> str:
-    """As much of a text as has room in so many cells; some letters take two."""
+    """The beginning of a text that fits into so many cells; some letters take two."""
     from rich.cells import set_cell_size
 
     return text if _cells(text[: cells + 1]) <= cells else set_cell_size(text[: cells + 1], cells)

@@ -30,7 +30,7 @@ def run(arguments: Sequence[str]) -> NoReturn:
     try:
         code = outcome(arguments, signals)
     except KeyboardInterrupt:
-        # It came after the command, and before its signals were handled differently.
+        # The signal came after the command, before its handlers were changed.
         code = ExitCode.INTERRUPTED
     settle_stdout()
     sys.exit(code)
@@ -73,7 +73,7 @@ def _reported(failure: BaseException, *, as_json: bool) -> ExitCode:
     try:
         return report(failure, as_json=as_json and settle_stdout())
     except CommandError as lost:
-        # stdout does not take even this.
+        # stdout is not writable at all.
         return report(lost, as_json=False)
     except SystemExit:
         return ExitCode.READER_GONE
@@ -83,7 +83,7 @@ STDOUT, STDERR = 1, 2
 
 
 def guard_streams() -> None:
-    """Replace stdout and stderr by streams that end a command in good order.
+    """Replace stdout and stderr by streams that handle write errors.
 
     A stream that was replaced before, as by a test, stays.
     """
@@ -95,7 +95,7 @@ def guard_streams() -> None:
 
 
 def settle_stdout() -> bool:
-    """Flush stdout; False where it takes nothing, and then all of it is dropped.
+    """Flush stdout; if that fails, drop what is left and return False.
 
     The interpreter would try again as it ends, and complain.
     """
@@ -114,7 +114,7 @@ class _Results(io.FileIO):
         try:
             return super().write(content)
         except BrokenPipeError:
-            # As in `penumbra ls | head -1`: the reader has what it wants.
+            # As in `penumbra ls | head -1`: the reader has closed the pipe.
             raise SystemExit(ExitCode.READER_GONE) from None
         except OSError as error:
             raise CommandError(
@@ -135,7 +135,7 @@ def _text(file: io.FileIO, like: TextIO | None) -> io.TextIOWrapper:
     return io.TextIOWrapper(
         io.BufferedWriter(file),
         encoding=like.encoding if like else "utf-8",
-        # A name that the encoding does not know is no reason to fail.
+        # Do not fail for a name that the encoding cannot represent.
         errors="backslashreplace",
         line_buffering=file.fileno() == STDERR or file.isatty(),
     )
@@ -164,7 +164,7 @@ CODES = {
     signal.SIGHUP: ExitCode.HUNG_UP,
 }
 CLEAN_UP_SECONDS = 1.0
-"""Removing files and ending workers takes a tenth of this; after it the clean-up is taken to be stuck."""
+"""Longest clean-up, seconds: removing files and ending workers takes a tenth of it."""
 
 INTERRUPTED = '{"type": "about:blank", "title": "Interrupted", "detail": "Interrupted.", "exit_code": 130, '
 INTERRUPTED += '"errors": [], "more": 0}'
@@ -184,11 +184,11 @@ class Signals:
         self._as_json = as_json
         self._first = 0.0
         self.code: ExitCode | None = None
-        # What was ignored from the start stays so: nohup, and jobs in the background of a script.
+        # Signals that were ignored from the start stay ignored: nohup, background jobs of a script.
         self._heard = [each for each in CODES if signal.getsignal(each) is not signal.SIG_IGN]
 
     def end_at_once(self) -> None:
-        """From here on a signal ends the process on the spot: there is nothing to clean up."""
+        """From here on a signal ends the process at once: there is nothing to clean up."""
         for number in self._heard:
             signal.signal(number, self._end)
 
@@ -216,7 +216,7 @@ class Signals:
 
     def _raise(self, number: int, frame: FrameType | None) -> None:
         if self.code is not None:
-            # Hammering Ctrl-C must not break the clean-up that the first one began.
+            # Repeated Ctrl-C must not interrupt the clean-up.
             if time.monotonic() > self._first + CLEAN_UP_SECONDS:
                 self._end(number, frame)
             return
@@ -224,7 +224,7 @@ class Signals:
         if number == signal.SIGINT:
             raise KeyboardInterrupt
         if number == signal.SIGHUP and signal.getsignal(signal.SIGTERM) != self._raise:
-            # A service handles SIGTERM itself and lets requests in progress end; it knows no SIGHUP.
+            # A service handles SIGTERM itself and lets requests in progress end; it does not handle SIGHUP.
             signal.raise_signal(signal.SIGTERM)
             return
         sys.exit(self.code)

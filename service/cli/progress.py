@@ -24,7 +24,7 @@ class Bar:
 
     @property
     def visible(self) -> bool:
-        """Whether there is a terminal."""
+        """Whether stderr is a terminal."""
         return self.progress is not None
 
     @property

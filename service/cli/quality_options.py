@@ -29,16 +29,18 @@ def _option(text: str, **more: Any) -> Any:
 
 @dataclass(frozen=True, slots=True)
 class SampleOptions:
-    """The options that ask for exactly so many samples."""
+    """The options for fixed numbers of samples."""
 
     samples: Annotated[int | None, _option("Camera samples a pixel.", min=1)] = None
     pattern: Annotated[Pattern | None, _option("Where they lie in the pixel.")] = None
     light_samples: Annotated[int | None, _option("Points on each rectangle light.", min=1)] = None
     light_pattern: Annotated[LightPattern | None, _option("Where they lie on the light.")] = None
-    precision: Annotated[Precision | None, _option("Of the work on pairs of point and light.")] = None
+    precision: Annotated[
+        Precision | None, _option("Precision of the work on pairs of points and lights.")
+    ] = None
 
     def requested(self, scene: Mapping[str, Any]) -> FixedQuality | TargetQuality | None:
-        """The quality that the options ask for, None where they ask for nothing.
+        """The quality that the options choose; None without any.
 
         Parameters
         ----------
@@ -71,27 +73,23 @@ class SampleOptions:
 
 @dataclass(frozen=True, slots=True)
 class QualityOptions(SampleOptions):
-    """The options that ask for samples, or for a target error."""
+    """The options for samples, or for a target error."""
 
     target_error: Annotated[
         float | None,
         _option(
-            "Sample where it is needed until the picture's root mean square error is at most this; "
+            "Sample where needed until the picture's root mean square error is at most this; "
             "one code value of 255 is 0.0039."
         ),
     ] = None
     confidence: Annotated[
         float | None,
-        _option(
-            "With --target-error: share of such pictures that are to keep it, 0.5 to below 1; usually 0.95."
-        ),
+        _option("With --target-error: the confidence of reaching it, 0.5 to below 1; usually 0.95."),
     ] = None
-    time_limit: Annotated[
-        float | None, _option("With --target-error: seconds after which the picture is taken as it is.")
-    ] = None
+    time_limit: Annotated[float | None, _option("With --target-error: stop after this many seconds.")] = None
 
     def requested(self, scene: Mapping[str, Any]) -> FixedQuality | TargetQuality | None:
-        """As in `SampleOptions`; a target error decides about samples by itself."""
+        """As in `SampleOptions`; a target error chooses the samples."""
         if self.target_error is None:
             for option, value in (("--confidence", self.confidence), ("--time-limit", self.time_limit)):
                 if value is not None:
@@ -99,9 +97,7 @@ class QualityOptions(SampleOptions):
             return SampleOptions.requested(self, scene)
         given = [option for option, value in self.counts().items() if value is not None]
         if given:
-            raise CommandError(
-                f"--target-error decides about samples by itself. Leave out {' and '.join(given)}."
-            )
+            raise CommandError(f"--target-error chooses the samples. Leave out {' and '.join(given)}.")
         from schemas.quality import TargetQuality
 
         limits = {"confidence": self.confidence, "time_limit": self.time_limit}

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from schemas.quality import Antialiasing, FixedQuality, LightSampling, TargetQuality
 
 NOTHING = "nothing that was tried"
-"""In place of a quality where none reaches what was asked for."""
+"""Shown instead of a quality if none reaches the target."""
 
 CODE_VALUES = 255
 """Errors are shown in code values of an 8-bit picture."""
@@ -34,19 +34,21 @@ def quote(
         typer.Option(
             min=1e-6,
             max=1.0,
-            help="A target root mean square error: find what reaches it soonest. "
+            help="A target root mean square error: find the quality that reaches it soonest. "
             "One code value of 255 is 0.0039.",
         ),
     ] = None,
     time: Annotated[
         float | None,
-        typer.Option(min=1e-3, max=86400.0, help="Seconds: find what comes closest within them."),
+        typer.Option(
+            min=1e-3, max=86400.0, help="A time limit in seconds: find the quality with the smallest error."
+        ),
     ] = None,
     quality: SampleOptions,
     workers: WorkersOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Predict seconds and error of a scene at several qualities; tries parts of it for 1.5 seconds."""
+    """Predict time and error of a scene at several qualities, by rendering samples of it for 1.5 seconds."""
     from accuracy.quotes import quote as quoted
 
     file = scene_files.load(scene)
@@ -110,7 +112,7 @@ def _samples(quality: FixedQuality) -> tuple[Antialiasing, LightSampling]:
 
 
 def options(quality: FixedQuality | TargetQuality) -> str:
-    """The options of ``penumbra render`` that ask for a quality."""
+    """The options of ``penumbra render`` for a quality."""
     double = " --precision double" if quality.precision == "double" else ""
     from schemas.quality import CONFIDENCE
 
@@ -128,7 +130,7 @@ def options(quality: FixedQuality | TargetQuality) -> str:
 def _show(found: Quote, target_error: float | None, time: float | None) -> None:
     if found.offers:
         seconds = f"Seconds of {found.workers} processes. "
-        output.show(offers(found), seconds + "Bold is what the scene or the options ask for.")
+        output.show(offers(found), seconds + "The quality of the scene or the options is bold.")
     if target_error is not None:
         _advise(f"For an error of {target_error:.2g}", found.for_error)
     if time is not None:
@@ -140,7 +142,7 @@ def _show(found: Quote, target_error: float | None, time: float | None) -> None:
 
 
 def offers(found: Quote) -> Table:
-    """A row for each offer, in bold the one that is asked for."""
+    """A row for each offer, with the requested one in bold."""
     headings = ("Quality", "Seconds", "Error x 255")
     table = output.table(headings, (), numbers=headings[1:], no_wrap=True)
     before = None

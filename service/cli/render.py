@@ -1,4 +1,4 @@
-"""``penumbra render`` and ``trace``: what a scene file becomes on this machine, a picture or hits of rays."""
+"""``penumbra render`` and ``trace``: renders a scene file, or casts rays into it, on this machine."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def _run(plan: RenderPlan, workers: int | None, tile: int | None) -> RenderResul
         def show(event: TileEvent) -> None:
             bar.show(event.share, f"tile {event.done}{remaining(event.remaining_seconds)}")
 
-        # Where there is no bar, no preview need be rendered.
+        # Without a bar no preview is needed.
         on_tile = show if bar.visible else None
         result = render_plan(plan, on_tile=on_tile, workers=processes, tile_size=tile)
         bar.show(1.0)
@@ -99,7 +99,7 @@ def trace(
             metavar="RAYS.npz", help="Arrays `origins` and `directions`, (N, 3).", show_default=False
         ),
     ],
-    out: Annotated[Path, typer.Option("-o", "--out", help="Where the hits go, .npz.")],
+    out: Annotated[Path, typer.Option("-o", "--out", help="The hits to write, .npz.")],
     seed: SeedOption = None,
     as_json: JsonOption = False,
 ) -> None:

@@ -40,7 +40,7 @@ def read_bytes(name: str) -> bytes:
 
 
 def folder_of(name: str) -> Path:
-    """Where the textures of a scene are looked up: beside its file, or here where it is piped in."""
+    """The folder of a scene's textures: that of its file, or the working directory for stdin."""
     return Path() if name == STDIN else Path(name).parent
 
 
@@ -106,7 +106,7 @@ def _unusable(name: str, text: bytes, error: SceneError) -> UnusableSceneError:
 
 
 def parsed(text: bytes) -> Mapping[str, Any]:
-    """The members of a scene that is not checked any further; SceneError where it is not JSON."""
+    """The members of a scene, otherwise unchecked; SceneError if it is not JSON."""
     from schemas.limits import limits_in_force
     from schemas.reading.documents import read_text
 

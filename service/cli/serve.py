@@ -104,9 +104,7 @@ def serve(  # noqa: PLR0913, PLR0917 - one argument for each option
     ] = None,
     behind_proxy: Annotated[
         bool,
-        typer.Option(
-            "--behind-proxy", help="Ask for no keys: a proxy in front lets in only who may use this."
-        ),
+        typer.Option("--behind-proxy", help="Require no keys: a proxy in front authenticates the users."),
     ] = False,
     config: ConfigOption = None,
 ) -> None:
@@ -131,7 +129,7 @@ def serve(  # noqa: PLR0913, PLR0917 - one argument for each option
     except KeyboardInterrupt:
         output.say("The service has stopped. Unfinished jobs resume when it starts again.")
     except SystemExit as exit_:
-        # The server reports what kept it from starting, and leaves by itself.
+        # The server reports why it could not start, and exits.
         if exit_.code not in {ExitCode.TERMINATED, ExitCode.HUNG_UP}:
             raise ServiceStartError("The service could not start. The lines above say why.") from exit_
 

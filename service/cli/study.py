@@ -1,4 +1,4 @@
-"""``penumbra study``: renders one scene with many settings and reports what accuracy costs in time."""
+"""``penumbra study``: renders one scene with many settings and reports error against time."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def study(
         float | None,
         typer.Option(
             min=0.1,
-            help="Seconds that it may take; the most informative settings come first.",
+            help="Time limit in seconds; the most informative settings come first.",
             show_default=False,
         ),
     ] = None,
@@ -47,7 +47,7 @@ def study(
     quick: Annotated[bool, typer.Option("--quick", help="Few settings on a picture of 48 pixels.")] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Render a scene with many settings, and report what error each has and what it costs.
+    """Render a scene with many settings, and report the error and the cost of each.
 
     The same command resumes a study that was stopped; nothing is rendered twice.
     """
@@ -103,7 +103,7 @@ def _run(course: Study) -> dict[str, Any]:
 
         def show(forecast: Forecast) -> None:
             nonlocal share
-            # What is expected changes with what is measured; the bar does not go back.
+            # The forecast changes with measurements, but the bar never goes back.
             share = max(share, forecast.share)
             bar.show(share, f"{seconds(forecast.seconds)} left, {forecast.now}")
 

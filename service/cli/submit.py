@@ -47,7 +47,7 @@ OPTIONS = {
     "/labels": "--label",
     "/priority": "--priority",
 }
-"""Places in the request, and the options that they are made of; the first that fits counts."""
+"""Pointers into the request, and the options that they come from; the first match counts."""
 
 
 @spread_quality
@@ -65,7 +65,7 @@ def submit(  # noqa: PLR0913 - one argument for each option
         typer.Option(
             min=PRIORITIES[0],
             max=PRIORITIES[1],
-            help="Of your own jobs those of a higher priority run first.",
+            help="Among your own jobs, those with a higher priority run first.",
         ),
     ] = 0,
     fresh: Annotated[
@@ -85,7 +85,7 @@ def submit(  # noqa: PLR0913 - one argument for each option
     with connect(server, retry=LONG_RETRY if stays else SHORT_RETRY) as client:
         job = send(client, scene, quality, requested)
         if not as_json:
-            # An image on stdout is alone there.
+            # Nothing else may be on stdout beside an image.
             (output.say if out is not None and out.on_stdout else output.result)(job.id)
         if stays:
             with detachable(job.id):
@@ -138,7 +138,7 @@ def send(client: Client, name: str, quality: QualityOptions, requested: Mapping[
 
 def _refused(name: str, text: bytes, error: RequestInvalidError) -> Exception:
     """The error of a refusal, about the scene file and the options that the request was made of."""
-    # What is wrong in the scene has a line; the rest of the request is made of the options.
+    # Problems of the scene have lines; all others come from the options.
     wrong = [problem for problem in error.errors if problem.line is None]
     if not error.errors:
         return error

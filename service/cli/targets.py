@@ -1,4 +1,4 @@
-"""Files that a command writes: checked before the work begins, there only when they are whole."""
+"""Output files: checked before the work begins, and written in one step."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class ImageTarget:
         elif layers:
             raise CommandError("--layers are saved beside the image. Name a file with -o.")
         elif sys.stdout.isatty():
-            raise CommandError("stdout is a terminal, and an image is no text. Pipe it, or name a file.")
+            raise CommandError("stdout is a terminal, and an image is not text. Pipe it, or name a file.")
 
     def write(self, content: bytes) -> None:
         """Write the image, a file in one step; CommandError where it cannot be written."""
@@ -94,7 +94,7 @@ def check_target(path: Path, suffixes: Collection[str]) -> Path:
     if not folder.is_dir():
         raise CommandError(f"The folder {folder} is not there. Make it first, or write somewhere else.")
     try:
-        # Permissions do not say all: a file system may be full or read-only.
+        # Permissions are not enough: a file system may be full or read-only.
         tempfile.TemporaryFile(dir=folder).close()
     except OSError as error:
         raise CommandError(f"{folder} takes no files ({error.strerror}). Write somewhere else.") from error
@@ -118,7 +118,7 @@ def write_whole(path: Path, content: bytes) -> None:
     CommandError
         The file cannot be written.
     """
-    # A link stays a link; what it leads to is replaced.
+    # Replace the target of a link, not the link.
     path = path.resolve() if path.is_symlink() else path
     # Unlike a file of tempfile this one has the rights of any new file. The name of the target is not part of
     # its name, which might get too long.
@@ -135,7 +135,7 @@ def write_whole(path: Path, content: bytes) -> None:
 
 
 def save(path: Path, content: bytes, about: str = "written") -> None:
-    """Write a file in one step, and say so."""
+    """Write a file in one step, and report it."""
     write_whole(path, content)
     output.say(f"{path}: {about}")
 

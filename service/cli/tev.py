@@ -24,11 +24,11 @@ _ADDRESS = re.compile(r"(?:\[(?P<v6>[^\]]+)\]|(?P<host>[^:\[\]]+))(?::(?P<port>\
 LARGEST_PORT = 65535
 DEFAULT_PORT = 14158
 TIMEOUT = 5.0
-"""Seconds that tev may take to accept a connection or a packet: it runs on this machine, or near it."""
+"""Seconds for tev to accept a connection or a packet. It runs on this machine, or close to it."""
 
 _CREATE_IMAGE = 4
 _UPDATE_IMAGE = 6
-"""The third form of it: each channel has an offset and a stride in the data."""
+"""Version 3: each channel has an offset and a stride in the data."""
 _CHANNELS = ("R", "G", "B")
 
 TevOption = Annotated[
@@ -43,7 +43,7 @@ TevOption = Annotated[
 
 @dataclass(slots=True)
 class Mirror:
-    """Sends the tiles of a job to tev; where tev goes away it says so once and does nothing from then on.
+    """Sends the tiles of a job to tev; if tev closes, it says so once and stops sending.
 
     Attributes
     ----------
@@ -100,7 +100,7 @@ def parsed(address: str) -> tuple[str, int]:
     port = int(match["port"] or DEFAULT_PORT) if match else 0
     if match is None or not 0 < port <= LARGEST_PORT:
         raise CommandError(
-            f"{address!r} is no address of tev. Write HOST:PORT, such as 127.0.0.1:{DEFAULT_PORT}."
+            f"{address!r} is not an address of tev. Write HOST:PORT, such as 127.0.0.1:{DEFAULT_PORT}."
         )
     return match["v6"] or match["host"], port
 

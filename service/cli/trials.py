@@ -18,7 +18,7 @@ Place = tuple[int, int]
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """What came of one case.
+    """The result of one case.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class Trial:
     error : str
         What it broke off with, and where; empty where it did not.
     seconds : float
-        Of a processor, not of a clock: what else runs here does not count.
+        CPU time, which other programs do not affect.
     """
 
     section: str
@@ -43,12 +43,12 @@ class Trial:
 
     @property
     def right(self) -> bool:
-        """Whether the case came to its end without a wrong answer."""
+        """Whether the case finished without a wrong answer."""
         return self.outcome is not None and self.outcome.wrong == 0
 
 
 def attempt(section: Section, case: Case) -> Trial:
-    """Try one case; what it raises is part of the trial, so that the others still run."""
+    """Run one case; errors become part of the trial, so that the others still run."""
     begun = time.process_time()
     outcome, error = None, ""
     try:

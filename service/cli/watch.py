@@ -38,7 +38,7 @@ def wait(
     timeout: TimeoutOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Wait in silence until a job has its image."""
+    """Wait until a job has its image, without output."""
     with connect(server, retry=LONG_RETRY) as client, detachable(job_id):
         show_end(client.wait(job_id, timeout=timeout), as_json=as_json)
 
@@ -52,7 +52,7 @@ def watch(
 ) -> None:
     """Show a job's tiles and the error after each pass: a bar on a terminal, lines on a pipe.
 
-    Ctrl-C ends the watching and not the job; started again, it shows the tiles from the first.
+    Ctrl-C stops watching, not the job. A second watch shows all tiles again.
     """
     with connect(server, retry=LONG_RETRY) as client, detachable(job_id):
         with mirror(client, job_id, tev) as shown:
@@ -251,7 +251,7 @@ def sentences(found: Convergence, *, final: bool) -> Iterator[str]:
     Parameters
     ----------
     final
-        Nothing follows: where something is not known, say why.
+        No more passes follow: say why a value is unknown.
     """
     known = [entry for entry in found.passes if entry.error is not None]
     if known:

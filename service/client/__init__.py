@@ -1,6 +1,6 @@
-"""Clients for the service, one that waits and one that is awaited, and what they may raise.
+"""Clients for the service, a blocking and an asynchronous one, and their errors.
 
-They need no part of the server and pass over what they do not know in an answer.
+They need no part of the server, and ignore unknown fields in answers.
 """
 
 from service.client.access import DEFAULT_SERVER

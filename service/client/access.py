@@ -76,7 +76,7 @@ def checked_address(server: str) -> str:
 
 
 def _checked_key(key: str | None) -> str | None:
-    # Of a key that was read from a file the line's end often comes along, and a header cannot hold it.
+    # A key that was read from a file often has a line end, which a header cannot hold.
     if key is not None and not (key.isascii() and key.isprintable() and " " not in key):
         raise ClientError(
             "The key has a character that no key has: a space, a line's end, or one beyond ASCII. "

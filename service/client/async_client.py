@@ -131,7 +131,7 @@ class AsyncClient(AsyncConnection):
     async def jobs(
         self, *, state: str | None = None, labels: Mapping[str, str] | None = None
     ) -> AsyncIterator[AsyncRemoteJob]:
-        """All jobs in a state and with labels, newest first; pages are fetched as they are needed."""
+        """All jobs in a state and with labels, newest first; pages are fetched when needed."""
         cursor: str | None = None
         while True:
             page = await self.list(limit=calls.LONGEST_PAGE, cursor=cursor, state=state, labels=labels)
@@ -141,15 +141,15 @@ class AsyncClient(AsyncConnection):
                 return
 
     async def cancel(self, job_id: str) -> AsyncRemoteJob:
-        """Stop a job; one that has ended stays as it is."""
+        """Stop a job; a job that has ended stays as it is."""
         return await self._job(job_id, "/cancel", "POST")
 
     async def pause(self, job_id: str) -> AsyncRemoteJob:
-        """Pause a job: no more of its tiles are handed out; one that has ended stays as it is."""
+        """Pause a job: no more of its tiles are started; a job that has ended stays as it is."""
         return await self._job(job_id, "/pause", "POST")
 
     async def resume(self, job_id: str) -> AsyncRemoteJob:
-        """Resume a paused job; any other stays as it is."""
+        """Resume a paused job; other jobs stay as they are."""
         return await self._job(job_id, "/resume", "POST")
 
     async def delete(self, job_id: str) -> None:
@@ -162,7 +162,7 @@ class AsyncClient(AsyncConnection):
         Raises
         ------
         NotAllowedError
-            As many are pinned as may be.
+            The limit of pinned jobs is reached.
         """
         return await self._job(job_id, "/pin", "PUT")
 
@@ -178,7 +178,7 @@ class AsyncClient(AsyncConnection):
         keep_asset_seconds: float | None = None,
         dry_run: bool = True,
     ) -> Pruned:
-        """What the service would delete by these rules, or by its own; with ``dry_run=False`` it does.
+        """List what the service would delete by these rules, or its own; ``dry_run=False`` deletes it.
 
         Raises
         ------
@@ -261,11 +261,11 @@ class AsyncClient(AsyncConnection):
                     yield found
 
     async def picture(self, job_id: str, kind: PictureKind = "png") -> Picture:
-        """The image file, or what there is of it while the job is running."""
+        """The image file, or while the job runs the finished part of it."""
         return await self._send(calls.get_picture(job_id, f"image.{kind}"))
 
     async def preview(self, job_id: str) -> bytes | None:
-        """What is rendered of a job so far, the bytes of a PNG file; None before its first tile."""
+        """The finished part of a job's picture as a PNG file; None before its first tile."""
         return await self._send(calls.get_preview(job_id))
 
     async def pixels(self, job_id: str) -> npt.NDArray[np.float32]:
@@ -273,7 +273,7 @@ class AsyncClient(AsyncConnection):
         return (await self.picture(job_id, "npy")).array()
 
     async def layer_file(self, job_id: str, name: str) -> Picture:
-        """A layer that the job was asked for, as a file, or what there is of it while the job is running."""
+        """Get a requested layer as a file; while the job runs, the finished part of it."""
         return await self._send(calls.get_picture(job_id, "layers", f"{name}.npy"))
 
     async def layer(self, job_id: str, name: str) -> npt.NDArray[Any]:
@@ -281,7 +281,7 @@ class AsyncClient(AsyncConnection):
         return (await self.layer_file(job_id, name)).array()
 
     async def plan(self, job_id: str) -> PlanDocument:
-        """What runs for a job, and who asked."""
+        """The plan of a job: what runs, and which parts of the scene require it."""
         return in_scene(await self._send(calls.about(job_id, "/plan", PlanDocument)))
 
     async def convergence(self, job_id: str) -> Convergence:
@@ -303,7 +303,7 @@ class AsyncClient(AsyncConnection):
         quality: Quality | Mapping[str, Any] | None = None,
         layers: Iterable[str] = (),
     ) -> PlanDocument:
-        """What would run for a scene; renders nothing."""
+        """The plan of a scene; nothing is rendered."""
         members = flows.given(quality=quality, layers=layers)
         return in_scene(await self._about_scene(scene, "/v1/plans", members, PlanDocument))
 
@@ -383,7 +383,7 @@ class AsyncClient(AsyncConnection):
         return await self._send(calls.post("/v1/comparisons", pictures | sendable(options), ComparisonAnswer))
 
     async def version(self) -> Version:
-        """Which service this is."""
+        """The version of the service."""
         return await self._send(calls.ask("/version", Version))
 
     async def _job(self, job_id: str, part: str = "", method: str = "GET") -> AsyncRemoteJob:

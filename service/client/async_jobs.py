@@ -75,7 +75,7 @@ class AsyncRemoteJob(AsyncKnownJob):
         return self._renewed(await self._client.cancel(self.id))
 
     async def pause(self) -> Self:
-        """Pause it, and keep what is rendered; one that has ended stays as it is."""
+        """Pause it; a job that has ended stays as it is."""
         return self._renewed(await self._client.pause(self.id))
 
     async def resume(self) -> Self:
@@ -122,17 +122,17 @@ class AsyncRemoteJob(AsyncKnownJob):
 
     @property
     def layers(self) -> Mapping[str, Awaitable[npt.NDArray[Any]]]:
-        """The layers that the job was asked for, by name; each is waited for and fetched when it is used."""
+        """The requested layers by name; each is fetched, and waited for, when it is used."""
         return AsyncLayers(self)
 
     async def picture(self, kind: PictureKind = "png") -> Picture:
-        """The image file, or what is rendered of it so far."""
+        """The image file, or the finished part of it."""
         return await self._client.picture(self.id, kind)
 
     async def tiles(
         self, *, timeout: float | None = None, encoding: Encoding = "float32"
     ) -> AsyncIterator[TilePixels]:
-        """Tiles with their pixels as they are finished, a coarse picture first; later ones go over earlier.
+        """Tiles with pixels as they finish, the preview first; later tiles replace earlier ones.
 
         Raises
         ------
@@ -148,7 +148,7 @@ class AsyncRemoteJob(AsyncKnownJob):
             succeeded(await self.refresh())
 
     async def plan(self) -> PlanDocument:
-        """What runs for it, and who asked."""
+        """Its plan: what runs, and which parts of the scene require it."""
         return await self._client.plan(self.id)
 
     async def convergence(self) -> Convergence:
@@ -165,7 +165,7 @@ class AsyncRemoteJob(AsyncKnownJob):
         return await self.picture(kind)
 
     async def _preview(self) -> bytes | None:
-        """A PNG of what is rendered so far, None where there is none."""
+        """A PNG of the finished part, or None."""
         try:
             return await self._client.preview(self.id)
         except ClientError:
@@ -180,7 +180,7 @@ class AsyncLayers(Mapping[str, Awaitable[npt.NDArray[Any]]]):
 
     def __getitem__(self, name: str) -> Awaitable[npt.NDArray[Any]]:
         if name not in self._job.links.layers:
-            raise KeyError(f"The job was not asked for the layer {name!r}, only for {list(self)}.")
+            raise KeyError(f"The layer {name!r} was not requested for this job, only {list(self)}.")
         return self._fetched(name)
 
     def __iter__(self) -> Iterator[str]:

@@ -32,7 +32,7 @@ class TilePixels:
     pixels: npt.NDArray[np.float32] | npt.NDArray[np.uint8]
 
     def paint(self, canvas: npt.NDArray[np.float32] | npt.NDArray[np.uint8]) -> None:
-        """Put the tile where it belongs in a picture of shape (height, width, 3)."""
+        """Paint the tile into a picture of shape (height, width, 3)."""
         head = self.head
         canvas[head.y0 : head.y1, head.x0 : head.x1] = self.spread()
 
@@ -64,7 +64,7 @@ class PixelBatch:
 
 
 def decode_batch(data: bytes) -> PixelBatch:
-    """Take a binary batch apart; its pixels are not copied.
+    """Decode a binary batch without copying its pixels.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def decode_batch(data: bytes) -> PixelBatch:
         number = np.dtype("<f4") if head.encoding == FLOAT32 else np.dtype("u1")
         painted = tuple(TilePixels(tile, _pixels(tile, raw, number)) for tile, raw in tiles)
     except ValueError as error:
-        raise UnexpectedAnswerError(f"The batch of tiles makes no sense: {error}") from error
+        raise UnexpectedAnswerError(f"The batch of tiles is malformed: {error}") from error
     return PixelBatch(painted, head.next, head.complete, head.succeeded)
 
 

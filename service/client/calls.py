@@ -164,13 +164,13 @@ def tile_event(event: httpx2.ServerSentEvent) -> TileEvent | None:
 
 
 def get_picture(job_id: str, *names: str) -> Call[Picture]:
-    """A file of the image or of a layer, or what is rendered of it while the job is running."""
+    """A file of the image or of a layer; while the job runs, the finished part of it."""
     path = "/".join([job_path(job_id), *(quote(name, safe="") for name in names)])
     return Call("GET", path, read_picture, job_id=job_id)
 
 
 def get_preview(job_id: str) -> Call[bytes | None]:
-    """A PNG of what is rendered of the image; None before its first tile, which is no error."""
+    """A PNG of the finished part of the image; None before its first tile."""
 
     def read(answer: httpx2.Response) -> bytes | None:
         return answer.content if answer.is_success else None

@@ -131,7 +131,7 @@ class Client(Connection):
     def jobs(
         self, *, state: str | None = None, labels: Mapping[str, str] | None = None
     ) -> Iterator[RemoteJob]:
-        """All jobs in a state and with labels, newest first; pages are fetched as they are needed."""
+        """All jobs in a state and with labels, newest first; pages are fetched when needed."""
         cursor: str | None = None
         while True:
             page = self.list(limit=calls.LONGEST_PAGE, cursor=cursor, state=state, labels=labels)
@@ -141,15 +141,15 @@ class Client(Connection):
                 return
 
     def cancel(self, job_id: str) -> RemoteJob:
-        """Stop a job; one that has ended stays as it is."""
+        """Stop a job; a job that has ended stays as it is."""
         return self._job(job_id, "/cancel", "POST")
 
     def pause(self, job_id: str) -> RemoteJob:
-        """Pause a job: no more of its tiles are handed out; one that has ended stays as it is."""
+        """Pause a job: no more of its tiles are started; a job that has ended stays as it is."""
         return self._job(job_id, "/pause", "POST")
 
     def resume(self, job_id: str) -> RemoteJob:
-        """Resume a paused job; any other stays as it is."""
+        """Resume a paused job; other jobs stay as they are."""
         return self._job(job_id, "/resume", "POST")
 
     def delete(self, job_id: str) -> None:
@@ -162,7 +162,7 @@ class Client(Connection):
         Raises
         ------
         NotAllowedError
-            As many are pinned as may be.
+            The limit of pinned jobs is reached.
         """
         return self._job(job_id, "/pin", "PUT")
 
@@ -178,7 +178,7 @@ class Client(Connection):
         keep_asset_seconds: float | None = None,
         dry_run: bool = True,
     ) -> Pruned:
-        """What the service would delete by these rules, or by its own; with ``dry_run=False`` it does.
+        """List what the service would delete by these rules, or its own; ``dry_run=False`` deletes it.
 
         Raises
         ------
@@ -259,11 +259,11 @@ class Client(Connection):
                     yield found
 
     def picture(self, job_id: str, kind: PictureKind = "png") -> Picture:
-        """The image file, or what there is of it while the job is running."""
+        """The image file, or while the job runs the finished part of it."""
         return self._send(calls.get_picture(job_id, f"image.{kind}"))
 
     def preview(self, job_id: str) -> bytes | None:
-        """What is rendered of a job so far, the bytes of a PNG file; None before its first tile."""
+        """The finished part of a job's picture as a PNG file; None before its first tile."""
         return self._send(calls.get_preview(job_id))
 
     def pixels(self, job_id: str) -> npt.NDArray[np.float32]:
@@ -271,7 +271,7 @@ class Client(Connection):
         return (self.picture(job_id, "npy")).array()
 
     def layer_file(self, job_id: str, name: str) -> Picture:
-        """A layer that the job was asked for, as a file, or what there is of it while the job is running."""
+        """Get a requested layer as a file; while the job runs, the finished part of it."""
         return self._send(calls.get_picture(job_id, "layers", f"{name}.npy"))
 
     def layer(self, job_id: str, name: str) -> npt.NDArray[Any]:
@@ -279,7 +279,7 @@ class Client(Connection):
         return (self.layer_file(job_id, name)).array()
 
     def plan(self, job_id: str) -> PlanDocument:
-        """What runs for a job, and who asked."""
+        """The plan of a job: what runs, and which parts of the scene require it."""
         return in_scene(self._send(calls.about(job_id, "/plan", PlanDocument)))
 
     def convergence(self, job_id: str) -> Convergence:
@@ -301,7 +301,7 @@ class Client(Connection):
         quality: Quality | Mapping[str, Any] | None = None,
         layers: Iterable[str] = (),
     ) -> PlanDocument:
-        """What would run for a scene; renders nothing."""
+        """The plan of a scene; nothing is rendered."""
         members = flows.given(quality=quality, layers=layers)
         return in_scene(self._about_scene(scene, "/v1/plans", members, PlanDocument))
 
@@ -379,7 +379,7 @@ class Client(Connection):
         return self._send(calls.post("/v1/comparisons", pictures | sendable(options), ComparisonAnswer))
 
     def version(self) -> Version:
-        """Which service this is."""
+        """The version of the service."""
         return self._send(calls.ask("/version", Version))
 
     def _job(self, job_id: str, part: str = "", method: str = "GET") -> RemoteJob:

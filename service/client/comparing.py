@@ -32,14 +32,14 @@ renderer returns."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Parts:
-    """The picture of a job, and its layers that comparing makes use of.
+    """The picture of a job, and the layers that a comparison uses.
 
     Attributes
     ----------
     content
         An NPY file, linear float32.
     layers
-        By name, those of `LAYERS` that the job was asked for.
+        By name, those of `LAYERS` that were requested for the job.
     """
 
     content: bytes
@@ -54,7 +54,7 @@ def sent(source: PictureSource, encoding: str | None) -> dict[str, str]:
     OSError
         Its file cannot be read.
     TypeError
-        It is no picture.
+        It is not a picture.
     """
     stated = {"encoding": encoding} if encoding else {}
     if isinstance(source, str) and source.startswith(JOB):
@@ -86,7 +86,7 @@ def _file(source: Any) -> bytes:
 
 
 def parts_of(client: Client, job_id: str) -> Parts:
-    """The picture of a job that has succeeded, with the layers that comparing makes use of.
+    """The picture of a job that has succeeded, with the layers that a comparison uses.
 
     Raises
     ------

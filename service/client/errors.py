@@ -11,7 +11,7 @@ ClientError
 │   ├── ConflictError          the state of the job does not allow it
 │   ├── BusyError              too much work at the moment: try again later
 │   └── ServerFaultError       the service itself failed
-└── NoImageError               the job ended without the image that was asked for
+└── NoImageError               the job ended without the requested image
     ├── JobFailedError         `failure` says why, and whether it is worth another try
     ├── JobCancelledError      it was cancelled
     └── JobExpiredError        it was kept as long as the service keeps jobs
@@ -27,7 +27,7 @@ from schemas.errors import Problem, ProblemDocument
 
 
 class ClientError(Exception):
-    """Base of everything that :class:`service.client.Client` raises on purpose."""
+    """Base of all errors of :class:`service.client.Client`."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         # By default the message alone would be given to constructors that take other arguments.
@@ -97,7 +97,7 @@ class RefusedError(ClientError):
 
     @property
     def errors(self) -> Sequence[Problem]:
-        """Each thing that is wrong, with its pointer into the request body."""
+        """All problems, each with its pointer into the request body."""
         return self.document.errors
 
 
@@ -114,7 +114,7 @@ class NotFoundError(RefusedError):
 
 
 class ConflictError(RefusedError):
-    """The state of the job does not allow what was asked."""
+    """The state of the job does not allow the request."""
 
 
 class BusyError(RefusedError):
@@ -126,7 +126,7 @@ class ServerFaultError(RefusedError):
 
 
 class NoImageError(ClientError):
-    """The job ended without the image that was asked for."""
+    """The job ended without the requested image."""
 
     def __init__(self, message: str, *, job_id: str) -> None:
         super().__init__(message)
@@ -156,7 +156,7 @@ class JobExpiredError(NoImageError):
 
 
 def what_next(job_id: str) -> str:
-    """Say what can be done with a job after the waiting has ended."""
+    """Suggest what to do with a job after the wait has ended."""
     return f"Wait again with client.wait({job_id!r}), or stop it with client.cancel({job_id!r})."
 
 

@@ -27,7 +27,7 @@ from service.client.errors import (
 
 NOWHERE = {"line": None, "column": None}
 SHORTEST_PAUSE = 0.1
-"""Seconds between two requests, also where the server would have none."""
+"""Fewest seconds between two requests, even if the server allows less."""
 
 LONGEST_PAUSE = 1.0
 """Seconds between two requests where the server does not ask for more."""
@@ -63,7 +63,7 @@ def transport_errors(server: str, *, job_id: str | None = None) -> Iterator[None
 
 
 def check(answer: httpx2.Response, call: Call[Any]) -> httpx2.Response:
-    """Give the answer back, or raise what it says went wrong."""
+    """Return the answer, or raise the error that it reports."""
     if answer.is_success or (call.may_be_missing and answer.status_code == 404):
         return answer
     raise refused(answer)
@@ -138,7 +138,7 @@ class Tries:
                 asked = max(seconds, SHORTEST_PAUSE)
                 return asked if self._first + self._retry_seconds >= time.monotonic() + seconds else None
             case UnreachableError(sent=sent) if self._call.repeatable or not sent:
-                # At random, so that many clients do not come back at the same moment.
+                # At random, so that clients do not all return at the same moment.
                 spread = random.uniform(0.0, SHORTEST_PAUSE)  # noqa: S311 - no secret
                 return min(LONGEST_PAUSE, SHORTEST_PAUSE * 2.0 ** (self._failures - 1) + spread)
             case _:

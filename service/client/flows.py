@@ -21,7 +21,7 @@ Flow = Generator[Call[Any], Any, Result]
 
 
 def given(**members: Any) -> dict[str, Any]:
-    """What a request has beside its scene: only what was given, so that older services accept it too."""
+    """The given fields of a request; others are left out, so that older services accept it."""
     return {name: value for name, value in sendable(members).items() if value not in (None, [], {})}
 
 
@@ -42,7 +42,7 @@ def about_scene(
 
 
 def _asking(parcel: Parcel, call: Call[Answer]) -> Flow[Answer]:
-    """Upload what the server does not have, then send what is about it."""
+    """Upload the contents that the server lacks, then send the call."""
     for sha256, content in parcel.contents.items():
         if not (yield calls.has_asset(sha256)):
             yield calls.put_asset(sha256, content)

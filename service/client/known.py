@@ -84,7 +84,7 @@ class AsyncKnownJob(Job):
         return cls.model_validate(dict(job), context=client)
 
     def model_post_init(self, context: Any) -> None:
-        """Keep the client, which is no field of the job."""
+        """Keep the client, which is not a field of the job."""
         self._client = context
 
     @property

@@ -1,4 +1,4 @@
-"""What is sent: values as JSON, and a scene with its textures and meshes named by their content."""
+"""Request bodies: values as JSON, and scenes whose textures and meshes are named by content."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Parcel:
 
 
 def pack(scene: SceneSource, assets: Assets | None = None) -> Parcel:
-    """Make a scene ready to travel.
+    """Prepare a scene for a request.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def pack(scene: SceneSource, assets: Assets | None = None) -> Parcel:
     schemas.errors.SceneError
         It is not a JSON object, or names a file that is not there.
     OSError
-        The file cannot be read, or `assets` is no folder.
+        The file cannot be read, or `assets` is not a folder.
     TypeError
         `scene` or `assets` is of another kind.
     """

@@ -18,7 +18,7 @@ class ConversionError(ValueError):
     Parameters
     ----------
     name
-        The file, as people know it.
+        The file as the user named it.
     text
         Its content, of which lines are shown; nothing where it is not text.
     problems

@@ -90,10 +90,10 @@ def _from_json(task: Task) -> Conversion:
             return _checked(task, known.kind, document)
     if content.keys() >= _OURS:
         detail = (
-            "This is a scene already. Look at it with 'penumbra validate', render it with 'penumbra render'."
+            "This is a scene already. Check it with 'penumbra validate', render it with 'penumbra render'."
         )
         raise wrong_at(task.notes.file, "", detail)
-    raise wrong_at(task.notes.file, "", f"This is no document that is known. {_offer()}")
+    raise wrong_at(task.notes.file, "", f"This is not a known kind of document. {_offer()}")
 
 
 def _parsed(task: Task) -> Mapping[str, Any]:
@@ -109,7 +109,7 @@ def _parsed(task: Task) -> Mapping[str, Any]:
         first = document.repeated[0]
         raise wrong_at(name, "/" + "/".join(map(str, first.location)), first.detail)
     if not isinstance(document.content, Mapping):
-        raise wrong_at(name, "", f"This is no JSON object. {_offer()}")
+        raise wrong_at(name, "", f"This is not a JSON object. {_offer()}")
     return document.content
 
 

@@ -150,7 +150,7 @@ class Part:
 
 
 def parts_by_material(buffers: Buffers, nodes: Sequence[PlacedNode]) -> dict[int | None, list[Part]]:
-    """Triangles of all nodes by material number, None for those without; what is no triangle is noted.
+    """Triangles of all nodes by material number, None for those without; anything but triangles is noted.
 
     Raises
     ------

@@ -112,7 +112,7 @@ def camera_of(
     Parameters
     ----------
     middle
-        Of what is seen: as far away is the point that the camera is said to look at.
+        Of the visible scene: the camera's `look_at` is at this distance.
 
     Raises
     ------
@@ -201,5 +201,5 @@ def exposure(lights: Sequence[dict[str, Any]], middle: Floats, radius: float) ->
             distance = max(float(np.linalg.norm(np.array(light["position"]) - middle)), radius)
             strength /= distance * distance
         brightest += strength
-    # Two decimals are finer than anybody sees; rounding up keeps white below white.
+    # Two decimals are finer than the eye; rounding up keeps white below white.
     return -math.ceil(100 * math.log2(brightest)) / 100 if brightest > 1 else 0.0

@@ -144,7 +144,7 @@ class MtlConverter:
         try:
             return float(words[0])
         except (ValueError, IndexError):
-            self._assume(written, keyword, "What follows -bm is no number: it is taken as 1.")
+            self._assume(written, keyword, "What follows -bm is not a number: 1 is used.")
             return 1.0
 
     def _texture(self, written: MtlMaterial, keywords: tuple[str, ...], encoding: str) -> str | None:

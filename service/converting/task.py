@@ -63,7 +63,7 @@ class Notes:
         self.taken[Assumption("left_out", file or self.file, place, line, detail)] = None
 
     def find_lines(self, text: str | None) -> None:
-        """Give those about the file itself, a JSON text, their lines."""
+        """Add lines to notes about the file itself, a JSON text."""
         about = [note for note in self.taken if note.file == self.file]
         places = located(text, [Problem(pointer=note.place, detail="", code="") for note in about])
         lines = {note: place.line for note, place in zip(about, places, strict=True)}
@@ -160,7 +160,7 @@ def picture_file(task: Task, folder: Path, name: str) -> str:
     FileAwayError
         It is not there.
     AssetError
-        It is no picture that the renderer reads.
+        It is not a picture that the renderer reads.
     """
     path, content = task.found.read(folder, name)
     image_size(content)

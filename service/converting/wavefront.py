@@ -77,7 +77,7 @@ def read_obj(name: str, content: bytes, notes: Notes) -> ObjText:
     Raises
     ------
     ConversionError
-        At the first line that makes no sense, or if there is no face.
+        At the first malformed line, or if there is no face.
     """
     reader = _Reader(name, content, notes)
     for line, words in statements(content):

@@ -29,7 +29,7 @@ Step = tuple[Pass, Tile]
 MOST_WORK = 1e15
 """Where a pass is predicted to change nothing of the share."""
 
-# Only the columns of time: there may be as many rows as there are jobs that wait.
+# Only the time columns: there may be a row for each waiting job.
 _LIMITED = select(
     RenderRow.number,
     RenderRow.time_limit,
@@ -74,24 +74,24 @@ def _share(expected: Forecast, spent: float) -> float:
 
 
 def _total_work(counted: int, rays: int, before: float, after: float) -> int:
-    """Give the work in all with which a share grows from ``before`` to ``after`` as a pass takes its rays."""
+    """Return the total work at which a pass of these rays moves the share from ``before`` to ``after``."""
     return counted + max(1, round(min(rays * (1.0 - before) / max(after - before, 1e-6), MOST_WORK)))
 
 
 def merged_by(render: RenderRow) -> int:
-    """Give the attempt that has merged the newest pass, 0 if none is merged."""
+    """Return the attempt that has merged the newest pass, 0 if none is merged."""
     return int(render.merges[-1]["attempt"]) if render.merges else 0
 
 
 def time_left(render: RenderRow) -> float | None:
-    """Give a render's seconds that are left; None if it may take as long as it needs, or has not begun."""
+    """Return the seconds left to a render; None without a time limit, or if it has not begun."""
     if render.time_limit is None or render.started_at is None:
         return None
     return render.time_limit - rows.ran_for(render)
 
 
 def tile_time_left(render: RenderRow) -> float | None:
-    """Give the seconds in which tiles may run: after them the picture is formed, as long as merging takes."""
+    """Return the seconds left for tiles, so that there is time to merge them."""
     left = time_left(render)
     if left is None or not render.merges:
         return left
@@ -101,7 +101,7 @@ def tile_time_left(render: RenderRow) -> float | None:
 
 
 def expire(session: Session) -> float | None:
-    """Drop the waiting tiles of renders whose time is spent; return in how many seconds the next one's is.
+    """Drop the waiting tiles of renders whose time is spent; return the seconds until the next one's.
 
     The first pass is rendered in any case: without it there is no picture.
     """
@@ -142,12 +142,12 @@ def advance_task(session: Session, render: RenderRow) -> AdvanceTask:
 
 
 def fresh(session: Session, render: RenderRow) -> list[StoredTile]:
-    """Give the finished tiles of the pass that is not merged yet."""
+    """Return the finished tiles of the pass that is not merged yet."""
     return _finished(session, render, len(render.merges))
 
 
 def recorded(session: Session, render: RenderRow) -> list[StoredTile]:
-    """Give the finished tiles that have recorded what the centres of pixels show: those of the first pass."""
+    """Return the finished tiles that have recorded the centres of pixels: those of the first pass."""
     return _finished(session, render, 0)
 
 

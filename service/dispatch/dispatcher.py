@@ -47,13 +47,13 @@ from service.workers.tasks import (
     log_names,
 )
 
-# How long to leave the database or a full disk alone before the next try, seconds.
+# Seconds before the next try after an error of the database or a full disk.
 RETRY_SECONDS = 1.0
-# How often to look again whether the running task of a render that has ended is gone, seconds.
+# Seconds between checks whether a running task of a render that has ended is gone.
 LEAVING_SECONDS = 0.05
-# How often to look for room where an engine has none and nothing runs: its workers may come back, seconds.
+# Seconds between checks for free workers while an engine has none: they may come back.
 EMPTY_SECONDS = 1.0
-# Traces, quotes and the like that wait for a worker; more are sent away.
+# Most traces, quotes and other calls that wait for a worker; more are refused.
 MAX_CALLS = 64
 
 log = structlog.get_logger()
@@ -85,7 +85,7 @@ class Dispatcher:
         self._settings, self._spans = settings, spans
         self._thread = threading.Thread(target=self._run, name="dispatcher", daemon=True)
         self._stopping = threading.Event()
-        # From other threads: outcomes, and None where only attention is asked for.
+        # From other threads: outcomes, and None to wake this thread.
         self._inbox: queue.SimpleQueue[tuple[Task, Outcome] | None] = queue.SimpleQueue()
         self._calls: deque[tuple[CallTask, Future[Outcome]]] = deque()
         self._cancelled: deque[str] = deque()
@@ -118,7 +118,7 @@ class Dispatcher:
         self.wake()
 
     def wake(self) -> None:
-        """Say that there may be something to do."""
+        """Wake the thread, because there may be work."""
         self._inbox.put(None)
 
     def cancel(self, render: str) -> None:
@@ -127,7 +127,7 @@ class Dispatcher:
         self.wake()
 
     def call(self, task: CallTask) -> Future[Outcome]:
-        """Have a trace or a quote made before any tile that waits; cancel the future to stop it.
+        """Run a trace or a quote before any waiting tile; cancel the future to stop it.
 
         Raises
         ------
@@ -147,7 +147,7 @@ class Dispatcher:
         return self.lives() and self._engine.alive()
 
     def lives(self) -> bool:
-        """Whether the thread that hands out work is alive; where it has ended, a new process is needed."""
+        """Whether the thread that hands out work is alive; if not, the process must be restarted."""
         return self._thread.is_alive()
 
     def stop(self) -> None:
@@ -268,7 +268,7 @@ class Dispatcher:
         return True
 
     def _decide(self, session: Session, term: int, room: int) -> Round:
-        """Write what follows from all that has come in; what others have cancelled is looked for, too."""
+        """Write the results of all events; also look for renders that other servers cancelled."""
         taken_back = Counter[Cause]()
         if term != self._term:
             taken_back[Cause.SERVER_LOST] = ledger.recover(session)
@@ -293,7 +293,7 @@ class Dispatcher:
         return result
 
     def _lead(self, term: int | None) -> None:
-        """Begin to hand out work, or leave that to another server from now on."""
+        """Start or stop handing out work, depending on which server leads."""
         if self._database.shared and term is not None:
             log.info("leads", term=term)
             self._job_events.publish_all()

@@ -8,34 +8,34 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 
 EACH_SECONDS, MOST_SECONDS = 0.01, 0.5
-"""For how long news of a job gather, for each watcher beside the first, and at most."""
+"""How long events of a job are collected for each watcher after the first, and at most."""
 
 
 class Watcher:
-    """One waiting request. News that arrive before it waits are not lost.
+    """One waiting request. Events that arrive before it waits are not lost.
 
-    A single watcher of a job is woken at once. Each of a crowd lets news gather for a while: many that read
-    every tile would take the time that tiles need.
+    A single watcher of a job is woken at once. With many watchers, events are collected for a while, because
+    reading every tile for all of them would slow down rendering.
     """
 
     def __init__(self, job_events: JobEvents, job: str) -> None:
         self._job_events, self._job = job_events, job
-        self._news = asyncio.Event()
+        self._changed = asyncio.Event()
 
     def wake(self) -> None:
-        """Say that there is news."""
-        self._news.set()
+        """Wake the request."""
+        self._changed.set()
 
     async def wait(self, seconds: float) -> bool:
-        """Wait for news; False if none came in time, and at once when the service stops."""
+        """Wait for events; False if none came in time, and at once when the service stops."""
         if self._job_events.closed:
             return False
         with suppress(TimeoutError):
             async with asyncio.timeout(seconds):
-                await self._news.wait()
+                await self._changed.wait()
                 await asyncio.sleep(self._job_events.pause(self._job))
-        arrived = self._news.is_set() and not self._job_events.closed
-        self._news.clear()
+        arrived = self._changed.is_set() and not self._job_events.closed
+        self._changed.clear()
         return arrived
 
 
@@ -52,7 +52,7 @@ class JobEvents:
 
     @contextmanager
     def watch(self, job: str) -> Iterator[Watcher]:
-        """Receive news of a job from now on: begin before looking into the database."""
+        """Receive events of a job from now on. Begin before reading the database."""
         watcher = Watcher(self, job)
         self._watchers[job].add(watcher)
         try:
@@ -63,16 +63,16 @@ class JobEvents:
                 del self._watchers[job]
 
     def pause(self, job: str) -> float:
-        """For how long news of a job gather before its watchers wake, seconds."""
+        """How long events of a job are collected before its watchers wake, seconds."""
         return 0.0 if self.closed else min(EACH_SECONDS * (len(self._watchers[job]) - 1), MOST_SECONDS)
 
     def publish(self, jobs: Iterable[str]) -> None:
-        """Say that these jobs have changed. May be called by any thread."""
+        """Announce that these jobs have changed. May be called by any thread."""
         with suppress(RuntimeError):  # the loop is closed: no request waits any more
             self._loop.call_soon_threadsafe(self._wake, tuple(jobs))
 
     def publish_all(self) -> None:
-        """Say that any job may have changed. May be called by any thread."""
+        """Announce that any job may have changed. May be called by any thread."""
         with suppress(RuntimeError):
             self._loop.call_soon_threadsafe(lambda: self._wake(tuple(self._watchers)))
 

@@ -87,7 +87,7 @@ def take_back_unknown(session: Session, known: Collection[JobTask]) -> int:
 
 
 def unwanted(session: Session) -> Sequence[str]:
-    """Give the ids of the renders that run and were cancelled, by whatever server."""
+    """Return the ids of the renders that run and were cancelled, by whatever server."""
     return session.scalars(select(RenderRow.id).where(_STARTED, RenderRow.cancel_requested)).all()
 
 
@@ -132,7 +132,7 @@ def _turn(session: Session, share: ShareRow, until: float, room: int, begun: set
 
 
 def _waiting(session: Session, render: RenderRow, last_pass: int, room: int) -> Sequence[TileRow]:
-    """Give the next steps of a render that wait, at most ``room``; in each pass those in its focus first."""
+    """Return the next waiting steps of a render, at most ``room``; in each pass those in focus first."""
     wanted = {"render": render.number, "last_pass": last_pass, "room": room}
     if render.focus is None:
         return session.scalars(_WAITING, wanted).all()

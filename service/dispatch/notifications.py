@@ -15,7 +15,7 @@ from service.dispatch.dispatcher import Dispatcher
 from service.dispatch.job_events import JobEvents
 from service.storage.database.connection import Database
 
-# How long to leave the database alone before the next try to listen, seconds.
+# Seconds before the next try to listen.
 RETRY_SECONDS = 0.5
 
 log = structlog.get_logger()
@@ -41,7 +41,7 @@ class NotificationListener:
             self._thread.start()
 
     def stop(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         self._stopping.set()
         if self._thread.is_alive():
             self._thread.join()

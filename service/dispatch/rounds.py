@@ -77,7 +77,7 @@ class Round:
     deadline_in: float | None = None
     """In how many seconds the time of some render will be spent, so that there is something to decide."""
     store_closed: bool = False
-    """Whether a task could not write to the disk, so that there is no use in trying at once."""
+    """Whether a task could not write to the disk, so that trying again at once is useless."""
     retries: Counter[Cause] = field(default_factory=Counter)
     """How many tasks are to be tried again, by what was in the way."""
 

@@ -9,9 +9,9 @@ from collections.abc import Callable
 
 
 class Throughput:
-    """CPU seconds rendered in a second of the clock, of late. Written by one thread, read by many.
+    """CPU seconds rendered per second of wall time, recently. Written by one thread, read by many.
 
-    Only the time counts in which workers have something in hand: nothing to do is no slowness.
+    Only the time counts in which workers have something in hand: an idle service is not slow.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class Throughput:
             self._sum += cpu_seconds
 
     def rate(self) -> float:
-        """Give the mean of the last busy minute; with little to go by, what the workers could do."""
+        """Return the mean of the last busy minute, or with little data what the workers could do."""
         with self._lock:
             self._advance()
             # As if the workers had been busy for a second before.

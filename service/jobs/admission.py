@@ -62,7 +62,7 @@ def admit(service: Service, principal: Principal, body: bytes) -> Admitted:
 
 
 def _limited(request: JobRequest) -> JobRequest:
-    """Let a job of target quality end when its time is spent, whichever field says so."""
+    """Set the time limit of a job with a target error, whichever field has it."""
     quality, limit = request.quality, request.time_limit
     if not isinstance(quality, TargetQuality) or limit is None:
         return request
@@ -121,7 +121,7 @@ def _problems(named: Mapping[str, str], known: Mapping[str, str], *, meshes: boo
 
 
 def _known(service: Service, principal: Principal, assets: set[str]) -> dict[str, str]:
-    """Give the media types of those assets that a user may use, by their names in scenes."""
+    """Return the media types of those assets that a user may use, by their names in scenes."""
     hashes = {asset.removeprefix(PREFIX) for asset in assets if asset.startswith(PREFIX)}
     wanted = {sha256 for sha256 in hashes if is_sha256(sha256)}
     if not wanted:
@@ -161,12 +161,12 @@ class Pixels:
     limits = Limits()
 
     def read(self, name: str) -> bytes:  # noqa: ARG002  (an interface)
-        """Give the pixel, as a PNG file."""
+        """Return the pixel, as a PNG file."""
         return base64.b64decode(WHITE)
 
 
 def outlined(scene: Scene) -> Scene:
-    """Give the scene with a few triangles in place of each mesh."""
+    """Return the scene with a few triangles in place of each mesh."""
     count = sum(_is_mesh(shape) for shape in scene.shapes)
     if not count:
         return scene

@@ -1,4 +1,4 @@
-"""What is rendered, apart from how it was written: requests for the same picture have the same form.
+"""The canonical form of a request: requests for the same picture have the same form.
 
 Not everything that shows the same is found to be the same. Names of shapes, materials and textures count, for
 plans and answers name them: what one user has named is never shown to another.
@@ -26,7 +26,7 @@ class Spec:
 
 
 def spec_of(request: JobRequest) -> Spec:
-    """Give what a request renders: nothing in it depends on who has sent it, or how it was written.
+    """Return what a request renders, independent of its user and of its formatting.
 
     The order of members, defaults that are written out, the name of the scene, labels, priority and limits of
     time of fixed quality do not count; assets stand for their content.

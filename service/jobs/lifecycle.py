@@ -22,7 +22,7 @@ from service.lifecycle import rows, sharing
 from service.lifecycle.documents import documents
 from service.storage.database.models import JobRow, LabelRow, RenderRow, RequestRow
 
-# How long a request that must stop a job first waits for its workers, beyond the grace they have.
+# How long a request waits for the workers of a job it must stop, beyond their grace period.
 STOP_SECONDS = 5.0
 
 
@@ -34,7 +34,7 @@ _STATUS = (
 
 
 class JobStatus(NamedTuple):
-    """As much of a job as those who wait for it read, again and again."""
+    """The columns of a job that waiting requests read again and again."""
 
     state: JobState
     last_seq: int
@@ -49,7 +49,7 @@ def find(session: Session, job_id: str) -> JobRow:
 
 
 def owner_of(session: Session, job_id: str, asked_by: str | None) -> str:
-    """Give the owner of a job; UnknownJobError if this user sees none, None being one who sees all."""
+    """Return the owner of a job; UnknownJobError if this user may not see it. None sees all jobs."""
     owner = session.scalar(select(JobRow.owner).where(JobRow.id == job_id))
     if owner is None or asked_by not in (None, owner):
         raise UnknownJobError
@@ -128,7 +128,7 @@ def _changing(service: Service, job_id: str) -> Iterator[tuple[Session, JobRow]]
 
 
 def cancel(service: Service, job_id: str) -> None:
-    """End a job now, and stop its render if no other job shares it; a job that has ended stays as it is."""
+    """End a job, and stop its render if no other job shares it. A job that has ended stays as it is."""
     with _changing(service, job_id) as (session, row):
         render = None if row.state.final else row.render
         stopping = None if row.state.final else _end(session, row)
@@ -155,7 +155,7 @@ def _end(session: Session, row: JobRow) -> str | None:
 
 
 def pause(service: Service, job_id: str) -> Job:
-    """Hand out no more tiles for a job until it is resumed; one that has ended stays as it is."""
+    """Pause a job: no more of its tiles are started. A job that has ended stays as it is."""
     with _changing(service, job_id) as (session, row):
         if not row.state.final:
             sharing.pause(session, row)
@@ -163,7 +163,7 @@ def pause(service: Service, job_id: str) -> Job:
 
 
 def resume(service: Service, job_id: str) -> Job:
-    """Resume a paused job; any other stays as it is."""
+    """Resume a paused job; other jobs stay as they are."""
     with _changing(service, job_id) as (session, row):
         if not row.state.final:
             sharing.resume(session, row)
@@ -173,7 +173,7 @@ def resume(service: Service, job_id: str) -> Job:
 
 
 async def stop(service: Service, job_id: str) -> Job:
-    """Cancel a job and wait until nothing of it runs any more, within reason."""
+    """Cancel a job and wait for a while until no part of it runs."""
     await run_in_threadpool(cancel, service, job_id)
     timeout = service.settings.cancel_grace_seconds + STOP_SECONDS
     await until(service, job_id, timeout, lambda status: status.state.final)
@@ -221,9 +221,9 @@ def _status_of(service: Service, job_id: str) -> JobStatus:
 
 
 def focus(service: Service, job_id: str, body: bytes) -> None:
-    """Have the tiles of a region rendered before the others of their pass; what has ended stays as it is.
+    """Render the tiles of a region before the others of their pass. A job that has ended stays as it is.
 
-    Jobs that share what is rendered share its order, too: the last request counts.
+    Jobs that share a render share its order: the last request counts.
 
     Raises
     ------

@@ -25,13 +25,13 @@ _COUNTED = select(
     func.coalesce(func.sum(case((_MINE, 1), else_=0)), 0),
     func.coalesce(func.sum(case((_MINE, JobRow.load), else_=0.0)), 0.0),
 ).where(JobRow.finished_at.is_(None))
-# The longest Retry-After, seconds: by then somebody may have cancelled.
+# The longest Retry-After, seconds: by then other jobs may be cancelled.
 LONGEST_WAIT = 3600.0
 
 
 @dataclass(frozen=True)
 class Share:
-    """What of a limit is taken: by the user's own, or by all."""
+    """How much of a limit is used, by one user or by all."""
 
     name: str
     limit: float
@@ -39,7 +39,7 @@ class Share:
 
     @property
     def left(self) -> float:
-        """How much there is room for."""
+        """How much is left."""
         return max(0.0, self.limit - self.taken)
 
 
@@ -62,7 +62,7 @@ class Queue:
 def check_queue(
     session: Session, settings: Settings, principal: Principal, job: JobRow, rate: float
 ) -> Queue:
-    """Find room for a job that is about to be entered; one that is answered from the store needs none.
+    """Check that a job fits into the queue; one that is answered from the store always does.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def check_queue(
 
 
 def _refuse_expensive(cost: float, limit: float) -> None:
-    """Refuse a job for which there would be no room in an empty queue."""
+    """Refuse a job that would not fit into an empty queue."""
     detail = (
         f"This is predicted to take {cost:.3g} CPU seconds, more than the {limit:.3g} you may have waiting. "
         "Ask for fewer pixels, samples or light samples."
@@ -107,7 +107,7 @@ def _refuse(queue: Queue, shares: tuple[Share, ...], cost: float) -> None:
     full = [share for share in shares if share.taken > share.limit]
     if not full:
         return
-    # Room for a job comes when one of about this cost has been rendered.
+    # There is room when work of about this cost has been rendered.
     excess = max(share.taken - share.limit if "cpu" in share.name else cost for share in full)
     wait = min(LONGEST_WAIT, max(1.0, excess / queue.rate))
     whose = "Your queue" if full[0].name in ("jobs", "cpu") else "The queue"
@@ -120,7 +120,7 @@ def _refuse(queue: Queue, shares: tuple[Share, ...], cost: float) -> None:
 
 @asynccontextmanager
 async def bounded(limit: asyncio.Semaphore, made: str) -> AsyncIterator[None]:
-    """Count one request more until the block ends; BusyError instead of a wait where there are enough.
+    """Count a request until the block ends; BusyError if there are too many.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ async def bounded(limit: asyncio.Semaphore, made: str) -> AsyncIterator[None]:
         What the requests are for, in the plural.
     """
     if limit.locked():
-        raise BusyError(f"The service makes as many {made} as it may already. Try again in a moment.")
+        raise BusyError(f"Too many {made} are in progress. Try again in a moment.")
     async with limit:
         yield
 
@@ -147,13 +147,13 @@ class BodyMemoryLimit:
 
     @contextmanager
     def account(self) -> Iterator[Callable[[int], None]]:
-        """Give a function that counts bytes of one body until the block ends; it may raise BusyError."""
+        """Return a function that counts bytes of one body until the block ends; it may raise BusyError."""
         held = 0
 
         def add(count: int) -> None:
             nonlocal held
             if self.bytes + count > self.most:
-                message = "The service holds as many requests as it may already. Try again in a moment."
+                message = "The service holds too many requests. Try again in a moment."
                 raise BusyError(message)
             self.bytes += count
             held += count

@@ -16,7 +16,7 @@ from service.lifecycle import progress
 from service.storage.database.models import JobRow, RenderRow, TileRow
 
 MOST_STEPS = 50
-"""Repeated steps that are listed, as many as problems of a request: more are no help."""
+"""Most repeated steps that are listed, as many as problems of a request."""
 
 ENDS = {
     JobState.SUCCEEDED: "The picture is finished.",
@@ -26,7 +26,7 @@ ENDS = {
 
 
 def log_of(service: Service, job_id: str) -> JobLog:
-    """Report what became of a job so far."""
+    """Report the history of a job."""
     with service.database.reading() as session:
         row = jobs.find(session, job_id)
         repeated = _repeated(session, row.render)
@@ -50,7 +50,7 @@ def _entries(row: JobRow, repeated: list[TileRow]) -> Iterator[LogEntry]:
         yield LogEntry(
             at=row.created_at,
             event="shared",
-            message="The same was asked for before: it is rendered once.",
+            message="An equal job exists already: both share one render.",
         )
     if row.started_at is not None:
         yield LogEntry(at=row.started_at, event="started", message="The first tile went to a worker.")
@@ -93,7 +93,7 @@ def _pass(row: JobRow, render: RenderRow, cost: dict[str, Any]) -> LogEntry:
     reached = f", error {error['estimate']:.2g}" if error else ""
     at = render.started_at and render.started_at + timedelta(seconds=cost["seconds"])
     return LogEntry(
-        # When others have requested the same picture stays private.
+        # Requests of other users for the same picture stay private.
         at=at if at is not None and at >= row.created_at else None,
         event="pass_finished",
         message=f"Pass {cost['pass_index']} is finished: {cost['seconds']:.2f} s and "

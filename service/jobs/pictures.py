@@ -1,6 +1,6 @@
 """The picture of a job and its layers.
 
-Final they come from their files, before that they are put together from the tiles finished so far.
+Final ones come from their files; before that they are composed of the finished tiles.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ MEDIA_TYPES: dict[Kind, str] = {"png": "image/png", "npy": "application/octet-st
 
 @dataclass(frozen=True)
 class ImageRequest:
-    """A file of a job that is requested: its picture in some form, or small, or one of its layers."""
+    """A requested file of a job: its picture, a thumbnail, or a layer."""
 
     kind: Kind
     layer: str | None = None
@@ -94,12 +94,12 @@ def etag_of(service: Service, job_id: str, requested: ImageRequest) -> str | Non
 
 
 def picture(service: Service, job_id: str, requested: ImageRequest) -> Picture:
-    """Give the picture of a job, or one of its layers, as it is now.
+    """Return the picture of a job, or one of its layers, as it is now.
 
     Raises
     ------
     UnknownLayerError
-        If the job was not asked for this layer.
+        If this layer was not requested for the job.
     PictureNotReadyError
         If nothing is finished yet.
     PictureGoneError
@@ -108,7 +108,7 @@ def picture(service: Service, job_id: str, requested: ImageRequest) -> Picture:
     try:
         return _picture(service, job_id, requested)
     except FileNotFoundError:
-        # The job ended in between, and its tiles went into the final picture or away.
+        # The job has ended meanwhile: its tiles are in the final picture, or deleted.
         return _picture(service, job_id, requested)
 
 
@@ -132,7 +132,7 @@ def _find(session: Session, job_id: str, requested: ImageRequest) -> JobRow:
     names = work_of(row)["layers"]
     if requested.layer and requested.layer not in names:
         asked = ", ".join(names) or "none"
-        raise UnknownLayerError(f"There is no such layer of this job. The layers asked for are: {asked}.")
+        raise UnknownLayerError(f"This job has no such layer. The requested layers are: {asked}.")
     return row
 
 
@@ -152,7 +152,7 @@ def _finished(session: Session, row: JobRow) -> _Finished:
 
 
 def _etag(job: str, render: RenderRow, requested: ImageRequest) -> str:
-    # The name of a render is that of a job which may be somebody else's.
+    # A render has the name of a job, which may belong to another user.
     return f'"{render.image_sha256 or f"{job}-{render.last_seq}"}-{requested.name}"'
 
 
@@ -168,7 +168,7 @@ def _final(store: TileStore, render: RenderRow, requested: ImageRequest) -> byte
         store.put_file(render.id, requested.name, data)
         return store.find(render.id, requested.name) or data
     except (StoreFullError, StoreReadOnlyError, StoreAwayError):
-        # The next one who asks has it made again.
+        # The next request makes it again.
         return data
 
 
@@ -213,7 +213,7 @@ def _so_far(service: Service, finished: _Finished) -> Pixels:
 
 
 def means(store: TileStore, job_id: str, parts: Sequence[StoredTile]) -> Iterator[tuple[Tile, Pixels]]:
-    """Give the mean of all samples of each tile in its finished passes, given tile by tile in their order."""
+    """Yield the mean of all samples of each tile; its finished passes are given in order."""
     found = zip(parts, store.get_tiles(job_id, parts), strict=True)
     for _, group in groupby(found, key=lambda one: one[0].tile.index):
         steps = list(group)

@@ -1,4 +1,4 @@
-"""What a request is expected to cost, whether that is allowed, and prices that pilots have found."""
+"""The predicted cost of a request, its limit, and prices measured by pilots."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from service.settings import Settings
 
 
 def target_of(request: JobRequest) -> TargetQuality | None:
-    """Give the error that a request asks for, if it is one."""
+    """Return the target error of a request, if it has one."""
     return request.quality if isinstance(request.quality, TargetQuality) else None
 
 
 def priced(plan: renderer.RenderPlan, quoted: float | None, workers: int) -> PlanDocument:
-    """Describe a plan with its price: that which a pilot has found, or else the one that the plan predicts.
+    """Describe a plan with its price, measured by a pilot or else predicted by the plan.
 
     Parameters
     ----------
@@ -39,12 +39,12 @@ def priced(plan: renderer.RenderPlan, quoted: float | None, workers: int) -> Pla
 
 
 def check_cost(description: PlanDocument, target: TargetQuality | None, settings: Settings) -> None:
-    """Refuse what is predicted to cost more than the service allows.
+    """Refuse a request whose predicted cost is above the limit.
 
     Raises
     ------
     renderer.SceneError
-        Says what to ask less of.
+        It suggests what to reduce.
     """
     predicted, limit = description.cost.cpu_seconds, settings.max_cpu_seconds
     if predicted <= limit:
@@ -62,7 +62,7 @@ KEPT = 1024
 
 
 class QuotedPrices:
-    """Remembers what the last quotes said, by scene and quality. Used by many threads."""
+    """Caches the prices of the last quotes, by scene and quality. Used by many threads."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()

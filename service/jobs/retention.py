@@ -1,4 +1,4 @@
-"""What is kept and what is deleted: pictures by age and by bytes, and assets that no picture needs any more.
+"""Retention: deletes pictures by age and by size, and assets that no picture needs any more.
 
 As in ``ledger.py`` a sweep works in a transaction of its caller; what it names in ``pictures`` and ``assets``
 leaves the disk when that is over, and what a killed process leaves there goes when the next service starts.
@@ -46,7 +46,7 @@ _LOOSE = (
 
 @dataclass(frozen=True)
 class Rules:
-    """How long and how much is kept; None is without end.
+    """How long and how much to keep; None is no limit.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Rules:
     max_stored_bytes
         Of all finished pictures with their layers.
     keep_asset_seconds
-        Of an asset that no render needs, after somebody has last sent it or asked for it.
+        Of an asset that no render needs, since it was last sent or requested.
     """
 
     keep_seconds: float | None = None
@@ -64,7 +64,7 @@ class Rules:
 
 
 def rules_of(settings: Settings) -> Rules:
-    """Give the rules of a service."""
+    """Return the rules of a service."""
     return Rules(settings.keep_seconds, settings.max_stored_bytes, settings.keep_asset_seconds)
 
 
@@ -90,7 +90,7 @@ class Swept:
 
     @property
     def bytes(self) -> int:
-        """How much of the disk is free again."""
+        """Bytes that were freed."""
         return sum(self.pictures.values()) + sum(self.assets.values())
 
 
@@ -152,7 +152,7 @@ def _note(swept: Swept, unused: str | None, sizes: Mapping[str, int]) -> None:
 
 
 SWEEP_SECONDS = 60.0
-"""How often to look for what was kept long enough."""
+"""How often to sweep, seconds."""
 MANY = 100
 """Jobs and assets removed in one transaction, so that others need not wait long."""
 MOST_PREDICTED = 10_000
@@ -187,7 +187,7 @@ class RetentionThread:
         self._thread.join()
 
     def prune(self, rules: Rules) -> Swept:
-        """Delete what these rules do not keep, and report what that was."""
+        """Delete what these rules do not keep, and report it."""
         whole = Swept(more=True)
         while whole.more and not self._stopping.is_set():
             part = self._swept(rules)
@@ -201,7 +201,7 @@ class RetentionThread:
         return whole
 
     def predict(self, rules: Rules) -> Swept:
-        """Report what these rules would delete: it is deleted in a transaction that is rolled back."""
+        """Report what these rules would delete, by deleting it in a transaction that is rolled back."""
         sizes = self._store.sizes()
         with self._database.writing() as session, session.begin_nested() as trial:
             swept = sweep(session, rules, sizes, MOST_PREDICTED)

@@ -1,4 +1,4 @@
-"""Taking a job: it gets a render with all its steps, or shares one that there is, in one transaction."""
+"""Entering a job: in one transaction it gets a render with all its steps, or shares an existing one."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Submission:
     key : str or None
         Its ``Idempotency-Key``.
     anew : bool
-        Whether it is to be rendered whatever there is already.
+        Whether to render it even if there is a stored picture.
     """
 
     principal: Principal
@@ -64,7 +64,7 @@ class Submission:
 
     @property
     def body_sha256(self) -> str:
-        """Digest by which the same request is known again."""
+        """Digest that identifies equal requests."""
         return hashlib.sha256(self.body).hexdigest()
 
 
@@ -110,7 +110,7 @@ def submit(service: Service, sent: Submission) -> SubmittedJob:
 
 
 def _sent_before(session: Session, sent: Submission) -> IdempotencyRow | None:
-    """Find the request that has brought the same key before, while it counts."""
+    """Find an earlier request with the same key, unless it is too old."""
     if sent.key is None:
         return None
     row = session.get(IdempotencyRow, (sent.principal.name, sent.key))
@@ -122,7 +122,7 @@ def _job_of(session: Session, before: IdempotencyRow) -> str:
 
 
 def _replayed(session: Session, sent: Submission) -> str | None:
-    """Give the job that came of the same request before, if its key says so; this one has been admitted."""
+    """Return the job of an earlier equal request with the same key."""
     before = _sent_before(session, sent)
     if before is None:
         return None
@@ -140,7 +140,7 @@ def _is_same_document(session: Session, before: IdempotencyRow, body: bytes) -> 
 
 
 def enter(service: Service, sent: Submission, admitted: Admitted) -> SubmittedJob:
-    """Keep a job that was admitted, or find that it came before."""
+    """Enter an admitted job, or return the earlier job of an equal request."""
     job = _job(sent.principal, admitted)
     spec = None if sent.anew else canonical.spec_of(admitted.request)
     try:
@@ -213,7 +213,7 @@ def _enter_parts(session: Session, sent: Submission, job: JobRow) -> None:
             job=job.number,
             created_at=job.created_at,
         )
-        # One that is too old to count may still be there.
+        # An expired key may still be there.
         session.merge(row)
         session.flush()
 
@@ -239,13 +239,13 @@ def _job(principal: Principal, admitted: Admitted) -> JobRow:
 
 
 def _render_of(session: Session, spec: Spec) -> RenderRow | None:
-    """Find the render that shows the same, be it finished or under way."""
+    """Find a finished or running render of the same picture."""
     number = session.scalar(_SAME, {"sha256": spec.sha256, "version": spec.version})
     return None if number is None else session.get(RenderRow, number)
 
 
 def _share(job: JobRow, render: RenderRow) -> None:
-    """Let a job join a render. Its times are its own: they give away nothing of who came before."""
+    """Let a job join a render. It has its own times, which reveal nothing of earlier jobs."""
     job.render, job.state = render, render.state
     if render.state is not JobState.QUEUED:
         job.started_at = job.created_at

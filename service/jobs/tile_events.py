@@ -82,7 +82,7 @@ def pixel_batch(service: Service, job_id: str, after: int, encoding: int) -> byt
     try:
         return _pixel_batch(service, job_id, after, encoding)
     except FileNotFoundError:
-        # The job ended in between; now its pixels are in the final picture, or gone.
+        # The job has ended meanwhile: its pixels are in the final picture, or deleted.
         return _pixel_batch(service, job_id, after, encoding)
 
 
@@ -113,7 +113,7 @@ def _news(session: Session, row: JobRow, after: int, limit: int) -> _News:
         return _News(row.state, render, events, None, tuple(targets.fresh(session, render)))
     tiles = {event.tile for event in events.events if event.pass_index > 0}
     parts = tuple(ledger.sampled(session, render, tiles))
-    # A preview that came late, its worker having died, must not be painted over better pixels.
+    # A preview that comes late, after its worker died, must not replace better pixels.
     first = bool(events.events) and events.events[0].seq == 1 and events.events[0].pass_index == 0
     coarse = ledger.coarse(session, render) if first else None
     return _News(row.state, render, events, coarse, parts)
@@ -133,7 +133,7 @@ def _pixels(service: Service, render: RenderRow, news: _News) -> list[tuple[Tile
 
 
 def _newest(render: RenderRow, events: Sequence[TileEvent]) -> Sequence[TileEvent]:
-    """Of the events those over which no later one is painted, without a preview."""
+    """The events that no later one covers, without previews."""
     if render.target_error is not None:
         return visible_events(events)
     newest = {event.tile: event for event in events if event.pass_index > 0}

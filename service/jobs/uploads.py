@@ -23,7 +23,7 @@ from service.storage.database.models import AssetOwnerRow, AssetRow, AssetUseRow
 
 
 def enter_upload(session: Session, row: AssetRow, owner: str) -> AssetRow:
-    """Enter an asset as uploaded by a user; what was entered before is used again."""
+    """Record that a user has uploaded an asset."""
     kept = session.get(AssetRow, row.sha256)
     if kept is None:
         session.add(row)
@@ -36,12 +36,12 @@ def enter_upload(session: Session, row: AssetRow, owner: str) -> AssetRow:
 
 
 def find_upload(session: Session, sha256: str, principal: Principal) -> AssetRow | None:
-    """Give an asset that this user may use."""
+    """Return an asset that this user may use."""
     return session.get(AssetRow, sha256) if usable(session, {sha256}, principal) else None
 
 
 def usable(session: Session, hashes: Collection[str], principal: Principal) -> dict[str, str]:
-    """Give those of the assets that this user may use, each with its media type."""
+    """Return the assets that this user may use, with their media types."""
     query = select(AssetRow.sha256, AssetRow.media_type).where(AssetRow.sha256.in_(hashes))
     if not principal.sees_all:
         query = query.join(AssetOwnerRow, AssetOwnerRow.sha256 == AssetRow.sha256)
@@ -59,21 +59,21 @@ def bytes_of(session: Session, owner: str, *, apart_from: str) -> int:
     return int(session.scalar(query) or 0)
 
 
-# Repeated requests for an asset are recorded no more often.
+# Least seconds between two recorded requests for an asset.
 NOTED = timedelta(minutes=1)
 
 _UNUSED = ~exists().where(AssetUseRow.sha256 == AssetRow.sha256)
 
 
 def hashes_of(scene: Scene) -> set[str]:
-    """Give the SHA-256 of all assets of a scene."""
+    """Return the SHA-256 of all assets of a scene."""
     names = [texture.asset for texture in scene.textures.values() if isinstance(texture, ImageTexture)]
     names += [shape.asset for shape in scene.shapes if isinstance(shape, MeshFile)]
     return {name.removeprefix(PREFIX) for name in names}
 
 
 def enter_uses(session: Session, render: int, hashes: set[str]) -> None:
-    """Keep assets for as long as a render is there.
+    """Keep assets as long as a render exists.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def enter_uses(session: Session, render: int, hashes: set[str]) -> None:
 
 
 def known_hashes(session: Session, hashes: set[str]) -> set[str]:
-    """Give those that are there."""
+    """Return those of these assets that exist."""
     if not hashes:
         return set()
     return set(session.scalars(select(AssetRow.sha256).where(AssetRow.sha256.in_(hashes))))

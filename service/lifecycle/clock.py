@@ -1,4 +1,4 @@
-"""Seconds since a stored time, whatever is done to the wall clock meanwhile.
+"""Seconds since a stored time, independent of changes to the wall clock.
 
 A time in the database is one of the wall clock, which an operator or NTP may set forward or back. Limits
 count elapsed seconds: each time is tied to a monotonic clock when it is taken, or first read
@@ -13,7 +13,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 from datetime import UTC, datetime
 
-# Times that are remembered: more than there are renders that run at the same time.
+# Most cached times, more than renders run at the same time.
 MANY = 65_536
 
 

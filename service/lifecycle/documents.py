@@ -1,4 +1,4 @@
-"""Jobs as the outside sees them."""
+"""Documents that describe jobs."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ _AT_WORK = (
 
 
 def documents(session: Session, jobs: Sequence[JobRow], keep_seconds: float | None = None) -> tuple[Job, ...]:
-    """Describe jobs as they are now, with as many queries for many as for one.
+    """Describe jobs as they are now, with a constant number of queries.
 
     Parameters
     ----------
     keep_seconds
-        After so long a picture is removed.
+        Age at which a picture is removed.
     """
     before, at_work = fairness.positions(session, jobs), _at_work(session, jobs)
     return tuple(
@@ -82,7 +82,7 @@ def _expires_at(row: JobRow, keep_seconds: float | None) -> datetime | None:
 
 
 def work_of(row: JobRow) -> dict[str, Any]:
-    """Report the work for a job: of its render as it is now, or as it was when the job left it."""
+    """Report the work for a job: that of its render now, or when the job left it."""
     if row.render is not None:
         return _work(row.render)
     assert row.parting is not None
@@ -95,7 +95,7 @@ def leave(row: JobRow) -> None:
 
 
 def progress_of(row: JobRow) -> Progress:
-    """Describe how far a job is."""
+    """Describe the progress of a job."""
     known = work_of(row)["progress"]
     if row.state.final or row.paused_at is not None:
         known = known | {"remaining_seconds": None}
@@ -126,7 +126,7 @@ def _work(render: RenderRow) -> dict[str, Any]:
 
 
 def _numerics(render: RenderRow) -> dict[str, int] | None:
-    """What went wrong with numbers; none are known before the end."""
+    """Counts of invalid numbers; they are known at the end."""
     return render.numerics if render.state is JobState.SUCCEEDED else None
 
 
@@ -137,7 +137,7 @@ def _error(render: RenderRow) -> dict[str, float] | None:
 
 
 def _at_work(session: Session, jobs: Sequence[JobRow]) -> dict[int | None, tuple[TileAtWork, ...]]:
-    """Give the tiles that workers have in hand, by the numbers of the renders of running jobs."""
+    """Return the tiles that workers have in hand, by the numbers of the renders of running jobs."""
     renders = {row.render_number for row in jobs if row.state is JobState.RUNNING and row.render is not None}
     if not renders:
         return {}

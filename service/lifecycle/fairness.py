@@ -1,4 +1,4 @@
-"""Whose turn it is: users share the workers by the CPU seconds that were rendered for them.
+"""Fairness: users share the workers by the CPU seconds rendered for them.
 
 Start-time fair queueing. Each user has a clock, `served`: the CPU seconds charged to the user. The next tile
 is of the active user whose clock is behind all others. A tile is charged when it is handed out, at the price
@@ -34,7 +34,7 @@ _NOW = select(func.max(ShareRow.turn))
 
 
 def activate(session: Session, owners: Iterable[str]) -> None:
-    """Let users take part who have waiting steps."""
+    """Activate users who have waiting steps."""
     for owner in owners:
         share = session.get(ShareRow, owner)
         if share is None:
@@ -46,13 +46,13 @@ def activate(session: Session, owners: Iterable[str]) -> None:
 
 
 def activate_all_of(session: Session, render: RenderRow) -> None:
-    """Let the users take part whose jobs share a render with waiting steps."""
+    """Activate the users whose jobs share a render with waiting steps."""
     sharing = JobRow.render_number == render.number, JobRow.finished_at.is_(None)
     activate(session, session.scalars(select(JobRow.owner).where(*sharing).distinct()).all())
 
 
 def next_share(session: Session, resting: Collection[str]) -> tuple[ShareRow | None, float]:
-    """Return the user whose turn it is, ``resting`` ones left out, and the clock up to which it lasts."""
+    """Return the user whose turn it is, without ``resting`` ones, and the clock up to which it lasts."""
     first, second = [*session.scalars(_NEXT, {"resting": list(resting)}).all(), None, None][:2]
     return first, second.served if second else float("inf")
 
@@ -65,7 +65,7 @@ def charge(share: ShareRow, step: TileRow, cpu_seconds: float) -> None:
 
 
 def settle(session: Session, step: TileRow, cpu_seconds: float) -> None:
-    """Put the charge of a step right: to what it has cost, or to nothing if it is to be done again."""
+    """Correct the charge of a step: to its actual cost, or to nothing if it is repeated."""
     share = session.get(ShareRow, step.payer) if step.payer else None
     if share is not None:
         share.served += cpu_seconds - step.charge

@@ -1,4 +1,4 @@
-"""How far a render is, how long the rest is expected to take, and what each of its passes has cost.
+"""Progress of a render: its share, the remaining time, and the cost of each pass.
 
 With target quality the merging of a pass (``adaptive_passes.py``) notes its cost. With fixed quality tiles of
 several passes may land in turns, so each pass has an entry of its own from the beginning.
@@ -71,7 +71,7 @@ def note_errors(render: RenderRow, errors: Mapping[int, Mapping[str, float]]) ->
 
 
 def finished_passes(render: RenderRow) -> Iterator[dict[str, Any]]:
-    """Give what a render had cost when each finished pass ended, all earlier passes included."""
+    """Return what a render had cost when each finished pass ended, all earlier passes included."""
     entries = _of_merges(render) if render.target_error is not None else _of_fixed(render)
     cpu_seconds, rays = 0.0, dict[str, int]()
     for index, (seconds, entry) in enumerate(entries):

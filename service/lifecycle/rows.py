@@ -109,10 +109,10 @@ def stored(step: TileRow, passes: list[Pass]) -> StoredTile:
 
 
 def tile_of(step: TileRow) -> Tile:
-    """Give the tile of a step."""
+    """Return the tile of a step."""
     return Tile(step.tile, step.x0, step.y0, step.x1, step.y1)
 
 
 def passes_of(render: RenderRow) -> list[Pass]:
-    """Give the passes of a render."""
+    """Return the passes of a render."""
     return [Pass(**fields) for fields in render.passes]

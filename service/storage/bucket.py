@@ -1,7 +1,7 @@
 """A bucket of an S3-compatible object store: machines that share it need no folder that all of them see.
 
 Who may use it, and where it is, comes from the variables ``AWS_ACCESS_KEY_ID``, ``AWS_SECRET_ACCESS_KEY``,
-``AWS_REGION``, ``AWS_ENDPOINT_URL`` and their like, or from the machine's role.
+``AWS_REGION``, ``AWS_ENDPOINT_URL`` and others, or from the machine's role.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ ENDPOINTS = ("AWS_ENDPOINT_URL_S3", "AWS_ENDPOINT_URL", "AWS_ENDPOINT")
 AT_ONCE = 32
 """Small objects that are fetched at the same time."""
 RECENT_BYTES = 256 << 20
-# A longer outage makes jobs wait and requests fail, seconds.
+# Seconds of outage after which jobs wait and requests fail.
 RETRY_SECONDS = 5
-# How long to leave what could not be removed, seconds.
+# Seconds before the next try to remove objects.
 DROP_SECONDS = 5.0
 
 
@@ -80,7 +80,7 @@ class Bucket:
         self._dropping: threading.Thread | None = None
 
     def within(self, name: str) -> Bucket:
-        """Give what lies under a name as a place of its own."""
+        """Return what lies under a name as a place of its own."""
         return Bucket(f"{self.place}/{name}")
 
     def check(self) -> None:
@@ -115,7 +115,7 @@ class Bucket:
             return bytes(obstore.get(self._store, name).bytes())
 
     def many(self, names: Sequence[str]) -> Iterator[bytes]:
-        """Give the bytes of several names in their order, some of which are fetched at once."""
+        """Return the bytes of several names in their order, some of which are fetched at once."""
         for first in range(0, len(names), AT_ONCE):
             with self._translate_errors():
                 fetched = asyncio.run(self._fetched(names[first : first + AT_ONCE]))
@@ -150,7 +150,7 @@ class Bucket:
                 obstore.delete(self._store, unwanted)
 
     def drop(self, prefix: str) -> None:
-        """Have all objects under a name removed by a thread, which tries until the bucket is there.
+        """Remove all objects under a name in a thread, which retries until the bucket answers.
 
         What is left when the process ends goes when the service starts again.
         """
@@ -194,7 +194,7 @@ class Bucket:
         return bytes(await result.bytes_async())
 
     def _unusable(self, error: Exception) -> StoreAwayError:
-        cure = "Look at the name of the bucket, and at AWS_ENDPOINT_URL and its like."
+        cure = "Check the name of the bucket, AWS_ENDPOINT_URL and the other AWS variables."
         return StoreAwayError(f"{self.place} cannot be used: {str(error).splitlines()[0]}. {cure}")
 
     @contextmanager
@@ -212,12 +212,12 @@ class Bucket:
 
 
 class Recent:
-    """Keeps the arrays that were requested last, so that each is fetched once and not for every tile.
+    """Caches arrays, so that each is fetched once and not for every tile.
 
     Parameters
     ----------
     most_bytes : int
-        As many are kept at most; a larger array is not kept at all.
+        Size of the cache; a larger array is not cached.
     """
 
     def __init__(self, most_bytes: int) -> None:

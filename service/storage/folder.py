@@ -38,7 +38,7 @@ class Folder:
         self.place = str(folder)
 
     def within(self, name: str) -> Folder:
-        """Give what lies under a name as a place of its own."""
+        """Return what lies under a name as a place of its own."""
         return Folder(self._folder / name)
 
     def check(self) -> None:
@@ -47,7 +47,7 @@ class Folder:
             raise StoreAwayError(f"{self.place} is not there. Mount the service's data folder there.")
 
     def begin(self, prefix: str) -> None:
-        """Make a folder with all above it; files are written to folders that are there alone."""
+        """Make a folder and its parents; files are written only to existing folders."""
         with translate_errors():
             (self._folder / prefix).mkdir(parents=True, exist_ok=True)
 
@@ -83,7 +83,7 @@ class Folder:
         return (self._folder / name).read_bytes()
 
     def many(self, names: Sequence[str]) -> Iterator[bytes]:
-        """Give the bytes of several names in their order."""
+        """Return the bytes of several names in their order."""
         return map(self.get, names)
 
     def array(self, name: str) -> NDArray[Any]:
@@ -156,7 +156,7 @@ def translate_errors() -> Iterator[None]:
 
 
 def _is_older(path: Path, age_seconds: float) -> bool:
-    """Whether nothing was written here for so long; of age 0 is everything."""
+    """Whether nothing was written here for this long; with 0 always true."""
     try:
         return not age_seconds or path.stat().st_mtime < time.time() - age_seconds
     except FileNotFoundError:
@@ -169,7 +169,7 @@ JOBS, ASSETS = "jobs", "assets"
 
 
 def place_of(address: str) -> Objects:
-    """Give the bucket of an address ``s3://bucket/prefix``, or the folder of any other.
+    """Return the bucket of an address ``s3://bucket/prefix``, or the folder of any other.
 
     Raises
     ------

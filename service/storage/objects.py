@@ -57,7 +57,7 @@ class Objects(Protocol):
     """What operators know it by: a folder, or the address of a bucket."""
 
     def within(self, name: str) -> Objects:
-        """Give what lies under a name as a place of its own."""
+        """Return what lies under a name as a place of its own."""
 
     def check(self) -> None:
         """Raise StoreAwayError if the place cannot be seen from here; the message says what to do."""
@@ -78,7 +78,7 @@ class Objects(Protocol):
         """Return all bytes; raise FileNotFoundError if there are none."""
 
     def many(self, names: Sequence[str]) -> Iterator[bytes]:
-        """Give the bytes of several names in their order, as ``get`` does, however far away they are."""
+        """Return the bytes of several names in their order, as ``get`` does, however far away they are."""
 
     def array(self, name: str) -> NDArray[Any]:
         """Return an .npy file for reading; what it holds is never written anew."""

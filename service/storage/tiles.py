@@ -87,7 +87,7 @@ class TileStore:
         return next(self.get_tiles(job, [stored]))
 
     def get_tiles(self, job: str, parts: Sequence[StoredTile]) -> Iterator[Pixels]:
-        """Give the pixels of several steps in their order, as ``get_tile`` does."""
+        """Return the pixels of several steps in their order, as ``get_tile`` does."""
         found = self.objects.many([_name_of(job, part) for part in parts])
         return (_pixels(part, data) for part, data in zip(parts, found, strict=True))
 
@@ -96,7 +96,7 @@ class TileStore:
         put_arrays(self.objects, f"{_name(job, tile, pass_, attempt)}{LAYERS_SUFFIX}", layers)
 
     def get_layers(self, job: str, parts: Sequence[StoredTile]) -> Iterator[Layers]:
-        """Give the layers of several steps; raise StoreDamagedError if they are not what was written."""
+        """Return the layers of several steps; raise StoreDamagedError if they are not what was written."""
         return get_arrays(self.objects, [f"{_name_of(job, part)}{LAYERS_SUFFIX}" for part in parts])
 
     def put_file(self, job: str, name: str, data: bytes) -> None:
@@ -200,7 +200,7 @@ def put_arrays(objects: Objects, name: str, arrays: Layers) -> None:
 
 
 def get_arrays(objects: Objects, names: Sequence[str]) -> Iterator[Layers]:
-    """Give the arrays of several .npz files; raise StoreDamagedError if one is not what was written."""
+    """Return the arrays of several .npz files; raise StoreDamagedError if one is not what was written."""
     return (_arrays(name, io.BytesIO(data)) for name, data in zip(names, objects.many(names), strict=True))
 
 

@@ -1,7 +1,7 @@
-"""What operators watch, in the text format of Prometheus.
+"""Metrics for operators, in the text format of Prometheus.
 
-Counters count what this process has seen since it started; gauges are read from the database when they are
-asked for, so that they are right after a restart too.
+Counters count what this process has seen since it started; gauges are read from the database on each scrape,
+so that they are right after a restart too.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class Metrics:
         return generate_latest(self.registry) + generate_latest(state.registry())
 
     def _charge(self, session: Session) -> None:
-        """Put what renders have cost on the account of the user whose job began each."""
+        """Charge the cost of renders to the users whose jobs started them."""
         with self._lock:
             unpaid, self._unpaid = self._unpaid, defaultdict(float)
         begun = select(JobRow.id, JobRow.owner).where(JobRow.id.in_(unpaid))
@@ -97,13 +97,13 @@ class Metrics:
 
 
 class _State(Collector):
-    """Gauges that were read already."""
+    """A collector of gauges that were read already."""
 
     def __init__(self, families: Iterable[GaugeMetricFamily]) -> None:
         self.families = families
 
     def collect(self) -> Iterable[GaugeMetricFamily]:
-        """Give them."""
+        """Return them."""
         return self.families
 
     def registry(self) -> CollectorRegistry:
@@ -127,14 +127,12 @@ def _families(session: Session) -> Iterator[GaugeMetricFamily]:
 
     ratios = sorted(_ratios(session))
     shares = {str(share): ratios[round(share * (len(ratios) - 1))] for share in (0.5, 0.95) if ratios}
-    description = (
-        f"Error that was reached over the error asked for, of the last {RECENT} pictures of target quality."
-    )
+    description = f"Error reached over the target error, of the last {RECENT} pictures with a target error."
     yield _by("penumbra_error_over_target", description, "quantile", shares)
 
 
 def _ratios(session: Session) -> Iterator[float]:
-    """What each of the newest pictures of target quality has reached, 1 where it is just what was asked."""
+    """The error of each of the newest pictures over its target error."""
     asked = select(RenderRow.target_error, RenderRow.merges).where(
         RenderRow.state == JobState.SUCCEEDED, RenderRow.target_error.is_not(None)
     )

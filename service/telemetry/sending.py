@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 # How long sending the last spans may take when the service stops, seconds.
 FAREWELL_SECONDS = 3.0
-# Polled by machines all the time.
+# Machines poll these addresses all the time.
 NOT_TRACED = {"/livez", "/readyz", "/metrics"}
 REQUEST = "penumbra.request"
 
@@ -60,12 +60,12 @@ class SentTelemetry(Telemetry):
         }
 
     def of_jobs(self, database: Database) -> SentJobSpans:
-        """Give the spans of jobs in a database."""
+        """Return the spans of jobs in a database."""
         return SentJobSpans(self._provider.get_tracer("penumbra"), self._ids, database)
 
     def close(self) -> None:
         """Send what was not sent yet, within a few seconds."""
-        # A collector that is away would be waited for longer than a service may take to stop.
+        # Waiting for an unreachable collector would take longer than a service may take to stop.
         farewell = threading.Thread(target=self._provider.shutdown, name="last spans", daemon=True)
         farewell.start()
         farewell.join(FAREWELL_SECONDS)
@@ -86,7 +86,7 @@ class _RequestIds(SpanProcessor):
 
 
 class _Collector(SpanExporter):
-    """Where spans are sent. What is wrong with it is logged once, and not with each batch."""
+    """Sends spans. An error is logged once, and not with each batch."""
 
     def __init__(self, exporter: OTLPSpanExporter) -> None:
         # It logs each try of each batch.

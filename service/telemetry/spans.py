@@ -53,7 +53,7 @@ class Telemetry:
         return {"tracing": False, "metrics": False, "logs": False, "auto_configure": False}
 
     def of_jobs(self, database: Database) -> JobSpans:  # noqa: ARG002  (an interface)
-        """Give the spans of jobs in a database."""
+        """Return the spans of jobs in a database."""
         return JobSpans()
 
     def close(self) -> None:

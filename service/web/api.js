@@ -3,7 +3,7 @@
 import { pause } from "./dom.js";
 import { admitted, begunSessions } from "./session.js";
 
-/** What the service answered in place of what was asked for (RFC 9457). */
+/** An error response of the service (RFC 9457). */
 export class Problem extends Error {
   constructor(status, document = {}, retryAfter = null) {
     super(
@@ -60,13 +60,13 @@ export async function get(path, { signal } = {}) {
   return (await request(path, { signal, accept: "application/json" })).json();
 }
 
-/** Send JSON: a value, or text that is JSON already, whose lines and columns problems then name. */
+/** Post JSON: a value, or JSON text, whose lines and columns the problems then refer to. */
 export async function post(path, value, { signal } = {}) {
   const body = typeof value === "string" ? value : JSON.stringify(value);
   return (await request(path, { method: "POST", type: "application/json", body, signal })).json();
 }
 
-/** An answer as text, as it was sent. */
+/** Get a response body as text. */
 export async function text(path, { signal } = {}) {
   return (await request(path, { signal })).text();
 }
@@ -88,7 +88,7 @@ const TILE_HEAD = 32;
 export function decodeBatch(buffer) {
   const view = new DataView(buffer);
   const word = (offset) => view.getUint32(offset, true);
-  if (word(0) !== 0x424d4e50 || view.getUint16(4, true) !== 1) throw new Error("This is no batch of tiles.");
+  if (word(0) !== 0x424d4e50 || view.getUint16(4, true) !== 1) throw new Error("This is not a batch of tiles.");
   const linear = view.getUint16(6, true) === 0;
   const tiles = [];
   let offset = HEAD;
@@ -110,7 +110,7 @@ export function decodeBatch(buffer) {
 }
 
 /**
- * Follow the tiles of a job by cursor until it has ended; a lost connection is taken up where it broke.
+ * Follow the tiles of a job until it ends. After a lost connection it resumes from the last cursor.
  *
  * @param {string} id
  * @param {{after?: number, encoding?: "float32" | "rgb8", wait?: number, signal: AbortSignal,

@@ -8,7 +8,7 @@ const UPLOADED = /^sha256:[0-9a-f]{64}$/;
 /**
  * The files that a scene names.
  *
- * @param {unknown} scene - As it was parsed, of whatever form.
+ * @param {unknown} scene - Parsed JSON, not validated.
  * @returns {Map<string, string[]>} Pointers into the scene by the name of the file.
  */
 export function assetNames(scene) {
@@ -25,7 +25,7 @@ export function assetNames(scene) {
   return names;
 }
 
-/** The file for a name: the one of this path, or else one whose own name is the same. */
+/** The file for a name: the one at this path, or else one with the same base name. */
 export function fileFor(name, files) {
   const last = (path) => path.slice(path.lastIndexOf("/") + 1);
   if (files.has(name)) return files.get(name);
@@ -33,10 +33,10 @@ export function fileFor(name, files) {
   return null;
 }
 
-// Blobs that the service has, by the promise of their names there.
+// For each uploaded blob, a promise of its name on the service.
 const uploads = new WeakMap();
 
-/** Send a file to the service unless it was sent before; give the name under which a scene finds it there. */
+/** Upload a file once and return the name by which a scene refers to it. */
 export function upload(file) {
   if (!uploads.has(file)) {
     const sent = send(file);
@@ -59,10 +59,10 @@ async function send(file) {
 }
 
 /**
- * A scene's text with the files that are at hand uploaded and named as the service names them. Lines stay where they are.
+ * Upload the files that are available and put their names on the service into the scene's text. Line numbers do not change.
  *
- * @returns {Promise<{text: string, names: Map<string, string[]>, lacking: Map<string, string>}>} `names` as `assetNames`
- *   gives them, `lacking` why a file is not there, by its name.
+ * @returns {Promise<{text: string, names: Map<string, string[]>, lacking: Map<string, string>}>} `names` as
+ *   from `assetNames`; `lacking` maps the name of a missing file to the reason.
  */
 export async function withUploads(text, files) {
   let scene;
@@ -80,7 +80,7 @@ export async function withUploads(text, files) {
       else
         lacking.set(
           name,
-          `The file ${name} is not here yet. Drop it on the page, or choose it under the scene.`,
+          `The file ${name} is not here yet. Drop it on the page, or choose it below the scene.`,
         );
     } catch (error) {
       if (!(error instanceof Problem)) throw error;

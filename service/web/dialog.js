@@ -1,13 +1,13 @@
-// Questions that stop everything else until they are answered.
+// Modal questions.
 
 import { h } from "./dom.js";
 
 /**
- * Ask before something is done that cannot be undone.
+ * Ask for confirmation of an action that cannot be undone.
  *
  * @param {string} question
- * @param {string} verb - What the button says that does it.
- * @returns {Promise<boolean>} Whether it shall be done.
+ * @param {string} verb - Label of the button that confirms.
+ * @returns {Promise<boolean>} Whether the user confirmed.
  */
 export function confirmed(question, verb) {
   return new Promise((resolve) => {

@@ -3,8 +3,8 @@
 /**
  * Make an element.
  *
- * A property whose name begins with "on" is a listener, one that the element has as a property is set so (`className`,
- * `value`, `disabled`), every other one is an attribute. `false`, `null` and `undefined` leave it out.
+ * A name that begins with "on" adds a listener, a property of the element (`className`, `value`, `disabled`) is set, and
+ * any other name becomes an attribute. `false`, `null` and `undefined` are skipped.
  */
 export function h(tag, properties = {}, ...children) {
   const element = document.createElement(tag);
@@ -28,12 +28,12 @@ export function svg(tag, properties = {}, ...children) {
   return element;
 }
 
-/** Tell it to screen readers, without a change to what is seen. */
+/** Announce a text to screen readers without showing it. */
 export function announce(text) {
   document.getElementById("announcer").textContent = text;
 }
 
-/** Call a function once nothing has asked for it during some milliseconds. Aborting the signal forgets what waits. */
+/** Delay calls of a function until none has come for some milliseconds. Aborting the signal cancels a pending call. */
 export function debounced(wait, call, signal) {
   let timer = 0;
   signal?.addEventListener("abort", () => clearTimeout(timer));
@@ -43,7 +43,7 @@ export function debounced(wait, call, signal) {
   };
 }
 
-/** A promise of nothing, after some milliseconds or when the signal is aborted. */
+/** Wait some milliseconds, or until the signal is aborted. */
 export function pause(wait, signal) {
   return new Promise((resolve) => {
     if (signal?.aborted) return resolve();

@@ -1,12 +1,12 @@
-// A text of JSON with line numbers, colours, and what is wrong beside its line. A plain text area lies over the drawn
-// text, so that selecting, undoing, spelling out and touch are the browser's own.
+// A JSON editor with line numbers, colours, and problems beside their lines. A plain text area lies over the drawn text,
+// so that the browser handles selection, undo, screen readers and touch.
 
 import { h } from "./dom.js";
 import { lineStarts, tokens } from "./json_text.js";
 
-// Longer lines are drawn in one colour: a mesh on one line has more tokens than anybody looks at.
+// Longer lines are drawn in one colour: a mesh on one line has too many tokens to colour.
 const COLOURED = 2000;
-// What lines without problems have in common, so that they compare as the same.
+// Shared by all lines without problems, so that they compare as equal.
 const NONE = [];
 
 function drawn(text, problems, number) {
@@ -23,7 +23,7 @@ function drawn(text, problems, number) {
   }
   if (problems.length) {
     const more = problems.length > 1 ? ` (and ${problems.length - 1} more)` : "";
-    line.append(h("span", { className: "told" }, problems[0].detail + more));
+    line.append(h("span", { className: "detail" }, problems[0].detail + more));
   }
   return line;
 }
@@ -79,16 +79,16 @@ export function makeEditor({ label, describedBy, readOnly = false, onInput = () 
   }
 
   function mark(found) {
-    const told = new Map();
+    const byLine = new Map();
     for (const problem of found) {
-      if (problem.line) told.set(problem.line, [...(told.get(problem.line) ?? []), problem]);
+      if (problem.line) byLine.set(problem.line, [...(byLine.get(problem.line) ?? []), problem]);
     }
-    // Lines of which the same is told keep the same list, and are not drawn again.
-    for (const [line, list] of told) {
+    // A line with the same problems keeps its list, and is not drawn again.
+    for (const [line, list] of byLine) {
       const before = problems.get(line);
-      if (before && JSON.stringify(before) === JSON.stringify(list)) told.set(line, before);
+      if (before && JSON.stringify(before) === JSON.stringify(list)) byLine.set(line, before);
     }
-    problems = told;
+    problems = byLine;
     area.setAttribute("aria-invalid", String(found.length > 0));
     draw();
   }
@@ -119,7 +119,7 @@ export function makeEditor({ label, describedBy, readOnly = false, onInput = () 
     const line = before.slice(before.lastIndexOf("\n") + 1);
     const space = /^\s*/.exec(line)[0] + (/[[{]\s*$/.test(line) ? "  " : "");
     event.preventDefault();
-    // The only way to insert text that the browser's own undo knows of.
+    // The only way to insert text that the browser can undo.
     document.execCommand("insertText", false, `\n${space}`);
   }
 

@@ -1,6 +1,6 @@
-// Numbers and times as people read them.
+// Numbers and times for display.
 
-/** Seconds, two digits of them: 0.42 s, 3.1 s, 2 min 10 s, 1 h 5 min. */
+/** A duration with two significant digits: 0.42 s, 3.1 s, 2 min 10 s, 1 h 5 min. */
 export function seconds(value) {
   if (value < 10) return `${digits(value)} s`;
   if (value < 99.5) return `${Math.round(value)} s`;
@@ -9,7 +9,10 @@ export function seconds(value) {
   return `${Math.floor(value / 3600)} h ${Math.floor((value % 3600) / 60)} min`;
 }
 
-/** Two significant digits, without an exponent where people do without one. */
+/** CPU time: 0.42 CPU s, 12,345 CPU s. */
+export const cpuSeconds = (value) => `${value < 10 ? digits(value) : count(Math.round(value))} CPU s`;
+
+/** Two significant digits, with an exponent only for very small and very large numbers. */
 export function digits(value, count = 2) {
   if (value === 0) return "0";
   if (Math.abs(value) < 1e-4 || Math.abs(value) >= 1e6) return value.toExponential(count - 1);
@@ -17,18 +20,22 @@ export function digits(value, count = 2) {
   return value.toFixed(Math.min(places, 20));
 }
 
-/** A whole number in groups of three, or short: 940, 12,400, 3.1 million. */
+/** A whole number: 940, 12,400, 3.1 million. */
 export function count(value) {
   if (value < 1e6) return value.toLocaleString("en");
   if (value < 1e9) return `${digits(value / 1e6, value < 1e7 ? 2 : 3)} million`;
   return `${digits(value / 1e9, value < 1e10 ? 2 : 3)} billion`;
 }
 
-/** An error, as steps of a picture of 8 bits: what people can see. */
-export const STEP = 1 / 255;
+/** A number with its noun: 1 file, 2 files. */
+export const plural = (number, noun) => `${count(number)} ${noun}${number === 1 ? "" : "s"}`;
 
-export function steps(error) {
-  return `${digits(error / STEP)}`;
+/** One code value of an 8-bit image, as a linear error. */
+export const CODE_VALUE = 1 / 255;
+
+/** An error in code values. */
+export function codeValues(error) {
+  return digits(error / CODE_VALUE);
 }
 
 /** A quality in a few words. */
@@ -37,15 +44,15 @@ export function qualityName(quality) {
   const words =
     mode === "target"
       ? [
-          `target error of ${steps(error)} steps`,
-          confidence !== USUAL_CONFIDENCE && `in ${digits(100 * confidence, 3)} of 100 pictures`,
+          `target error of ${codeValues(error)} code values`,
+          confidence !== USUAL_CONFIDENCE && `${digits(100 * confidence, 3)} % confidence`,
           limit && `within ${seconds(limit)}`,
         ]
       : [`${antialiasing.samples} × ${antialiasing.pattern}`, `light ${light.samples} × ${light.pattern}`];
   return [...words, precision === "double" && "double precision"].filter(Boolean).join(", ");
 }
 
-/** Share of pictures that keep their target error, unless another is asked for. */
+/** The confidence of a target error by default. */
 export const USUAL_CONFIDENCE = 0.95;
 
 export const percent = (share) => `${Math.round(100 * share)} %`;
@@ -55,9 +62,9 @@ export function bytes(value) {
   return value < 1e6 ? `${digits(value / 1e3, 3)} kB` : `${digits(value / 1e6, 3)} MB`;
 }
 
-/** How long ago a moment was. */
-export function ago(moment, now = Date.now()) {
-  const passed = Math.max(0, (now - Date.parse(moment)) / 1000);
+/** How long ago a time was. */
+export function ago(time, now = Date.now()) {
+  const passed = Math.max(0, (now - Date.parse(time)) / 1000);
   if (passed < 45) return "just now";
   const units = [
     [60, "minute"],

@@ -1,4 +1,4 @@
-// JSON as text: its tokens for colours, where its pointers stand, and a form in which people like to read it.
+// JSON as text: tokens to colour, the places of JSON Pointers, and readable formatting.
 
 const TOKEN =
   /("(?:[^"\\]|\\.)*"?)(\s*:)?|(-?\d[\d.eE+-]*)|(true|false|null)|([{}[\],:])|\s+|[^\s"{}[\],:]+/y;
@@ -26,13 +26,13 @@ export function tokens(line) {
 }
 
 /**
- * Where the values that JSON Pointers name stand in a text.
+ * Find the places in a text that JSON Pointers refer to.
  *
  * @param {string} text - JSON.
  * @param {Iterable<string>} pointers - RFC 6901, into the document.
  * @returns {Map<string, {line: number, column: number, start: number, value: number, end: number}>} Lines and columns
- *   from 1, at the key where the value has one; offsets of the whole, its key included, and of the value alone. What the
- *   text does not have is missing, and so is everything where the text is no JSON.
+ *   from 1, at the key where the value has one; offsets with the key, and of the value alone. Pointers that the text
+ *   lacks are missing, and so are all of them where the text is not JSON.
  */
 export function places(text, pointers) {
   const wanted = new Set(pointers);
@@ -111,10 +111,10 @@ function walk(text, wanted, spans) {
   }
 }
 
-// As many characters as an array or a small object may take to stay on one line.
+// Arrays and objects up to this many characters stay on one line.
 const WIDTH = 110;
 
-/** A value as text, as the scenes of the gallery are written: what fits on a line stands on one. */
+/** Format a value like the scenes of the gallery: what fits on one line stays on one. */
 export function written(value, indent = "") {
   const flat = JSON.stringify(value, null, 1)
     ?.replace(/\n\s*/g, " ")
@@ -129,10 +129,10 @@ export function written(value, indent = "") {
   return parts.length ? `${array ? "[" : "{"}\n${parts.join(",\n")}\n${indent}${array ? "]" : "}"}` : flat;
 }
 
-// A line so long was written by a program, and is laid out anew for people.
+// Longer lines were written by a program, and are formatted again.
 const LONG_LINE = 2000;
 
-/** A text as people can read it: as it is, unless it has lines without an end. */
+/** Format a text again if it has very long lines; otherwise return it as it is. */
 export function readable(text) {
   if (!text.split("\n").some((line) => line.length > LONG_LINE)) return text;
   try {

@@ -4,8 +4,7 @@ import { announce, h } from "./dom.js";
 import { MOVED, navigate } from "./navigation.js";
 import { showSession } from "./session.js";
 
-// The form of the path, the names of its parts, the module, and the style sheets that it waits for: what is seen first
-// waits for the frame's own alone.
+// For each view: the pattern of its path, the names of the pattern's groups, the module, and the style sheets to wait for.
 const ROUTES = [
   [/^\/$/, [], () => import("./views/start.js"), ["editor.css", "views/start.css"]],
   [/^\/jobs$/, [], () => import("./views/jobs.js"), ["views/job.css", "views/jobs.css"]],
@@ -25,7 +24,7 @@ const ROUTES = [
 
 const main = document.getElementById("main");
 let unmount = () => {};
-// The number of the newest visit: a view whose module arrives after the next click is not shown.
+// Counts visits: a view whose module arrives after the next click is not shown.
 let visit = 0;
 let shown = null;
 
@@ -40,12 +39,12 @@ function found(path) {
   return { load: () => import("./views/missing.js"), params: {}, styles: [] };
 }
 
-/** Add a style sheet unless it is there; wait until it counts. */
+/** Add a style sheet unless it is there, and wait until it applies. */
 function styled(path) {
   const href = `/web/${path}`;
   if (document.querySelector(`link[href="${href}"]`)) return Promise.resolve();
   return new Promise((resolve) => {
-    // A page without its style sheet is ugly; a page that waits for ever is nothing.
+    // Also on an error: an unstyled page is better than none.
     document.head.append(h("link", { rel: "stylesheet", href, onload: resolve, onerror: resolve }));
   });
 }
@@ -84,11 +83,11 @@ document.addEventListener("click", (event) => {
   navigate(link.pathname + link.search);
 });
 addEventListener("popstate", () => {
-  // A jump inside the page is told in the same way.
+  // Jumps to an anchor fire this event too.
   if (location.pathname + location.search !== shown) show({ focus: true });
 });
 addEventListener(MOVED, () => show({ focus: true }));
 
 show({ focus: false });
-// Who one is matters less than the view, and may come later or never.
+// The view does not wait for the name of the user.
 showSession(document.getElementById("session")).catch(() => {});

@@ -6,7 +6,7 @@ import { digits } from "./format.js";
 
 const HEIGHT = 240;
 
-/** Whole decades around values, so that the axes have ticks however near the values are to each other. */
+/** Whole decades around a range, so that the axes have ticks even for a narrow range. */
 function decades(low, high) {
   return [
     10 ** Math.floor(Math.log10(low)),
@@ -19,7 +19,7 @@ function colours() {
   return (name) => style.getPropertyValue(`--${name}`).trim();
 }
 
-/** Draw what is no line: the interval of each point, and the limit. */
+/** Draw the interval of each point, and the limit. */
 function extras(plot, { points, limit }, colour) {
   const { ctx, bbox } = plot;
   const place = (value) => plot.valToPos(value, "y", true);

@@ -1,4 +1,4 @@
-// The body of a request, around a scene's own text: its lines stay where the person who wrote it sees them.
+// Request bodies around the text of a scene, so that its line numbers stay the same.
 
 import { places, readable } from "./json_text.js";
 
@@ -12,8 +12,8 @@ export function requestText(scene, rest = {}) {
 }
 
 /**
- * A problem of such a body as one of the scene's text: its pointer begins at the scene, and so does its column. One of
- * another field has no line, and keeps its pointer without the slash: `quality/error`.
+ * Convert a problem of a request body into one of the scene's text, with pointer and column relative to the scene. A
+ * problem of another field has no line, and keeps its pointer without the slash: `quality/error`.
  */
 export function problemInScene(problem) {
   const isOfScene =
@@ -23,11 +23,11 @@ export function problemInScene(problem) {
   return { ...problem, pointer: inScene(problem.pointer), column };
 }
 
-/** A pointer into such a body as one into its scene. @param {string} pointer */
+/** Convert a pointer into a request body to one into its scene. @param {string} pointer */
 export const inScene = (pointer) => pointer.replace(/^\/scene(?=\/|$)/, "");
 
 /**
- * What a job was asked for, taken apart.
+ * Split the request of a job into its parts.
  *
  * @param {string} body - The request of the job, as it was sent.
  * @returns {{scene: string, quality: object | null, layers: string[]}} The scene as its own text.

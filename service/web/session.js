@@ -1,4 +1,4 @@
-// Services with keys: a key is asked for once, and a cookie that scripts cannot read stands for it afterwards.
+// Authentication: the page asks for a key once, and exchanges it for a cookie that scripts cannot read.
 
 import { h } from "./dom.js";
 
@@ -7,15 +7,15 @@ const PATH = "/v1/session";
 let asking = null;
 let sessions = 0;
 
-/** How many sessions have begun on this page: what was sent before the last one may still be refused for want of it. */
+/** How many sessions have begun on this page. A request sent before the last one may still be refused. */
 export function begunSessions() {
   return sessions;
 }
 
 /**
- * Ask for a key and begin a session with it; many may wait for one answer.
+ * Ask for a key and begin a session with it. All callers share one dialog.
  *
- * @param {number} before - `begunSessions` when the request was sent that was refused.
+ * @param {number} before - `begunSessions` when the refused request was sent.
  * @returns {Promise<boolean>} Whether a session began.
  */
 export async function admitted(before) {
@@ -40,7 +40,7 @@ function ask() {
       h(
         "p",
         { className: "soft" },
-        "Whoever runs it gives you one. This browser keeps a cookie in its place.",
+        "Ask the people who run this service for one. Your browser then stores a cookie instead of the key.",
       ),
       h("label", { className: "field" }, h("span", { className: "label" }, "Key"), key),
       wrong,
@@ -75,7 +75,7 @@ function ask() {
   });
 }
 
-/** Begin a session; the answer is empty, or what is wrong. */
+/** Begin a session; return an error message, or an empty string. */
 async function begun(key) {
   try {
     const response = await fetch(PATH, {
@@ -93,7 +93,7 @@ async function begun(key) {
   }
 }
 
-/** Show who the service takes one for, with a way to end the session; nothing where it asks for no keys. */
+/** Show the user's name and a button that ends the session, if the service requires keys. */
 export async function showSession(place) {
   const before = sessions;
   const response = await fetch(PATH, { credentials: "same-origin" });

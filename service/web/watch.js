@@ -1,9 +1,9 @@
-// One job as the panels of its page see it: a single reader of its tiles, whose news all of them share.
+// One job, shared by the panels of its page: a single reader of its tiles, which sends events to all of them.
 
 import { Problem, followTiles, get, jobPath } from "./api.js";
 import { pause } from "./dom.js";
 
-// The document of the job is fetched again no more often than this: a person reads no faster.
+// The document of the job is fetched at most this often: nothing on the page needs it sooner.
 const REFRESH_MS = 250;
 
 export const FINAL = new Set(["succeeded", "failed", "cancelled", "expired"]);
@@ -24,7 +24,7 @@ export class Watch extends EventTarget {
     this.live = true;
   }
 
-  /** Aborted when the watching stops; panels hang their listeners and requests on it. */
+  /** Aborted by `stop`; panels pass it to their listeners and requests. */
   get signal() {
     return this.#life.signal;
   }
@@ -41,12 +41,12 @@ export class Watch extends EventTarget {
     try {
       const options = { signal: this.signal, onConnection: (live) => this.#connection(live) };
       for await (const batch of followTiles(this.id, options)) {
-        this.#tell("tiles", batch);
+        this.#emit("tiles", batch);
         this.refresh();
       }
       await this.refresh();
     } catch (error) {
-      if (!this.signal.aborted) this.#tell("gone", error);
+      if (!this.signal.aborted) this.#emit("gone", error);
     }
   }
 
@@ -73,9 +73,9 @@ export class Watch extends EventTarget {
   async #fetch() {
     try {
       this.job = await get(jobPath(this.id), { signal: this.signal });
-      this.#tell("job", this.job);
+      this.#emit("job", this.job);
     } catch (error) {
-      if (error instanceof Problem && error.status === 404) this.#tell("gone", error);
+      if (error instanceof Problem && error.status === 404) this.#emit("gone", error);
       else if (!this.signal.aborted) this.#stale = true;
     }
   }
@@ -83,10 +83,10 @@ export class Watch extends EventTarget {
   #connection(live) {
     if (live === this.live) return;
     this.live = live;
-    this.#tell("connection", live);
+    this.#emit("connection", live);
   }
 
-  #tell(type, detail) {
+  #emit(type, detail) {
     this.dispatchEvent(new CustomEvent(type, { detail }));
   }
 }

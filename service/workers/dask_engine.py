@@ -27,9 +27,9 @@ from service.workers.worker import WorkerSetup
 
 # Tasks for each worker: one runs, and the others are there when it ends.
 WINDOW = 3
-# How often to look which workers there are, seconds.
+# Seconds between checks of the cluster's workers.
 WATCH_SECONDS = 1.0
-# How long to leave a cluster alone that has failed, seconds.
+# Seconds before the next try after a cluster has failed.
 RETRY_SECONDS = 1.0
 # How long the workers may take to stop when the service does, seconds.
 FAREWELL_SECONDS = 3.0
@@ -76,7 +76,7 @@ class DaskEngine:
         self._started.wait()
 
     def room(self) -> int:
-        """How many more tasks are taken now; none while there is no cluster."""
+        """How many more tasks can be submitted now; 0 without a cluster."""
         with self._lock:
             return max(0, WINDOW * self._workers - self._load)
 
@@ -204,7 +204,7 @@ async def _outcome(flight: _Flight) -> Outcome:
         # The scheduler is gone, or the worker was before it had reported.
         return Interrupted()
     except KilledWorker:
-        # What waited behind another task is not to blame.
+        # A task that waited behind another did not cause it.
         return WorkerDied() if flight.worker else Interrupted()
     except Exception as error:  # noqa: BLE001  (a worker without the package, a cluster of another version)
         log.error("the cluster cannot run a task", reason=f"{type(error).__name__}: {error}")  # noqa: TRY400
@@ -234,7 +234,7 @@ LOCAL = {
 
 def connector(settings: Settings) -> Connect:
     """Say how to reach the cluster that the settings name, or start one where they name none."""
-    # Its messages at every start and stop are noise.
+    # Its messages at every start and stop are not useful.
     logging.getLogger("distributed").setLevel(logging.WARNING)
     # The engine itself logs what becomes of the connection.
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)

@@ -21,7 +21,7 @@ NAME = "penumbra"
 BEGUN = "penumbra-begun"
 """The topic under which a worker reports that a task has begun."""
 
-# How often a running task is asked for by `stop`, seconds.
+# How often `stop` looks for the running task, seconds.
 LOOK_SECONDS = 0.05
 
 
@@ -99,7 +99,7 @@ class SlotPlugin(WorkerPlugin):
             try:
                 return self._ending.result(LOOK_SECONDS)
             except TimeoutError:
-                # Asked for again and again: a process that is still starting cannot be interrupted yet.
+                # Repeatedly, because a process that is still starting cannot be interrupted yet.
                 if self._unwanted.is_set():
                     slot.interrupt(lambda _: True)
 

@@ -37,7 +37,7 @@ class Engine(Protocol):
 
 
 def check_engine(settings: Settings) -> None:
-    """Refuse an engine that is not installed, or that strangers could give orders to.
+    """Refuse an engine that is not installed, or that anyone on the network could give orders to.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def check_engine(settings: Settings) -> None:
 
 
 def engine_of(settings: Settings, setup: WorkerSetup) -> Engine:
-    """Give the engine that the settings ask for."""
+    """Return the configured engine."""
     if settings.engine == "slots":
         return SlotEngine(settings.workers, setup)
     from service.workers.dask_engine import DaskEngine, connector  # noqa: PLC0415  (an extra)
@@ -70,7 +70,7 @@ def engine_of(settings: Settings, setup: WorkerSetup) -> Engine:
 
 
 def check_address(settings: Settings) -> None:
-    """Refuse a cluster that strangers on the network could give orders to.
+    """Refuse a cluster that anyone on the network could give orders to.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def check_address(settings: Settings) -> None:
             f"{settings.dask} is on another machine, and tcp:// is not encrypted: anyone who reaches it "
             "runs code on every worker. Start the cluster with certificates and write "
             f"tls://{parts.netloc}, with the settings dask_tls_ca, dask_tls_cert and dask_tls_key. "
-            "Where the network itself encrypts and keeps strangers out, set dask_trusted_network."
+            "If the network itself is encrypted and closed to others, set dask_trusted_network."
         )
 
 

@@ -14,13 +14,13 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import NamedTuple
 
-# Beats are read in pieces of so many bytes.
+# Bytes of beats that are read at once.
 MANY = 4096
 
 
 @dataclass(frozen=True)
 class Lease:
-    """How long a worker is trusted.
+    """Timeouts of a worker.
 
     Attributes
     ----------

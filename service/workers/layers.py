@@ -11,7 +11,7 @@ from service.storage.tiles import Layers, StoredTile, TileStore
 
 
 def recorded(parts: Iterable[StoredTile], names: Sequence[str]) -> list[StoredTile]:
-    """Give the steps that have recorded some of these layers, among the finished ones of a job."""
+    """Return the steps that have recorded some of these layers, among the finished ones of a job."""
     return [part for part in parts if records(part.pass_, names)]
 
 

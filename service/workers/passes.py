@@ -99,7 +99,7 @@ class PassWorker:
         )
 
     def _driver(self, plan: RenderPlan, task: AdvanceTask) -> Driver:
-        """Give the driver of the picture as the pass before left it, with the tiles of this one."""
+        """Return the driver of the picture as the pass before left it, with the tiles of this one."""
         if task.merged:
             arrays = self.store.get_state(task.job, task.pass_.index - 1, task.merged)
             estimate, prices = Estimate.restored(plan, arrays), task.prices or usual_prices(plan)

@@ -97,7 +97,7 @@ class TraceTask:
 
 @dataclass(frozen=True, eq=False)
 class QuoteTask:
-    """Find out what a picture would cost, by a pilot; ``workers`` are those that would render it."""
+    """Measure the cost of a picture by a pilot; ``workers`` would render it."""
 
     request: QuoteRequest
     workers: int
@@ -216,7 +216,7 @@ class CompareRefused:
 
 @dataclass(frozen=True)
 class InspectDone:
-    """Why a pixel looks as it does."""
+    """The explanation of a pixel."""
 
     inspection: Inspection
 
@@ -230,7 +230,7 @@ class TaskFailed:
 
     @property
     def passes(self) -> bool:
-        """Whether the reason goes away without the task's doing; else a second try would end the same way."""
+        """Whether the error is temporary; otherwise a second try would fail the same way."""
         return self.code in (STORAGE_FULL, STORAGE_READ_ONLY, STORAGE_AWAY)
 
 
@@ -273,7 +273,7 @@ class Report(Protocol):
 
 
 class Cause(StrEnum):
-    """What was in the way of a task."""
+    """Why a task is tried again."""
 
     WORKER_DIED = "worker_died"
     INTERRUPTED = "interrupted"
@@ -285,7 +285,7 @@ class Cause(StrEnum):
 
 
 def cause_of(outcome: Outcome) -> Cause | None:
-    """Give what was in the way of a task that is taken back; None where nothing was, but time was up.
+    """Return why a task is tried again; None if only its time was up.
 
     Raises
     ------

@@ -15,7 +15,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 COMMAND = [sys.executable, "-m", "service.cli.main"]
-# Nothing of the machine that the tests run on may leak into them.
+# The tests must not depend on the environment of this machine.
 ENVIRONMENT = {name: value for name, value in os.environ.items() if not name.startswith("PENUMBRA_")} | {
     "PYTHONPATH": str(ROOT)
 }

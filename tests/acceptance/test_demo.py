@@ -47,7 +47,7 @@ def test_the_demo_shows_tiles_arriving_writes_the_picture_and_leaves_nothing_run
 def test_an_interrupted_demo_leaves_no_process_no_folder_and_no_picture(
     tmp_path: Path, environment: dict[str, str], number: signal.Signals, code: int
 ) -> None:
-    # What starts the tests in the background may have told them to ignore Ctrl-C.
+    # A shell that starts the tests in the background may make them ignore Ctrl-C.
     with subprocess.Popen(
         ["env", "--default-signal=INT", *COMMAND, "demo"],
         stderr=subprocess.PIPE,
@@ -56,7 +56,7 @@ def test_an_interrupted_demo_leaves_no_process_no_folder_and_no_picture(
         env=environment,
     ) as demo:
         assert demo.stderr is not None
-        # Once: an interrupted line may be written again, and a second signal ends the demo on the spot.
+        # Once: an interrupted line may be written again, and a second signal ends the demo at once.
         next(line for line in demo.stderr if "tiles arrive" in line)
         demo.send_signal(number)
         demo.stderr.read()

@@ -107,7 +107,7 @@ def test_what_is_packed_is_what_setup_and_the_manifest_name(tmp_path: Path) -> N
     assert not (source / "gradescope").exists()
 
 
-def test_the_command_tells_what_it_packed(tmp_path: Path) -> None:
+def test_the_command_prints_what_it_packed(tmp_path: Path) -> None:
     (tmp_path / "a.whl").touch()
     words = [sys.executable, "-m", "scenes.pack_gradescope", "a.whl", "-o", "made.zip"]
     done = subprocess.run(words, cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, check=False)

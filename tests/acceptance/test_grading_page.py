@@ -61,7 +61,7 @@ def test_the_script_for_classroom50_writes_the_result_that_is_asked_for(tmp_path
     student.mkdir()
     Image.new("RGB", (16, 16), "grey").save(bundle / "grey.png")
     shutil.copy(bundle / "grey.png", student)
-    # Nothing that is handed in may be taken for the package.
+    # No submitted file may shadow the package.
     (student / "service.py").write_text("raise SystemExit('imported')")
     picture = {"file": "grey.png", "encoding": "srgb"}
     test = {"id": "grey", "name": "Grey", "kind": "image", "points": 10, "submitted": picture}

@@ -1,4 +1,4 @@
-"""What the Dockerfile does, without an engine: the same files, the same commands, one job, and the end."""
+"""The steps of the Dockerfile, without Docker: its files, its commands, one job, and a clean stop."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from packaging.utils import canonicalize_name
 
 from tests.architecture.sources import ROOT
 
-PATIENCE = 60.0
+TIMEOUT = 60.0
 INSTALLED = "/opt/penumbra"
 Instruction = tuple[str, str]
 
@@ -59,7 +59,7 @@ def sent() -> Iterator[Path]:
     """Files that an engine would send to a build: of the rules of .dockerignore the last that fits counts."""
     rules = (ROOT / ".dockerignore").read_text().split("\n")
     rules = [rule for rule in rules if rule and not rule.startswith("#")]
-    # Nobody is let in below a folder that no rule lets in.
+    # Only folders that a rule lets in can hold files that are sent.
     tops = [ROOT / rule[1:] for rule in rules if rule.startswith("!")]
     assert rules[0] == "*"
     for top in tops:
@@ -93,7 +93,7 @@ def test_nothing_is_sent_to_a_build_but_what_the_package_is_made_of() -> None:
     assert not [file for file in files if "__pycache__" in file.parts or file.suffix == ".pyc"]
 
 
-def test_an_image_runs_as_somebody_who_is_not_root_and_looks_after_itself() -> None:
+def test_an_image_does_not_run_as_root_and_checks_its_health() -> None:
     user = only(IMAGE, "USER")
     assert int(user) > 0
     (made,) = (rest for name, rest in IMAGE if name == "RUN")
@@ -109,7 +109,7 @@ def test_an_image_runs_as_somebody_who_is_not_root_and_looks_after_itself() -> N
 
 
 def probe() -> list[str]:
-    """The command by which an engine asks whether the service is well."""
+    """The command of the health check."""
     command: list[str] = json.loads(only(IMAGE, "HEALTHCHECK").partition("CMD")[2])
     return command
 
@@ -127,12 +127,12 @@ def test_every_package_of_an_image_has_its_version() -> None:
 
 
 def _collect(package: str, extras: set[str], needed: set[str]) -> None:
-    """Add what a package needs, and what that needs; of what is not installed no more is known."""
+    """Collect the requirements of a package and of its requirements; packages not installed add none."""
     try:
-        told = requires(package) or []
+        requirements = requires(package) or []
     except PackageNotFoundError:
         return
-    for requirement in map(Requirement, told):
+    for requirement in map(Requirement, requirements):
         marker = requirement.marker
         name = str(canonicalize_name(requirement.name))
         asked = marker is None or any(marker.evaluate({"extra": extra}) for extra in extras)
@@ -162,7 +162,7 @@ def installed(tmp_path: Path) -> Path:
 
 
 @pytest.mark.slow
-def test_the_image_would_render_a_job_and_end_when_it_is_told_to(installed: Path, tmp_path: Path) -> None:
+def test_the_image_would_render_a_job_and_stop_on_a_signal(installed: Path, tmp_path: Path) -> None:
     data = tmp_path / "data"
     port = _free_port()
     environment = {
@@ -179,11 +179,11 @@ def test_the_image_would_render_a_job_and_end_when_it_is_told_to(installed: Path
     ]
     with subprocess.Popen(command, cwd=tmp_path, env=environment) as service:
         try:
-            _wait_until_well(port, environment)
+            _wait_until_healthy(port, environment)
             _render(port)
             assert {where.parent.parent for where in _packages(environment)} == {installed}
             service.send_signal(signal.SIGTERM)
-            assert service.wait(PATIENCE) == 0
+            assert service.wait(TIMEOUT) == 0
         finally:
             service.kill()
     assert (data / "penumbra.sqlite").exists()
@@ -194,22 +194,22 @@ def _packages(environment: dict[str, str]) -> list[Path]:
     names = "service, renderer, schemas, scenes"
     program = f"import {names}\nfor module in ({names}): print(module.__file__)"
     command = [sys.executable, "-P", "-c", program]
-    told = subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
-    return [Path(line) for line in told.splitlines()]
+    printed = subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
+    return [Path(line) for line in printed.splitlines()]
 
 
-def _wait_until_well(port: int, environment: dict[str, str]) -> None:
+def _wait_until_healthy(port: int, environment: dict[str, str]) -> None:
     command = [word.replace(":8000/", f":{port}/") for word in probe()]
-    deadline = time.monotonic() + PATIENCE
+    deadline = time.monotonic() + TIMEOUT
     while subprocess.run(command, env=environment, stderr=subprocess.DEVNULL, check=False).returncode:
-        assert time.monotonic() < deadline, "it was not well in time"
+        assert time.monotonic() < deadline, "the service was not healthy in time"
         time.sleep(0.1)
 
 
 def _render(port: int) -> None:
     scene = json.loads((ROOT / "scenes" / "gallery" / "basic.json").read_text())
     scene["camera"] |= {"width": 24, "height": 24}
-    with httpx2.Client(base_url=f"http://127.0.0.1:{port}", timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=f"http://127.0.0.1:{port}", timeout=TIMEOUT) as client:
         job = client.post("/v1/jobs", json={"scene": scene}, headers={"Prefer": "wait=30"}).json()
         assert job["state"] == "succeeded", job
         assert client.get(job["links"]["image_png"]).headers["Content-Type"] == "image/png"

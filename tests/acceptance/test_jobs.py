@@ -49,7 +49,7 @@ def test_layers_of_a_submitted_scene_are_the_same_as_here(
     assert not (tmp_path / "got.png.uv.npy").exists()
 
 
-def test_what_the_service_refuses_is_told_in_the_users_own_file_and_options(
+def test_refusals_point_into_the_users_own_file_and_options(
     penumbra: Penumbra, scene_file: Path, scene: dict[str, Any], tmp_path: Path
 ) -> None:
     label = "name:" + "x" * 300
@@ -98,13 +98,13 @@ def cells(line: str) -> list[str]:
     return line.split("\t")
 
 
-def test_watching_on_a_pipe_tells_each_pass_when_it_is_over_and_then_what_they_tell(
+def test_watching_on_a_pipe_prints_each_finished_pass_and_then_its_error(
     penumbra: Penumbra, scene_file: Path
 ) -> None:
     job_id = penumbra("submit", scene_file, "--target-error", 0.01).out.strip()
     outcome = penumbra("watch", job_id)
-    told = penumbra("get", job_id, "--convergence", "curve.json")
-    assert (outcome.code, told.code, told.out) == (0, 0, "")
+    saved = penumbra("get", job_id, "--convergence", "curve.json")
+    assert (outcome.code, saved.code, saved.out) == (0, 0, "")
     lines = outcome.out.splitlines()
     passes = [cells(line) for line in lines if line.startswith("pass ")]
     assert [words[0] for words in passes] == [f"pass {index} done" for index in range(len(passes))]
@@ -260,7 +260,7 @@ def test_a_picture_of_target_quality_is_the_same_here_and_there(
     assert (tmp_path / "sent.npy").read_bytes() == (tmp_path / "here.npy").read_bytes()
 
 
-def test_what_became_of_a_job_is_told_line_by_line(
+def test_the_log_of_a_job_has_a_line_for_each_event(
     penumbra: Penumbra, scene_file: Path, tmp_path: Path
 ) -> None:
     document = json.loads(scene_file.read_text())
@@ -273,8 +273,8 @@ def test_what_became_of_a_job_is_told_line_by_line(
     assert {len(line) for line in lines} == {3}
     assert [line[1] for line in lines][:2] == ["submitted", "started"]
     assert lines[-1][1] == "succeeded"
-    told = penumbra("logs", job_id, "--json").document
-    assert (told["job"], [entry["event"] for entry in told["entries"]]) == (
+    printed = penumbra("logs", job_id, "--json").document
+    assert (printed["job"], [entry["event"] for entry in printed["entries"]]) == (
         job_id,
         [line[1] for line in lines],
     )

@@ -1,4 +1,4 @@
-"""What a client sees when the service goes away and comes back."""
+"""The client while the service restarts."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.acceptance.conftest import COMMAND, ENVIRONMENT, Penumbra, Server
 
 pytestmark = pytest.mark.slow
 
-PATIENCE = 30
+TIMEOUT = 30
 """Seconds after which a process that has not ended is one that stays."""
 
 
@@ -67,7 +67,7 @@ def test_a_stopped_service_leaves_no_process(server: Server) -> None:
     assert group
     server.stop()
     assert server.process.returncode == 0
-    deadline = time.monotonic() + PATIENCE
+    deadline = time.monotonic() + TIMEOUT
     while left := [pid for pid in group if Path(f"/proc/{pid}").exists()]:
         assert time.monotonic() < deadline, left
         time.sleep(0.02)

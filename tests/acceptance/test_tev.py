@@ -1,4 +1,4 @@
-"""A job's picture in tev, which is played by a server that reads packets as tev documents them."""
+"""A job's picture in tev, simulated by a server that reads packets as tev documents them."""
 
 from __future__ import annotations
 

@@ -20,9 +20,9 @@ from service.settings import Settings
 
 ROOT = Path(__file__).parents[2]
 SCREENSHOTS = ROOT / "out" / "screenshots"
-# The build sets it: there a missing browser is a fault of the build, and no reason to test less.
+# Set by the build, where a missing browser is an error and no reason to skip tests.
 REQUIRED = "BROWSER_TESTS_REQUIRED"
-# Answers of the service that a page asks for on purpose, such as what is wrong with a scene.
+# Expected refusals, such as the problems of a scene.
 REFUSED = re.compile(r"Failed to load resource: the server responded with a status of 4\d\d")
 
 Open = Callable[..., Page]
@@ -34,10 +34,12 @@ def launched() -> Iterator[tuple[Browser, asyncio.AbstractEventLoop]]:
     """The browser, and the event loop of Playwright."""
     path = shutil.which("chromium") or shutil.which("chromium-browser")
     if path is None:
-        told = "There is no chromium on this machine, so the live page was not tested: install that package."
+        message = (
+            "There is no chromium on this machine, so the live page was not tested: install that package."
+        )
         if os.environ.get(REQUIRED):
-            pytest.fail(told)
-        pytest.skip(told)
+            pytest.fail(message)
+        pytest.skip(message)
     with sync_playwright() as playwright:
         # Containers seldom allow the sandbox, and the tests open nothing but the service's own page.
         browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
@@ -49,7 +51,7 @@ def launched() -> Iterator[tuple[Browser, asyncio.AbstractEventLoop]]:
 
 
 def _mark_running(loop: asyncio.AbstractEventLoop | None) -> None:
-    # Meant for those who write event loops, and so does Playwright to leave and to enter its own.
+    # For authors of event loops; Playwright uses it to leave and to enter its own.
     asyncio._set_running_loop(loop)  # noqa: SLF001
 
 
@@ -138,7 +140,7 @@ def page(open_page: Open) -> Page:
 
 @pytest.fixture
 def shoot() -> Shoot:
-    """Keep what a page looks like, for people to look at."""
+    """Save a screenshot of a page for people to inspect."""
 
     def save(page: Page, name: str) -> Path:
         SCREENSHOTS.mkdir(parents=True, exist_ok=True)

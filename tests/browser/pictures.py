@@ -1,4 +1,4 @@
-"""What tests about pictures on the page have in common: finished jobs, and what canvases hold."""
+"""Helpers for tests of pictures on the page: finished jobs, and the content of canvases."""
 
 from __future__ import annotations
 

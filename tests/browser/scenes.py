@@ -14,7 +14,7 @@ from tests.integration.support import submit
 
 GALLERY = Path(__file__).parents[2] / "scenes" / "gallery"
 # A worker may be busy with another test's job, and a machine with other work.
-PATIENCE = 60_000
+TIMEOUT = 60_000
 ENDLESS_SIDE = 512
 
 
@@ -49,7 +49,7 @@ def render_button(page: Page) -> Locator:
 
 def opened(page: Page) -> None:
     """Wait until the page has found its scene to be good, the first one it shows among them."""
-    expect(render_button(page)).to_be_enabled(timeout=PATIENCE)
+    expect(render_button(page)).to_be_enabled(timeout=TIMEOUT)
 
 
 DROP = """async (files) => {

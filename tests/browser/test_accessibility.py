@@ -1,4 +1,4 @@
-"""Every view for everybody: names and contrasts by axe, in light and dark, on wide and on narrow screens."""
+"""Accessibility of every view by axe, in light and dark, on wide and narrow screens."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import Open, Shoot
-from tests.browser.scenes import PATIENCE, editor, opened, small
+from tests.browser.scenes import TIMEOUT, editor, opened, small
 from tests.integration.support import finish, submit
 
 AXE = (Path(__file__).parent / "vendor" / "axe-core" / "axe.min.js").read_text()
@@ -43,21 +43,21 @@ def start_with_mistakes(page: Page, _jobs: list[str]) -> None:
     editor(page).fill(
         small("basic").replace('"cobalt"', '"cobald"', 1).replace('"version": 1', '"version": 2')
     )
-    expect(page.locator(".line.wrong").first).to_be_visible(timeout=PATIENCE)
+    expect(page.locator(".line.wrong").first).to_be_visible(timeout=TIMEOUT)
 
 
 def listed(page: Page, jobs: list[str]) -> None:
     for job in jobs:
-        expect(page.locator(f'a.name[href="/jobs/{job}"]')).to_be_visible(timeout=PATIENCE)
+        expect(page.locator(f'a.name[href="/jobs/{job}"]')).to_be_visible(timeout=TIMEOUT)
 
 
 def one_job(page: Page, _jobs: list[str]) -> None:
-    expect(page.locator(".stages li").first).to_be_visible(timeout=PATIENCE)
-    expect(page.locator(".plot canvas")).to_be_visible(timeout=PATIENCE)
+    expect(page.locator(".stages li").first).to_be_visible(timeout=TIMEOUT)
+    expect(page.locator(".plot canvas")).to_be_visible(timeout=TIMEOUT)
 
 
 def compared(page: Page, _jobs: list[str]) -> None:
-    expect(page.get_by_role("heading", level=1)).to_be_visible(timeout=PATIENCE)
+    expect(page.get_by_role("heading", level=1)).to_be_visible(timeout=TIMEOUT)
     page.wait_for_load_state("networkidle")
 
 

@@ -1,4 +1,4 @@
-"""Two pictures compared in the browser."""
+"""The comparison of two pictures in the browser."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def pair(server: RunningServer) -> Iterator[tuple[str, str]]:
         yield finished(client, scene() | {"shapes": scene()["shapes"][:1]}), finished(client)
 
 
-def test_the_verdict_is_told_and_the_worst_region_is_one_click_away(
+def test_the_verdict_is_shown_and_the_worst_region_is_one_click_away(
     open_page: Open, pair: tuple[str, str], shoot: Shoot
 ) -> None:
     page = open_page("/compare/{}/{}".format(*pair))

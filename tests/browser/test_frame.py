@@ -1,4 +1,4 @@
-"""The frame around all views: addresses, the policy, what is asked of whom."""
+"""The frame around all views: addresses, the content security policy, requests."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_a_file_that_the_browser_has_costs_no_transfer(client: httpx2.Client) ->
     first = client.get("/web/main.js")
     again = client.get("/web/main.js", headers={"If-None-Match": first.headers["etag"]})
     assert (again.status_code, again.content) == (304, b"")
-    # A browser takes these in place of those that it has kept.
+    # Browsers replace the headers that they have stored by these.
     rules = "content-security-policy"
     assert again.headers[rules] == first.headers[rules] == client.get("/").headers[rules]
 

@@ -1,4 +1,4 @@
-"""A pixel explained in the browser: why it is dark, what each light adds, where the scene says so."""
+"""The inspector in the browser: why a pixel is dark, what each light adds, which lines of the scene."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ def test_a_dark_pixel_says_what_stands_before_the_light(
         "Nothing lights it: shape 1 red ball lies between it and light 0 from all 4 points."
     )
     expect(reasons.nth(1)).to_contain_text("Only ambient light is left, 0.1 of the colour.")
-    expect(page.locator(".shadows")).to_contain_text("4 stopped by red ball, shape 1")
-    # The only light that leaves the place is ambient.
+    expect(page.locator(".shadows")).to_contain_text("4 blocked by red ball, shape 1")
+    # All light from this point is ambient.
     expect(page.get_by_role("row", name=re.compile("Ambient light"))).to_contain_text("100.0 %")
     shoot(page, "inspect-shadow")
 
@@ -56,8 +56,8 @@ def test_the_colours_of_the_ray_and_of_the_picture_stand_beside_each_other(
     click_at(page, 40, 40)
     cells = page.locator(".colours tbody tr").nth(1).locator("td")
     expect(cells.first).to_be_visible()
-    told = [float(text) for text in cells.all_inner_texts()]
-    assert told == [float(f"{value:.4g}") for value in image(client, job)[40, 40]]
+    shown = [float(text) for text in cells.all_inner_texts()]
+    assert shown == [float(f"{value:.4g}") for value in image(client, job)[40, 40]]
 
 
 def test_what_a_mirror_shows_hangs_below_it(open_page: Open, client: httpx2.Client, shoot: Shoot) -> None:

@@ -1,4 +1,4 @@
-"""The page of a job beside its picture: state and figures, the plan and its lines, and what is left of it."""
+"""The page of a job, apart from its picture: state, figures, the plan with its lines, memory."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import CDPSession, Page, expect
 
 from tests.browser.conftest import Open, Shoot
-from tests.browser.scenes import PATIENCE, editor, endless, opened, render_button, small
+from tests.browser.scenes import TIMEOUT, editor, endless, opened, render_button, small
 from tests.integration.support import finish, submit, until
 
 
@@ -31,17 +31,19 @@ def job(client: httpx2.Client, text: str) -> str:
 def test_a_click_on_who_asked_shows_the_line_of_the_scene(open_page: Open, job: str, text: str) -> None:
     page = open_page(f"/jobs/{job}")
     stage = page.get_by_role("listitem").filter(has_text="hits of ellipsoids")
-    stage.get_by_role("button", name="cobalt pebble").click(timeout=PATIENCE)
+    stage.get_by_role("button", name="cobalt pebble").click(timeout=TIMEOUT)
     pointed = page.locator(".line.pointed")
     first = text[: text.index('"cobalt pebble"')].rindex("{")
     expect(pointed.first).to_have_attribute("data-number", str(text[:first].count("\n") + 1))
     expect(pointed.filter(has_text='"cobalt pebble"')).to_be_in_viewport()
 
 
-def test_what_does_not_run_is_told_with_its_reason(open_page: Open, client: httpx2.Client, job: str) -> None:
+def test_effects_left_out_are_listed_with_their_reason(
+    open_page: Open, client: httpx2.Client, job: str
+) -> None:
     page = open_page(f"/jobs/{job}")
     for effect in client.get(f"/v1/jobs/{job}/plan").json()["left_out"]:
-        expect(page.locator(".left-out")).to_contain_text(effect["reason"], timeout=PATIENCE)
+        expect(page.locator(".left-out")).to_contain_text(effect["reason"], timeout=TIMEOUT)
 
 
 def test_the_stages_are_those_of_the_plan_in_their_order(
@@ -49,7 +51,7 @@ def test_the_stages_are_those_of_the_plan_in_their_order(
 ) -> None:
     page = open_page(f"/jobs/{job}")
     names = [stage["name"] for stage in client.get(f"/v1/jobs/{job}/plan").json()["stages"]]
-    expect(page.locator(".stages .stage-name > strong")).to_have_text(names, timeout=PATIENCE)
+    expect(page.locator(".stages .stage-name > strong")).to_have_text(names, timeout=TIMEOUT)
 
 
 def test_rays_are_those_that_were_cast(open_page: Open, client: httpx2.Client, job: str) -> None:
@@ -70,24 +72,24 @@ def test_the_error_against_time_is_there_as_numbers_too(open_page: Open, client:
     finish(client, job)
     passes = client.get(f"/v1/jobs/{job}/convergence").json()["passes"]
     page = open_page(f"/jobs/{job}")
-    page.get_by_text("The same as numbers").click(timeout=PATIENCE)
+    page.get_by_text("The same as numbers").click(timeout=TIMEOUT)
     expect(page.locator(".numbers tbody tr")).to_have_count(
         sum(entry["error"] is not None for entry in passes)
     )
-    expect(page.get_by_role("img", name="Error in steps").locator("canvas")).to_be_visible()
+    expect(page.get_by_role("img", name="Error in code values").locator("canvas")).to_be_visible()
 
 
 def test_a_job_is_changed_and_rendered_again(open_page: Open, job: str, text: str) -> None:
     page = open_page(f"/jobs/{job}")
     page.get_by_role("link", name="Change and render again").click()
-    expect(editor(page)).to_have_value(text, timeout=PATIENCE)
+    expect(editor(page)).to_have_value(text, timeout=TIMEOUT)
 
 
 def test_a_running_job_is_cancelled(open_page: Open, client: httpx2.Client) -> None:
     job = endless(client, "stopped on its page")
     page = open_page(f"/jobs/{job}")
     page.get_by_role("button", name="Cancel").click()
-    expect(page.locator(".job-progress .state")).to_have_text("■ cancelled", timeout=PATIENCE)
+    expect(page.locator(".job-progress .state")).to_have_text("■ cancelled", timeout=TIMEOUT)
     expect(page.get_by_role("button", name="Cancel")).to_have_count(0)
 
 
@@ -109,13 +111,13 @@ def test_what_is_rendered_again_keeps_confidence_and_precision(
 ) -> None:
     job = submit(client, json.loads(small("basic")), quality=quality)
     page = open_page(f"/?job={job}")
-    expect(page.get_by_label("Arithmetic")).to_have_value("double", timeout=PATIENCE)
+    expect(page.get_by_label("Arithmetic")).to_have_value("double", timeout=TIMEOUT)
     opened(page)
     shoot(page, f"start-again-{quality['mode']}")
     render_button(page).click()
-    page.wait_for_url(re.compile("/jobs/(?!" + job + ")"), timeout=PATIENCE)
+    page.wait_for_url(re.compile("/jobs/(?!" + job + ")"), timeout=TIMEOUT)
     again = client.get(f"/v1/jobs/{page.url.rsplit('/', 1)[1]}/request").json()["quality"]
-    # Errors are written in steps of 8 bits, six digits of them.
+    # The page shows errors in code values, with six digits.
     assert again.get("error") == pytest.approx(quality.get("error"), rel=1e-5 if "error" in quality else None)
     assert again | {"error": None} == quality | {"error": None}
 
@@ -124,24 +126,24 @@ def test_a_job_stands_still_until_it_is_resumed(open_page: Open, client: httpx2.
     job = endless(client, "held")
     page = open_page(f"/jobs/{job}")
     state = page.locator(".job-progress .state")
-    expect(state).to_have_text("▶ running", timeout=PATIENCE)
+    expect(state).to_have_text("▶ running", timeout=TIMEOUT)
     page.get_by_role("button", name="Pause").click()
-    expect(state).to_have_text("‖ paused", timeout=PATIENCE)
-    # What workers had in hand is finished; nothing follows.
+    expect(state).to_have_text("‖ paused", timeout=TIMEOUT)
+    # Tiles in progress are finished, and no more are started.
     until(lambda: client.get(f"/v1/jobs/{job}").json()["rendering"] == [])
     still = client.get(f"/v1/jobs/{job}").json()
     assert (still["paused"], still["state"]) == (True, "running")
     page.reload()
-    expect(state).to_have_text("‖ paused", timeout=PATIENCE)
+    expect(state).to_have_text("‖ paused", timeout=TIMEOUT)
     shoot(page, "job-paused")
     page.get_by_role("button", name="Resume").click()
-    expect(state).to_have_text("▶ running", timeout=PATIENCE)
+    expect(state).to_have_text("▶ running", timeout=TIMEOUT)
     until(lambda: client.get(f"/v1/jobs/{job}").json()["rendering"] != [])
     client.post(f"/v1/jobs/{job}/cancel")
-    expect(page.get_by_role("button", name="Pause")).to_be_hidden(timeout=PATIENCE)
+    expect(page.get_by_role("button", name="Pause")).to_be_hidden(timeout=TIMEOUT)
 
 
-def test_an_unknown_job_is_told_so(open_page: Open) -> None:
+def test_an_unknown_job_is_reported(open_page: Open) -> None:
     page = open_page("/jobs/0123456789abcdef")
     expect(page.get_by_role("heading", level=1)).to_have_text("This job cannot be shown")
 
@@ -159,9 +161,9 @@ def visit_all(page: Page, job: str, times: int) -> None:
     for _ in range(times):
         page.get_by_role("link", name="Jobs").click()
         page.locator(f'a.name[href="/jobs/{job}"]').click()
-        expect(page.locator(".stages li").first).to_be_visible(timeout=PATIENCE)
+        expect(page.locator(".stages li").first).to_be_visible(timeout=TIMEOUT)
         page.get_by_role("link", name="Start").click()
-        expect(page.get_by_role("button", name="Render", exact=True)).to_be_enabled(timeout=PATIENCE)
+        expect(page.get_by_role("button", name="Render", exact=True)).to_be_enabled(timeout=TIMEOUT)
 
 
 @pytest.mark.slow
@@ -173,6 +175,6 @@ def test_views_that_are_left_leave_nothing_behind(open_page: Open, job: str) -> 
     before = counts(session)
     visit_all(page, job, 6)
     after = counts(session)
-    # What one view holds: six of them left behind would be far more.
+    # About the memory of one view: six leaked views would be far more.
     assert after["JSEventListeners"] <= before["JSEventListeners"] * 1.5
     assert after["Nodes"] <= before["Nodes"] * 1.5

@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Locator, Page, expect
 
 from tests.browser.conftest import Open
-from tests.browser.scenes import PATIENCE, endless, small
+from tests.browser.scenes import TIMEOUT, endless, small
 from tests.integration.support import finish, submit
 
 
@@ -78,7 +78,7 @@ def test_a_job_is_cancelled_from_the_list(open_page: Open, client: httpx2.Client
     job = endless(client, "too long")
     page = open_page("/jobs")
     page.get_by_role("button", name="Cancel too long").click()
-    expect(row(page, "too long")).to_contain_text("cancelled", timeout=PATIENCE)
+    expect(row(page, "too long")).to_contain_text("cancelled", timeout=TIMEOUT)
     assert client.get(f"/v1/jobs/{job}").json()["state"] == "cancelled"
 
 
@@ -98,9 +98,9 @@ def test_a_job_is_deleted_only_when_that_is_confirmed(open_page: Open, client: h
 def test_a_job_that_ends_is_shown_so_without_a_click(open_page: Open, client: httpx2.Client) -> None:
     job = endless(client, "ends soon")
     page = open_page("/jobs")
-    expect(row(page, "ends soon").locator(".state")).to_have_text("▶ running", timeout=PATIENCE)
+    expect(row(page, "ends soon").locator(".state")).to_have_text("▶ running", timeout=TIMEOUT)
     client.post(f"/v1/jobs/{job}/cancel")
-    expect(row(page, "ends soon").locator(".state")).to_have_text("■ cancelled", timeout=PATIENCE)
+    expect(row(page, "ends soon").locator(".state")).to_have_text("■ cancelled", timeout=TIMEOUT)
 
 
 def test_two_chosen_jobs_are_compared_the_older_one_first(open_page: Open, client: httpx2.Client) -> None:

@@ -1,4 +1,4 @@
-"""The picture of a job in the browser: it fills in, is that of the service, and its numbers can be read."""
+"""The picture of a job in the browser: it fills in, equals that of the service, and shows its numbers."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def test_tiles_that_workers_render_are_outlined_until_there_are_none(
     wanted: set[Rectangle] = set()
 
     def all_shown() -> bool:
-        # A tile may be finished between two looks, and the whole picture is the first of all.
+        # A tile may finish between two checks, and the first event is the whole picture.
         nonlocal wanted
         wanted = at_work(client, job)
         return bool(wanted) and outlined(page, GRID) == wanted
@@ -166,7 +166,7 @@ def test_where_there_is_no_picture_the_page_says_why(open_page: Open, client: ht
     expect(page.locator(".screen")).to_be_hidden()
 
 
-def test_the_read_out_tells_the_numbers_of_the_npy_file(open_page: Open, client: httpx2.Client) -> None:
+def test_the_read_out_shows_the_numbers_of_the_npy_file(open_page: Open, client: httpx2.Client) -> None:
     job = finished(client)
     page = opened(open_page, job)
     pixels = image(client, job)
@@ -175,7 +175,7 @@ def test_the_read_out_tells_the_numbers_of_the_npy_file(open_page: Open, client:
         readout = page.locator(".readout")
         expect(readout).to_have_text(re.compile(rf"^{x}, {y} "))
         linear, shown = readout.inner_text().split("linear")[1].split("shown")
-        # Four digits are told.
+        # The read-out shows four digits.
         assert [float(word) for word in linear.split()] == [float(f"{value:.4g}") for value in pixels[y, x]]
         assert [int(word) for word in shown.split()] == served(client, job)[y, x].tolist()
 
@@ -218,7 +218,7 @@ def test_the_wheel_zooms_where_the_mouse_is_and_dragging_pans(open_page: Open, c
     page.mouse.down()
     page.mouse.move(middle[0] + 130, middle[1] + 40, steps=4)
     page.mouse.up()
-    expect(page.get_by_role("heading", name="Why is it so?")).to_be_visible()  # dragging is no click
+    expect(page.get_by_role("heading", name="Why this colour?")).to_be_visible()  # dragging is no click
     assert readout.inner_text() == before  # what was under the mouse has come along
     page.mouse.move(*middle)
     expect(readout).not_to_have_text(before)
@@ -239,10 +239,10 @@ def test_two_fingers_zoom_where_they_are(open_page: Open, client: httpx2.Client)
     after = page.locator("canvas.pixels").bounding_box()
     assert after is not None
     assert after["width"] == pytest.approx(2 * before["width"], rel=1e-3)
-    # What lay between them lies there still, to a dot.
+    # The point between them stays there, to a dot.
     assert after["x"] + after["width"] / 3 == pytest.approx(x, abs=1)
     assert after["y"] + after["height"] / 2 == pytest.approx(y, abs=1)
-    expect(page.get_by_role("heading", name="Why is it so?")).to_be_visible()  # no pixel was chosen
+    expect(page.get_by_role("heading", name="Why this colour?")).to_be_visible()  # no pixel was chosen
 
 
 def test_a_stop_more_exposure_shows_the_double(open_page: Open, client: httpx2.Client) -> None:
@@ -271,13 +271,13 @@ def test_a_layer_is_shown_in_false_colours_with_a_scale(
     assert [float(ends[0]), float(ends[2])] == [float(f"{value:.4g}") for value in (near, far)]
     codes = codes_of(page).astype(int)
     assert (codes[~np.isfinite(depth)] == 128).all()
-    met = np.isfinite(depth)
-    expected = colormaps["viridis"]((depth[met] - near) / (far - near))[:, :3] * 255
+    hit = np.isfinite(depth)
+    expected = colormaps["viridis"]((depth[hit] - near) / (far - near))[:, :3] * 255
     # The place in the table is rounded, too: half a step of it is at most two codes.
-    assert np.abs(codes[met] - expected).max() <= VIRIDIS_FIT + 2
+    assert np.abs(codes[hit] - expected).max() <= VIRIDIS_FIT + 2
     page.get_by_label("Shown").select_option("normal")
     expect(page.locator(".legend")).to_contain_text("Red, green and blue are x, y and z")
-    # The floor looks up: (0, 1, 0) is shown as the middle, the greatest and the middle.
+    # The floor faces up: (0, 1, 0) is shown as the middle, the greatest and the middle.
     assert codes_of(page)[47, 0].tolist() == [128, 255, 128]
     shoot(page, "picture-normals")
 
@@ -336,7 +336,7 @@ def test_a_page_goes_on_when_the_service_is_killed_and_comes_back(chromium: Brow
         np.testing.assert_array_equal(codes_of(page), served(client, job))
         events = client.get(f"/v1/jobs/{job}/tiles").json()["events"]
         last = [event for event in events if event["pass_index"] == events[-1]["pass_index"]]
-        # What was wanted first before the service was killed comes first after that.
+        # The requested part comes first after the restart, too.
         within = [overlap(event, wanted) for event in last]
         assert within == sorted(within, reverse=True)
         assert 0 < sum(within) < len(within) == 64

@@ -1,4 +1,4 @@
-"""A service with keys: the page asks for one once, and its cookie does the rest."""
+"""A service with keys: the page asks for one once, and then uses a cookie."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from service.server import RunningServer, running
 from service.settings import Settings
 from service.storage.database.connection import Database
 from tests.browser.conftest import Open
-from tests.browser.scenes import PATIENCE, editor, opened, render_button, small
+from tests.browser.scenes import TIMEOUT, editor, opened, render_button, small
 from tests.integration.support import until
 
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
-    """A service of its own: from the first key on it asks everybody for theirs."""
+    """A service of its own: once a first key exists, every request needs one."""
     with running(
         Settings(data=tmp_path_factory.mktemp("keys"), port=0, workers=1, log_level="error")
     ) as started:
@@ -29,18 +29,18 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
 
 @pytest.fixture(scope="module")
 def key(server: RunningServer) -> str:
-    """A key, after which the service asks everybody for theirs."""
+    """A key; once it exists, every request needs one."""
     database = Database(Settings(data=server.data).database_url)
     with database.writing() as session:
         made = str(keys.add(session, "ada", Role.SUBMIT))
     database.close()
-    # A service looks again after a while whether there are keys now.
+    # A service caches for a while that there are no keys.
     until(lambda: httpx2.get(f"{server.url}/v1/jobs").status_code == 401)
     return made
 
 
 def held(page: Page, routes: list[Route], count: int) -> None:
-    """Wait until so many requests are held back; the page goes on meanwhile."""
+    """Wait until so many requests are held back, while the page keeps running."""
     until(lambda: page.evaluate("true") and len(routes) == count)
 
 
@@ -53,7 +53,7 @@ def test_a_key_is_asked_for_once_and_a_reload_needs_none(open_page: Open, key: s
     page = open_page("/")
     give(page, key)
     opened(page)
-    expect(page.locator("#session")).to_contain_text("ada", timeout=PATIENCE)
+    expect(page.locator("#session")).to_contain_text("ada", timeout=TIMEOUT)
     page.reload()
     opened(page)
     expect(page.get_by_role("dialog")).to_have_count(0)
@@ -66,9 +66,9 @@ def test_a_refusal_that_comes_late_does_not_ask_again(open_page: Open, key: str)
     def hold(route: Route) -> None:
         late.append(route)
 
-    expect(page.get_by_role("dialog")).to_have_count(1, timeout=PATIENCE)
+    expect(page.get_by_role("dialog")).to_have_count(1, timeout=TIMEOUT)
     page.route("**/v1/jobs?held*", hold)
-    # Nobody waits here for what it answers: that it is asked is all, for now.
+    # Send the request without waiting for its answer.
     page.evaluate(
         """() => {
           const answer = import("/web/api.js").then(({ get }) => get("/v1/jobs?held=1"));
@@ -85,13 +85,13 @@ def test_a_refusal_that_comes_late_does_not_ask_again(open_page: Open, key: str)
     expect(page.get_by_role("dialog")).to_have_count(0)
 
 
-def test_a_wrong_key_is_told_and_can_be_given_again(open_page: Open, key: str) -> None:
+def test_a_wrong_key_is_reported_and_can_be_given_again(open_page: Open, key: str) -> None:
     page = open_page("/jobs")
     give(page, "not-a-key")
     expect(page.get_by_role("dialog").get_by_role("alert")).not_to_be_empty()
     give(page, key)
     expect(page.get_by_role("dialog")).to_have_count(0)
-    expect(page.get_by_text("Nothing")).to_be_visible(timeout=PATIENCE)
+    expect(page.get_by_text("Nothing")).to_be_visible(timeout=TIMEOUT)
 
 
 def test_a_job_is_rendered_and_followed_with_the_cookie(open_page: Open, key: str) -> None:
@@ -101,12 +101,12 @@ def test_a_job_is_rendered_and_followed_with_the_cookie(open_page: Open, key: st
     editor(page).fill(small("basic"))
     opened(page)
     render_button(page).click()
-    expect(page.locator(".job-progress .state")).to_have_text("✓ finished", timeout=PATIENCE)
+    expect(page.locator(".job-progress .state")).to_have_text("✓ finished", timeout=TIMEOUT)
 
 
 def test_after_leaving_the_key_is_asked_for_again(open_page: Open, key: str) -> None:
     page = open_page("/jobs")
     give(page, key)
     page.get_by_role("button", name="Leave").click()
-    expect(page.get_by_role("dialog")).to_be_visible(timeout=PATIENCE)
+    expect(page.get_by_role("dialog")).to_be_visible(timeout=TIMEOUT)
     assert page.context.cookies() == []

@@ -8,13 +8,13 @@ import httpx2
 from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import Open, Shoot
-from tests.browser.scenes import GALLERY, PATIENCE, drop, editor, line_of, opened, render_button, small
+from tests.browser.scenes import GALLERY, TIMEOUT, drop, editor, line_of, opened, render_button, small
 
 TILES = (GALLERY / "textures" / "tiles.png").read_bytes()
 
 
 def finished(page: Page) -> None:
-    expect(page.locator(".job-progress .state")).to_have_text("✓ finished", timeout=PATIENCE)
+    expect(page.locator(".job-progress .state")).to_have_text("✓ finished", timeout=TIMEOUT)
 
 
 def ask_for_samples(page: Page, camera: int, light: int) -> None:
@@ -51,19 +51,19 @@ def test_a_job_gets_the_labels_that_were_written(page: Page, client: httpx2.Clie
     assert job["labels"] == {"course": "graphics", "time": "12:30"}
 
 
-def test_a_mistake_is_told_at_its_line_while_it_is_typed(page: Page) -> None:
+def test_a_mistake_is_marked_at_its_line_while_it_is_typed(page: Page) -> None:
     opened(page)
     good = small("basic")
     bad = good.replace('"material": "cobalt"', '"material": "cobald"')
     editor(page).fill(bad)
     wrong = page.locator(".line.wrong")
-    expect(wrong).to_have_count(1, timeout=PATIENCE)
+    expect(wrong).to_have_count(1, timeout=TIMEOUT)
     expect(wrong).to_have_attribute("data-number", str(line_of(bad, "cobald")))
     expect(wrong.locator(".culprit")).to_have_text('"cobald"')
     expect(wrong).to_contain_text("no material of this name")
     expect(render_button(page)).to_be_disabled()
     editor(page).fill(good)
-    expect(wrong).to_have_count(0, timeout=PATIENCE)
+    expect(wrong).to_have_count(0, timeout=TIMEOUT)
     opened(page)
 
 
@@ -71,18 +71,18 @@ def test_a_click_on_a_mistake_selects_it_in_the_text(page: Page) -> None:
     opened(page)
     text = small("basic").replace('"material": "cobalt"', '"material": "cobald"')
     editor(page).fill(text)
-    page.get_by_role("button", name=f"Line {line_of(text, 'cobald')}").click(timeout=PATIENCE)
+    page.get_by_role("button", name=f"Line {line_of(text, 'cobald')}").click(timeout=TIMEOUT)
     start, end = page.evaluate("[document.activeElement.selectionStart, document.activeElement.selectionEnd]")
     assert text[start:end] == '"cobald"'
 
 
-def test_a_quality_that_does_not_fit_is_told_beside_no_line(page: Page) -> None:
+def test_a_quality_that_does_not_fit_marks_no_line(page: Page) -> None:
     opened(page)
     page.get_by_role("radio", name="Samples").check()
     page.get_by_label("Pattern in the pixel").select_option("uniform")
     page.get_by_label("Samples a pixel").fill("5")
     problems = page.get_by_role("listitem").filter(has_text="square number")
-    expect(problems).to_contain_text("Quality", timeout=PATIENCE)
+    expect(problems).to_contain_text("Quality", timeout=TIMEOUT)
     expect(page.locator(".line.wrong")).to_have_count(0)
 
 
@@ -90,7 +90,7 @@ def test_a_file_that_is_no_json_is_shown_with_its_mistake(page: Page) -> None:
     opened(page)
     drop(page, mine__json=b'{\n  "version": 1,\n  "name" "mine"\n}')
     expect(page.get_by_role("heading", level=2, name="mine.json")).to_be_visible()
-    expect(page.locator(".line.wrong")).to_have_attribute("data-number", "3", timeout=PATIENCE)
+    expect(page.locator(".line.wrong")).to_have_attribute("data-number", "3", timeout=TIMEOUT)
     expect(page.locator(".line.wrong")).to_contain_text("This is not JSON")
 
 
@@ -99,42 +99,42 @@ def test_a_scene_is_dropped_together_with_its_texture(page: Page) -> None:
     drop(page, mine__json=small().encode(), tiles__png=TILES)
     expect(page.get_by_role("heading", level=2, name="mine.json")).to_be_visible()
     expect(page.get_by_role("listitem").filter(has_text="textures/tiles.png")).to_contain_text(
-        "here", timeout=PATIENCE
+        "here", timeout=TIMEOUT
     )
     opened(page)
     render_button(page).click()
     finished(page)
 
 
-def test_a_texture_that_is_missing_is_told_at_its_line_and_can_follow(page: Page) -> None:
+def test_a_missing_texture_is_marked_at_its_line_and_can_follow(page: Page) -> None:
     opened(page)
     text = small()
     drop(page, mine__json=text.encode())
     wrong = page.locator(".line.wrong")
-    expect(wrong).to_have_attribute("data-number", str(line_of(text, '"asset"')), timeout=PATIENCE)
+    expect(wrong).to_have_attribute("data-number", str(line_of(text, '"asset"')), timeout=TIMEOUT)
     expect(wrong).to_contain_text("The file textures/tiles.png is not here yet.")
     drop(page, tiles__png=TILES)
-    expect(wrong).to_have_count(0, timeout=PATIENCE)
+    expect(wrong).to_have_count(0, timeout=TIMEOUT)
     opened(page)
 
 
-def test_a_texture_that_is_no_picture_is_told_at_its_line(page: Page) -> None:
+def test_a_texture_that_is_no_picture_is_marked_at_its_line(page: Page) -> None:
     opened(page)
     text = small()
     drop(page, mine__json=text.encode(), tiles__png=b"no picture at all")
     wrong = page.locator(".line.wrong")
-    expect(wrong).to_have_attribute("data-number", str(line_of(text, '"asset"')), timeout=PATIENCE)
+    expect(wrong).to_have_attribute("data-number", str(line_of(text, '"asset"')), timeout=TIMEOUT)
     expect(wrong).to_contain_text("The file textures/tiles.png cannot be used.")
 
 
-def test_the_price_is_told_before_anything_is_rendered(page: Page, client: httpx2.Client) -> None:
+def test_the_price_is_shown_before_anything_is_rendered(page: Page, client: httpx2.Client) -> None:
     opened(page)
     editor(page).fill(small("basic", name="only priced"))
     page.get_by_role("radio", name="Samples").check()
     page.get_by_label("Pattern in the pixel").select_option("random")
     quote = page.get_by_role("region", name="Quote")
-    expect(quote.get_by_role("term").first).to_have_text("Time", timeout=PATIENCE)
-    # By trying it, or where a busy machine found no time for that, by the plan alone.
+    expect(quote.get_by_role("term").first).to_have_text("Time", timeout=TIMEOUT)
+    # Measured, or predicted by the plan alone if the machine was busy.
     expect(quote).to_contain_text("with 2 workers")
     assert "only priced" not in [job["name"] for job in client.get("/v1/jobs").json()["jobs"]]
 
@@ -148,12 +148,12 @@ def test_what_is_too_expensive_to_be_tried_is_priced_by_the_plan_and_can_be_trie
     editor(page).fill(small("basic", name="too expensive to try", lights=[lamp] * 24))
     ask_for_samples(page, 2048, 4096)
     quote = page.get_by_role("region", name="Quote")
-    expect(quote).to_contain_text("by the plan alone", timeout=PATIENCE)
+    expect(quote).to_contain_text("by the plan alone", timeout=TIMEOUT)
     expect(quote.get_by_role("term").first).to_have_text("Time")
     shoot(page, "start-not-tried")
-    with page.expect_response(lambda response: response.url.endswith("/v1/quotes"), timeout=PATIENCE):
+    with page.expect_response(lambda response: response.url.endswith("/v1/quotes"), timeout=TIMEOUT):
         quote.get_by_role("button", name="Try again").click()
-    expect(quote.get_by_role("button", name="Try again")).to_be_visible(timeout=PATIENCE)
+    expect(quote.get_by_role("button", name="Try again")).to_be_visible(timeout=TIMEOUT)
 
 
 def test_what_was_written_survives_a_reload(page: Page) -> None:
@@ -162,7 +162,7 @@ def test_what_was_written_survives_a_reload(page: Page) -> None:
     editor(page).fill(text)
     opened(page)
     page.reload()
-    expect(editor(page)).to_have_value(text, timeout=PATIENCE)
+    expect(editor(page)).to_have_value(text, timeout=TIMEOUT)
 
 
 def test_the_keyboard_alone_is_enough(open_page: Open) -> None:
@@ -181,7 +181,7 @@ def test_the_keyboard_alone_is_enough(open_page: Open) -> None:
     expect(page.get_by_role("radio", name="Samples")).to_be_checked()
     opened(page)
     page.keyboard.press("Control+Enter")
-    expect(page.get_by_role("heading", level=1)).to_have_text("by keyboard", timeout=PATIENCE)
+    expect(page.get_by_role("heading", level=1)).to_have_text("by keyboard", timeout=TIMEOUT)
 
 
 FOCUSED = """() => {

@@ -1,4 +1,4 @@
-"""What the page works out by itself agrees with the service: places in JSON, and hashes of files."""
+"""Computations of the page agree with the service: places in JSON, and hashes of files."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_a_text_that_is_no_json_has_no_places(bare_page: Page) -> None:
     assert places(bare_page, '{"a": [1, }', ["/a"]) == {}
 
 
-# Lengths around those at which a block is full, FIPS 180-4 section 5.1.1.
+# Lengths around full blocks, FIPS 180-4 section 5.1.1.
 @pytest.mark.parametrize("length", [0, 1, 55, 56, 63, 64, 119, 120, 100_000])
 def test_files_have_the_same_hash_where_the_browser_offers_none(bare_page: Page, length: int) -> None:
     content = bytes((7 * i + i // 251) % 256 for i in range(length))

@@ -1,4 +1,4 @@
-"""A process between a server and what it talks to: it passes all on, and can swallow everything.
+"""A process between a server and its peer: it forwards everything, or drops everything.
 
 ``python -m tests.integration.between TARGET`` listens on a port of loopback, which it prints. A process that
 is stopped closes no connection, and takes what is sent until its buffers are full: so a network looks that

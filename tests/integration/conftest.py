@@ -1,4 +1,4 @@
-"""Real servers in processes of their own, and real databases: one for all tests that leave it as it was."""
+"""Real servers in their own processes, and real databases, shared by tests that leave them unchanged."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from service.server import RunningServer, running
 from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
-from tests.integration.support import PATIENCE, work
+from tests.integration.support import TIMEOUT, work
 from tests.postgres_server import REQUIRED, PostgresServer, programs
 from tests.s3_server import S3Server
 
@@ -68,7 +68,7 @@ def client(request: pytest.FixtureRequest) -> Iterator[httpx2.Client]:
     """Who asks a server on SQLite, and one on PostgreSQL too where a test is marked ``ON_BOTH``."""
     on = "server_on_postgres" if getattr(request, "param", "sqlite") == "postgresql" else "server"
     server: RunningServer = request.getfixturevalue(on)
-    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as opened:
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as opened:
         yield opened
 
 

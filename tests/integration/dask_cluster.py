@@ -1,4 +1,4 @@
-"""A Dask cluster of separate processes on this machine, with the configuration that operators take."""
+"""A Dask cluster of separate processes on this machine, with the configuration for operators."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 
 import psutil
 
-from tests.integration.support import PATIENCE, until
+from tests.integration.support import TIMEOUT, until
 
 CONFIGURATION = Path(__file__).parents[2] / "deploy" / "dask.yaml"
 
@@ -41,7 +41,7 @@ class Cluster:
 
     def wait_for_workers(self) -> None:
         """Wait until each has its slot."""
-        until(lambda: all(psutil.Process(worker.pid).children() for worker in self.workers), PATIENCE)
+        until(lambda: all(psutil.Process(worker.pid).children() for worker in self.workers), TIMEOUT)
 
     def restart(self) -> None:
         """Start all of it again, as its supervisors do."""

@@ -1,4 +1,4 @@
-"""A TCP proxy that treats connections as bad networks and busy proxies do."""
+"""A TCP proxy that breaks connections like bad networks and busy proxies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scenes small enough to render at once, and a look at the processes of a server."""
+"""Scenes small enough to render at once, and access to the processes of a server."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from sqlalchemy.orm import Session
 from service.lifecycle import fairness
 from service.storage.database.models import JobRow, RenderRow
 
-PATIENCE = 60.0
+TIMEOUT = 60.0
 STEPS = "SELECT * FROM tiles WHERE render IN (SELECT render_number FROM jobs WHERE id LIKE ?)"
 
 KINDS = ["sqlite", "postgresql"]
@@ -126,7 +126,7 @@ def long_scene() -> dict[str, Any]:
 
 
 def submit(client: httpx2.Client, document: dict[str, Any], **request: Any) -> str:
-    # What these tests look at is rendered, and not found in the store.
+    # These tests need a render, not a stored result.
     headers = {"Cache-Control": "no-cache"}
     answer = client.post("/v1/jobs", json={"scene": document, **request}, headers=headers)
     assert answer.status_code == 202, answer.text
@@ -139,7 +139,7 @@ def job_of(client: httpx2.Client, job: str) -> dict[str, Any]:
 
 def wait(client: httpx2.Client, job: str, done: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
     """Follow a job by long-polling until it is as wanted."""
-    after, deadline = 0, time.monotonic() + PATIENCE
+    after, deadline = 0, time.monotonic() + TIMEOUT
     while time.monotonic() < deadline:
         found = job_of(client, job)
         if done(found):

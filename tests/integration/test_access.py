@@ -1,4 +1,4 @@
-"""Keys, sessions and roles, over HTTP with a real service that asks for keys."""
+"""Keys, sessions and roles, over HTTP with a real service that requires keys."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from service.storage.database.models import KeyRow, SessionRow
-from tests.integration.support import PATIENCE, scene, until
+from tests.integration.support import TIMEOUT, scene, until
 
 EVERYWHERE = "0.0.0.0"  # noqa: S104  (it is refused)
 SMALL = {"scene": scene(16, 16, samples=1, light_samples=1)}
@@ -60,7 +60,7 @@ class Users:
 
     def __call__(self, user: str, method: str, path: str, **request: Any) -> httpx2.Response:
         headers = {"Authorization": f"Bearer {self._secrets[user]}"} | request.pop("headers", {})
-        return httpx2.request(method, self.url + path, headers=headers, timeout=PATIENCE, **request)
+        return httpx2.request(method, self.url + path, headers=headers, timeout=TIMEOUT, **request)
 
     def submit(self, user: str, **headers: str) -> dict[str, Any]:
         answer = self(user, "POST", "/v1/jobs", json=SMALL, headers={"Prefer": "wait=30"} | headers)
@@ -193,7 +193,7 @@ def test_pages_of_other_sites_change_nothing_where_no_keys_are(client: httpx2.Cl
 
 def penumbra(*words: str | Path) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "service.cli.main", *map(str, words)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
+    return subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False)
 
 
 def test_a_service_for_others_does_not_start_without_keys(tmp_path: Path) -> None:
@@ -212,7 +212,7 @@ def test_keys_are_made_listed_and_revoked(tmp_path: Path) -> None:
     assert listed.startswith(f"{name}\tann\tstaff\t7\t")
     assert key not in listed
     assert penumbra("keys", "revoke", name, "--data", tmp_path).returncode == 0
-    assert penumbra("keys", "revoke", "nobody", "--data", tmp_path).returncode == 2
+    assert penumbra("keys", "revoke", "missing", "--data", tmp_path).returncode == 2
     opened = Database(Settings(data=tmp_path).database_url)
     with opened.reading() as session:
         assert keys.principal_of_key(session, key) is None

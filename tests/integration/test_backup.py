@@ -1,4 +1,4 @@
-"""A copy of a service that runs, as docs/operations.md has it, serves every job in another folder."""
+"""A backup of a running service, made as in docs/operations.md, serves every job from another folder."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import pytest
 from service.server import running
 from service.settings import Settings
 from tests.integration.conftest import Start
-from tests.integration.support import PATIENCE, finish, job_of, long_scene, scene, wait
+from tests.integration.support import TIMEOUT, finish, job_of, long_scene, scene, wait
 from tests.integration.test_assets import png, put, textured
 
 
@@ -43,7 +43,7 @@ def back_up(data: Path, backup: Path) -> None:
 def test_a_backup_made_while_jobs_run_serves_every_job_elsewhere(start: Start, tmp_path: Path) -> None:
     server, backup = start(workers=1), tmp_path / "backup"
     content = png(5, 4)
-    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         put(client, content)
         textured_scene = textured(f"sha256:{hashlib.sha256(content).hexdigest()}")
         documents = [scene(32, 32, samples=1, light_samples=1), textured_scene]
@@ -59,10 +59,10 @@ def test_a_backup_made_while_jobs_run_serves_every_job_elsewhere(start: Start, t
         before.append(client.get(f"/v1/jobs/{under_way}/image.npy").content)
     server.stop()
     settings = Settings(data=backup, port=0, workers=1, log_level="error")
-    with running(settings) as restored, httpx2.Client(base_url=restored.url, timeout=PATIENCE) as client:
+    with running(settings) as restored, httpx2.Client(base_url=restored.url, timeout=TIMEOUT) as client:
         listed = {job["id"]: job["state"] for job in client.get("/v1/jobs").json()["jobs"]}
         assert set(listed) == {*jobs, under_way}
-        # What was under way continues from the tiles that were finished, to the same picture.
+        # Unfinished jobs continue from their finished tiles, to the same picture.
         assert job_of(client, under_way)["progress"]["done"] >= 3
         finish(client, under_way)
         assert [client.get(f"/v1/jobs/{job}/image.npy").content for job in (*jobs, under_way)] == before

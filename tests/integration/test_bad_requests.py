@@ -1,4 +1,4 @@
-"""Bodies and parameters that make no sense: a clean answer of one form, and never an echo."""
+"""Malformed bodies and parameters: all answers have one form, and never echo the input."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files of a few bytes that stand for gigabytes: refused by what they announce, before memory is taken."""
+"""Small files that unpack to gigabytes are refused by their headers, before memory is used."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A burst of jobs by many users: all are accepted or refused until later, and none is lost."""
+"""A burst of jobs by many users: each is accepted or refused with Retry-After, and none is lost."""
 
 from __future__ import annotations
 

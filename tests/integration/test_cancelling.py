@@ -17,7 +17,7 @@ from service.server import RunningServer
 from service.settings import Settings
 from tests.integration.conftest import Start
 from tests.integration.support import (
-    PATIENCE,
+    TIMEOUT,
     finish,
     job_of,
     long_scene,
@@ -52,13 +52,13 @@ def test_a_cancelled_job_that_cannot_be_stopped_yet_is_answered_as_such(tmp_path
     with TestClient(create_app(settings), base_url="http://127.0.0.1") as client:
         job = client.post("/v1/jobs", json={"scene": long_scene()}).json()["id"]
         until(lambda: job_of(client, job)["state"] == "running")
-        # As where another server hands out the work, and does not answer now.
+        # As if another server handed out the work, and did not answer.
         client.app.state.service.dispatcher.stop()
         answer = client.post(f"/v1/jobs/{job}/cancel")
         assert (answer.status_code, answer.json()["state"]) == (202, "running")
         assert answer.json()["cancelling"] is True
         assert job_of(client, job)["cancelling"] is True
-    # The next one that hands out work ends what was cancelled.
+    # The next leader ends the cancelled render.
     with TestClient(create_app(settings), base_url="http://127.0.0.1") as client:
         until(lambda: job_of(client, job)["state"] == "cancelled")
         again = client.post(f"/v1/jobs/{job}/cancel")
@@ -77,7 +77,7 @@ def stopped(process: int) -> Iterator[None]:
 
 def test_a_queued_job_is_cancelled_before_it_begins(start: Start) -> None:
     server = start(workers=1)
-    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         until(lambda: len(workers_of(server.process.pid)) == 1)
         with stopped(*workers_of(server.process.pid)):
             jobs = [submit(client, long_scene()) for _ in range(8)]

@@ -1,4 +1,4 @@
-"""The promises of `make chaos`, each with few faults."""
+"""The guarantees of `make chaos`, each with few faults."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The Python clients over a bad network, and what becomes of those who leave early."""
+"""The Python clients over a bad network, and calls that are interrupted."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from tests.integration.conftest import Start
 from tests.integration.flaky import Cut, Fault, Flaky, busy
-from tests.integration.support import PATIENCE, long_scene, scene, until
+from tests.integration.support import TIMEOUT, long_scene, scene, until
 
 FAULTS: list[Fault] = [Cut(0), Cut(20), Cut(300), busy(503, "0"), busy(429, "0.2")]
 
@@ -70,12 +70,12 @@ def done(server: RunningServer) -> str:
 def rendered(url: str, *, awaited: bool) -> tuple[str, np.ndarray]:
     """Submit a scene and stay until its image is there; the job's id and the image."""
     if not awaited:
-        with Client(url, retry_seconds=PATIENCE) as client:
+        with Client(url, retry_seconds=TIMEOUT) as client:
             job = client.submit(scene(32, 24), anew=True).wait()
             return job.id, job.image()
 
     async def run() -> tuple[str, np.ndarray]:
-        async with AsyncClient(url, retry_seconds=PATIENCE) as client:
+        async with AsyncClient(url, retry_seconds=TIMEOUT) as client:
             job = await client.submit(scene(32, 24), anew=True)
             await job.wait()
             return job.id, await job.image()
@@ -355,7 +355,7 @@ def test_a_submission_whose_answer_was_lost_is_one_job_however_often_it_was_sent
     network: Flaky, server: RunningServer
 ) -> None:
     network.faults = deque([Cut(0), Cut(20), Cut(200)])
-    with Client(network.url, retry_seconds=PATIENCE) as client:
+    with Client(network.url, retry_seconds=TIMEOUT) as client:
         job = client.submit(scene(16, 8) | {"name": "sent four times"})
         named = [found.id for found in client.jobs() if found.name == "sent four times"]
     assert not network.faults

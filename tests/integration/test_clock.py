@@ -1,4 +1,4 @@
-"""Limits of time while the wall clock is set."""
+"""Time limits while the wall clock changes."""
 
 from datetime import UTC, datetime, timedelta
 

@@ -19,7 +19,7 @@ from service.server import running
 from service.settings import Settings
 from service.workers.dask_engine import WINDOW
 from tests.integration.dask_cluster import Cluster
-from tests.integration.support import PATIENCE, finish, image, scene, steps, submit, until, wait
+from tests.integration.support import TIMEOUT, finish, image, scene, steps, submit, until, wait
 
 pytestmark = pytest.mark.slow
 
@@ -52,7 +52,7 @@ class Service:
 
     def start(self) -> None:
         self.server = self._stack.enter_context(running(self._settings))
-        self.client = self._stack.enter_context(httpx2.Client(base_url=self.server.url, timeout=PATIENCE))
+        self.client = self._stack.enter_context(httpx2.Client(base_url=self.server.url, timeout=TIMEOUT))
 
     def half_done(self) -> str:
         """A job of which some tiles are finished and others run."""
@@ -93,7 +93,7 @@ def test_what_is_lost_with_a_worker_is_rendered_by_another_and_nothing_else(
     finish(service.client, job)
     assert image(service.client, job).tobytes() == undisturbed.tobytes()
     tiles = service.tiles(job).values()
-    # One ran; those that waited behind it are not to blame.
+    # Only the running task counts; those that waited behind it do not.
     assert sum(row["deaths"] for row in tiles) <= 1
     assert 1 <= sum(row["attempt"] > 1 for row in tiles) <= WINDOW
     cluster.start_worker()
@@ -110,7 +110,7 @@ def test_workers_leave_with_their_scheduler_and_the_job_continues_when_they_are_
     job = service.half_done()
     os.kill(cluster.scheduler.pid, signal.SIGKILL)
     for process in (cluster.scheduler, *cluster.workers):
-        process.wait(PATIENCE)
+        process.wait(TIMEOUT)
     until(lambda: service.client.get("/readyz").status_code == 503)
     finished = service.finished(job)
     cluster.restart()

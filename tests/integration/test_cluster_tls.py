@@ -15,7 +15,7 @@ from distributed import Client, Security
 from service.server import running
 from service.settings import Settings
 from tests.integration.dask_cluster import Cluster
-from tests.integration.support import PATIENCE, finish, scene, submit
+from tests.integration.support import TIMEOUT, finish, scene, submit
 
 pytestmark = [
     pytest.mark.slow,
@@ -58,7 +58,7 @@ def test_a_picture_is_rendered_on_a_cluster_with_certificates(
         dask_tls_cert=certificates / "cluster.pem",
         dask_tls_key=certificates / "cluster.key",
     )
-    with running(settings) as server, httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+    with running(settings) as server, httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         finish(client, submit(client, scene()))
 
 
@@ -78,7 +78,7 @@ async def connects(address: str, folder: Path | None) -> bool:
         require_encryption=True,
     )
     try:
-        async with Client(address, security=security, asynchronous=True, timeout=PATIENCE / 20) as client:
+        async with Client(address, security=security, asynchronous=True, timeout=TIMEOUT / 20) as client:
             return bool(client.status == "running")
     except OSError:
         return False

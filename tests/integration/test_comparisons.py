@@ -17,7 +17,7 @@ from service.cli.compare import read
 from service.client import Client, NotFoundError
 from service.server import RunningServer
 from tests.integration.conftest import Start
-from tests.integration.support import PATIENCE, finish, image, scene, submit
+from tests.integration.support import TIMEOUT, finish, image, scene, submit
 from tests.integration.test_bad_requests import problem_of
 
 
@@ -85,7 +85,7 @@ def test_the_client_compares_files_and_jobs(
     finish(client, job)
     path = tmp_path / "picture.npy"
     path.write_bytes(npy(image(client, job)))
-    with Client(server.url, timeout=PATIENCE) as penumbra:
+    with Client(server.url, timeout=TIMEOUT) as penumbra:
         reported = penumbra.compare(path, f"job:{job}")
         stated = penumbra.compare(path.read_bytes(), path, encoding="linear", tolerance=0.5)
     assert reported.verdict == stated.verdict == "match"
@@ -123,7 +123,7 @@ def test_what_cannot_be_compared_is_pointed_at(
 
 def test_a_job_that_is_not_finished_is_not_compared(start: Start) -> None:
     server = start(workers=1)
-    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         job = submit(client, scene(256, 256, samples=400, light_samples=64))
         found = problem_of(ask(client, {"job": job}, GOOD), 422)["errors"][0]
         client.post(f"/v1/jobs/{job}/cancel")

@@ -20,7 +20,7 @@ from schemas.api.plans import Convergence
 from schemas.quality import TargetQuality
 from service.api.routes.pictures import CONVERGENCE_EXAMPLE as EXAMPLE
 from tests.integration.conftest import Start
-from tests.integration.support import PATIENCE, finish, job_of, long_scene, scene, submit, wait
+from tests.integration.support import TIMEOUT, finish, job_of, long_scene, scene, submit, wait
 
 TARGET = {"mode": "target", "error": 0.004}
 RANDOM = {"samples": 64, "pattern": "random", "light_pattern": "stratified"}
@@ -138,7 +138,7 @@ def test_a_running_job_reports_the_passes_that_are_finished(client: httpx2.Clien
     found = convergence(client, job)
     client.delete(f"/v1/jobs/{job}")
     assert found["state"] == "running"
-    # The coarse picture has a ray for every 4 x 4 pixels, the next pass one for each.
+    # The preview has a ray for each 4 x 4 pixels, the next pass one for each pixel.
     previews = 64 * 64
     assert [entry["rays"]["camera"] for entry in found["passes"]][:2] == [previews, previews + 256 * 256]
     assert "when the picture is finished" in found["reason"]
@@ -289,7 +289,7 @@ def test_without_the_extra_a_plot_is_refused_with_the_cure(
     missing.mkdir()
     (missing / "matplotlib.py").write_text("raise ImportError")
     monkeypatch.setenv("PYTHONPATH", str(missing))
-    with httpx2.Client(base_url=start().url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=start().url, timeout=TIMEOUT) as client:
         job = submit(client, scene(8, 8, samples=1))
         for form in ("svg", "png"):
             answer = client.get(path_of(job), params={"format": form})
@@ -307,13 +307,13 @@ def test_a_killed_server_forgets_no_pass_and_counts_none_twice(
 ) -> None:
     document = scene(256, 192, samples=64, light_samples=16, pattern="random", light_pattern="random")
     first = start(tile_size=64)
-    with httpx2.Client(base_url=first.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=first.url, timeout=TIMEOUT) as client:
         job = submit(client, document, **({"quality": quality} if quality else {}))
         wait(client, job, lambda _: len(convergence(client, job)["passes"]) >= 2)
         before = convergence(client, job)["passes"]
         first.process.kill()
         first.process.wait()
-    with httpx2.Client(base_url=start(tile_size=64).url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=start(tile_size=64).url, timeout=TIMEOUT) as client:
         done = finish(client, job)
         passes = convergence(client, job)["passes"]
     assert [entry["seconds"] for entry in passes[: len(before)]] == [entry["seconds"] for entry in before]

@@ -1,4 +1,4 @@
-"""A server that is cut off from the database it shares, and one that is ended: another takes over."""
+"""A server that loses its connection to the shared database, or is killed: another takes over."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from service.storage.database import connection
 from service.storage.database.connection import Database
 from service.storage.database.models import LeaderRow, TileRow
 from tests.integration.between import Between
-from tests.integration.support import PATIENCE, finish, image, scene, submit, until, wait, work
+from tests.integration.support import TIMEOUT, finish, image, scene, submit, until, wait, work
 from tests.postgres_server import PostgresServer
 
 
@@ -67,11 +67,11 @@ def through(between: Between, url: str) -> str:
 
 
 def client_of(server: RunningServer) -> httpx2.Client:
-    return httpx2.Client(base_url=server.url, timeout=PATIENCE)
+    return httpx2.Client(base_url=server.url, timeout=TIMEOUT)
 
 
 def leads(server: RunningServer) -> bool:
-    return "penumbra_leads 1.0" in httpx2.get(f"{server.url}/metrics", timeout=PATIENCE).text
+    return "penumbra_leads 1.0" in httpx2.get(f"{server.url}/metrics", timeout=TIMEOUT).text
 
 
 def steps(database: Database) -> list[tuple[object, ...]]:
@@ -103,7 +103,7 @@ def test_a_leader_that_is_cut_off_is_followed_and_gives_up_all_it_has_when_it_is
     assert leads(pair.near)
     with client_of(pair.far) as client:
         assert image(client, job).tobytes() == undisturbed.tobytes()
-        # Its worker is free: what it had in hand was given up.
+        # Its worker is free: its task was abandoned.
         rays = {"scene": scene(), "origins": [[0.0, 2.0, 6.0]], "directions": [[0.0, -1.0, -5.0]]}
         assert client.post("/v1/traces", json=rays).status_code == 200
 
@@ -115,7 +115,7 @@ def test_a_leader_that_is_ended_hands_over_at_once(pair: Pair, undisturbed: np.n
         job = submit(client, work())
         wait(client, job, lambda found: found["progress"]["done"] >= 3)
         with pair.database.writing() as session:
-            # Who waits for the leader's time to be up waits for an hour.
+            # The leader's term lasts an hour here.
             session.scalars(select(LeaderRow)).one().expires_at += timedelta(hours=1)
         leader.process.terminate()
         until(lambda: leads(other))

@@ -17,7 +17,7 @@ from service.server import RunningServer, running
 from service.settings import Settings
 from tests.integration.conftest import Start
 from tests.integration.support import (
-    PATIENCE,
+    TIMEOUT,
     ended,
     finish,
     image,
@@ -40,7 +40,7 @@ def undisturbed() -> np.ndarray:
 
 
 def connect(server: RunningServer) -> httpx2.Client:
-    return httpx2.Client(base_url=server.url, timeout=PATIENCE)
+    return httpx2.Client(base_url=server.url, timeout=TIMEOUT)
 
 
 def is_alive(process: int) -> bool:
@@ -180,7 +180,7 @@ def test_a_stopped_server_sends_its_watchers_away_and_resumes_later(start: Start
     assert first.process.wait(timeout=10) is not None
     with connect(start(workers=2)) as client:
         assert job_of(client, job)["state"] in {"running", "queued", "succeeded"}
-        # What its workers had in hand is reported as tried again.
+        # The tasks of its workers are reported as retried.
         assert re.search(
             r'^penumbra_retries_total\{cause="server_lost"\} [1-9]', client.get("/metrics").text, re.MULTILINE
         )

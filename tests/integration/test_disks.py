@@ -1,4 +1,4 @@
-"""A disk that is full, and one that can only be read for a while: a file system of its own under a server."""
+"""A full disk, and one that is read-only for a while: the server has a file system of its own."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from service.storage.database.models import LeaderRow
 from tests.integration.support import (
-    PATIENCE,
+    TIMEOUT,
     ended,
     finish,
     image,
@@ -43,7 +43,7 @@ MANY = 4
 
 @pytest.fixture(scope="module")
 def disk() -> Iterator[Path]:
-    # Not in a folder of pytest's own: another run that tidies up there must not meet what it cannot remove.
+    # Not in a folder of pytest's own: another run that cleans up there must not find what it cannot remove.
     with TemporaryDirectory() as folder:
         reported = _mount("-t", "tmpfs", "-o", f"size={SIZE}", "tmpfs", folder)
         if reported is not None:
@@ -63,7 +63,7 @@ def _mount(*words: str) -> str | None:
 @pytest.fixture(scope="module")
 def client(disk: Path) -> Iterator[httpx2.Client]:
     settings = Settings(data=disk, port=0, workers=1, tile_size=48, min_free_bytes=1 << 20, log_level="error")
-    with running(settings) as server, httpx2.Client(base_url=server.url, timeout=PATIENCE) as opened:
+    with running(settings) as server, httpx2.Client(base_url=server.url, timeout=TIMEOUT) as opened:
         yield opened
 
 
@@ -132,7 +132,7 @@ def test_on_a_full_disk_jobs_wait_and_readers_do_not(
     finish(client, finished)
     job = half_done(client)
     with full(disk) as fill:
-        # Who learns of it first is chance: a worker that writes a tile, or the database that notes one.
+        # Either a worker or the database may report it first.
         until(lambda: "disk is nearly full" in client.get("/readyz").json().get("detail", ""))
         fill()
         check_reads(client, finished, job)
@@ -165,7 +165,7 @@ def test_no_connection_stays_that_was_made_while_the_database_could_only_be_read
     database = Database(f"sqlite:///{disk / 'own.sqlite'}")
     upgrade(database)
     with read_only(disk), database.reading() as reader:
-        # While this one has the connection that there was, the next gets a new one.
+        # This one keeps the existing connection, so the next gets a new one.
         assert reader.scalars(select(LeaderRow.term)).all()
         with pytest.raises(OperationalError):
             count_up(database)

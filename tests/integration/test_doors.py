@@ -17,7 +17,7 @@ import pytest
 from service.server import RunningServer, running
 from service.settings import Settings
 from service.storage.ownership import held
-from tests.integration.support import PATIENCE, scene
+from tests.integration.support import TIMEOUT, scene
 from tests.integration.test_bad_requests import problem_of
 
 EVIL = "rebound.example"
@@ -26,7 +26,7 @@ POLICY = "Content-Security-Policy"
 
 @pytest.fixture(scope="module")
 def strict(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
-    """Behind a proxy that passes on one name, and without patience."""
+    """Behind a proxy that passes on one name, with short timeouts."""
     settings = Settings(
         data=tmp_path_factory.mktemp("strict"),
         port=0,
@@ -51,7 +51,7 @@ def test_a_name_that_leads_here_from_elsewhere_is_refused(client: httpx2.Client,
         ("GET", "/v1/session"),
     ):
         answer = client.request(method, path, headers=headers)
-        # An odd origin is refused as one of another site, before the name is looked at.
+        # A malformed origin is refused as one of another site, before the name is checked.
         assert (answer.status_code, answer.json()["code"]) in {(421, "unknown_host"), (403, "cross_site")}
         if method == "GET":
             problem_of(answer, 421)
@@ -98,7 +98,7 @@ def test_no_one_keeps_answers_for_others(client: httpx2.Client) -> None:
 
 def connected(server: RunningServer) -> socket.socket:
     host, port = server.url.removeprefix("http://").split(":")
-    return socket.create_connection((host, int(port)), timeout=PATIENCE)
+    return socket.create_connection((host, int(port)), timeout=TIMEOUT)
 
 
 @pytest.mark.parametrize("sent", [b"", b"GET /livez HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Slow: "])
@@ -134,7 +134,7 @@ def on_a_terminal(statements: str) -> str:
     """What a terminal is shown of the logs of some statements."""
     program = f"import structlog; from service import logs; logs.configure('info')\n{statements}"
     ours, theirs = pty.openpty()
-    subprocess.run([sys.executable, "-c", program], stderr=theirs, check=True, timeout=PATIENCE)
+    subprocess.run([sys.executable, "-c", program], stderr=theirs, check=True, timeout=TIMEOUT)
     os.close(theirs)
     shown = os.read(ours, 10_000).decode()
     os.close(ours)

@@ -1,4 +1,4 @@
-"""What every engine does alike: it runs tasks, survives what they do, and gives them back when asked."""
+"""The contract of all engines: they run tasks, survive their crashes, and give them back on request."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from service.workers.tasks import (
 from service.workers.worker import WorkerSetup
 from tests.integration.support import scene, until
 
-PATIENCE = 60.0
+TIMEOUT = 60.0
 
 
 class Bench:
@@ -53,7 +53,7 @@ class Bench:
         self.plan = renderer.compile_scene(request.scene)
         self.store.put_spec("job", request.model_dump_json(exclude_none=True).encode())
         self.engine.start(lambda task, outcome: self.reports.put((task, outcome)))
-        until(self.engine.alive, PATIENCE)
+        until(self.engine.alive, TIMEOUT)
 
     def slots(self) -> set[int]:
         """Processes that render."""
@@ -71,7 +71,7 @@ class Bench:
         return self.outcome_of(task)
 
     def outcome_of(self, task: Task) -> Outcome:
-        reported, outcome = self.reports.get(timeout=PATIENCE)
+        reported, outcome = self.reports.get(timeout=TIMEOUT)
         assert reported is task
         return outcome
 
@@ -131,7 +131,7 @@ def test_there_is_room_for_more_than_what_runs_and_not_for_everything(bench: Ben
     for task in tasks:
         bench.engine.submit(task)
     assert bench.engine.room() < room
-    assert {bench.reports.get(timeout=PATIENCE)[0] for _ in tasks} == set(tasks)
+    assert {bench.reports.get(timeout=TIMEOUT)[0] for _ in tasks} == set(tasks)
     assert bench.engine.room() == room
 
 
@@ -143,7 +143,7 @@ def test_a_task_whose_process_dies_is_blamed_and_those_behind_it_are_not(bench: 
     bench.engine.submit(second)
     until(lambda: _cpu_seconds(slot) > before)
     os.kill(slot, signal.SIGKILL)
-    reports = dict(bench.reports.get(timeout=PATIENCE) for _ in range(2))
+    reports = dict(bench.reports.get(timeout=TIMEOUT) for _ in range(2))
     assert reports[first] == WorkerDied()
     assert isinstance(reports[second], TileDone | Interrupted)
 

@@ -1,4 +1,4 @@
-"""Whose turn it is. Real database, no engine: tiles take the CPU seconds that a test says."""
+"""Fair scheduling. Real database, no engine: each test sets the CPU seconds of tiles."""
 
 from __future__ import annotations
 

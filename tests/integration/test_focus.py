@@ -1,4 +1,4 @@
-"""A part of a picture can be had first."""
+"""A part of a picture is rendered first on request."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import httpx2
 import pytest
 
 from tests.integration.conftest import Start
-from tests.integration.support import PATIENCE, finish, image, long_scene, scene, submit
+from tests.integration.support import TIMEOUT, finish, image, long_scene, scene, submit
 from tests.integration.test_bad_requests import problem_of
 
 LOWER_RIGHT = {"x0": 40, "y0": 40, "x1": 64, "y1": 64}
@@ -19,7 +19,7 @@ LOWER_RIGHT = {"x0": 40, "y0": 40, "x1": 64, "y1": 64}
 @pytest.mark.slow
 def test_tiles_of_a_region_come_first_in_each_pass_and_the_picture_is_the_same(start: Start) -> None:
     server = start(workers=1, tile_size=16)
-    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         busy = submit(client, long_scene())
         job = submit(client, scene(64, 64))
         answer = client.post(f"/v1/jobs/{job}/focus", json=LOWER_RIGHT)

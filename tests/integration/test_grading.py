@@ -70,8 +70,8 @@ def test_a_job_that_is_given_up_is_cancelled(assignment: Assignment, server: Run
     large = scene(sampling={"antialiasing": {"pattern": "uniform", "samples": 1024}})
     large["camera"] = SCENE["camera"] | {"width": 960, "height": 640}
     assignment.hand_in("large.json", large | {"name": "given up"})
-    told = assignment.test(scene_test(submitted={"file": "large.json"}, deadline=4.0), server=server.url)
-    assert told.status == "error"
+    outcome = assignment.test(scene_test(submitted={"file": "large.json"}, deadline=4.0), server=server.url)
+    assert outcome.status == "error"
     with Client(server.url) as client:
         (job,) = [job for job in client.list(limit=20).jobs if job.name == "given up"]
     assert job.state == "cancelled"

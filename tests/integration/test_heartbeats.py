@@ -1,4 +1,4 @@
-"""Time as it is counted by beats."""
+"""Time as counted by heartbeats."""
 
 import os
 from multiprocessing import Pipe

@@ -13,7 +13,7 @@ from accuracy.inspection import inspect, inspection_plan
 from schemas.api.inspections import Inspection
 from schemas.api.request_pointers import in_scene
 from service.server import RunningServer
-from tests.integration.support import PATIENCE, finish, scene, submit
+from tests.integration.support import TIMEOUT, finish, scene, submit
 from tests.integration.test_bad_requests import problem_of
 
 BEHIND_THE_BALL = (30, 27)
@@ -21,7 +21,7 @@ BEHIND_THE_BALL = (30, 27)
 
 @pytest.fixture(scope="module")
 def finished(server: RunningServer) -> Iterator[tuple[httpx2.Client, str]]:
-    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         job = submit(client, scene())
         finish(client, job)
         yield client, job

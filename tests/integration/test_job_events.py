@@ -1,4 +1,4 @@
-"""News of a job: at once for who watches alone, gathered for a crowd."""
+"""Events of a job: sent at once to a single watcher, collected for many."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ async def heard(crowd: int) -> list[int]:
         waits = [asyncio.create_task(watcher.wait(60.0)) for watcher in watchers]
         for _ in range(2):
             news.publish([JOB])
-            # Turns of the loop: a watcher that does not let news gather is through with them.
+            # Enough turns of the loop for a watcher that does not collect events.
             for _ in range(10):
                 await asyncio.sleep(0)
         first = await asyncio.gather(*waits)

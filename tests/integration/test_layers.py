@@ -19,7 +19,7 @@ from service.storage.folder import Folder
 from service.storage.tiles import StoredTile, TileStore
 from tests.integration.conftest import Start
 from tests.integration.support import (
-    PATIENCE,
+    TIMEOUT,
     ended,
     finish,
     image,
@@ -159,7 +159,7 @@ def test_layers_are_there_while_the_picture_is_being_rendered(client: httpx2.Cli
 def test_layers_do_not_depend_on_tiles_and_workers(start: Start, tile_size: int, workers: int) -> None:
     document = scene(150, 90)
     server = start(tile_size=tile_size, workers=workers)
-    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         job = submit(client, document, layers=ALL)
         finish(client, job)
         wanted = rendered(document).layers
@@ -172,12 +172,12 @@ def test_layers_outlast_a_killed_server(start: Start) -> None:
     """Tiles recorded before the end are not rendered again, and are not missing."""
     document = long_scene()
     first = start(tile_size=64)
-    with httpx2.Client(base_url=first.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=first.url, timeout=TIMEOUT) as client:
         job = submit(client, document, layers=["position", "primitive"])
         wait(client, job, lambda found: found["progress"]["done"] >= 6)
     first.process.kill()
     first.process.wait()
-    with httpx2.Client(base_url=start(tile_size=64).url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=start(tile_size=64).url, timeout=TIMEOUT) as client:
         finish(client, job)
         whole = renderer.render(renderer.compile_scene(document | {"sampling": {}}, layers=ALL)).layers
         for name in ("position", "primitive"):

@@ -362,7 +362,7 @@ def test_putting_together_is_tried_again_after_a_death(table: Table) -> None:
     table.add("a")
     tasks = [table.next() for _ in range(9)]
     (compose,) = table.round(*((task, DONE) for task in tasks)).tasks
-    # However often it was tried in vain because the disk was full.
+    # Attempts that failed because the disk was full do not count.
     for _ in range(MAX_ATTEMPTS):
         table.round((compose, TaskFailed("storage_full", "Full.")))
         (compose,) = table.round().tasks

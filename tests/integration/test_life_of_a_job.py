@@ -17,7 +17,7 @@ from schemas.api.request_pointers import in_request
 from tests.integration.conftest import Start
 from tests.integration.support import (
     ON_BOTH,
-    PATIENCE,
+    TIMEOUT,
     ended,
     finish,
     image,
@@ -74,7 +74,7 @@ def test_bytes_do_not_depend_on_tiles_and_workers(
 ) -> None:
     document = scene(150, 90, **patterns)
     server = start(tile_size=tile_size, workers=workers)
-    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         job = submit(client, document)
         finish(client, job)
         assert image(client, job).tobytes() == rendered(document).tobytes()

@@ -1,4 +1,4 @@
-"""What `make load` measures, with few jobs and without a look at the clock: what is promised is kept."""
+"""The guarantees that `make load` measures, with few jobs and without timing."""
 
 from __future__ import annotations
 

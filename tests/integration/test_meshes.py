@@ -20,7 +20,7 @@ from service.storage.folder import Folder
 from tests.images.test_gltf_files import placed, with_buffers, written
 from tests.images.test_mesh_files import FILES, HUGE, solid
 from tests.integration.conftest import Start
-from tests.integration.support import PATIENCE, ended, finish, image, scene, submit, wait
+from tests.integration.support import TIMEOUT, ended, finish, image, scene, submit, wait
 from tests.integration.test_assets import png, put
 from tests.integration.test_bad_requests import problem_of
 
@@ -119,7 +119,7 @@ def test_a_worker_keeps_to_the_limits_of_its_service_and_not_to_those_of_its_mac
     with Client(start(limits=Limits(max_mesh_triangles=2), workers=1).url) as client:
         job = client.submit(document)
         with pytest.raises(JobFailedError, match="3 triangles together"):
-            job.wait(timeout=PATIENCE)
+            job.wait(timeout=TIMEOUT)
     assert job.failure is not None
     assert job.failure.code == "scene_not_usable"
     assert "PENUMBRA_LIMITS__MAX_MESH_TRIANGLES" in job.failure.message

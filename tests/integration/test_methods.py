@@ -1,4 +1,4 @@
-"""What all addresses have in common: HEAD beside GET, all methods in Allow, no parameter in vain."""
+"""Rules for all addresses: HEAD beside GET, all methods in Allow, no unknown parameters."""
 
 from __future__ import annotations
 

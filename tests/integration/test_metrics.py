@@ -1,4 +1,4 @@
-"""What operators watch, read as Prometheus reads it."""
+"""Metrics, read as Prometheus reads them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from service.storage.database.migrations import upgrade
 from tests.integration.conftest import Start
 from tests.integration.support import (
     ON_BOTH,
-    PATIENCE,
+    TIMEOUT,
     ended,
     finish,
     job_of,
@@ -59,14 +59,14 @@ def test_tiles_and_cpu_seconds_of_a_job_are_counted(client: httpx2.Client) -> No
     # Each finished tile is an event of the job, in each of its passes.
     assert tiles == job["last_seq"]
     user = ("penumbra_user_cpu_seconds_total", job["user"])
-    # The picture's own CPU seconds are those of its tiles; putting it together comes on top.
+    # The CPU seconds of a picture are those of its tiles; composing it comes on top.
     assert after[user] - before.get(user, 0) >= job["cost"]["cpu_seconds"]
 
 
 @pytest.mark.slow
 def test_the_queue_is_as_deep_as_the_jobs_that_wait_and_what_is_tried_again_is_counted(start: Start) -> None:
     server = start(workers=1)
-    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         assert watched(client)["penumbra_jobs", "queued"] == 0
         jobs = [submit(client, scene(256, 256, samples=256, light_samples=64)) for _ in range(3)]
         samples = watched(client)
@@ -76,7 +76,7 @@ def test_the_queue_is_as_deep_as_the_jobs_that_wait_and_what_is_tried_again_is_c
         (worker,) = workers_of(server.process.pid)
         os.kill(worker, signal.SIGKILL)
         until(lambda: bool(retries(watched(client))))
-        # What waited behind the tile in the worker is taken back, too.
+        # The task that waited behind the tile in the worker is taken back, too.
         assert {"worker_died": 1}.items() <= retries(watched(client)).items()
         assert retries(watched(client)).keys() <= {"worker_died", "interrupted"}
         for job in jobs:
@@ -89,7 +89,7 @@ def test_the_queue_is_as_deep_as_the_jobs_that_wait_and_what_is_tried_again_is_c
 @pytest.mark.slow
 def test_a_worker_that_dies_is_counted_and_the_job_that_fails_of_it_by_its_code(start: Start) -> None:
     server = start(workers=1, max_attempts=1, tile_size=64)
-    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         # One tile, seconds of work in each pass.
         job = submit(client, scene(64, 64, samples=1024, light_samples=256))
         wait(client, job, lambda found: found["progress"]["done"] >= 1)
@@ -103,7 +103,7 @@ def test_a_worker_that_dies_is_counted_and_the_job_that_fails_of_it_by_its_code(
 
 @pytest.mark.slow
 def test_reached_errors_are_reported_as_shares_of_those_asked_for(start: Start) -> None:
-    with httpx2.Client(base_url=start().url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=start().url, timeout=TIMEOUT) as client:
         assert ("penumbra_error_over_target", "0.5") not in watched(client)
         quality = {"mode": "target", "error": 0.05}
         job = finish(client, submit(client, scene(), quality=quality))

@@ -10,7 +10,7 @@ import pytest
 
 from schemas.api.batches import FLOAT32, unpack
 from tests.integration.conftest import Start
-from tests.integration.support import ON_BOTH, PATIENCE, finish, image, long_scene, scene, submit, wait
+from tests.integration.support import ON_BOTH, TIMEOUT, finish, image, long_scene, scene, submit, wait
 
 BINARY = {"Accept": "application/octet-stream"}
 
@@ -121,7 +121,7 @@ def test_a_stream_continues_after_the_last_event_received(client: httpx2.Client,
 
 def test_a_silent_stream_shows_that_it_lives(start: Start) -> None:
     server = start(workers=1, heartbeat_seconds=0.01)
-    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         job = submit(client, long_scene())
         with client.stream("GET", f"/v1/jobs/{job}/events") as answer:
             assert any(line.startswith(":") for line in answer.iter_lines())

@@ -1,4 +1,4 @@
-"""A service whose pictures and textures are in a bucket answers as one with a folder does.
+"""A service with a bucket answers like one with a folder.
 
 Its workers are those of a Dask cluster, each of which has a slot as without one.
 """
@@ -22,7 +22,7 @@ from service.server import RunningServer, running
 from service.storage.folder import place_of
 from service.storage.ownership import MARK
 from tests.integration.conftest import typical
-from tests.integration.support import PATIENCE, finish, image, scene, submit, until, wait
+from tests.integration.support import TIMEOUT, finish, image, scene, submit, until, wait
 from tests.s3_server import BUCKET, S3Server
 
 STORE = f"s3://{BUCKET}/service"
@@ -41,7 +41,7 @@ def in_bucket(object_store: S3Server, tmp_path_factory: pytest.TempPathFactory) 
 
 @pytest.fixture(scope="module")
 def away(in_bucket: RunningServer) -> Iterator[httpx2.Client]:
-    with httpx2.Client(base_url=in_bucket.url, timeout=PATIENCE) as opened:
+    with httpx2.Client(base_url=in_bucket.url, timeout=TIMEOUT) as opened:
         yield opened
 
 
@@ -93,7 +93,7 @@ def rendered(in_bucket: RunningServer, server: RunningServer) -> dict[str, str]:
     """The same job of the service with a bucket, and of the one with a folder."""
     jobs = {}
     for name, url in (("away", in_bucket.url), ("near", server.url)):
-        with httpx2.Client(base_url=url, timeout=PATIENCE) as client:
+        with httpx2.Client(base_url=url, timeout=TIMEOUT) as client:
             jobs[name] = submit(client, scene(), layers=["depth"])
             finish(client, jobs[name])
     return jobs

@@ -1,4 +1,4 @@
-"""Requests made up from the OpenAPI document: whatever is sent, the service answers for it."""
+"""Requests generated from the OpenAPI document: every answer is one that the document describes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the operator of a service asks, and what its documents say."""
+"""Routes for operators, and the documentation of operations."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from schemas.json_schema import scene_json_schema
 from service.app import create_app
 from service.settings import Settings
 from tests.integration.conftest import Start
-from tests.integration.support import PATIENCE, scene, until, workers_of
+from tests.integration.support import TIMEOUT, scene, until, workers_of
 
-# As many requests are answered at once as there are threads for them.
+# The number of threads that answer requests.
 REQUEST_THREADS = 40
 
 
@@ -70,7 +70,7 @@ def test_a_service_that_is_being_stopped_takes_no_jobs_and_lives(tmp_path: Path)
 
 def test_a_service_without_a_worker_takes_no_jobs_and_lives(start: Start) -> None:
     server = start(workers=1)
-    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         (worker,) = workers_of(server.process.pid)
         os.kill(worker, signal.SIGKILL)
         # Another one is started at once, which takes a while.
@@ -89,7 +89,7 @@ def missing(client: httpx2.Client) -> str:
 
 @pytest.mark.slow
 def test_a_service_whose_database_takes_no_writes_is_not_ready(start: Start, tmp_path: Path) -> None:
-    with httpx2.Client(base_url=start(workers=1).url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=start(workers=1).url, timeout=TIMEOUT) as client:
         with closing(sqlite3.connect(tmp_path / "penumbra.sqlite")) as connection:
             connection.execute("PRAGMA busy_timeout = 10000")
             connection.execute("BEGIN IMMEDIATE")
@@ -103,7 +103,7 @@ def test_a_service_of_which_all_threads_wait_for_the_database_lives(start: Start
     server = start(workers=1)
     threads = Path(f"/proc/{server.process.pid}/task")
     with (
-        httpx2.Client(base_url=server.url, timeout=PATIENCE) as client,
+        httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client,
         ThreadPoolExecutor(REQUEST_THREADS) as pool,
         closing(sqlite3.connect(tmp_path / "penumbra.sqlite")) as connection,
     ):
@@ -125,5 +125,5 @@ def test_a_service_that_hands_out_no_work_any_more_asks_to_be_started_again(tmp_
         app.state.service.dispatcher.stop()
         answer = client.get("/livez")
         assert answer.status_code == 503
-        assert "Start the service" in answer.json()["detail"]
+        assert "Restart" in answer.json()["detail"]
         assert client.get("/readyz").status_code == 503

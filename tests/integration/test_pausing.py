@@ -1,4 +1,4 @@
-"""Paused jobs: nothing more is handed out for them, and what they have stays."""
+"""Paused jobs: no more of their tiles are started, and finished tiles stay."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def test_no_limit_of_time_runs_on_during_a_pause(table: Held) -> None:
     with table.database.writing() as session:
         ended, _, upcoming = sharing.end_late(session)
     event.remove(JobRow, "load", note)
-    # Every round looks at all jobs with a limit, which may be thousands: it reads none of them whole.
+    # Every round checks all jobs with a limit, which may be thousands, without reading them whole.
     assert ended == whole == []
     assert upcoming is not None
     # Six of ten seconds had passed before the pause; this test takes some itself.

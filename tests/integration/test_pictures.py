@@ -32,7 +32,7 @@ def test_a_picture_is_there_while_it_is_being_rendered(client: httpx2.Client) ->
     partial = image(client, job)
     client.delete(f"/v1/jobs/{job}")
     assert partial.shape == (256, 256, 3)
-    # The coarse picture is a picture of the scene already: on average it is right.
+    # The preview already shows the scene: on average it is right.
     few = renderer.render(renderer.compile_scene(long_scene() | {"sampling": {}}), workers=1).image
     assert abs(float(partial.mean()) - float(few.mean())) < 0.1 * float(few.mean())
 

@@ -1,4 +1,4 @@
-"""A folder and a bucket keep bytes in the same way, and so do the stores over them."""
+"""A folder and a bucket behave the same, and so do the stores that use them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Over HTTP every pointer leads into the body that was posted, and problems have their lines there."""
+"""Over HTTP every pointer and every line refers to the body that was posted."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from schemas.limits import Limits
 from schemas.pointers import Parts
 from service.jobs.admission import Pixels, outlined
 from tests.integration.conftest import Start
-from tests.integration.support import PATIENCE, scene, submit
+from tests.integration.support import TIMEOUT, scene, submit
 from tests.integration.test_bad_requests import JSON, problem_of
 
 SCENES = sorted((Path(scenes.__file__).parent / "gallery").glob("*.json"))
@@ -71,7 +71,7 @@ def test_plans_quotes_and_inspections_point_into_the_request(client: httpx2.Clie
     answers = [
         client.post("/v1/plans", json=body),
         client.get(f"/v1/jobs/{job}/plan"),
-        client.post("/v1/quotes", json=body, timeout=PATIENCE),
+        client.post("/v1/quotes", json=body, timeout=TIMEOUT),
         client.post(f"/v1/jobs/{job}/inspections", json={"x": 0, "y": 0}),
         client.post(f"/v1/jobs/{job}/inspections", json={"x": 8, "y": 8}),
     ]
@@ -141,7 +141,7 @@ def test_as_many_rays_are_traced_as_the_setting_allows(start: Start) -> None:
         "origins": [[-1.2345678901234567e-101] * 3] * most,
         "directions": [[-1.2345678901234567e101] * 3] * most,
     }
-    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         answer = client.post("/v1/traces", json={"scene": scene(8, 8), **rays})
         assert answer.status_code == 200, answer.text
         assert len(answer.json()["t"]) == most

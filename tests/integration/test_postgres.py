@@ -1,4 +1,4 @@
-"""What is particular to a service on PostgreSQL."""
+"""Tests specific to a service on PostgreSQL."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from service.storage.database.connection import Database
 from service.storage.ownership import held
 from tests.integration.conftest import Start
 from tests.integration.support import (
-    PATIENCE,
+    TIMEOUT,
     finish,
     image,
     long_scene,
@@ -34,12 +34,12 @@ def test_a_killed_server_resumes_and_reports_no_finished_tile_again(
 ) -> None:
     url = postgres.database()
     first = start(tile_size=64, database=url)
-    with httpx2.Client(base_url=first.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=first.url, timeout=TIMEOUT) as client:
         job = submit(client, long_scene())
         wait(client, job, lambda found: found["progress"]["done"] >= 6)
     first.process.kill()
     first.process.wait()
-    with httpx2.Client(base_url=start(tile_size=64, database=url).url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=start(tile_size=64, database=url).url, timeout=TIMEOUT) as client:
         done = client.get(f"/v1/jobs/{job}/tiles").json()["events"]
         assert len(done) >= 6
         finish(client, job)

@@ -1,4 +1,4 @@
-"""A queue that is full says so, and when to come back; nothing that was accepted is lost."""
+"""A full queue refuses jobs with Retry-After; no accepted job is lost."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from tests.integration.conftest import Start
-from tests.integration.support import PATIENCE, finish, scene, until, workers_of
+from tests.integration.support import TIMEOUT, finish, scene, until, workers_of
 
 
 def ask(client: httpx2.Client, number: int) -> httpx2.Response:
@@ -44,7 +44,7 @@ def suspended(server: RunningServer) -> Iterator[None]:
 
 def test_a_full_queue_says_when_to_come_back_and_loses_nothing(start: Start) -> None:
     server = start(workers=1, max_user_jobs=3)
-    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         done = ask(client, 0)
         finish(client, done.json()["id"])
         with suspended(server):
@@ -58,7 +58,7 @@ def test_a_full_queue_says_when_to_come_back_and_loses_nothing(start: Start) -> 
             assert 1 <= int(full.headers["Retry-After"]) <= 3600
             assert full.headers["RateLimit"].startswith('"jobs";r=0')
             assert "3 jobs" in full.json()["detail"]
-            # What is answered from the store needs no room.
+            # A job that is answered from the store needs no room in the queue.
             assert ask(client, 0).json()["state"] == "succeeded"
         for answer in taken:
             finish(client, answer.json()["id"])
@@ -74,13 +74,13 @@ def price(client: httpx2.Client) -> float:
 
 def test_cpu_seconds_are_counted_too_and_not_twice_for_one_picture(start: Start, price: float) -> None:
     server = start(workers=1, max_user_cpu_seconds=1.5 * price)
-    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client, suspended(server):
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client, suspended(server):
         assert [ask(client, number).status_code for number in (1, 1, 2)] == [202, 202, 429]
 
 
 def test_a_job_that_is_too_dear_for_its_user_is_refused_for_good(start: Start, price: float) -> None:
     server = start(workers=1, max_user_cpu_seconds=0.5 * price)
-    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         answer = ask(client, 1)
         assert (answer.status_code, answer.json()["errors"][0]["code"]) == (422, "cost")
 
@@ -94,7 +94,7 @@ def test_one_users_full_queue_is_not_anothers(start: Start, tmp_path: Path) -> N
     database.close()
     server = start(workers=1, max_queued_jobs=3)
     clients = [
-        httpx2.Client(base_url=server.url, timeout=PATIENCE, headers={"Authorization": f"Bearer {key}"})
+        httpx2.Client(base_url=server.url, timeout=TIMEOUT, headers={"Authorization": f"Bearer {key}"})
         for key in (ann, bob)
     ]
     with clients[0] as first, clients[1] as second, suspended(server):

@@ -1,4 +1,4 @@
-"""The place of a job in the queue is that in which jobs really start. Real database, no engine."""
+"""The reported queue position is the order in which jobs start. Real database, no engine."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from schemas.quality import FixedQuality, TargetQuality
 from service.client import BusyError, Client, RequestInvalidError
 from service.server import RunningServer
 from tests.integration.conftest import Start
-from tests.integration.support import PATIENCE, scene
+from tests.integration.support import TIMEOUT, scene
 from tests.integration.test_bad_requests import problem_of
 
 SAMPLES = {"mode": "fixed", "antialiasing": {"pattern": "sobol", "samples": 2}}
@@ -113,7 +113,7 @@ def test_more_quotes_than_the_service_makes_are_sent_away(start: Start) -> None:
     server = start(max_quotes=1, workers=1)
 
     def quoted(_: int) -> httpx2.Response:
-        with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+        with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
             return ask(client)
 
     with ThreadPoolExecutor(4) as threads:
@@ -122,7 +122,7 @@ def test_more_quotes_than_the_service_makes_are_sent_away(start: Start) -> None:
     refused = next(answer for answer in answers if answer.status_code == 429)
     assert problem_of(refused, 429)["code"] == "busy"
     assert int(refused.headers["Retry-After"]) >= 1
-    # The seat is free again.
+    # The limit of concurrent quotes has room again.
     assert quoted(0).status_code == 200
 
 

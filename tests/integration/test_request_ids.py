@@ -1,4 +1,4 @@
-"""A request's name: in its answer, and in what it logs."""
+"""Request ids in answers and in the log."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 
 from service.server import running
 from service.settings import Settings
-from tests.integration.support import PATIENCE, scene, until
+from tests.integration.support import TIMEOUT, scene, until
 from tests.integration.test_assets import put
 from tests.integration.test_meshes import FILES, with_mesh
 
@@ -27,7 +27,7 @@ def talk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Talk]:
     with (
         (folder / "log").open("wb") as stderr,
         running(settings, stderr=stderr) as server,
-        httpx2.Client(base_url=server.url, timeout=PATIENCE) as client,
+        httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client,
     ):
         yield client, folder / "log"
 
@@ -60,7 +60,7 @@ def test_what_a_request_logs_has_its_name(talk: Talk) -> None:
     until(lambda: len(logged(log, request="mine", event="request")) == 1)
     (ended,) = logged(log, request="mine", event="request")
     assert (ended["method"], ended["path"], ended["status"]) == ("POST", "/v1/jobs", 202)
-    # Tiles are logged under the job that the picture was made for, whichever other users ask for it.
+    # Tiles are logged under the job that the picture was made for, even if other users share it.
     client.post("/v1/jobs", json={"scene": scene()}, headers={"X-Request-ID": "again"})
     (again,) = logged(log, request="again", event="job taken")
     assert (again["job"] != taken["job"], again["render"]) == (True, taken["render"])

@@ -1,4 +1,4 @@
-"""What a job was asked for can be read again."""
+"""The request of a job can be read again."""
 
 from __future__ import annotations
 

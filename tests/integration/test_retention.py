@@ -1,4 +1,4 @@
-"""What is kept and what goes, on the disk of a real server: by age, by bytes, pinned, and by hand."""
+"""Retention on the disk of a real server: by age, by size, pinned, and on request."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from tests.integration.conftest import Start
-from tests.integration.support import PATIENCE, scene, until
+from tests.integration.support import TIMEOUT, scene, until
 from tests.integration.test_assets import png, put, textured
 
 Users = dict[str, httpx2.Client]
@@ -46,7 +46,7 @@ def users(keeping: tuple[RunningServer, dict[str, str]]) -> Iterator[Users]:
     """A client for each user of a service that keeps nothing yet."""
     server, made = keeping
     clients = {
-        user: httpx2.Client(base_url=server.url, timeout=PATIENCE, headers={"Authorization": f"Bearer {key}"})
+        user: httpx2.Client(base_url=server.url, timeout=TIMEOUT, headers={"Authorization": f"Bearer {key}"})
         for user, key in made.items()
     }
     for job in clients["root"].get("/v1/jobs", params={"limit": 100}).json()["jobs"]:
@@ -214,12 +214,12 @@ def test_the_client_pins_and_prunes(keeping: tuple[RunningServer, dict[str, str]
 def test_a_service_sweeps_by_itself_and_starts_without_what_a_killed_one_left(
     start: Start, tmp_path: Path
 ) -> None:
-    orphan = tmp_path / "assets" / hashlib.sha256(b"nobody's").hexdigest()
+    orphan = tmp_path / "assets" / hashlib.sha256(b"orphan").hexdigest()
     orphan.parent.mkdir()
-    orphan.write_bytes(b"nobody's")
+    orphan.write_bytes(b"orphan")
     server = start(workers=1, keep_seconds=1.0, keep_asset_seconds=1e-3)
     assert not orphan.exists()
-    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         content = png(4, 4)
         put(client, content)
         kept, swept = (rendered(client, place) for place in range(2))

@@ -1,4 +1,4 @@
-"""A service that is set up by a file."""
+"""A service that is configured by a file."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from service.server import running
 from service.settings import Settings
-from tests.integration.support import PATIENCE, scene
+from tests.integration.support import TIMEOUT, scene
 
 
 def test_a_service_keeps_the_limits_of_its_settings_file(
@@ -18,7 +18,7 @@ def test_a_service_keeps_the_limits_of_its_settings_file(
     file = tmp_path / "penumbra.toml"
     file.write_text(f'data = "{tmp_path / "data"}"\nport = 0\nworkers = 1\n\n[limits]\nmax_pixels = 100\n')
     monkeypatch.setenv("PENUMBRA_CONFIG", str(file))
-    with running(Settings()) as server, httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+    with running(Settings()) as server, httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         allowed, refused = (client.post("/v1/plans", json={"scene": scene(10, rows)}) for rows in (10, 11))
     assert allowed.status_code == 200
     assert (refused.status_code, refused.json()["errors"][0]["code"]) == (422, "over_limit")

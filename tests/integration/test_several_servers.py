@@ -20,7 +20,7 @@ from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.models import LeaderRow, TileRow
 from tests.integration.support import (
-    PATIENCE,
+    TIMEOUT,
     ended,
     finish,
     image,
@@ -71,7 +71,7 @@ def test_who_was_silent_for_too_long_is_followed_and_learns_of_it(two: tuple[Dat
     assert [term(two[1], second), term(two[0], first)] == [begun + 1, None]
     with two[1].writing() as session:
         second.resign(session)
-    # What it had handed out in its first term is no more expected.
+    # Results of its first term are ignored.
     assert term(two[0], first) == begun + 2
 
 
@@ -83,7 +83,7 @@ def test_a_server_that_stops_in_the_middle_of_a_transaction_writes_nothing_and_h
             leader = session.scalars(select(LeaderRow)).one()
             leader.term += 100
             session.flush()
-            # Waits until the first one is cut off: no two write at a time.
+            # Waits until the first one is cut off, because only one writes at a time.
             with two[1].writing() as other:
                 found.append(other.scalars(select(LeaderRow.term)).one())
 
@@ -95,11 +95,11 @@ def test_a_server_that_stops_in_the_middle_of_a_transaction_writes_nothing_and_h
 
 
 def leads(server: RunningServer) -> bool:
-    return "penumbra_leads 1.0" in httpx2.get(f"{server.url}/metrics", timeout=PATIENCE).text
+    return "penumbra_leads 1.0" in httpx2.get(f"{server.url}/metrics", timeout=TIMEOUT).text
 
 
 def client_of(server: RunningServer) -> httpx2.Client:
-    return httpx2.Client(base_url=server.url, timeout=PATIENCE)
+    return httpx2.Client(base_url=server.url, timeout=TIMEOUT)
 
 
 Pair = tuple[RunningServer, RunningServer, Database]

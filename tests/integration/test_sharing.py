@@ -1,4 +1,4 @@
-"""The same picture is rendered once for all users, and reveals none of them to the others."""
+"""A picture is rendered once for all users, without revealing them to each other."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from service.storage.database.models import RenderRow
-from tests.integration.support import KINDS, PATIENCE, ended, image, job_of, long_scene, scene, until, wait
+from tests.integration.support import KINDS, TIMEOUT, ended, image, job_of, long_scene, scene, until, wait
 
 Users = dict[str, httpx2.Client]
 
@@ -57,7 +57,7 @@ def shared(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
 def users(shared: Shared) -> Iterator[Users]:
     url = shared.server.url
     clients = {
-        user: httpx2.Client(base_url=url, timeout=PATIENCE, headers={"Authorization": f"Bearer {key}"})
+        user: httpx2.Client(base_url=url, timeout=TIMEOUT, headers={"Authorization": f"Bearer {key}"})
         for user, key in shared.keys.items()
     }
     yield clients
@@ -172,7 +172,7 @@ def test_identical_submissions_under_way_share_one_render(users: Users, shared: 
         )
         assert session.scalar(same) == 1
     database.close()
-    # Cancelling one of them leaves the render to the other; its tiles are reported to it no more.
+    # Cancelling one of them leaves the render to the other, and ends its own events.
     cancelled = users["ann"].post(f"/v1/jobs/{first['id']}/cancel").json()
     assert cancelled["state"] == "cancelled"
     assert users["ann"].get(f"/v1/jobs/{first['id']}/image.npy").status_code == 410

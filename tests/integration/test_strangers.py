@@ -1,4 +1,4 @@
-"""Every route against those whom it does not concern: the list of routes is the application's own."""
+"""Access control of every route; the list of routes is that of the application."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from service.server import running
 from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
-from tests.integration.support import PATIENCE
+from tests.integration.support import TIMEOUT
 from tests.integration.test_assets import png, textured
 from tests.integration.test_meshes import FILES, with_mesh
 
-# What anybody may see: it says nothing of any user.
+# Public: it shows nothing of any user.
 PUBLIC = {
     "/livez",
     "/readyz",
@@ -37,11 +37,11 @@ PUBLIC = {
     "/web/{path:path}",
     "/gallery/{path:path}",
 }
-# Names of things in an address: what is another's must not be there, whichever route asks for it.
+# Ids in an address: on every route those of another user must not be found.
 THINGS = {"job_id", "sha256"}
-# The rest of an address: no thing of its own.
+# Other parts of an address.
 PARTS = {"name"}
-NOBODYS = {"job_id": "0123456789abcdef", "sha256": "0" * 64}
+MISSING = {"job_id": "0123456789abcdef", "sha256": "0" * 64}
 """Names that nothing has."""
 
 
@@ -67,7 +67,7 @@ class World:
     def ask(self, user: str | None, method: str, path: str, **request: Any) -> httpx2.Response:
         headers = request.pop("headers", {})
         headers |= {"Authorization": f"Bearer {self.secrets[user]}"} if user else {}
-        return httpx2.request(method, self.url + path, headers=headers, timeout=PATIENCE, **request)
+        return httpx2.request(method, self.url + path, headers=headers, timeout=TIMEOUT, **request)
 
 
 @pytest.fixture(scope="module")
@@ -111,7 +111,7 @@ def filled(path: str, things: dict[str, str]) -> str:
 
 def test_every_part_of_an_address_is_known_to_these_tests() -> None:
     parts = {part for _, path in PRIVATE for part in re.findall(r"{(\w+)", path)}
-    assert parts <= THINGS | PARTS, "say whether the new part names a thing that belongs to somebody"
+    assert parts <= THINGS | PARTS, "say whether the new part names a thing that belongs to a user"
     assert len(OWNED) > 20
 
 
@@ -123,14 +123,16 @@ def test_a_route_answers_nothing_without_a_key(world: World, method: str, path: 
 
 
 @pytest.mark.parametrize(("method", "path"), [each for each in OWNED if each[0] != "PUT"])
-def test_what_is_anothers_is_answered_like_what_is_not_there(world: World, method: str, path: str) -> None:
+def test_what_another_user_owns_is_answered_like_what_does_not_exist(
+    world: World, method: str, path: str
+) -> None:
     body = {} if method in {"GET", "HEAD", "DELETE"} else {"json": {"x": 0, "y": 0}}
-    anothers = world.ask("bob", method, filled(path, world.things), **body)
-    nobodys = world.ask("bob", method, filled(path, NOBODYS), **body)
-    assert anothers.status_code == 404
-    assert (anothers.status_code, anothers.text) == (nobodys.status_code, nobodys.text)
-    assert set(anothers.headers) == set(nobodys.headers)
-    # The address was right: the job is there for its owner, who has not asked for this layer.
+    foreign = world.ask("bob", method, filled(path, world.things), **body)
+    missing = world.ask("bob", method, filled(path, MISSING), **body)
+    assert foreign.status_code == 404
+    assert (foreign.status_code, foreign.text) == (missing.status_code, missing.text)
+    assert set(foreign.headers) == set(missing.headers)
+    # The address was right: the job is there for its owner, who has not requested this layer.
     if method != "DELETE":
         allowed = world.ask("ann", method, filled(path, world.things), **body)
         assert allowed.status_code != 404 or path.endswith("/layers/{name}.npy")
@@ -175,7 +177,7 @@ def test_sending_a_file_reports_nothing_of_others_who_have_sent_it(world: World)
     assert set(answers[0].headers) == set(answers[1].headers)
     # Now both own it.
     assert world.ask("bob", "GET", f"/v1/assets/{world.things['sha256']}").content == known
-    # Bytes that one does not have stay another's: a name alone is not enough.
+    # Without the bytes a hash gives no access.
     wrong = world.ask("bob", "PUT", f"/v1/assets/{world.mesh.removeprefix('sha256:')}", content=new)
     unknown = world.ask("bob", "PUT", f"/v1/assets/{'1' * 64}", content=new)
     assert (wrong.status_code, wrong.text) == (unknown.status_code, unknown.text)
@@ -189,7 +191,7 @@ def test_the_files_of_a_user_have_a_limit_together(world: World) -> None:
     refused = upload(world, "eve", png(119, 120))
     assert (refused.status_code, refused.json()["code"]) == (413, "upload_quota")
     assert str(60_000 - len(big)) in refused.json()["detail"]
-    # What is there already takes no more room, and others have room of their own.
+    # A file that is there takes no more room, and every user has a quota.
     assert upload(world, "eve", big).status_code == 200
     assert upload(world, "bob", big).status_code == 200
 
@@ -201,7 +203,7 @@ def test_a_list_of_jobs_names_those_of_its_user(world: World) -> None:
 
 @pytest.mark.parametrize(("method", "path"), routes())
 def test_every_route_reports_browsers_what_they_may_do(world: World, method: str, path: str) -> None:
-    things = world.things if method != "DELETE" else NOBODYS
+    things = world.things if method != "DELETE" else MISSING
     address = filled(path.replace(":path", ""), {"a": "x", "b": "y", "path": "main.js"} | things)
     for user in (None, "ann", "bob"):
         headers = world.ask(user, method, address).headers

@@ -1,4 +1,4 @@
-"""What a request for a job may say beside the scene, and what becomes of one that is sent again."""
+"""Further fields of a job's request, and requests that are repeated."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 from tests.integration.conftest import Start
 from tests.integration.support import (
     ON_BOTH,
-    PATIENCE,
+    TIMEOUT,
     ended,
     finish,
     job_of,
@@ -140,7 +140,7 @@ def test_a_key_is_known_after_a_restart(start: Start) -> None:
     jobs = []
     for _ in range(2):
         server = start(workers=1)
-        with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+        with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
             jobs.append(post(client, SMALL, **{"Idempotency-Key": "kept"}).json()["id"])
         server.stop()
     assert jobs[0] == jobs[1]
@@ -164,7 +164,7 @@ def test_a_limit_of_time_ends_target_quality_with_its_picture(client: httpx2.Cli
 def test_a_picture_is_kept_as_long_as_the_service_says_and_its_job_as_long_again(start: Start) -> None:
     keep = 3.0
     server = start(workers=1, keep_seconds=keep)
-    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         job = post(client, SMALL, Prefer="wait=30").json()
         assert job["state"] == "succeeded"
         assert job["expires_at"] > job["finished_at"]

@@ -1,4 +1,4 @@
-"""What the dispatcher decides about jobs of target quality. Real database, no engine."""
+"""The dispatcher's decisions about jobs with a target error. Real database, no engine."""
 
 from __future__ import annotations
 
@@ -190,7 +190,7 @@ def test_a_share_stays_where_it_is_when_a_pass_is_added(table: Table) -> None:
     table.add()
     task = table.merging()
     before = rows.share(table.job)
-    # Forty of a hundred samples are taken; a thousand more are asked for.
+    # Forty of a hundred samples are taken; a thousand more are requested.
     assert before == 0.4
     # Of 2.25 CPU seconds that are spent, 1 for the pass, and 100 for what follows, less than 0.4 is done.
     table.round((task, advanced(1, 2, samples=1000, later=100.0)), room=0)

@@ -19,7 +19,7 @@ from schemas.quality import TargetQuality
 from tests.integration.conftest import Start
 from tests.integration.support import (
     ON_BOTH,
-    PATIENCE,
+    TIMEOUT,
     ended,
     finish,
     image,
@@ -114,7 +114,7 @@ def test_bytes_do_not_depend_on_tiles_and_workers(
     document = scene(75, 50)
     document["camera"]["lens_radius"] = radius
     server = start(tile_size=tile_size, workers=workers)
-    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         job = submit(client, document, quality=target(0.02))
         finish(client, job)
         assert image(client, job).tobytes() == rendered(document, 0.02).image.tobytes()
@@ -137,7 +137,7 @@ def test_each_pass_ends_with_the_whole_picture_and_the_coarse_one_is_first(clien
         *tiles, whole = group
         assert all(event["tile"] > 0 for event in tiles)
         assert (whole["tile"], whole["x0"], whole["y0"], whole["x1"], whole["y1"]) == (0, 0, 0, 80, 48)
-    # The whole picture is looked at coarsely before any part of it is looked at closely.
+    # A preview covers the whole picture before any part of it is refined.
     assert len(passes[0]) == 1 + 3 * 2
 
 
@@ -240,7 +240,7 @@ def test_a_running_job_is_cancelled(client: httpx2.Client) -> None:
 @pytest.mark.parametrize("steps", [3, 60])
 def test_a_killed_worker_changes_no_byte(start: Start, undisturbed: np.ndarray, steps: int) -> None:
     server = start(tile_size=64)
-    with httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         job = long_job(client)
         wait(client, job, lambda found: found["progress"]["done"] >= steps)
         for worker in workers_of(server.process.pid):
@@ -255,13 +255,13 @@ def test_a_killed_server_resumes_and_no_finished_event_changes(
     start: Start, undisturbed: np.ndarray, steps: int
 ) -> None:
     first = start(tile_size=64)
-    with httpx2.Client(base_url=first.url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=first.url, timeout=TIMEOUT) as client:
         job = long_job(client)
         wait(client, job, lambda found: found["progress"]["done"] >= steps)
         first.process.kill()
         first.process.wait()
     # Tiles of another size from now on change nothing either.
-    with httpx2.Client(base_url=start(tile_size=48).url, timeout=PATIENCE) as client:
+    with httpx2.Client(base_url=start(tile_size=48).url, timeout=TIMEOUT) as client:
         before = client.get(f"/v1/jobs/{job}/tiles").json()["events"]
         finish(client, job)
         after = client.get(f"/v1/jobs/{job}/tiles").json()["events"]

@@ -19,7 +19,7 @@ from service.server import RunningServer, running
 from service.settings import Settings
 from tests.integration.collector import Collector, collecting
 from tests.integration.support import (
-    PATIENCE,
+    TIMEOUT,
     ended,
     finish,
     job_of,
@@ -33,7 +33,7 @@ from tests.integration.support import (
 TRACE, ASKER = "4bf92f3577b34da6a3ce929d0e0e4736", "00f067aa0ba902b7"
 TRACED = {"traceparent": f"00-{TRACE}-{ASKER}-01", "X-Request-ID": "traced"}
 ENDPOINT = "OTEL_EXPORTER_OTLP_ENDPOINT"
-# What a service without traces has no use for.
+# Modules that a service without traces does not need.
 HEAVY = ("opentelemetry.sdk", "opentelemetry.exporter", "google.protobuf", "requests")
 LOADED = f"""
 import sys
@@ -58,7 +58,7 @@ def traced(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Traced]:
     with pytest.MonkeyPatch.context() as environment, collecting() as collector:
         environment.setenv(ENDPOINT, collector.url)
         environment.setenv("OTEL_BSP_SCHEDULE_DELAY", "50")
-        with running(settings) as server, httpx2.Client(base_url=server.url, timeout=PATIENCE) as client:
+        with running(settings) as server, httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
             yield Traced(server, client, collector)
 
 
@@ -145,10 +145,10 @@ def test_what_machines_ask_again_and_again_has_no_span(traced: Traced) -> None:
 def test_a_collector_that_is_away_costs_a_line_of_the_log(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with socket.socket() as nobody:
-        # Bound and not listening: whoever comes is turned away.
-        nobody.bind(("127.0.0.1", 0))
-        monkeypatch.setenv(ENDPOINT, f"http://127.0.0.1:{nobody.getsockname()[1]}")
+    with socket.socket() as closed:
+        # Bound but not listening, so that connections are refused.
+        closed.bind(("127.0.0.1", 0))
+        monkeypatch.setenv(ENDPOINT, f"http://127.0.0.1:{closed.getsockname()[1]}")
         monkeypatch.setenv("OTEL_BSP_SCHEDULE_DELAY", "50")
         monkeypatch.setenv("OTEL_EXPORTER_OTLP_TIMEOUT", "0.5")
         settings = Settings(data=tmp_path, port=0, workers=1)
@@ -156,7 +156,7 @@ def test_a_collector_that_is_away_costs_a_line_of_the_log(
         with (
             log.open("wb") as stderr,
             running(settings, stderr=stderr) as server,
-            httpx2.Client(base_url=server.url, timeout=PATIENCE) as client,
+            httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client,
         ):
             finish(client, submit(client, scene(24, 24)))
             until(lambda: "traces are not taken" in log.read_text())

@@ -31,16 +31,16 @@ UPLOAD = {"requestBody": {"required": True, "content": {"application/octet-strea
 
 @router.put(
     "/{sha256}",
-    responses=problem(413, "The file is too large, or larger than what is left to the user.")
+    responses=problem(413, "The file is too large, or larger than what is left of the user's quota.")
     | problem(415, "The body is compressed.")
-    | problem(422, "The bytes have another hash, or are neither a picture nor a mesh that can be used.")
+    | problem(422, "The bytes have another hash, or are not a usable picture or mesh.")
     | problem(507, "The disk is full."),
     openapi_extra=UPLOAD,
 )
 async def put_asset(here: Here, request: Request, sha256: Sha256, user: CurrentUser) -> Asset:
     """Upload a texture or a mesh. Sending it again changes nothing.
 
-    What others have sent is to be sent again: only those who have a file can use it by its hash.
+    Files that other users sent must be sent again: a hash gives access only to users who have the file.
     """
     most, room = here.settings.max_asset_bytes, await run_in_threadpool(_room, here, user, sha256)
     content = chunks(request, min(most, room), here.settings.client_timeout_seconds)
@@ -66,7 +66,7 @@ async def put_asset(here: Here, request: Request, sha256: Sha256, user: CurrentU
 
 
 def _room(service: Service, principal: Principal, sha256: str) -> int:
-    """How many bytes a user may send; without authentication there is no limit for all."""
+    """How many bytes a user may send; without authentication there is no limit."""
     if principal is LOCAL:
         return service.settings.max_asset_bytes
     with service.database.reading() as session:
@@ -92,13 +92,13 @@ def _describe(row: AssetRow) -> Asset:
 @router.head("/{sha256}", response_class=Response, responses=UNKNOWN, operation_id="head_asset")
 @router.get("/{sha256}", response_class=Response, responses=UNKNOWN, operation_id="get_asset")
 def get_asset(here: Here, request: Request, sha256: Sha256, user: CurrentUser) -> Response:
-    """Get a texture or a mesh back, byte by byte as it was sent; what others have sent is not there."""
+    """Get a texture or a mesh exactly as it was sent. Files of other users are not found."""
     with here.database.reading() as session:
         row = uploads.find_upload(session, sha256, user)
     if row is None:
         raise UnknownAssetError
     if request.method == "HEAD" and uploads.is_due(row):
-        # A client that finds it here will not send it again, and relies on it.
+        # A client that finds it here does not send it again, and relies on it.
         with here.database.writing() as session:
             uploads.note(session, sha256)
     etag = f'"{sha256}"'

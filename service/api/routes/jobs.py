@@ -27,8 +27,8 @@ from service.jobs.context import Here
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 
 UNKNOWN = problem(404, "There is no such job.")
-NOT_YOURS = problem(403, "The job is somebody else's.")
-GONE = problem(410, "The job ended without a picture, and what it was asked for is gone.")
+NOT_YOURS = problem(403, "The job belongs to another user.")
+GONE = problem(410, "The job ended without a picture, and its request is gone.")
 CANCELLING: dict[int | str, dict[str, Any]] = {
     202: {"model": Job, "description": "The job is still being stopped: `cancelling` is true."}
 }
@@ -36,7 +36,7 @@ BODY = (
     problem(408, "The body came too slowly.")
     | problem(413, "The body is too large.")
     | problem(415, "The body is not JSON, or is compressed.")
-    | problem(429, "The service holds or does as much as it may at once.")
+    | problem(429, "The service is at its limit of requests in progress.")
 )
 
 
@@ -59,9 +59,9 @@ async def submit(
     prefer: Prefer = None,
     idempotency_key: IdempotencyKey = None,
 ) -> Job:
-    """Submit a scene. The answer is the job; with `Prefer: wait=N` once it ends or N seconds have passed.
+    """Submit a scene. With `Prefer: wait=N` the answer comes when the job ends or N seconds have passed.
 
-    What was rendered before is answered from the store at once, unless `Cache-Control: no-cache` is sent.
+    An equal picture in the store is the answer at once, unless `Cache-Control: no-cache` is sent.
     """
     anew = "no-cache" in request.headers.get("cache-control", "").lower()
     sent = submissions.Submission(user, body, idempotency_key, anew)
@@ -93,11 +93,11 @@ def list_jobs(
         list[LabelFilter] | None,
         Query(
             max_length=16,
-            description="`name:value`: only jobs with this label; with all, if there are several.",
+            description="`name:value`: only jobs with this label, or with all of them if there are several.",
         ),
     ] = None,
 ) -> JobList:
-    """List jobs, newest first: one's own, or those of all for staff."""
+    """List jobs, newest first: your own, or for staff those of all users."""
     labels = dict(text.split(":", 1) for text in label or ())
     owner = None if user.sees_all else user.name
     return jobs.page(here, limit, cursor, owner=owner, state=state, labels=labels)
@@ -111,9 +111,9 @@ def get_job(here: Here, job_id: JobId) -> Job:
 
 @router.post("/{job_id}/cancel", responses=UNKNOWN | NOT_YOURS | CANCELLING)
 async def cancel_job(here: Here, response: Response, job_id: ChangedJob) -> Job:
-    """Stop a job. The answer comes when nothing of it runs any more; a job that has ended stays as it is.
+    """Stop a job. The answer comes when no part of it runs any more. A job that has ended stays as it is.
 
-    Where that takes longer than a few seconds the answer is 202, and `cancelling` is true until it has ended.
+    If that takes more than a few seconds the answer is 202, and `cancelling` is true until it has ended.
     """
     job = await jobs.stop(here, job_id)
     if not job.state.final:
@@ -123,16 +123,16 @@ async def cancel_job(here: Here, response: Response, job_id: ChangedJob) -> Job:
 
 @router.post("/{job_id}/pause", responses=UNKNOWN | NOT_YOURS)
 def pause_job(here: Here, job_id: ChangedJob) -> Job:
-    """Hand out no more tiles of a job; those in work are finished, and no limit of time runs on.
+    """Pause a job: tiles in progress are finished, no more are started, and time limits stop.
 
-    A picture that others have requested, too, continues for them. A job that has ended stays as it is.
+    If others requested the same picture, it continues for them. A job that has ended stays as it is.
     """
     return jobs.pause(here, job_id)
 
 
 @router.post("/{job_id}/resume", responses=UNKNOWN | NOT_YOURS)
 def resume_job(here: Here, job_id: ChangedJob) -> Job:
-    """Resume a paused job where it was; any other stays as it is."""
+    """Resume a paused job. Other jobs stay as they are."""
     return jobs.resume(here, job_id)
 
 
@@ -149,7 +149,7 @@ async def delete_job(here: Here, job_id: ChangedJob) -> None:
 
 @router.get("/{job_id}/plan", responses=UNKNOWN)
 def get_plan(here: Here, job_id: JobId) -> PlanDocument:
-    """Show what runs for a job, and which lines of the scene asked for it."""
+    """Show the plan of a job, and which lines of the scene each stage comes from."""
     return jobs.plan_of(here, job_id)
 
 
@@ -161,7 +161,7 @@ def get_log(here: Here, job_id: JobId) -> JobLog:
 
 @router.get("/{job_id}/request", response_model=JobRequest, responses=UNKNOWN)
 def get_request(here: Here, job_id: JobId) -> Response:
-    """Return the body that the job was submitted with, byte for byte: its lines are those of the sender."""
+    """Return the body that the job was submitted with, byte for byte."""
     return Response(jobs.request_of(here, job_id), media_type="application/json")
 
 
@@ -176,13 +176,13 @@ REGION: dict[str, Any] = {"x0": 0, "y0": 0, "x1": 64, "y1": 64}
     openapi_extra=json_request(Region, REGION),
 )
 async def set_focus(here: Here, job_id: ChangedJob, body: JsonBody) -> None:
-    """Have a rectangle of the picture rendered before the rest of each pass."""
+    """Render a rectangle of the picture before the rest of each pass."""
     await run_in_threadpool(jobs.focus, here, job_id, body)
 
 
 @router.put(
     "/{job_id}/pin",
-    responses=UNKNOWN | GONE | problem(403, "As many of your jobs are pinned as may be."),
+    responses=UNKNOWN | GONE | problem(403, "You have pinned as many jobs as you may."),
 )
 def pin_job(here: Here, user: CurrentUser, job_id: JobId) -> Job:
     """Keep the picture of a job until it is unpinned or deleted. For its owner and staff."""

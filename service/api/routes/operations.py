@@ -35,18 +35,18 @@ class Condition(BaseModel):
     status: str = "ok"
 
 
-@router.get("/livez", responses=problem(503, "It needs to be started again."))
+@router.get("/livez", responses=problem(503, "The service must be restarted."))
 async def livez(here: Here) -> Condition:
-    """Say whether the process can still do what it is for; if not, only starting it again helps."""
-    # On the event loop: all threads may be waiting for an unreachable database, and continue with it.
+    """Report whether the process works; if not, it must be restarted."""
+    # On the event loop, because all threads may be waiting for an unreachable database.
     if not here.dispatcher.lives():
-        raise UnavailableError("No work is handed out any more. Start the service again.")
+        raise UnavailableError("The service does not hand out work any more. Restart it.")
     return Condition()
 
 
 @router.get("/readyz", responses=problem(503, "What is missing is in `detail`."))
 def readyz(here: Here) -> Condition:
-    """Say whether jobs can be taken and rendered now."""
+    """Report whether the service can accept and render jobs now."""
     missing = [what for what, passes in _checks(here).items() if not passes]
     if missing:
         raise UnavailableError(f"Not ready: {', '.join(missing)}.")
@@ -91,7 +91,7 @@ def _disk_free(service: Service) -> bool:
 
 @router.get("/version")
 def version() -> Version:
-    """Say which service this is."""
+    """Show the version of the service."""
     return Version(version=installed("penumbra-render"))
 
 
@@ -101,9 +101,9 @@ def version() -> Version:
     responses={200: {"content": {"text/plain": {"schema": {"type": "string"}}}}},
 )
 def metrics(here: Here, user: CurrentUser) -> Response:
-    """Give Prometheus its numbers: queue, tiles, deaths, failures, CPU seconds, errors."""
+    """Get metrics for Prometheus: queue, tiles, deaths, failures, CPU seconds, errors."""
     if not user.sees_all:
-        raise ForbiddenError("The numbers name all users: staff and admins alone may see them.")
+        raise ForbiddenError("The metrics name all users, so only staff and admins may see them.")
     return Response(here.dispatcher.metrics.text(here.database), media_type=CONTENT_TYPE_LATEST)
 
 
@@ -116,9 +116,9 @@ DRY_RUN: dict[str, Any] = {"max_stored_bytes": 10_000_000_000, "dry_run": True}
     openapi_extra=json_request(PruneRequest, DRY_RUN),
 )
 async def prune(here: Here, user: CurrentUser, body: JsonBody) -> Pruned:
-    """Delete now what the rules do not keep, or only report what that would be. Pinned jobs stay."""
+    """Delete what the rules do not keep, or only report what would be deleted. Pinned jobs stay."""
     if not user.changes_all:
-        raise ForbiddenError("Only an admin removes what is kept for others.")
+        raise ForbiddenError("Only an admin may delete what is kept for others.")
     asked, _ = read_document(body, PruneRequest)
     return await run_in_threadpool(_prune, here, asked)
 

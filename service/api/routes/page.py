@@ -15,7 +15,7 @@ import scenes
 from service.api.middleware import ALWAYS
 from service.api.routes.parameters import not_modified
 
-# No part of the API: people open these addresses, and programs have no use for them.
+# Not part of the API: these addresses are for people.
 router = APIRouter(include_in_schema=False)
 
 WEB = Path(__file__).parents[2] / "web"
@@ -36,7 +36,7 @@ POLICY = (
 )
 HEADERS = ALWAYS | {"Content-Security-Policy": POLICY}
 
-# Names of files below a folder: no way up, no empty part.
+# Paths below a folder, without `..` and empty parts.
 BELOW = re.compile(r"[\w-]+(?:\.[\w-]+)*(?:/[\w-]+(?:\.[\w-]+)*)*", re.ASCII)
 
 FilePath = Annotated[str, fastapi.Path(max_length=200)]
@@ -48,24 +48,24 @@ FilePath = Annotated[str, fastapi.Path(max_length=200)]
 @router.get("/compare")
 @router.get("/compare/{a}/{b}")
 def page(request: Request) -> Response:
-    """Answer the page itself: the script in it reads the address, so that links can be shared."""
+    """Serve the page. Its script reads the address, so that links can be shared."""
     return _file(request, WEB, "index.html")
 
 
 @router.get("/web/{path:path}")
 def web_file(request: Request, path: FilePath) -> Response:
-    """Answer a script, a style sheet or a picture of the page."""
+    """Serve a script, a style sheet or a picture of the page."""
     return _file(request, WEB, path)
 
 
 @router.get("/gallery/{path:path}")
 def gallery_file(request: Request, path: FilePath) -> Response:
-    """Answer a scene of the gallery, or a texture or a mesh of one."""
+    """Serve a scene of the gallery, or a texture or a mesh of one."""
     return _file(request, GALLERY, path)
 
 
 def _file(request: Request, folder: Path, path: str) -> Response:
-    """Answer a file of a folder: always the newest, and without its bytes where the browser has them."""
+    """Serve the newest version of a file, or 304 if the browser has it."""
     wanted = folder / path
     media_type = TYPES.get(wanted.suffix)
     if media_type is None or not BELOW.fullmatch(path) or not wanted.is_file():
@@ -76,6 +76,6 @@ def _file(request: Request, folder: Path, path: str) -> Response:
     unchanged = not_modified(request, etag)
     if unchanged is None:
         return Response(content, media_type=media_type, headers=headers)
-    # A browser takes the headers of this answer in place of those that it has kept.
+    # Browsers replace the headers that they have stored by those of this answer.
     unchanged.headers.update(headers)
     return unchanged

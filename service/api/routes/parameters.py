@@ -17,7 +17,7 @@ from service.api.problems import MEDIA_TYPE
 
 After = Annotated[int, Query(ge=0, le=2**31 - 1, description="Number of the last event already known.")]
 Wait = Annotated[
-    float, Query(ge=0, le=3600, description="Seconds to wait for news; the service may wait less.")
+    float, Query(ge=0, le=3600, description="Seconds to wait for new events; the service may wait less.")
 ]
 Prefer = Annotated[list[str] | None, Header(description="`wait=N` waits up to N seconds for the job to end.")]
 
@@ -43,8 +43,8 @@ IdempotencyKey = Annotated[
     str | None,
     Header(
         json_schema_extra={"pattern": f"^{_KEY}$"},
-        description="Words of your own, 1 to 255 printable characters of ASCII without spaces: for 24 hours "
-        "the same request with them makes no second job.",
+        description="A key of your own, 1 to 255 printable ASCII characters without spaces: for 24 hours "
+        "the same request with it creates no second job.",
     ),
     AfterValidator(_key),
 ]

@@ -23,7 +23,7 @@ convergence_router = APIRouter(prefix="/v1/jobs/{job_id}", tags=["jobs"])
 
 
 class Width(IntEnum):
-    """Widths of thumbnails, pixels: few, for each is kept once it was made."""
+    """Widths of thumbnails, pixels. There are few, because each thumbnail is kept."""
 
     SMALL = 96
     SHARP = 192
@@ -32,7 +32,9 @@ class Width(IntEnum):
 
 ThumbnailWidth = Annotated[
     Width | None,
-    Query(description="Columns of a thumbnail, at most; rows follow. Without it the whole picture."),
+    Query(
+        description="Largest width of a thumbnail; its height follows. Without it you get the whole picture."
+    ),
 ]
 ShownEvent = Annotated[
     int | None,
@@ -51,12 +53,12 @@ def _responses(kind: pictures.Kind) -> dict[int | str, dict[str, Any]]:
     return (
         {200: {"content": content, "description": "The picture. `X-Progress` is the share of samples in it."}}
         | {
-            206: {"content": content, "description": "The bytes asked for."},
+            206: {"content": content, "description": "The requested bytes."},
             304: {"description": "Not changed."},
         }
-        | problem(404, "There is no such job or layer, or nothing of its picture yet.")
+        | problem(404, "There is no such job or layer, or no part of its picture yet.")
         | problem(410, "The job failed or was cancelled.")
-        | problem(416, "There are no such bytes.")
+        | problem(416, "The range is outside the file.")
     )
 
 
@@ -90,7 +92,7 @@ def get_exr(here: Here, request: Request, job_id: JobId) -> Response:
 
 @router.get("/layers/{name}.npy", response_class=Response, responses=_responses("npy"))
 def get_layer(here: Here, request: Request, job_id: JobId, name: LayerPart) -> Response:
-    """Get a layer that the job was asked for, as a NumPy file: height x width, or x channels."""
+    """Get a requested layer as a NumPy file: height x width, or x channels."""
     return _answer(here, request, job_id, ImageRequest("npy", name))
 
 

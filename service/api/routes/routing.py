@@ -1,4 +1,4 @@
-"""What holds for all routes: HEAD wherever GET is, and no query parameters but those of the address."""
+"""Rules for all routes: HEAD wherever there is GET, and only declared query parameters."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Routers = Iterable[APIRouter]
 def heads_of(router: APIRouter) -> APIRouter:
     """Make routes that answer HEAD as GET is answered; the server leaves out the body.
 
-    An address that answers HEAD in its own way, to save the work for a body, keeps it.
+    A route with its own HEAD, which saves the work for a body, keeps it.
     """
     routes = _routes([router])
     own = {route.path for route in routes if "HEAD" in _methods(route)}
@@ -82,7 +82,7 @@ async def check_query(request: Request) -> None:
 
 
 def _parameters(dependant: Dependant) -> Iterator[tuple[str, bool]]:
-    """Give the query parameters of a route, and whether each may be sent several times."""
+    """Return the query parameters of a route, and whether each may be repeated."""
     for parameter in dependant.query_params:
         yield parameter.alias, _is_list(parameter.field_info.annotation)
     for inner in dependant.dependencies:
@@ -97,7 +97,7 @@ def _unknown(name: str, names: list[str]) -> Problem:
     what = (
         f"There is no query parameter {name!r} here"
         if len(name) <= LONGEST_NAME
-        else "This is no query parameter"
+        else "This is not a query parameter"
     )
     known = ", ".join(map(repr, names))
     return Problem(
@@ -109,5 +109,5 @@ def _unknown(name: str, names: list[str]) -> Problem:
 
 
 def _repeated(name: str) -> Problem:
-    detail = f"The query parameter {name!r} stands there more than once. Send one of them."
+    detail = f"The query parameter {name!r} is repeated. Send it once."
     return Problem(pointer="", detail=detail, code="repeated_parameter")

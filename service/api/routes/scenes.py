@@ -1,4 +1,4 @@
-"""What needs no new job: plans, traces and quotes of scenes, JSON Schemas, comparisons, inspected pixels."""
+"""Routes without a new job: plans, traces, quotes, JSON Schemas, comparisons, inspected pixels."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ UNUSABLE = problem(422, "The request cannot be used; every reason is listed.")
 
 @router.post("/plans", responses=BODY | UNUSABLE, openapi_extra=json_request(JobRequest))
 async def plan(here: Here, user: CurrentUser, body: JsonBody) -> PlanDocument:
-    """Explain what would run for a scene, who asked for it, and what it would cost."""
+    """Explain what would run for a scene, which parts of the scene require it, and what it would cost."""
     return (await here.read(admit, here, user, body)).description
 
 
 @router.post(
     "/traces",
-    responses=BODY | UNUSABLE | problem(503, "Too many others are tracing, or it took too long."),
+    responses=BODY | UNUSABLE | problem(503, "Too many traces are running, or this one took too long."),
     openapi_extra=json_request(TraceRequest),
 )
 async def trace(here: Here, user: CurrentUser, body: TraceBody) -> TraceAnswer:
-    """Cast rays into a scene and say what each of them hits."""
+    """Cast rays into a scene and report what each of them hits."""
     return await calls.trace(here, user, body)
 
 
@@ -111,12 +111,12 @@ OFFERS: dict[str, Any] = {
     responses={200: {"content": {"application/json": {"example": OFFERS}}}}
     | BODY
     | problem(422, "The request cannot be used; every reason is listed.")
-    | problem(429, "As many quotes as the service makes at once are being made.")
+    | problem(429, "Too many quotes are in progress.")
     | problem(503, "No worker was free in time."),
     openapi_extra=json_request(QuoteRequest, QUOTED_SCENE),
 )
 async def quote(here: Here, user: CurrentUser, body: JsonBody) -> Quote:
-    """Predict what a scene costs at several qualities, and how far off it will be. It takes some 1.5 s."""
+    """Predict the cost and the error of a scene at several qualities. This takes about 1.5 s."""
     return await calls.quote(here, user, body)
 
 
@@ -127,12 +127,12 @@ PICTURES: dict[str, Any] = {"image": {"content": WHITE}, "reference": {"content"
     "/comparisons",
     responses=BODY
     | problem(422, "The request, or one of its pictures, cannot be used; every reason is listed.")
-    | problem(429, "As many comparisons as the service makes at once are being made.")
+    | problem(429, "Too many comparisons are in progress.")
     | problem(503, "No worker was free in time."),
     openapi_extra=json_request(ComparisonRequest, PICTURES),
 )
 async def compare(here: Here, user: CurrentUser, body: JsonBody) -> ComparisonAnswer:
-    """Compare two pictures, sent or of jobs: metrics, a verdict that knows noise, the mistake behind it."""
+    """Compare two pictures, uploaded or of jobs: metrics, a verdict that allows for noise, causes."""
     return await comparisons.compare(here, user, body)
 
 
@@ -149,5 +149,5 @@ PIXEL: dict[str, Any] = {"x": 0, "y": 0}
     openapi_extra=json_request(InspectionRequest, PIXEL),
 )
 async def inspect(here: Here, job_id: JobId, body: JsonBody) -> Inspection:
-    """Explain a pixel: what its ray has hit, what each light adds there, what is in the way."""
+    """Explain a pixel: what its ray hits, what each light adds there, what blocks the light."""
     return await calls.inspect(here, job_id, body)

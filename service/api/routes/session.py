@@ -1,4 +1,4 @@
-"""Sessions of browsers: a key is shown once, and a cookie stands for it afterwards."""
+"""Browser sessions: a key is sent once, and a cookie replaces it afterwards."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from service.jobs.context import Here, Service
 router = APIRouter(prefix="/v1/session", tags=["access"])
 
 REFUSED = (
-    problem(401, "There is no key, or one that is not good.")
-    | problem(403, "The page of another site has sent this.")
-    | problem(421, "This was sent to a name that is not the service's.")
+    problem(401, "There is no key, or it is not valid.")
+    | problem(403, "A page of another site sent this.")
+    | problem(421, "This was sent to another host name.")
 )
 
 
 @router.post("", responses=REFUSED)
 async def begin_session(here: Here, request: Request, response: Response, user: CurrentUser) -> WhoAmI:
-    """Begin a session with the key in `Authorization: Bearer`: the answer sets a cookie that stands for it.
+    """Begin a session with the key in `Authorization: Bearer`: the answer sets a cookie that replaces it.
 
     The cookie is not shown to scripts, and browsers send it from pages of this service alone.
     """
@@ -44,13 +44,13 @@ async def begin_session(here: Here, request: Request, response: Response, user: 
 
 @router.get("", responses=REFUSED)
 async def who_am_i(here: Here, user: CurrentUser) -> WhoAmI:
-    """Say whom the service takes the sender for."""
+    """Show the user of this session."""
     return _who(here, user)
 
 
 @router.delete("", status_code=204, response_class=Response, responses=REFUSED)
 async def end_session(here: Here, request: Request, response: Response, user: CurrentUser) -> None:  # noqa: ARG001
-    """End the session of the cookie."""
+    """End this session."""
     token = request.cookies.get(COOKIE)
     if token:
         await run_in_threadpool(_end, here, token)

@@ -1,4 +1,4 @@
-"""Answers with what lies in the store: whole, or the bytes that a request asks for (RFC 9110, section 14)."""
+"""Answers with files of the store: whole, or a requested range (RFC 9110, section 14)."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ Span = tuple[int, int]
 def stored_response(
     request: Request, stored: Stored, media_type: str, headers: Mapping[str, str]
 ) -> Response:
-    """Answer with what lies in the store; a bucket's objects are answered as files are.
+    """Answer with a file of the store, or an object of its bucket.
 
     Raises
     ------
     RangeError
-        If the range that is asked for makes no sense, or begins after the end.
+        If the requested range is malformed, or begins after the end.
     """
     fields = {
         **headers,
@@ -50,7 +50,7 @@ def stored_response(
 
 
 class _WholeFile(FileResponse):
-    """A file whose ranges do not count here, or were not asked for."""
+    """A file served whole, because no range applies."""
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request."""
@@ -59,10 +59,10 @@ class _WholeFile(FileResponse):
 
 
 def _asked_span(request: Request, fields: Mapping[str, str], size: int) -> Span | None:
-    """Give the span that a request asks for; None where it gets the whole.
+    """Return the requested span, or None for the whole file.
 
     That is so without a range, with one of another unit, for methods other than GET, where `If-Range` names
-    another version, and where several are asked for: a server may ignore them (section 14.2).
+    another version, and where several are requested: a server may ignore them (section 14.2).
     """
     unit, _, ranges = request.headers.get("range", "").partition("=")
     if unit.strip().lower() != "bytes" or request.method != "GET":
@@ -86,14 +86,14 @@ def _span(part: str, size: int) -> Span:
 
 
 def _holds(if_range: str | None, fields: Mapping[str, str]) -> bool:
-    """Whether the client has other parts of the same version."""
+    """Whether the client has parts of the same version."""
     return if_range is None or if_range in (fields["ETag"], fields["Last-Modified"])
 
 
 def _streamed(status: int, stored: Stored, span: Span, media_type: str, headers: dict[str, str]) -> Response:
     begin, end = span
     pieces = (stored.read(*ends) for ends in pairwise([*range(begin, end, PIECE), end]))
-    # The first piece is fetched before the answer begins: a bucket that is away is a problem then.
+    # Fetch the first piece before the answer begins, so that an unreachable bucket gives a problem document.
     content = _chained(next(pieces, b""), pieces)
     fields = headers | {"Content-Length": str(end - begin)}
     return StreamingResponse(content, status_code=status, media_type=media_type, headers=fields)

@@ -1,4 +1,4 @@
-"""News of a job: tile events by number, with or without pixels, asked for or pushed."""
+"""Tile events of a job by number, with or without pixels, polled or pushed."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ async def get_tiles(
     wait: Wait = 0.0,
     encoding: Encoding = "float32",
 ) -> TileBatch | Response:
-    """List tile events by number. An empty list after the wait is no error: there are none yet."""
+    """List tile events by number. An empty list after the wait means that there are none yet."""
     seconds = min(wait, here.settings.max_wait_seconds)
     await jobs.until(here, job_id, seconds, lambda job: job.last_seq > after or job.state.final)
     response.headers["Vary"] = "Accept"
@@ -68,7 +68,7 @@ async def known(here: Here, job_id: JobId) -> str:
 
 @router.head("/events", include_in_schema=False)
 async def events_exist(job_id: Annotated[str, Depends(known)]) -> Response:  # noqa: ARG001
-    """Answer at once: the stream itself lasts as long as the job."""
+    """Answer without waiting: the stream lasts as long as the job."""
     return Response(media_type="text/event-stream")
 
 
@@ -76,7 +76,7 @@ async def events_exist(job_id: Annotated[str, Depends(known)]) -> Response:  # n
 async def get_events(
     here: Here, job_id: Annotated[str, Depends(known)], last_event_id: LastEventId = None
 ) -> AsyncIterator[ServerSentEvent]:
-    """Push tile events: `tile` for each, its number as id; `end` with the job at the end of all."""
+    """Push tile events: `tile` with its number as id, and at the end `end` with the job."""
     after = last_event_id or 0
     with here.job_events.watch(job_id) as watcher:
         while True:

@@ -20,7 +20,7 @@ from sqlalchemy.pool import ConnectionPoolEntry
 from service.storage.database.urls import ANSWER_SECONDS, engine_of
 
 BUSY_TIMEOUT_MS = 10_000
-# A server that was stopped in the middle of a transaction, or cut off, keeps others waiting so long at most.
+# A server that was stopped in the middle of a transaction, or cut off, delays others at most this long.
 SILENCE_TIMEOUT_MS = 3_000
 # Any number that other programs on the same database do not use.
 WRITERS = 0x50454E554D425241

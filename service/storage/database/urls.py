@@ -19,7 +19,7 @@ _POSTGRESQL = {
     # An idle connection may have ended with the server that it led to.
     "pool_pre_ping": True,
 }
-# A network that swallows everything is noticed after seconds; by default it would take minutes.
+# A network that drops everything is noticed after seconds; by default it would take minutes.
 _LIFE = {
     "connect_timeout": "3",
     "keepalives_idle": "5",
@@ -39,7 +39,7 @@ def engine_of(url: str) -> Engine:
     Raises
     ------
     DatabaseUrlError
-        If it is no URL, of another kind of database, or its driver is not installed.
+        If it is not a URL, of another kind of database, or its driver is not installed.
     """
     parsed = parse(url)
     if parsed.get_backend_name() == "sqlite":
@@ -72,7 +72,7 @@ def parse(url: str) -> URL:
     Raises
     ------
     DatabaseUrlError
-        If it is no URL, or of another kind of database.
+        If it is not a URL, or of another kind of database.
     """
     try:
         parsed = make_url(url)
@@ -84,6 +84,6 @@ def parse(url: str) -> URL:
     if parsed.drivername in {"sqlite", "sqlite+pysqlite"}:
         return parsed
     raise DatabaseUrlError(
-        f"There is no way to keep jobs in {parsed.drivername!r}. "
+        f"Jobs cannot be stored in {parsed.drivername!r}. "
         "Write sqlite:///file, or postgresql+psycopg://user@host/name."
     )

@@ -1,4 +1,4 @@
-// Two pictures compared: side by side along a line, in turn, by their difference, and by what the service says.
+// Compares two pictures: split along a line, in turn, by their difference, and by the verdict of the service.
 
 import { get, jobPath, post } from "../api.js";
 import { announce, h } from "../dom.js";
@@ -12,7 +12,7 @@ import { Screen } from "./picture/screen.js";
 
 export const title = "Compare";
 
-// In place of a job's id: a file that is yet to be chosen.
+// Instead of a job's id: a file still to be chosen.
 const FILE = "file";
 
 export function mount(root, { a, b }) {
@@ -40,14 +40,14 @@ export function mount(root, { a, b }) {
 
   async function begin() {
     const job = await get(jobPath(a), { signal });
-    const said = (one) => h("a", { href: `/jobs/${one.id}` }, one.name ?? "a scene without a name");
+    const link = (one) => h("a", { href: `/jobs/${one.id}` }, one.name ?? "a scene without a name");
     if (b === FILE) {
-      names.append("A is ", said(job), ", B a file of yours.");
+      names.append("A is ", link(job), ", B a file of yours.");
       place.replaceChildren(picker((sent) => compare(sent).catch(fail)));
       return;
     }
     const other = await get(jobPath(b), { signal });
-    names.append("A is ", said(job), ", B is ", said(other), ".");
+    names.append("A is ", link(job), ", B is ", link(other), ".");
     await compare({ job: b }, filmOfJob(b, signal));
   }
 
@@ -63,7 +63,7 @@ function picker(chosen) {
   const encoding = h(
     "select",
     { id: "reference-encoding" },
-    [["", "as its kind usually means it"], ["srgb", "sRGB"], ["linear", "linear"]].map(([value, name]) => h("option", { value }, name)),
+    [["", "the default of its format"], ["srgb", "sRGB"], ["linear", "linear"]].map(([value, name]) => h("option", { value }, name)),
   );
   const submit = async (event) => {
     event.preventDefault();
@@ -100,15 +100,15 @@ function show(place, films, answer, heat, asked, signal) {
     blending.show(mode);
     lineField.hidden = mode !== "split";
     const scale = { name: "difference", kind: "scale", low: 0, high: HOTTEST };
-    const told = { difference: makeLegend(scale), heat: h("p", { className: "soft small legend" }, `The difference as seen, from black to white at ${HOTTEST}.`) };
-    legend.replaceChildren(told[mode] ?? "");
+    const legends = { difference: makeLegend(scale), heat: h("p", { className: "soft small legend" }, `The displayed difference, from black to white at ${HOTTEST}.`) };
+    legend.replaceChildren(legends[mode] ?? "");
   }
 
-  function look(chosen) {
+  function showRegion(chosen) {
     region = chosen;
     screen.frame(chosen);
     screen.element.scrollIntoView({ block: "nearest" });
-    announce(`Columns ${chosen.x0} to ${chosen.x1 - 1}, rows ${chosen.y0} to ${chosen.y1 - 1} are shown.`);
+    announce(`Showing columns ${chosen.x0} to ${chosen.x1 - 1}, rows ${chosen.y0} to ${chosen.y1 - 1}.`);
   }
 
   screen.element.setAttribute("aria-describedby", keys.id);
@@ -128,7 +128,7 @@ function show(place, films, answer, heat, asked, signal) {
       "div",
       { className: "compared" },
       h("section", { className: "compared-pictures", "aria-label": "Pictures" }, h("div", { className: "row tools" }, modes.element, display.element, makeZoom(screen)), screen.element, lineField, readout, legend, keys),
-      h("section", { className: "panel compared-verdict", "aria-label": "Verdict" }, makeVerdict(answer, look)),
+      h("section", { className: "panel compared-verdict", "aria-label": "Verdict" }, makeVerdict(answer, showRegion)),
     ),
   );
   screen.fit();

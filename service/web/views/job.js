@@ -1,4 +1,4 @@
-// The page of a job: hosts the panels, which all hear of the job through one watch.
+// The page of a job. Its panels share one watch.
 
 import { get, jobPath, post, request } from "../api.js";
 import { confirmed } from "../dialog.js";
@@ -13,7 +13,7 @@ import * as picture from "./picture/panel.js";
 
 export const title = "Job";
 
-// Each has mount(root, watch) -> unmount(), and hears no more of anything once watch.signal is aborted.
+// Each has mount(root, watch) -> unmount(), and receives no events once watch.signal is aborted.
 const PANELS = [
   ["picture", "Picture", picture],
   ["progress", "Progress", progress],
@@ -57,7 +57,7 @@ const nameOf = (job) => job.name ?? "A scene without a name";
 
 function heading(watch) {
   const { job } = watch;
-  const told = h("p", { className: "problem", role: "status", hidden: true });
+  const notice = h("p", { className: "problem", role: "status", hidden: true });
   const cancel = h(
     "button",
     { type: "button", onclick: () => attempt(() => post(job.links.cancel, {})) },
@@ -75,7 +75,7 @@ function heading(watch) {
       await action();
       watch.refresh();
     } catch (error) {
-      tell(error.message);
+      report(error.message);
     }
   }
 
@@ -85,14 +85,14 @@ function heading(watch) {
     navigate("/jobs");
   }
 
-  const tell = (text) => ((told.textContent = text), (told.hidden = !text));
+  const report = (text) => ((notice.textContent = text), (notice.hidden = !text));
   function show() {
     cancel.hidden = hold.hidden = watch.final;
     hold.textContent = watch.job.paused ? "Resume" : "Pause";
   }
   watch.on("job", show);
-  watch.on("connection", (live) => tell(live ? "" : "The service does not answer. Trying again …"));
-  watch.on("gone", () => tell("This job was deleted."));
+  watch.on("connection", (live) => report(live ? "" : "The service does not answer. Trying again …"));
+  watch.on("gone", () => report("This job was deleted."));
   show();
   return h(
     "header",
@@ -104,7 +104,7 @@ function heading(watch) {
       h("p", { className: "soft small" }, `Submitted ${ago(job.created_at)} as `, h("code", {}, job.id)),
     ),
     h("div", { className: "row" }, hold, cancel, again, downloads(job), remove),
-    told,
+    notice,
   );
 }
 

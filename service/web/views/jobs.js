@@ -1,8 +1,9 @@
-// All jobs, newest first: filtered, cancelled, deleted, chosen for a comparison.
+// All jobs, newest first, with filters, actions, and a choice of two to compare.
 
 import { get, jobPath, post, request } from "../api.js";
 import { confirmed } from "../dialog.js";
 import { announce, debounced, h, pause } from "../dom.js";
+import { plural } from "../format.js";
 import { navigate } from "../navigation.js";
 import { FINAL } from "../watch.js";
 import { NAMES, stateName } from "./job/state.js";
@@ -11,11 +12,11 @@ import { labelsOf, makeRow } from "./jobs/row.js";
 export const title = "Jobs";
 
 const PAGE = 20;
-// While a job is on its way the list is asked for again so often; at rest it is left alone for longer.
+// The list is fetched again this often while a job is queued or running, and otherwise.
 const BUSY_MS = 1500;
 const CALM_MS = 10000;
 const TYPING_MS = 300;
-// A label with its value, which the service looks for; less of one is looked for in what it has answered.
+// The service filters by a whole label, name:value; the page filters by a part of one.
 const WHOLE_LABEL = /^[A-Za-z0-9][A-Za-z0-9_.-]{0,62}:/;
 
 export function mount(root, { query }) {
@@ -27,7 +28,7 @@ export function mount(root, { query }) {
   let pages = 1;
 
   const list = h("ul", { className: "jobs" });
-  const told = h("p", { className: "lead", role: "status" });
+  const lead = h("p", { className: "lead", role: "status" });
   const trouble = h("p", { className: "problem", role: "alert", hidden: true });
   const more = h(
     "button",
@@ -100,7 +101,7 @@ export function mount(root, { query }) {
       if (list.children[place] !== row.element) list.insertBefore(row.element, list.children[place] ?? null);
     });
     more.hidden = next === null;
-    told.replaceChildren(...summary(jobs, filter));
+    lead.replaceChildren(...summary(jobs, filter));
     picked();
   }
 
@@ -145,7 +146,7 @@ export function mount(root, { query }) {
 
   root.append(
     h("h1", {}, "Jobs"),
-    told,
+    lead,
     h(
       "div",
       { className: "row filters" },
@@ -161,7 +162,7 @@ export function mount(root, { query }) {
   return () => life.abort();
 }
 
-/** The part of the filter that the service does not know: some letters of a label. */
+/** The filter that the service does not have: a part of a label. */
 function fits(job, { state, label }) {
   return (!state || job.state === state) && (!label || labelsOf(job).some((own) => own.includes(label)));
 }
@@ -169,8 +170,8 @@ function fits(job, { state, label }) {
 function summary(jobs, filter) {
   if (jobs.length) {
     const active = jobs.filter((job) => !FINAL.has(job.state)).length;
-    return [active ? `${active} on the way.` : "Nothing is being rendered."];
+    return [active ? `${plural(active, "job")} queued or running.` : "Nothing is being rendered."];
   }
-  if (filter.state || filter.label) return ["No job is like this."];
-  return ["Nothing has been rendered yet. ", h("a", { href: "/" }, "Begin with a scene"), "."];
+  if (filter.state || filter.label) return ["No jobs match this filter."];
+  return ["Nothing has been rendered yet. ", h("a", { href: "/" }, "Render a scene"), "."];
 }

@@ -1,4 +1,4 @@
-// No view has this address.
+// The view for an unknown address.
 
 import { h } from "../dom.js";
 
@@ -10,9 +10,9 @@ export function mount(root) {
     h(
       "p",
       { className: "lead" },
-      "Perhaps it is among the ",
+      "Try the list of ",
       h("a", { href: "/jobs" }, "jobs"),
-      ", or begin with a ",
+      ", or start with a ",
       h("a", { href: "/" }, "scene"),
       ".",
     ),

@@ -1,8 +1,9 @@
-// Begin: choose a scene, drop one or write it; say how good the picture shall be, see what it costs, render it.
+// The start page: choose, drop or write a scene, set its quality, get a quote, render it.
 
 import { get, jobPath, post, text } from "../api.js";
 import { announce, h } from "../dom.js";
 import { makeEditor } from "../editor.js";
+import { plural } from "../format.js";
 import { lineStarts, readable } from "../json_text.js";
 import { navigate } from "../navigation.js";
 import { requestText, takenApart } from "../requests.js";
@@ -16,7 +17,7 @@ import { makeValidation } from "./start/validation.js";
 
 export const title = "Start";
 
-// Numbers about each pixel that the page of the job looks into.
+// Layers that the page of the job can show.
 const LAYERS = ["depth", "normal", "shape", "samples", "error"];
 const DRAFT = "penumbra-draft";
 
@@ -85,11 +86,11 @@ export function mount(root, { query }) {
       for (const [path, file] of added) files.set(path, file);
       changed();
     }
-    announce(`${added.size + (scene ? 1 : 0)} files taken`);
+    announce(`${plural(added.size + (scene ? 1 : 0), "file")} added`);
   }
 
   function keep() {
-    // Only a convenience for those who reload: where storage is full or forbidden, the draft is lost.
+    // Where storage is full or forbidden, a reload loses the draft.
     try {
       sessionStorage.setItem(DRAFT, JSON.stringify({ text: editor.text, entry: gallery.chosen }));
     } catch {
@@ -126,7 +127,7 @@ export function mount(root, { query }) {
     quote.element,
     refusal,
     button,
-    h("p", { className: "soft small keys" }, "Ctrl + Enter renders, too."),
+    h("p", { className: "soft small keys" }, "Ctrl + Enter also renders."),
   );
   const picker = h("input", {
     type: "file",
@@ -217,7 +218,7 @@ function labelsField(input) {
   );
 }
 
-/** Labels as the service takes them; null where there are none. */
+/** Labels as an object, or null if there are none. */
 function labelled(text) {
   const pairs = text
     .split(",")

@@ -37,7 +37,7 @@ def test_an_option_goes_before_a_variable_and_a_variable_before_the_file(
         ("wokers = 2", "There is no such setting"),
         ("workers = 0", "workers in"),
         ('[limits]\nmax_pixels = "many"', "limits.max_pixels in"),
-        ("workers =", "is no TOML"),
+        ("workers =", "is not TOML"),
     ],
 )
 def test_what_is_wrong_in_a_file_is_reported_with_its_name(file: Path, content: str, said: str) -> None:

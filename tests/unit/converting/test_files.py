@@ -72,7 +72,7 @@ def test_a_name_out_of_an_input_makes_a_plain_file_name(tmp_path: Path, name: st
     [
         ("a.json", b'{"version": 1, "camera": {}}', "a scene already"),
         ("a.json", b'{"scene": 1}', "CS171 scene"),
-        ("a.json", b"[1]", "no JSON object"),
+        ("a.json", b"[1]", "JSON object"),
         ("a.fbx", b"Kaydara FBX Binary", "'.fbx' are not known"),
         ("a.json", b'{"cam_config": 1, "cam_config": 2}', "more than once"),
         ("a.ply", b"ply\nformat ascii 1.0\nend_header\n", "no triangles"),

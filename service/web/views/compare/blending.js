@@ -1,4 +1,4 @@
-// Two pictures on one screen: beside each other along a line, in turn, or their difference.
+// Two pictures on one screen: split along a line, in turn, or their difference.
 
 import { drawNumbers, short } from "../picture/numbers.js";
 import { viridis } from "../picture/colormaps.js";
@@ -6,7 +6,7 @@ import { Encoder, code } from "../picture/transfer.js";
 
 export const MODES = { split: "Split", a: "A alone", b: "B alone", difference: "Difference", heat: "Heat map" };
 
-// A difference of so much, linear, has the end of the scale: that of the heat map, and the same for all pictures.
+// The linear difference at the end of the scale, as in the heat map; the same for all pictures.
 export const HOTTEST = 0.25;
 
 // CSS pixels between the line and the letters beside it.
@@ -36,7 +36,7 @@ export class Blending {
     this.draw();
   }
 
-  /** Show A left of a column, a share of the width, and B right of it. */
+  /** Show A left of a line at a share of the width, and B right of it. */
   split(share) {
     this.at = share;
     this.draw();

@@ -1,4 +1,4 @@
-// Pictures to compare, as linear floats, from jobs and from files.
+// Pictures to compare, as linear floats, read from jobs and files.
 
 import { jobPath, request } from "../../api.js";
 import { Film } from "../picture/film.js";
@@ -18,7 +18,7 @@ export async function filmOfJob(id, signal) {
   return exposed(shape[1], shape[0], values);
 }
 
-// Between two pictures that stand side by side there are so many pixels.
+// Pixels between two pictures side by side.
 const GAP = 4;
 
 const LINEAR = Float32Array.from({ length: 256 }, (_, code) => {

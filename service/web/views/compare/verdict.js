@@ -1,24 +1,24 @@
-// What comparing two pictures has shown, in words and numbers.
+// The result of a comparison, in words and numbers.
 
 import { h } from "../../dom.js";
 import { short } from "../picture/numbers.js";
 
 const VERDICTS = {
   match: ["✓", "The same", "good"],
-  noisy_match: ["✓", "The same but for noise", "good"],
+  noisy_match: ["✓", "The same except for noise", "good"],
   mismatch: ["✕", "Not the same", "bad"],
 };
 const METRICS = [
   ["rmse", "RMSE", "root mean square difference, linear, clipped to 0..1"],
-  ["psnr", "PSNR, dB", "of the same"],
-  ["max_abs", "Largest difference", "of a channel"],
+  ["psnr", "PSNR, dB", "of the same difference"],
+  ["max_abs", "Largest difference", "in any channel"],
   ["frac_over", "Pixels that differ", "share, by more than the limit"],
   ["bias_blocks", "Biased blocks", "share, brighter or darker than noise allows"],
-  ["ssim", "SSIM", "structural similarity of what is seen"],
+  ["ssim", "SSIM", "structural similarity as displayed"],
 ];
 
-/** @param {object} answer - Of `POST /v1/comparisons`. @param {(region: object) => void} look - Show a region. */
-export function makeVerdict(answer, look) {
+/** @param {object} answer - Of `POST /v1/comparisons`. @param {(region: object) => void} showRegion - Show a region. */
+export function makeVerdict(answer, showRegion) {
   const [mark, word, kind] = VERDICTS[answer.verdict];
   return h(
     "div",
@@ -26,22 +26,22 @@ export function makeVerdict(answer, look) {
     h("h2", { className: `verdict ${kind}` }, h("span", { "aria-hidden": "true" }, `${mark} `), word),
     h("p", {}, answer.reason),
     answer.diagnosis.length ? diagnosis(answer.diagnosis) : "",
-    answer.worst_regions.length ? regions(answer.worst_regions, look) : "",
+    answer.worst_regions.length ? regions(answer.worst_regions, showRegion) : "",
     metrics(answer.metrics),
   );
 }
 
 function diagnosis(causes) {
-  const told = ({ cause, hint, rmse_before: before, rmse_after: after }) =>
-    h("li", {}, h("strong", {}, cause.replaceAll("_", " ")), h("p", {}, hint), h("p", { className: "soft small" }, `Undone, the RMSE falls from ${short(before)} to ${short(after)}.`));
-  return h("div", {}, h("h3", {}, "Probably the mistake"), h("ul", { className: "causes" }, causes.map(told)));
+  const entry = ({ cause, hint, rmse_before: before, rmse_after: after }) =>
+    h("li", {}, h("strong", {}, cause.replaceAll("_", " ")), h("p", {}, hint), h("p", { className: "soft small" }, `With it undone, the RMSE falls from ${short(before)} to ${short(after)}.`));
+  return h("div", {}, h("h3", {}, "Probably the mistake"), h("ul", { className: "causes" }, causes.map(entry)));
 }
 
-function regions(worst, look) {
+function regions(worst, showRegion) {
   const entry = (region, i) => {
     const { x0, y0, x1, y1, share, rmse, brightness, name } = region;
     const place = `columns ${x0} to ${x1 - 1}, rows ${y0} to ${y1 - 1}`;
-    const button = h("button", { type: "button", onclick: () => look(region) }, `Region ${i + 1}${name ? `: ${name}` : ""}`);
+    const button = h("button", { type: "button", onclick: () => showRegion(region) }, `Region ${i + 1}${name ? `: ${name}` : ""}`);
     const kind = brightness > 0 ? "too bright" : "too dark";
     return h("li", {}, button, h("p", { className: "soft small" }, `${place}; ${Math.round(100 * share)} % of the squared difference; RMSE ${short(rmse)}; ${kind} by ${short(Math.abs(brightness))}`));
   };

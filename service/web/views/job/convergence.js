@@ -1,15 +1,15 @@
-// Error against time for this job, and what half the error would cost.
+// Error against time for this job, and the predicted cost of half the error.
 
 import { get, jobPath } from "../../api.js";
 import { h } from "../../dom.js";
-import { STEP, digits, seconds, steps } from "../../format.js";
+import { CODE_VALUE, codeValues, digits, seconds } from "../../format.js";
 import { makePlot } from "../../plots.js";
 
 export function mount(root, watch) {
   const plot = makePlot({
-    label: "Error in steps of 8 bits against seconds",
+    label: "Error in code values against seconds",
     xLabel: "seconds",
-    yLabel: "error, steps of 8 bits",
+    yLabel: "error, code values (1/255)",
   });
   const words = h("p", { className: "small" });
   const rows = h("tbody");
@@ -20,10 +20,10 @@ export function mount(root, watch) {
   function show(convergence) {
     const points = convergence.passes.filter(({ error }) => error).map(point);
     plot.element.hidden = !points.length;
-    plot.draw(points, convergence.target_error ? convergence.target_error / STEP : null);
+    plot.draw(points, convergence.target_error ? convergence.target_error / CODE_VALUE : null);
     numbers.hidden = !points.length;
     rows.replaceChildren(...points.map(row));
-    words.replaceChildren(...told(convergence));
+    words.replaceChildren(...summary(convergence));
   }
 
   async function refresh(job) {
@@ -33,7 +33,7 @@ export function mount(root, watch) {
     try {
       show(await get(`${jobPath(watch.id)}/convergence`, { signal: watch.signal }));
     } catch {
-      // The next news of the job asks again.
+      // The next update of the job fetches it again.
       known = "";
     }
   }
@@ -44,7 +44,7 @@ export function mount(root, watch) {
 }
 
 function point({ seconds: x, error }) {
-  return { x, y: error.estimate / STEP, low: error.low / STEP, high: error.high / STEP };
+  return { x, y: error.estimate / CODE_VALUE, low: error.low / CODE_VALUE, high: error.high / CODE_VALUE };
 }
 
 function table(rows) {
@@ -52,8 +52,8 @@ function table(rows) {
     "tr",
     {},
     h("th", { scope: "col" }, "Seconds"),
-    h("th", { scope: "col" }, "Error, steps"),
-    h("th", { scope: "col" }, "95 of 100 between"),
+    h("th", { scope: "col" }, "Error, code values"),
+    h("th", { scope: "col" }, "95 % interval"),
   );
   return h("table", { className: "numbers" }, h("thead", {}, head), rows);
 }
@@ -64,16 +64,16 @@ function row({ x, y, low, high }) {
     {},
     h("td", {}, digits(x, 3)),
     h("td", {}, digits(y, 3)),
-    h("td", {}, `${digits(low)} and ${digits(high)}`),
+    h("td", {}, `${digits(low)} to ${digits(high)}`),
   );
 }
 
-function told({ next_halving: half, target_error: target, reason, passes }) {
+function summary({ next_halving: half, target_error: target, reason, passes }) {
   const sentences = [];
-  if (target) sentences.push(`Asked for: ${steps(target)} steps, the dashed line. `);
+  if (target) sentences.push(`The dashed line is the target error, ${codeValues(target)} code values. `);
   if (half) {
     const { estimate, low, high } = half.seconds;
-    const range = high === null ? `${seconds(low)} at least` : `${seconds(low)} to ${seconds(high)}`;
+    const range = high === null ? `at least ${seconds(low)}` : `${seconds(low)} to ${seconds(high)}`;
     sentences.push(
       "Half this error would cost ",
       h("strong", {}, `about ${seconds(estimate)} more`),
@@ -81,6 +81,6 @@ function told({ next_halving: half, target_error: target, reason, passes }) {
     );
   }
   if (!half && reason) sentences.push(reason);
-  if (!half && !reason && !passes.length) sentences.push("Nothing is known yet.");
+  if (!half && !reason && !passes.length) sentences.push("There are no measurements yet.");
   return sentences;
 }

@@ -1,13 +1,13 @@
-// What runs for this job and who asked for it; a click leads to the line of the scene.
+// The plan of this job. A click on a pointer shows its line of the scene.
 
 import { get, jobPath, text } from "../../api.js";
 import { h } from "../../dom.js";
 import { makeEditor } from "../../editor.js";
-import { percent } from "../../format.js";
+import { percent, plural } from "../../format.js";
 import { places } from "../../json_text.js";
 import { inScene, takenApart } from "../../requests.js";
 
-// More lines than this stand behind one word, so that the list stays a list.
+// Further lines are hidden behind a button, to keep the list short.
 const SHOWN = 3;
 
 export function mount(root, watch) {
@@ -15,7 +15,7 @@ export function mount(root, watch) {
   const stages = h("ol", { className: "stages" });
   const others = h("div");
   root.append(
-    h("h2", {}, "What runs, and who asked for it"),
+    h("h2", {}, "What runs, and why"),
     h(
       "div",
       { className: "plan" },
@@ -43,17 +43,17 @@ export function mount(root, watch) {
   return () => {};
 }
 
-function rest({ pilot_samples: looks, left_out: out }, lines) {
+function rest({ pilot_samples: pilots, left_out: out }, lines) {
   return [
-    looks.length
+    pilots.length
       ? h(
           "details",
           {},
-          h("summary", {}, `The pilot samples of target quality: ${looks.length} stages`),
+          h("summary", {}, `Pilot samples for the target error: ${plural(pilots.length, "stage")}`),
           h(
             "ol",
             { className: "stages" },
-            looks.map((stage) => entry(stage, lines)),
+            pilots.map((stage) => entry(stage, lines)),
           ),
         )
       : null,
@@ -61,7 +61,7 @@ function rest({ pilot_samples: looks, left_out: out }, lines) {
       ? h(
           "details",
           { open: true },
-          h("summary", {}, `Left out: ${out.length} effects`),
+          h("summary", {}, `Left out: ${plural(out.length, "effect")}`),
           h(
             "ul",
             { className: "left-out" },
@@ -88,14 +88,14 @@ function entry({ name, detail, share, pointers }, lines) {
 }
 
 function meter(share) {
-  const told = share > 0 && share < 0.005 ? "under 1 %" : percent(share);
+  const text = share > 0 && share < 0.005 ? "under 1 %" : percent(share);
   const bar = h("span", { className: "meter", "aria-hidden": "true" }, h("span", {}));
   bar.firstChild.style.width = `${100 * share}%`;
   return h(
     "span",
     { className: "stage-share" },
     bar,
-    h("span", { className: "small soft" }, told, h("span", { className: "unseen" }, " of the time")),
+    h("span", { className: "small soft" }, text, h("span", { className: "unseen" }, " of the time")),
   );
 }
 
@@ -109,7 +109,7 @@ function omission({ effect, reason, pointers }, lines) {
   );
 }
 
-/** Make what turns pointers into buttons that show their lines. */
+/** Make a function that turns pointers into buttons that show their lines. */
 function makeLines(scene, plan, editor) {
   const all = [...plan.stages, ...plan.pilot_samples, ...plan.left_out].flatMap(({ pointers }) => pointers.map(inScene));
   const where = places(scene, all);
@@ -152,7 +152,7 @@ function makeLines(scene, plan, editor) {
   };
 }
 
-/** What a pointer leads to, by the name that it has in the scene. */
+/** The name in the scene of what a pointer refers to. */
 function named(document, pointer) {
   const parts = pointer
     .slice(1)

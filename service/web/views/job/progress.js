@@ -1,7 +1,7 @@
-// How far a job is: state, share, time, rays, and the error with its interval.
+// Progress of a job: state, share, time, rays, and the error with its interval.
 
 import { announce, h } from "../../dom.js";
-import { count, percent, qualityName, seconds, steps } from "../../format.js";
+import { codeValues, count, cpuSeconds, percent, plural, qualityName, seconds } from "../../format.js";
 import { standing, stateMark, stateName } from "./state.js";
 
 const TICK_MS = 1000;
@@ -34,22 +34,22 @@ export function mount(root, watch) {
 
   watch.on("job", show);
   show(watch.job);
-  // Only the time goes on between two pieces of news.
+  // Between two updates only the elapsed time changes.
   const timer = setInterval(() => standing(watch.job) === "running" && show(watch.job), TICK_MS);
   return () => clearInterval(timer);
 }
 
 function remark(job) {
-  if (job.state === "queued" && !job.paused) return job.queue_position ? `${job.queue_position} before it` : "next";
+  if (job.state === "queued" && !job.paused) return job.queue_position ? `${job.queue_position} ahead of it` : "next";
   if (job.state === "running" && job.progress.total > 1)
     return [stepsOf(job), left(job)].filter(Boolean).join(", ");
   return "";
 }
 
-// With target quality passes follow from each other: nobody knows how many steps there will be.
+// With a target error each pass depends on the one before, so the number of steps is not known in advance.
 function stepsOf(job) {
   const { done, total } = job.progress;
-  return job.quality.mode === "target" ? `${count(done)} steps done` : `${count(done)} of ${count(total)} steps`;
+  return job.quality.mode === "target" ? `${plural(done, "step")} done` : `${count(done)} of ${count(total)} steps`;
 }
 
 function left(job) {
@@ -66,7 +66,7 @@ function figures(job) {
       : figure(
           "Time",
           seconds(took),
-          `${seconds(job.cost.cpu_seconds)} of processors, ${seconds(job.cost.predicted_cpu_seconds)} predicted`,
+          `${cpuSeconds(job.cost.cpu_seconds)}, ${cpuSeconds(job.cost.predicted_cpu_seconds)} predicted`,
         ),
     all
       ? figure("Rays", count(all), rays.map(([kind, number]) => `${count(number)} ${kind}`).join(", "))
@@ -74,8 +74,8 @@ function figures(job) {
     job.error
       ? figure(
           "Error",
-          `${steps(job.error.estimate)} steps`,
-          `${steps(job.error.low)} to ${steps(job.error.high)} steps of 8 bits, in 95 of 100 pictures`,
+          `${codeValues(job.error.estimate)} code values`,
+          `95 % interval ${codeValues(job.error.low)} to ${codeValues(job.error.high)}, in units of 1/255`,
         )
       : null,
     figure("Picture", `${job.width} × ${job.height}`, qualityName(job.quality)),

@@ -1,4 +1,4 @@
-// The states of a job in words and signs: no meaning by colour alone.
+// The states of a job as words and signs, so that no meaning depends on colour alone.
 
 import { h } from "../../dom.js";
 
@@ -12,10 +12,10 @@ const STATES = {
   expired: ["–", "expired"],
 };
 
-/** The states by which jobs are found: one that is paused is queued or running meanwhile. */
+/** States to filter by: a paused job counts as queued or running. */
 export const NAMES = Object.keys(STATES).filter((name) => name !== "paused");
 
-/** What a job is to people: a pause says more than the state in which it is held. */
+/** The state to show: a paused job shows as paused, not as queued or running. */
 export const standing = (job) => (job.paused ? "paused" : job.state);
 
 export const stateName = (state) => STATES[state]?.[1] ?? state;

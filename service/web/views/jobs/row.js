@@ -1,7 +1,7 @@
-// One job in the list. A row is changed in place, so that whoever is on it stays there.
+// One job in the list. Updates change a row in place, so that it keeps the focus.
 
 import { h } from "../../dom.js";
-import { ago, percent, qualityName, seconds, steps } from "../../format.js";
+import { ago, codeValues, percent, qualityName, seconds } from "../../format.js";
 import { FINAL } from "../../watch.js";
 import { standing, stateMark } from "../job/state.js";
 
@@ -89,7 +89,7 @@ function labelButton(label, onLabel) {
   );
 }
 
-/** The labels of a job, as the service takes them in a filter. */
+/** The labels of a job, in the form of the service's filter. */
 export function labelsOf({ labels = {} }) {
   return Object.entries(labels).map(([name, value]) => `${name}:${value}`);
 }
@@ -98,8 +98,8 @@ function factsOf(job) {
   const facts = [`${job.width} × ${job.height}`, qualityName(job.quality)];
   if (job.state === "running") facts.push(percent(job.progress.share));
   if (job.state === "queued" && job.queue_position !== null)
-    facts.push(job.queue_position ? `${job.queue_position} before it` : "next");
-  if (job.error) facts.push(`${steps(job.error.estimate)} steps off`);
+    facts.push(job.queue_position ? `${job.queue_position} ahead of it` : "next");
+  if (job.error) facts.push(`error ${codeValues(job.error.estimate)} code values`);
   if (job.finished_at && job.started_at)
     facts.push(`took ${seconds((Date.parse(job.finished_at) - Date.parse(job.started_at)) / 1000)}`);
   if (job.failure) facts.push(job.failure.message);

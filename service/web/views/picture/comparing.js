@@ -1,4 +1,4 @@
-// The way from a picture to its comparison with another.
+// Links a picture to its comparison with another.
 
 import { get } from "../../api.js";
 import { h } from "../../dom.js";
@@ -6,7 +6,7 @@ import { navigate } from "../../navigation.js";
 
 const MOST = 50;
 
-/** Which picture a finished job is to be compared with. */
+/** A form that chooses the picture to compare a finished job with. */
 export function makeComparing(watch) {
   const select = h("select", { id: "compared-with" });
   const button = h("button", { type: "submit" }, "Compare");

@@ -1,4 +1,4 @@
-// What is set about looking at a picture: what is shown, how bright, by which transfer, how large.
+// Display controls: layer, exposure, transfer function, zoom.
 
 import { h } from "../../dom.js";
 import { TRANSFERS } from "./transfer.js";
@@ -8,12 +8,12 @@ const MOST_STOPS = 10;
 
 const field = (label, control, ...more) => h("div", { className: "field" }, h("label", { htmlFor: control.id }, label), control, ...more);
 
-/** How a scene asks to be displayed. */
+/** The display settings of a scene. */
 export const displayOf = (scene) => ({ exposure: 0, transfer: "srgb", ...scene.display });
 
-/** How pixels become codes. @param {() => void} changed */
+/** Controls of exposure and transfer function. @param {() => void} changed */
 export function makeDisplay(changed, prefix = "display") {
-  const exposure = h("input", { id: `${prefix}-exposure`, type: "range", min: -MOST_STOPS, max: MOST_STOPS, step: 0.25, value: 0, oninput: told });
+  const exposure = h("input", { id: `${prefix}-exposure`, type: "range", min: -MOST_STOPS, max: MOST_STOPS, step: 0.25, value: 0, oninput: update });
   const stops = h("output", { htmlFor: exposure.id });
   const transfer = h(
     "select",
@@ -21,9 +21,9 @@ export function makeDisplay(changed, prefix = "display") {
     Object.keys(TRANSFERS).map((name) => h("option", { value: name }, WORDS[name])),
   );
   const scene = { exposure: 0, transfer: "srgb" };
-  const reset = h("button", { type: "button", className: "plain", title: "As the scene asks for it", onclick: () => set(scene) }, "Reset");
+  const reset = h("button", { type: "button", className: "plain", title: "Use the settings of the scene", onclick: () => set(scene) }, "Reset");
 
-  function told() {
+  function update() {
     const value = Number(exposure.value);
     stops.textContent = `${value > 0 ? "+" : ""}${value}`.replace("-", "−") + (Math.abs(value) === 1 ? " stop" : " stops");
     exposure.setAttribute("aria-valuetext", stops.textContent);
@@ -31,13 +31,13 @@ export function makeDisplay(changed, prefix = "display") {
   }
 
   function set(values) {
-    // A slider would round the exposure of a scene to its steps.
+    // Otherwise the slider rounds the exposure of the scene to its steps.
     exposure.step = Number.isInteger(4 * values.exposure) ? 0.25 : "any";
     exposure.min = Math.min(-MOST_STOPS, values.exposure);
     exposure.max = Math.max(MOST_STOPS, values.exposure);
     exposure.value = values.exposure;
     transfer.value = values.transfer;
-    told();
+    update();
   }
 
   return {
@@ -48,7 +48,7 @@ export function makeDisplay(changed, prefix = "display") {
     get transfer() {
       return transfer.value;
     },
-    /** Begin as the scene asks for it. */
+    /** Begin with the settings of the scene. */
     begin(values) {
       Object.assign(scene, values);
       set(scene);
@@ -56,7 +56,7 @@ export function makeDisplay(changed, prefix = "display") {
   };
 }
 
-/** Which numbers are shown: the picture, or one of the layers. @param {string[]} names */
+/** A list of the picture and its layers. @param {string[]} names */
 export function makeLayerChoice(names, changed) {
   const select = h(
     "select",

@@ -1,9 +1,9 @@
-// What a screen shows of a film or a layer, and the numbers in it.
+// Draws a film or a layer on a screen, and the numbers in its pixels.
 
 import { drawNumbers, short } from "./numbers.js";
 import { Encoder, code } from "./transfer.js";
 
-/** Measures of this name stand in the browser's own timeline, the newest alone. */
+/** Measure the duration of a function on the browser's timeline; only the newest measure of a name is kept. */
 export function measured(name, detail, work) {
   const start = performance.now();
   const result = work();
@@ -47,7 +47,7 @@ export class Developer {
     return this.film.at(x, y)?.map((value) => code(value, exposure, transfer)) ?? null;
   }
 
-  /** What is known of a pixel, in words. */
+  /** The values of a pixel as text. */
   describe(x, y) {
     if (this.layer) return `${this.layer.name} ${this.layer.at(x, y).map(short).join("  ")}`;
     const values = this.film.at(x, y);
@@ -72,7 +72,7 @@ export class Developer {
     this.#put({ x0: 0, y0: 0, x1: this.film.width, y1: this.film.height });
   }
 
-  /** Many tiles side by side are developed as one: calls cost more than pixels. */
+  /** Develop neighbouring tiles in one call: a call costs more than some more pixels. */
   #putAll(places) {
     const box = around(places);
     const covered = places.reduce((sum, place) => sum + area(place), 0);

@@ -1,4 +1,4 @@
-// The picture as far as it has arrived: linear floats, and the rectangles in which it has changed.
+// The picture received so far, as linear floats.
 
 import { Encoder } from "./transfer.js";
 
@@ -19,7 +19,7 @@ export class Film {
     this.encoder = new Encoder();
   }
 
-  /** Take a tile of a batch. A preview's values stand for blocks of `stride` pixels along a side. */
+  /** Add a tile of a batch. Each value of a preview covers a block of `stride` x `stride` pixels. */
   take(tile) {
     const place = clipped(tile, this.width, this.height);
     const { x0, y0, x1, y1 } = place;
@@ -41,7 +41,7 @@ export class Film {
     return this.known[pixel] ? Array.from(this.values.subarray(3 * pixel, 3 * pixel + 3)) : null;
   }
 
-  /** Codes of a rectangle as the encoder has them; what is not known stays clear. */
+  /** Encode a rectangle; unknown pixels stay transparent. */
   develop({ x0, y0, x1, y1 }) {
     const image = new ImageData(x1 - x0, y1 - y0);
     for (let y = y0; y < y1; y++) {

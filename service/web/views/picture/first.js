@@ -1,14 +1,14 @@
-// Having a part of a running picture rendered first.
+// Renders a part of a running picture first.
 
 import { jobPath, request } from "../../api.js";
 import { announce, h } from "../../dom.js";
 
-// Around a pixel so much of the picture's sides, where all of it is shown.
+// Size of the part around a pixel, as a share of the picture's sides, while all of it is shown.
 const SHARE = 1 / 4;
 
 /**
- * A button for as long as the job runs. It speaks of what is shown where the picture is zoomed, else of the surroundings of
- * the pixel that was chosen.
+ * A button that is shown while the job runs. The part is what is visible if the picture is zoomed, or else the surroundings
+ * of the chosen pixel.
  *
  * @param {() => {x: number, y: number} | null} chosen
  */
@@ -39,7 +39,7 @@ export function makeFirst(watch, screen, chosen) {
     button.hidden = watch.final;
     const region = wanted();
     button.disabled = !region;
-    button.title = region ? "Render what is shown before the rest of each pass" : "Click a pixel of that part, or zoom to it";
+    button.title = region ? "Render the visible part before the rest of each pass" : "Click a pixel of that part, or zoom to it";
     if (watch.final) self.region = null;
   }
 

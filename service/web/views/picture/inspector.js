@@ -1,4 +1,4 @@
-// One pixel explained: why it is as bright as it is, what its ray has met, and what each light adds.
+// Explains a pixel: the reasons for its colour, what its rays hit, and what each light adds.
 
 import { jobPath, post } from "../../api.js";
 import { announce, h } from "../../dom.js";
@@ -11,8 +11,8 @@ import { makeSource } from "./source.js";
  * @param {(x: number, y: number) => number[] | null} pictured - The pixel of the picture.
  */
 export function makeInspector(id, pictured, signal) {
-  const body = h("div", {}, h("p", { className: "soft" }, "Click a pixel, or press Enter on it, to see what its ray has met and why it is as bright as it is."));
-  const heading = h("h2", { id: "inspector-title" }, "Why is it so?");
+  const body = h("div", {}, h("p", { className: "soft" }, "Click a pixel, or press Enter on it, to see what its ray hits and what gives it its colour."));
+  const heading = h("h2", { id: "inspector-title" }, "Why this colour?");
   const source = makeSource(id, signal);
   const element = h("aside", { className: "inspector panel", "aria-labelledby": heading.id, tabIndex: -1 }, heading, body);
   const self = { element, pixel: null, show };
@@ -40,9 +40,9 @@ export function makeInspector(id, pictured, signal) {
         h(
           "div",
           {},
-          h("h3", {}, "The ray and what it met"),
+          h("h3", {}, "The ray and what it hits"),
           h("ol", { className: "rays" }, makeRay(found.ray, links, 1)),
-          found.complete ? "" : h("p", { className: "soft small" }, "More rays go on than are listed."),
+          found.complete ? "" : h("p", { className: "soft small" }, "There are more rays than are listed here."),
         ),
       ),
     );
@@ -59,11 +59,11 @@ export function makeInspector(id, pictured, signal) {
   return self;
 }
 
-/** Names stand between backticks. */
+/** Set names between backticks as code. */
 const quoted = (text) => text.split("`").map((part, i) => (i % 2 ? h("code", {}, part) : part));
 
 function colours(found, mean) {
-  const rows = [["One ray through its middle", found.color], ["The picture, the mean of its samples", mean]];
+  const rows = [["One ray through the middle", found.color], ["The picture, the mean of its samples", mean]];
   return h(
     "table",
     { className: "colours" },

@@ -1,4 +1,4 @@
-// The keyboard over a screen: arrows move a cursor from pixel to pixel, and it can be zoomed to and chosen.
+// Keyboard control of a screen: arrows move a cursor from pixel to pixel, other keys zoom and choose.
 
 const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 const FAR = 10;

@@ -1,4 +1,4 @@
-// Layers: numbers about each pixel, as false colours with a scale.
+// Layers: values of each pixel, as false colours with a scale.
 
 import { jobPath, request } from "../../api.js";
 import { named, viridis } from "./colormaps.js";
@@ -14,7 +14,7 @@ export async function fetchLayer(id, name, signal) {
   return new Layer(name, shape, values);
 }
 
-/** Numbers of each pixel, and how they are shown. */
+/** The values of a layer, and their colours. */
 export class Layer {
   constructor(name, [height, width, channels = 1], values) {
     Object.assign(this, { name, height, width, channels, values });
@@ -54,7 +54,7 @@ export class Layer {
     };
   }
 
-  /** The number that is coloured: with several channels the greatest. */
+  /** The number to colour: the greatest of the channels. */
   #worst(at) {
     let worst = this.values[at];
     for (let i = 1; i < this.channels; i++) worst = Math.max(worst, this.values[at + i]);

@@ -1,13 +1,13 @@
-// What each light adds to a point, and its shadow rays: bars with their numbers.
+// The contribution of each light to a point, and its shadow rays, as bars with numbers.
 
 import { h } from "../../dom.js";
 import { short } from "./numbers.js";
 
-// Of BT.709: how much of a colour's brightness each channel is.
+// Luminance weights of BT.709.
 const LUMA = [0.2126, 0.7152, 0.0722];
 const luma = (color) => color.reduce((sum, value, i) => sum + LUMA[i] * value, 0);
 
-/** @param {object} ray @param {object} surface - Where it has met a shape. @param {(pointers: string[]) => Node} links */
+/** @param {object} ray @param {object} surface - What it hits. @param {(pointers: string[]) => Node} links */
 export function makeLights(ray, surface, links) {
   const total = luma(ray.radiance);
   const share = (color) => (total > 0 ? luma(color) / total : 0);
@@ -20,8 +20,8 @@ export function makeLights(ray, surface, links) {
     "div",
     {},
     h("table", { className: "parts" },
-      h("caption", {}, "What this place sends out"),
-      h("thead", {}, h("tr", {}, ["From", "Share of its brightness", "Linear"].map((name) => h("th", { scope: "col" }, name)))),
+      h("caption", {}, "Light from this point"),
+      h("thead", {}, h("tr", {}, ["From", "Share of brightness", "Linear"].map((name) => h("th", { scope: "col" }, name)))),
       h("tbody", {}, rows),
     ),
     surface.lights.length ? h("ul", { className: "shadows" }, surface.lights.map((light) => shadow(light, links))) : "",
@@ -40,14 +40,14 @@ function bar(share) {
 
 function shadow(light, links) {
   const rays = light.points === 1 ? "one shadow ray" : `${light.points} shadow rays`;
-  const told = [`${short(100 * light.visibility)} % seen`];
-  if (light.below_horizon) told.push(`${light.below_horizon} behind the surface`);
+  const facts = [`${short(100 * light.visibility)} % visible`];
+  if (light.below_horizon) facts.push(`${light.below_horizon} behind the surface`);
   return h(
     "li",
     {},
-    h("p", {}, `To light ${light.light}, ${rays}: ${told.join(", ")}`, " ", links([light.pointer])),
+    h("p", {}, `To light ${light.light}, ${rays}: ${facts.join(", ")}`, " ", links([light.pointer])),
     light.blockers.length
-      ? h("ul", {}, light.blockers.map((one) => h("li", {}, `${one.points} stopped by ${one.name ? `${one.name}, ` : ""}shape ${one.shape} `, links([one.pointer]))))
+      ? h("ul", {}, light.blockers.map((one) => h("li", {}, `${one.points} blocked by ${one.name ? `${one.name}, ` : ""}shape ${one.shape} `, links([one.pointer]))))
       : "",
   );
 }

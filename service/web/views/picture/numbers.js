@@ -1,17 +1,17 @@
 // Numbers inside pixels, once they are large enough to hold them.
 
-// From so many CSS pixels a side, three lines of linear value and code can be read.
+// CSS pixels a side from which three lines of linear value and code are readable.
 export const READABLE = 64;
 const LINES_A_PIXEL = 6.4;
 const LARGEST_TEXT = 14;
-// Of BT.709: how bright a code looks decides whether black or white text is read on it.
+// Luminance weights of BT.709: above BRIGHT, black text is easier to read than white.
 const LUMA = [0.2126, 0.7152, 0.0722];
 const BRIGHT = 118;
 
 /**
  * @param {CanvasRenderingContext2D} context
  * @param {import("./screen.js").Screen} screen
- * @param {(x: number, y: number) => string[] | null} lines - What is written into a pixel.
+ * @param {(x: number, y: number) => string[] | null} lines - The text in a pixel.
  * @param {(x: number, y: number) => number[]} shown - Its codes.
  */
 export function drawNumbers(context, screen, lines, shown) {
@@ -34,7 +34,7 @@ export function drawNumbers(context, screen, lines, shown) {
   }
 }
 
-/** A number of four digits, as short as it may be. */
+/** A number with at most four digits. */
 export function short(value) {
   if (Number.isNaN(value)) return "NaN";
   if (!Number.isFinite(value)) return value > 0 ? "∞" : "−∞";

@@ -1,4 +1,4 @@
-// The picture of a job: it fills in as it is rendered, can be looked into, and tells why a pixel is as it is.
+// The picture of a job: it fills in while it renders, zooms, and explains single pixels.
 
 import { get, jobPath } from "../../api.js";
 import { announce, h } from "../../dom.js";
@@ -14,7 +14,7 @@ import { makeLegend } from "./legend.js";
 import { Screen, square } from "./screen.js";
 
 const AT_WORK = "#ffb43c";
-// Neighbours are at work at the same time: none hides a side of another.
+// Frames are drawn inside their tiles, so that those of neighbours do not overlap.
 const WITHIN = -1.5;
 const CHOSEN = "#ffb43c";
 
@@ -36,9 +36,9 @@ export function mount(root, watch) {
   screen.element.setAttribute("aria-describedby", keys.id);
   const layers = Object.keys(links.layers ?? {});
   const tools = h("div", { className: "row tools" }, layers.length ? makeLayerChoice(layers, chooseLayer) : null, display.element, makeZoom(screen), first.element);
-  const looking = h("div", {}, tools, refusal, screen.element, readout, legend, keys, inspector.element, makeComparing(watch));
+  const viewer = h("div", {}, tools, refusal, screen.element, readout, legend, keys, inspector.element, makeComparing(watch));
   const nothing = h("p", { className: "soft" });
-  root.append(h("h2", { className: "unseen" }, "Picture"), looking, nothing);
+  root.append(h("h2", { className: "unseen" }, "Picture"), viewer, nothing);
 
   function overlay(context) {
     developer.drawNumbers(context);
@@ -47,7 +47,7 @@ export function mount(root, watch) {
     if (inspector.pixel) screen.outline(context, square(inspector.pixel), CHOSEN);
   }
 
-  // A frame around all of the picture would say nothing.
+  // A frame around the whole picture has no meaning.
   const isWhole = ({ x0, y0, x1, y1 }) => x1 - x0 >= width && y1 - y0 >= height;
 
   function read() {
@@ -79,7 +79,7 @@ export function mount(root, watch) {
     if (!watch.final) return;
     first.show();
     const empty = watch.job.state !== "succeeded" && !film.known.includes(1);
-    looking.hidden = empty;
+    viewer.hidden = empty;
     nothing.textContent = empty ? `There is no picture: the job ended as ${watch.job.state}.` : "";
     screen.redraw();
     if (wanted && developer.layer?.stale !== false) chooseLayer(wanted);

@@ -1,10 +1,10 @@
-// Mouse and touch over a screen: drag pans, wheel and two fingers zoom, a click chooses a pixel.
+// Mouse and touch control of a screen: drag pans, wheel and two fingers zoom, a click chooses a pixel.
 
-// A hand shakes: below so many CSS pixels a press is a click and no drag.
+// A press that moves by fewer CSS pixels is a click, not a drag.
 const SHAKE = 5;
 // A notch of most wheels is 100 to 120 units: it zooms by about a quarter.
 const WHEEL = 0.002;
-// Wheels that count in lines tell some 3 a notch.
+// Wheels that report lines report about 3 for a notch.
 const LINE = 36;
 
 export function hearPointers(screen) {
@@ -20,7 +20,7 @@ export function hearPointers(screen) {
   on("pointerdown", (event) => {
     if (event.button !== 0) return;
     element.setPointerCapture(event.pointerId);
-    // Two fingers never choose a pixel, however still they are.
+    // A press with two fingers never chooses a pixel.
     dragged = down.size > 0;
     down.set(event.pointerId, { now: place(event), begun: place(event) });
   });
@@ -49,7 +49,7 @@ export function hearPointers(screen) {
   on(
     "wheel",
     (event) => {
-      // The whole picture cannot be made smaller: then the wheel is the page's.
+      // The whole picture cannot become smaller, so the wheel scrolls the page.
       if (screen.fitted && event.deltaY > 0) return;
       event.preventDefault();
       const { x, y } = place(event);
@@ -59,7 +59,7 @@ export function hearPointers(screen) {
   );
 }
 
-/** The middle of the fingers, and how far they are apart. */
+/** The centre of the fingers, and their distance. */
 function grip(down) {
   const fingers = [...down.values()].map((finger) => finger.now);
   const x = fingers.reduce((sum, finger) => sum + finger.x, 0) / fingers.length;

@@ -1,11 +1,11 @@
-// A ray of an inspection and those that go on from where it ends, as nested lists.
+// A ray of an inspection and its secondary rays, as nested lists.
 
 import { h } from "../../dom.js";
 import { makeLights } from "./lights.js";
 import { short } from "./numbers.js";
 
 const KINDS = { camera: "Camera ray", mirror: "Mirrored ray", reflection: "Reflected ray", refraction: "Refracted ray" };
-// Deeper rays are folded away: their parents say how little they add.
+// Deeper rays are collapsed: they usually add little.
 const OPEN = 2;
 
 const triple = (values) => values.map(short).join("  ");
@@ -14,7 +14,7 @@ const triple = (values) => values.map(short).join("  ");
 export function makeRay(ray, links, depth) {
   const { surface } = ray;
   const kind = KINDS[ray.kind];
-  const meets = surface ? `meets ${surface.part.name ? `${surface.part.name}, ` : ""}shape ${surface.shape}` : ray.light ? `meets light ${ray.light.pointer.split("/").at(-1)}` : "meets nothing but the background";
+  const hit = surface ? `hits ${surface.part.name ? `${surface.part.name}, ` : ""}shape ${surface.shape}` : ray.light ? `hits light ${ray.light.pointer.split("/").at(-1)}` : "hits only the background";
   const weight = ray.kind === "camera" ? "" : `, ${short(100 * ray.weight)} % of it reaches the camera`;
   return h(
     "li",
@@ -22,7 +22,7 @@ export function makeRay(ray, links, depth) {
     h(
       "details",
       { open: depth <= OPEN },
-      h("summary", {}, `${kind} ${meets}${weight}`),
+      h("summary", {}, `${kind} ${hit}${weight}`),
       surface ? facts(ray, surface, links) : h("p", { className: "number" }, `linear ${triple(ray.radiance)}`),
       surface ? makeLights(ray, surface, links) : "",
       ray.rays.length ? h("ol", { className: "rays" }, ray.rays.map((next) => makeRay(next, links, depth + 1))) : "",

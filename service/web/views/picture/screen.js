@@ -1,16 +1,16 @@
-// A picture that is zoomed, panned and pointed into, by mouse, touch and keyboard; what is drawn over it is not its own.
+// A picture with zoom, pan and a cursor, for mouse, touch and keyboard. The caller draws the overlay.
 
 import { h } from "../../dom.js";
 import { hearKeys } from "./keys.js";
 import { hearPointers } from "./pointers.js";
 
 const LARGEST = 128;
-// A cursor in pixels smaller than this would hide what it points at.
+// In smaller pixels the cursor would hide the pixel.
 const CURSOR_FROM = 3;
 
 /**
- * Events: `cursor` (detail: the pixel pointed at, or null), `choose` (detail: the pixel clicked), `view` (the part that is
- * shown has changed).
+ * Events: `cursor` (detail: the pixel under the cursor, or null), `choose` (detail: the pixel clicked), `view` (the visible part
+ * changed).
  */
 export class Screen extends EventTarget {
   #resize;
@@ -24,7 +24,7 @@ export class Screen extends EventTarget {
     super();
     Object.assign(this, { width, height, overlay });
     this.canvas = h("canvas", { className: "pixels", width, height });
-    // Kept where pixels are cheap to write and to read again, as is done all the time.
+    // In main memory, because pixels are written and read all the time.
     this.context = this.canvas.getContext("2d", { willReadFrequently: true });
     this.over = h("canvas", { className: "over" });
     this.cursor = null;
@@ -61,7 +61,7 @@ export class Screen extends EventTarget {
     this.#moved();
   }
 
-  /** Show each pixel so large, a place of the element (CSS pixels) staying where it is. */
+  /** Set the scale, keeping a point of the element (in CSS pixels) fixed. */
   zoom(scale, x = this.element.clientWidth / 2, y = this.element.clientHeight / 2) {
     const wanted = Math.min(LARGEST, Math.max(this.smallest, scale));
     if (wanted === this.smallest) return this.fit();
@@ -78,7 +78,7 @@ export class Screen extends EventTarget {
     this.#moved();
   }
 
-  /** Show a rectangle of the picture, as large as it fits with some of its surroundings. */
+  /** Zoom to a rectangle of the picture with some of its surroundings. */
   frame({ x0, y0, x1, y1 }) {
     const { clientWidth, clientHeight } = this.element;
     const fitting = 0.6 * Math.min(clientWidth / (x1 - x0), clientHeight / (y1 - y0));
@@ -86,7 +86,7 @@ export class Screen extends EventTarget {
     this.show({ scale, left: clientWidth / 2 - (scale * (x0 + x1)) / 2, top: clientHeight / 2 - (scale * (y0 + y1)) / 2 });
   }
 
-  /** The rectangle of pixels that is shown, some of them in part. */
+  /** The visible rectangle, including pixels that are visible in part. */
   visible() {
     const { clientWidth, clientHeight } = this.element;
     const ends = (start, room, count) => [Math.max(0, Math.floor(-start / this.scale)), Math.min(count, Math.ceil((room - start) / this.scale))];
@@ -95,7 +95,7 @@ export class Screen extends EventTarget {
     return { x0, y0, x1, y1 };
   }
 
-  /** The pixel at a place of the element, or null beside the picture. */
+  /** The pixel at a point of the element, or null outside the picture. */
   pixelAt(x, y) {
     const pixel = { x: Math.floor((x - this.left) / this.scale), y: Math.floor((y - this.top) / this.scale) };
     return pixel.x >= 0 && pixel.y >= 0 && pixel.x < this.width && pixel.y < this.height ? pixel : null;
@@ -113,7 +113,7 @@ export class Screen extends EventTarget {
     this.dispatchEvent(new CustomEvent("choose", { detail: pixel }));
   }
 
-  /** Bring a pixel into sight, if it is not. */
+  /** Pan so that a pixel is visible. */
   reveal({ x, y }) {
     const { clientWidth, clientHeight } = this.element;
     const left = Math.min(Math.max(this.left, -this.scale * x), clientWidth - this.scale * (x + 1));
@@ -121,7 +121,7 @@ export class Screen extends EventTarget {
     if (!this.fitted && (left !== this.left || top !== this.top)) this.show({ scale: this.scale, left, top });
   }
 
-  /** Draw what lies over the picture again, once before the next frame. */
+  /** Draw the overlay again, once before the next frame. */
   redraw() {
     if (!this.#frame && !this.life.signal.aborted) this.#frame = requestAnimationFrame(() => this.#draw());
   }
@@ -147,7 +147,7 @@ export class Screen extends EventTarget {
     if (this.cursor && (this.scale >= CURSOR_FROM || document.activeElement === this.element)) this.outline(context, square(this.cursor));
   }
 
-  /** Draw a frame around a rectangle of pixels that is seen on light and on dark; within it where `grown` is below 0. */
+  /** Draw a frame around a rectangle, visible on light and dark pixels; inside it if `grown` is below 0. */
   outline(context, { x0, y0, x1, y1 }, color = "#fff", grown = 0.5) {
     const sides = [
       this.left + this.scale * x0 - grown,
@@ -166,7 +166,7 @@ export class Screen extends EventTarget {
 /** One pixel as a rectangle. */
 export const square = ({ x, y }) => ({ x0: x, y0: y, x1: x + 1, y1: y + 1 });
 
-/** Where the picture begins so that no room is wasted: centred where it is smaller than the element. */
+/** Limit where the picture begins: centred if it is smaller than the element, else without empty margins. */
 function held(start, size, room) {
   return size <= room ? (room - size) / 2 : Math.min(0, Math.max(room - size, start));
 }

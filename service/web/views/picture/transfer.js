@@ -1,4 +1,4 @@
-// From linear light to the codes of a picture of 8 bits, exactly as the service makes its PNG files.
+// Converts linear light to 8-bit code values, exactly as in the PNG files of the service.
 
 /** @type {Record<string, (x: number) => number>} From 0..1 to 0..1. */
 export const TRANSFERS = {
@@ -65,7 +65,7 @@ export class Encoder {
       this.#next[entry] = bits;
       this.#first.fill(wanted, entry + 1, end + 1);
     }
-    // What is infinite is white; the entries behind it are those of NaN, and of negative numbers.
+    // Infinity is white; the entries after it are NaN and negative numbers.
     this.#first[end] = 255;
   }
 

@@ -1,4 +1,4 @@
-// Files that are dropped anywhere on the page, folders included.
+// Accepts files and folders dropped anywhere on the page.
 
 /** @param {(files: Map<string, File>) => void} onFiles - By path, relative to what was dropped. */
 export function acceptDrops(onFiles, signal) {
@@ -24,7 +24,7 @@ export function acceptDrops(onFiles, signal) {
 }
 
 async function dropped(transfer) {
-  // Entries are only there during the event, so all are taken before the first is waited for.
+  // Entries are valid only during the event, so collect them all before the first await.
   const entries = Array.from(transfer.items, (item) => item.webkitGetAsEntry?.()).filter(Boolean);
   const files = new Map();
   if (!entries.length) for (const file of transfer.files) files.set(file.name, file);
@@ -39,7 +39,7 @@ async function gather(entry, files) {
     return;
   }
   const reader = entry.createReader();
-  // A reader gives some entries at a time, and none at the end.
+  // A reader returns entries in batches, and an empty batch at the end.
   for (
     let some;
     (some = await new Promise((resolve, reject) => reader.readEntries(resolve, reject))).length;
@@ -48,7 +48,7 @@ async function gather(entry, files) {
   }
 }
 
-/** What a person chose, by path. */
+/** The chosen files by path. */
 export function chosen(list) {
   return new Map(Array.from(list, (file) => [file.webkitRelativePath || file.name, file]));
 }

@@ -1,4 +1,4 @@
-// The files that the scene names, and which of them are at hand.
+// The files that the scene refers to, and which of them are available.
 
 import { fileFor } from "../../assets.js";
 import { h } from "../../dom.js";
@@ -36,7 +36,7 @@ export function makeFiles(onFiles) {
   return { element, show };
 }
 
-/** A file that is chosen for a name is that file, whatever its own name is. */
+/** Use the chosen file for this name, whatever its own name is. */
 function renamed(name, list) {
   return new Map(Array.from(chosen(list).values(), (file) => [name, file]));
 }

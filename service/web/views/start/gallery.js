@@ -1,4 +1,4 @@
-// Scenes that come along, to begin with.
+// The gallery of example scenes.
 
 import { get, request } from "../../api.js";
 import { h } from "../../dom.js";

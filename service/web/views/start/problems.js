@@ -1,6 +1,7 @@
-// The list of what is wrong, below the editor: each is a way to its line.
+// The list of problems below the editor; a click on one selects its place in the text.
 
 import { h } from "../../dom.js";
+import { plural } from "../../format.js";
 
 /** @param {(problem: object) => void} onPoint */
 export function makeProblems(id, onPoint) {
@@ -42,6 +43,6 @@ function hint({ suggestion, detail }) {
 
 function sentence(problems, more, plan) {
   const count = problems.length + more;
-  if (count) return `${count} ${count === 1 ? "thing is" : "things are"} wrong.`;
-  return plan ? `The scene is valid: ${plan.stages.length} stages will run.` : "";
+  if (count) return `${plural(count, "problem")} found.`;
+  return plan ? `The scene is valid: ${plural(plan.stages.length, "stage")} will run.` : "";
 }

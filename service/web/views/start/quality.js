@@ -1,7 +1,7 @@
-// How well the picture is to be rendered: as the scene says, by samples, to an error, or for a time.
+// The quality of the picture: as in the scene, by samples, by a target error, or by a time limit.
 
 import { h } from "../../dom.js";
-import { STEP, USUAL_CONFIDENCE, digits } from "../../format.js";
+import { CODE_VALUE, USUAL_CONFIDENCE, digits } from "../../format.js";
 
 const PATTERNS = ["uniform", "rotated", "random", "stratified", "sobol", "center"];
 const LIGHT_PATTERNS = ["uniform", "random", "stratified", "sobol"];
@@ -12,12 +12,12 @@ const MODES = [
   ["time", "Time"],
 ];
 const PRECISIONS = ["single", "double"];
-// The least error that the service takes.
+// The smallest target error that the service accepts.
 const LEAST_ERROR = 1e-6;
-// What is asked for within a time as long as no quote says what can be reached: a quarter of a step of 8 bits.
-const HOPED = STEP / 4;
+// The target error for a time limit until a quote predicts one: a quarter of a code value.
+const DEFAULT_TARGET = CODE_VALUE / 4;
 
-// What few people change.
+// Defaults that few people change.
 const USUAL = { percent: 100 * USUAL_CONFIDENCE, precision: "single" };
 
 /** @param {(focus?: boolean) => void} onChange */
@@ -28,7 +28,7 @@ export function makeQuality(onChange) {
     samples: 16,
     lightPattern: "sobol",
     lightSamples: 16,
-    steps: 1,
+    codeValues: 1,
     seconds: 5,
     ...USUAL,
   };
@@ -88,10 +88,10 @@ export function makeQuality(onChange) {
   }
 
   const confidence = () =>
-    number("percent", "Of 100 pictures, keep the error", { min: 50, max: 99.999, step: "any" });
+    number("percent", "Confidence, %", { min: 50, max: 99.999, step: "any" });
   const arithmetic = () => list("precision", "Arithmetic", PRECISIONS);
 
-  /** Fields that are shown at once only where something unusual stands in them. */
+  /** Fields that are collapsed while they have their default values. */
   function more(...inner) {
     const open = Object.entries(USUAL).some(([key, value]) => state[key] !== value);
     return h("details", { className: "more", open }, h("summary", {}, "More"), h("div", { className: "quality-fields" }, inner));
@@ -115,11 +115,11 @@ export function makeQuality(onChange) {
       more(arithmetic()),
     ],
     error: () => [
-      number("steps", "Error, in steps of 8 bits", { min: 0.01, max: 255, step: "any" }),
+      number("codeValues", "Error, in code values (1/255)", { min: 0.01, max: 255, step: "any" }),
       h(
         "p",
         { className: "soft small" },
-        "Samples go where the picture needs them, until its error is this small. One step is 1/255 of white: hardly anybody sees less.",
+        "Samples go where the picture needs them, until its error is this small. Differences below one code value are hardly visible.",
       ),
       more(confidence(), arithmetic()),
     ],
@@ -128,7 +128,7 @@ export function makeQuality(onChange) {
       h(
         "p",
         { className: "soft small" },
-        "Samples go where they help most until the time is over; the job tells the error that was reached.",
+        "Samples go where they help most until the time is over. The job then shows the error it reached.",
       ),
       more(confidence(), arithmetic()),
     ],
@@ -145,9 +145,9 @@ export function makeQuality(onChange) {
     get value() {
       return VALUES[state.mode](state);
     },
-    /** An offer of the service with what was asked for beside it. */
+    /** An offer of the service, with the confidence and precision chosen here. */
     kept: (offer) => ({ ...offer, ...unusual(state, offer.mode) }),
-    /** The time that may be taken, seconds; null where something else was asked for. */
+    /** The time limit in seconds, or null in other modes. */
     get limit() {
       return state.mode === "time" ? state.seconds : null;
     },
@@ -167,20 +167,20 @@ const VALUES = {
     light: { pattern: lightPattern, samples: lightSamples },
     ...unusual(rest, "fixed"),
   }),
-  error: ({ steps, ...rest }) => ({
+  error: ({ codeValues, ...rest }) => ({
     mode: "target",
-    error: Math.min(1, Math.max(LEAST_ERROR, steps * STEP)),
+    error: Math.min(1, Math.max(LEAST_ERROR, codeValues * CODE_VALUE)),
     ...unusual(rest, "target"),
   }),
   time: ({ seconds, ...rest }) => ({
     mode: "target",
-    error: HOPED,
+    error: DEFAULT_TARGET,
     time_limit: seconds,
     ...unusual(rest, "target"),
   }),
 };
 
-/** What was chosen of that which few people change. */
+/** The values that differ from their defaults. */
 function unusual({ percent, precision }, mode) {
   return {
     ...(mode === "target" && percent !== USUAL.percent && { confidence: Number(digits(percent / 100, 6)) }),
@@ -201,7 +201,7 @@ function modeOf(quality) {
   if (quality.mode === "target") {
     return quality.time_limit
       ? { mode: "time", seconds: quality.time_limit }
-      : { mode: "error", steps: Number(digits(quality.error / STEP, 6)) };
+      : { mode: "error", codeValues: Number(digits(quality.error / CODE_VALUE, 6)) };
   }
   const { antialiasing, light } = quality;
   if (!antialiasing || !light) return { mode: "scene" };

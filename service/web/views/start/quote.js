@@ -1,15 +1,15 @@
-// What the picture would cost and how far off it would be, before it is rendered.
+// The predicted time and error of the picture, before it is rendered.
 
 import { Problem, post } from "../../api.js";
 import { debounced, h, pause } from "../../dom.js";
-import { qualityName, seconds, steps } from "../../format.js";
+import { codeValues, plural, qualityName, seconds } from "../../format.js";
 import { requestText } from "../../requests.js";
 
-// A quote keeps a worker busy for a second and more, so it waits until nobody types.
+// A quote keeps a worker busy for a second or more, so it waits until typing stops.
 const IDLE_MS = 900;
-// After this a busy service is asked again, unless it says when.
+// Seconds before a busy service is asked again, unless it sends Retry-After.
 const RETRY_SECONDS = 2;
-// Offers nearer than this are no other choice.
+// An offer must take at most this share of the time to count as sooner.
 const WORTH = 0.8;
 
 /** @param {(quality: object) => void} onUse - Called with the quality of an offer that was chosen. */
@@ -25,7 +25,7 @@ export function makeQuote(onUse, signal) {
     asking = new AbortController();
     const { signal: current } = asking;
     element.setAttribute("aria-busy", "true");
-    tell("Trying parts of the picture …");
+    report("Rendering samples of the picture …");
     const again = () => {
       asking.abort();
       return ask(scene, quality, limit);
@@ -34,14 +34,14 @@ export function makeQuote(onUse, signal) {
       const quote = await priced(requestText(scene, { quality, seconds: limit }), current);
       if (current.aborted || signal.aborted) return;
       forTime = limit === null ? null : quote.for_seconds;
-      body.replaceChildren(...told(quote, forTime, onUse, again));
+      body.replaceChildren(...describe(quote, forTime, onUse, again));
     } catch (error) {
-      if (!current.aborted && !signal.aborted) tell(`No quote: ${error.message}`);
+      if (!current.aborted && !signal.aborted) report(`No quote: ${error.message}`);
     }
     if (!current.aborted) element.removeAttribute("aria-busy");
   }
 
-  /** A quote, now or when the service has time for one. */
+  /** Get a quote, retrying while the service is busy. */
   async function priced(request, current) {
     while (true) {
       try {
@@ -49,40 +49,40 @@ export function makeQuote(onUse, signal) {
       } catch (error) {
         const busy = error instanceof Problem && (error.status === 429 || error.status === 503);
         if (!busy) throw error;
-        tell("The service is busy: a quote follows when it has time. You can render without one.");
+        report("The service is busy, so the quote comes later. You can render without it.");
         await pause(1000 * (error.retryAfter ?? RETRY_SECONDS), current);
         current.throwIfAborted();
       }
     }
   }
 
-  const tell = (text) => body.replaceChildren(h("p", { className: "soft" }, text));
+  const report = (text) => body.replaceChildren(h("p", { className: "soft" }, text));
 
   function forget(text) {
     asking?.abort();
     forTime = null;
     element.removeAttribute("aria-busy");
-    tell(text);
+    report(text);
   }
   signal.addEventListener("abort", () => asking?.abort());
 
   return {
     element,
-    /** Ask for a quote, soon. */
+    /** Request a quote after a short delay. */
     want(scene, quality, limit) {
       forget("A quote follows when you stop typing.");
       later(scene, quality, limit);
     },
-    /** There is nothing to price. */
+    /** Show a text instead of a quote. */
     clear: forget,
-    /** What comes closest within the time that was asked for, once it is known. */
+    /** The best quality within the time limit, once it is known. */
     get chosen() {
       return forTime?.quality ?? null;
     },
   };
 }
 
-function told(quote, forTime, onUse, again) {
+function describe(quote, forTime, onUse, again) {
   const offer = forTime ?? quote.asked;
   if (!offer) return untried(quote, again);
   const figures = h(
@@ -96,8 +96,8 @@ function told(quote, forTime, onUse, again) {
     offer.error
       ? figure(
           "Error",
-          `about ${steps(offer.error.estimate)} steps`,
-          `${steps(offer.error.low)} to ${steps(offer.error.high)} steps of 8 bits`,
+          `about ${codeValues(offer.error.estimate)} code values`,
+          `${codeValues(offer.error.low)} to ${codeValues(offer.error.high)}, in units of 1/255`,
         )
       : figure("Error", "not known", errorUnknown(offer)),
   );
@@ -113,7 +113,7 @@ function told(quote, forTime, onUse, again) {
   ];
 }
 
-/** What the plan says of a quality that is too expensive to be tried, or that a busy machine did not come to. */
+/** The price by the plan alone, for a quality that was too expensive to try or a machine that was too busy. */
 function untried(quote, again) {
   const time = `about ${seconds(quote.price.cpu_seconds / quote.workers)}`;
   const rest = `with ${workers(quote.workers)}, by the plan alone: there was no time to try it`;
@@ -123,12 +123,12 @@ function untried(quote, again) {
   ];
 }
 
-const workers = (number) => (number === 1 ? "one worker" : `${number} workers`);
+const workers = (number) => plural(number, "worker");
 
 function errorUnknown(offer) {
   return offer.quality.mode === "fixed"
-    ? "samples of a fixed grid do not tell it"
-    : "there was no time to find out";
+    ? "samples on a fixed grid give no estimate"
+    : "there was no time to estimate it";
 }
 
 function figure(name, value, range) {
@@ -141,20 +141,20 @@ function figure(name, value, range) {
 }
 
 function alternative(text, { quality, seconds: time, error }, onUse) {
-  const told = `${seconds(time.estimate)}, ${steps(error.estimate)} steps`;
+  const cost = `${seconds(time.estimate)}, error ${codeValues(error.estimate)} code values`;
   return h(
     "li",
     {},
-    h("span", {}, h("strong", {}, text), `: ${told}`, h("span", { className: "soft small" }, qualityName(quality))),
+    h("span", {}, h("strong", {}, text), `: ${cost}`, h("span", { className: "soft small" }, qualityName(quality))),
     h(
       "button",
-      { type: "button", "aria-label": `Use: ${text}, ${told}`, onclick: () => onUse(quality) },
+      { type: "button", "aria-label": `Use: ${text}, ${cost}`, onclick: () => onUse(quality) },
       "Use",
     ),
   );
 }
 
-/** Offers that are better in one thing and no worse in the other: as good but sooner, and half as far off. */
+/** Better offers: the same error sooner, and half the error. */
 function alternatives(quote, offer) {
   const known = quote.offers.filter((other) => other.error && other !== offer);
   const soonest = (list) =>

@@ -1,4 +1,4 @@
-// What is wrong with a scene, as the service tells it, while it is written.
+// Validates a scene on the service while it is edited.
 
 import { Problem, post } from "../../api.js";
 import { withUploads } from "../../assets.js";
@@ -25,7 +25,7 @@ export function makeValidation(onResult, signal) {
   }
 
   return {
-    /** Check this text, soon; what was asked before is forgotten. */
+    /** Check this text after a short delay; earlier requests are dropped. */
     want(text, files, quality) {
       running?.abort();
       later(text, files, quality);
@@ -57,7 +57,7 @@ async function tried(text, files, quality, signal) {
   return found;
 }
 
-/** Problems with lines: those that the service cannot name, since it read another text, are looked up. */
+/** Add lines to problems for which the service, which read another text, could not give any. */
 function placed(text, problems, { names, lacking }) {
   const lost = problems.filter((problem) => !problem.line && problem.pointer.startsWith("/"));
   const where = places(
