@@ -71,7 +71,7 @@ def test_one_broken_test_never_costs_the_others(assignment: Assignment) -> None:
     assert found.gradable
     assert found.verdict == "mismatch"
     assert found.ungraded == ("late", "greedy", "damaged", "nan", "no-reference")
-    assert "given up after 1 s" in found.tests[0].message
+    assert "timed out after 1 s" in found.tests[0].message
 
 
 def test_points_add_up_and_bonus_comes_on_top(assignment: Assignment) -> None:
@@ -233,5 +233,5 @@ def test_a_reference_that_is_late_is_told_as_such_and_costs_no_points(assignment
     late = image_test(id="late", reference={"type": "scene", "file": "endless.json"})
     found = assignment.grade(late, image_test(), members={"deadline": 10.0})
     assert [test.status for test in found.tests] == ["error", "passed"]
-    assert "The reference was not rendered. It was given up after 10 s." in found.tests[0].message
+    assert "The reference was not rendered. It timed out after 10 s." in found.tests[0].message
     assert found.ungraded == ("late",)

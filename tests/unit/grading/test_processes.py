@@ -33,7 +33,7 @@ def test_a_late_errand_is_ended_and_costs_the_others_nothing() -> None:
     found = done(
         Errand("late", partial(time.sleep, 600), 0.5), Errand("good", partial(math.sqrt, 4), PATIENCE)
     )
-    assert found["late"].trouble == "It was given up after 0.5 s."
+    assert found["late"].trouble == "It timed out after 0.5 s."
     assert found["late"].result is None
     assert found["good"].result == 2.0
 

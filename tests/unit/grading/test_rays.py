@@ -99,7 +99,7 @@ def test_a_distance_in_place_of_lengths_of_the_direction_is_told(assignment: Ass
     hits = hits_of(rays)
     hits["t"] *= 2
     assignment.hand_in("hits.npz", hits)
-    assert "lengths of the direction" in assignment.test(from_file(fields=["t"])).message
+    assert "length of the given direction" in assignment.test(from_file(fields=["t"])).message
 
 
 def test_a_submitted_scene_is_traced(assignment: Assignment) -> None:
@@ -157,7 +157,7 @@ def test_a_ray_of_which_rounding_decides_what_it_hits_is_left_out(assignment: As
     assignment.hand_in("hits.npz", hits)
     found = assignment.test(from_file(fields=["t"]))
     assert (found.status, found.metrics["doubtful"]) == ("passed", 2)
-    assert found.message.startswith("2 of 2 rays agree; 2 are left out")
+    assert found.message.startswith("2 of 2 rays agree; 2 are excluded")
 
 
 def test_a_ray_that_should_miss_and_hits_is_wrong(assignment: Assignment, given_rays: RayList) -> None:
