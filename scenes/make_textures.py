@@ -1,4 +1,4 @@
-"""Draw the textures of the gallery and the study: painted tiles, their relief as a normal map and heights.
+"""Draw the textures of the gallery and the study: painted tiles, with a normal map and a height map.
 
 Run it with ``python -m scenes.make_textures``. It takes no random numbers, so it writes the same pixels every
 time.
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 FOLDER = Path(__file__).parent / "gallery" / "textures"
 STUDY_FOLDER = Path(__file__).parent / "study" / "textures"
-"""A scene names files in its own folder: the study has copies of what it shows."""
+"""Scenes can only name files in their own folder, so the study has copies of these."""
 STUDIED = ("tiles.png", "tiles_normal.png")
 SIZE = 768
 TILES = 3
@@ -29,17 +29,17 @@ LEAF = (0.16, 0.42, 0.40)
 GROUT = (0.55, 0.52, 0.47)
 
 RELIEF = 0.055
-"""Height of the ornament, as a share of a tile's side."""
+"""Height of the ornament, relative to the side of a tile."""
 
 
 def rise(x: Array, start: float, end: float) -> Array:
-    """Go smoothly from 0 at `start` to 1 at `end`, dimensionless."""
+    """Smooth step from 0 at `start` to 1 at `end`."""
     t = np.clip((x - start) / (end - start), 0, 1)
     return t * t * (3 - 2 * t)
 
 
 def band(x: Array, low: float, high: float, soft: float) -> Array:
-    """Be 1 between `low` and `high` and 0 outside, with borders as wide as `soft`."""
+    """1 between `low` and `high` and 0 outside, with borders of width `soft`."""
     return rise(x, low - soft, low + soft) * (1 - rise(x, high - soft, high + soft))
 
 
