@@ -12,7 +12,7 @@ def scene_path(name: str) -> Path:
     Parameters
     ----------
     name
-        Folder and name, with or without `.json`: `gallery/basic`, `study/soft`.
+        Folder and name, with or without `.json`, such as `gallery/basic` or `study/soft`.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 """Make the scenes and textures of the ready assignment.
 
-Run it with ``python -m scenes.make_assignment``. It takes no random numbers, so it writes the same files
+Run it with ``python -m scenes.make_assignment``. It uses no random numbers, so it writes the same files
 every time.
 """
 
@@ -129,7 +129,7 @@ def shadow_soft() -> Json:
 
 
 def antialiasing() -> Json:
-    """A star of narrow triangles of one colour, so that most pixels lie on an edge."""
+    """A star of narrow triangles of one colour, so that most pixels are on an edge."""
     spokes = []
     for number in range(20):
         angle, half = 2 * math.pi * (number + 0.3) / 20, 0.075

@@ -76,7 +76,7 @@ def ball(center: list[float], radius: float, material: str) -> Json:
 
 
 def ellipsoid(center: list[float], axes: list[list[float]], material: str) -> Json:
-    """An ellipsoid by its three semi-axes."""
+    """An ellipsoid with three semi-axes."""
     return {"type": "ellipsoid", "center": center, "axes": axes, "material": material}
 
 

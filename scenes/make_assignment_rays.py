@@ -78,7 +78,7 @@ def rays(document: Json, seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def extent(shape: Json) -> tuple[np.ndarray, float]:
-    """Middle and half size of a shape."""
+    """Centre and half extent of a shape."""
     if shape["type"] == "ellipsoid":
         size = shape.get("radius") or float(np.linalg.norm(shape["axes"], axis=1).max())
         return np.array(shape["center"], float), size

@@ -54,7 +54,7 @@ def main() -> None:
 
 
 def half(name: str, seed: int) -> Array:
-    """One of two independent pictures of a scene, clipped to what a display shows, (H, W, 3) linear."""
+    """One of two independent pictures of a scene, (H, W, 3) linear, clipped to 0..1."""
     document = json.loads(FOLDER.joinpath(f"{name}.json").read_text())
     document["sampling"] = {
         "antialiasing": {"pattern": "sobol", "samples": SAMPLES},
@@ -65,7 +65,7 @@ def half(name: str, seed: int) -> Array:
 
 
 def rendered(document: dict[str, Any]) -> Array:
-    """The picture of a scene of the assignment, linear, clipped to 0..1."""
+    """Render a scene of the assignment, linear, clipped to 0..1."""
     scene = renderer.load_scene(document, assets=renderer.load_scene(FOLDER / "texture.json").assets)
     return np.clip(renderer.render(renderer.compile_scene(scene)).image.astype(np.float64), 0, 1)
 

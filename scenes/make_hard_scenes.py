@@ -1,6 +1,6 @@
 """Make the hard scenes with generated geometry, and the texture that some of them share.
 
-Run it with ``python -m scenes.make_hard_scenes``. It takes no random numbers, so it writes the same
+Run it with ``python -m scenes.make_hard_scenes``. It uses no random numbers, so it writes the same
 files every time.
 """
 
@@ -165,7 +165,7 @@ def displaced_solids() -> Json:
 
 
 def rotated_grid() -> Json:
-    """A star of narrow spokes, so that edges lie at every angle."""
+    """A star of narrow spokes, so that edges have all angles."""
     spokes = []
     for degrees in range(2, 360, 8):
         x, y = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
@@ -191,7 +191,7 @@ SCENES = {make.__name__: make for make in (coarse_mesh, slivers, skew_blocks, di
 
 
 def ball(rounds: int) -> tuple[list[list[float]], list[list[int]]]:
-    """Vertices on the unit sphere and triangles of an icosahedron, each cut into four `rounds` times."""
+    """Vertices on the unit sphere and triangles of an icosahedron, each split into four `rounds` times."""
     golden = (1 + math.sqrt(5)) / 2
     signs = list(itertools.product((-1, 1), (-golden, golden)))
     vertices = [unit(v) for a, b in signs for v in ((0, a, b), (a, b, 0), (b, 0, a))]
@@ -210,13 +210,13 @@ def unit(v: Sequence[float]) -> Place:
 
 
 def neighbours(triangle: Sequence[int], vertices: Sequence[Place]) -> bool:
-    """Whether three vertices of an icosahedron are a face: all pairs as near as 1.05 of its radius."""
-    # Edges are 1.0515 long; the next longer distance is 1.7.
+    """Whether three vertices of an icosahedron form a face: all pairs are 1.05 radii apart."""
+    # Edges are 1.0515 long; the next larger distance is 1.7.
     return all(math.dist(vertices[i], vertices[j]) < 1.3 for i, j in itertools.combinations(triangle, 2))
 
 
 def outward(triangle: tuple[int, int, int], vertices: Sequence[Place]) -> tuple[int, int, int]:
-    """Counter-clockwise seen from outside."""
+    """Orient a triangle counter-clockwise as seen from outside."""
     a, b, c = triangle
     return triangle if np.linalg.det([vertices[i] for i in triangle]) > 0 else (a, c, b)
 
@@ -264,13 +264,13 @@ def phong(color: list[float], **changes: Any) -> Json:
 
 
 def rectangle(corner: list[float], first: list[float], second: list[float], material: str) -> Json:
-    """By a corner and two edges."""
+    """A parallelogram with a corner and two edges."""
     place, *edges = ([round(x, DIGITS) for x in v] for v in (corner, first, second))
     return {"type": "rectangle", "corner": place, "edges": edges, "material": material}
 
 
 def sampling(pattern: str, samples: int) -> Json:
-    """Camera samples; the lights of these scenes are single points."""
+    """Camera sampling; the lights of these scenes are points."""
     return {"antialiasing": {"pattern": pattern, "samples": samples}}
 
 

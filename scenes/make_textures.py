@@ -1,6 +1,6 @@
 """Draw the textures of the gallery and the study: painted tiles, with a normal map and a height map.
 
-Run it with ``python -m scenes.make_textures``. It takes no random numbers, so it writes the same pixels every
+Run it with ``python -m scenes.make_textures``. It uses no random numbers, so it writes the same pixels every
 time.
 """
 
@@ -44,7 +44,7 @@ def band(x: Array, low: float, high: float, soft: float) -> Array:
 
 
 class Tile:
-    """The masks of one tile, each (SIZE, SIZE), 0 to 1, repeated over the picture."""
+    """Masks of the parts of a tile, each (SIZE, SIZE), 0 to 1, repeated over the picture."""
 
     def __init__(self) -> None:
         centres = (np.arange(SIZE) + 0.5) / SIZE * TILES
@@ -85,7 +85,7 @@ def paint(tile: Tile) -> Array:
 
 
 def relief(tile: Tile) -> Array:
-    """Raise the ornament, in sides of a tile, (SIZE, SIZE)."""
+    """Heights of the ornament, in units of the side of a tile, (SIZE, SIZE)."""
     petal = np.sqrt(np.clip(1 - (tile.radius / tile.petals) ** 2, 0, 1))
     eye = np.sqrt(np.clip(1 - (tile.radius / 0.085) ** 2, 0, 1))
     ring = np.sqrt(np.clip(1 - ((tile.radius - 0.36) / 0.022) ** 2, 0, 1))
@@ -99,7 +99,8 @@ def relief(tile: Tile) -> Array:
 def normals(height: Array) -> Array:
     """Turn heights into normals in (tangent, cotangent, normal), (SIZE, SIZE, 3).
 
-    The cotangent points up in the picture, where v grows and rows shrink. The borders match under `repeat`.
+    The cotangent points up in the picture, where v increases and row numbers decrease. The texture
+    tiles without seams.
     """
     step = 2 * TILES / SIZE
     along_u = (np.roll(height, -1, axis=1) - np.roll(height, 1, axis=1)) / step
@@ -110,14 +111,14 @@ def normals(height: Array) -> Array:
 
 
 def save(values: Array, name: str) -> None:
-    """Write values from 0 to 1 as a PNG of 8 bits."""
+    """Write values from 0 to 1 as an 8-bit PNG."""
     path = FOLDER / name
     Image.fromarray(np.floor(255 * values + 0.5).astype(np.uint8)).save(path, optimize=True)
     print(f"{path.name}: {SIZE} x {SIZE}, {path.stat().st_size} bytes")
 
 
 def save_heights(values: Array, name: str) -> None:
-    """Write values from 0 to 1 as a grey PNG of 16 bits: with 8, slopes would come in steps."""
+    """Write values from 0 to 1 as a 16-bit greyscale PNG: 8 bits would turn slopes into steps."""
     path = FOLDER / name
     Image.fromarray(np.floor(65535 * values + 0.5).astype(np.uint16)).save(path, optimize=True)
     print(f"{path.name}: {SIZE} x {SIZE}, {path.stat().st_size} bytes")

@@ -18,7 +18,7 @@ def pack(wheel: Path, target: Path, assignment: Path = ASSIGNMENT, manifest: str
     Parameters
     ----------
     wheel
-        The package, as ``pip wheel --no-deps`` makes it.
+        The package, built by ``pip wheel --no-deps``.
     target
         The archive.
     assignment

@@ -1,4 +1,4 @@
-"""Phong's model with one mistake in its formula, for scenes of plain shapes and materials.
+"""Reproduce mistakes in the formula of Phong's model, for scenes with simple shapes and materials.
 
 `renderer.trace` finds the hits of a grid of rays in each pixel. The effect of a mistake is the difference
 between the wrong formula and the right one at the same hits.

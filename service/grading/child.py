@@ -67,8 +67,8 @@ def _taken() -> int:
 
 def _picklable(error: Exception) -> Exception:
     try:
-        pickle.loads(pickle.dumps(error))  # noqa: S301 - made a moment ago, in this process
-    except Exception:  # noqa: BLE001 - exceptions of other libraries may refuse in any way
+        pickle.loads(pickle.dumps(error))  # noqa: S301 - pickled in this process
+    except Exception:  # noqa: BLE001 - pickling foreign exceptions may raise anything
         return RuntimeError(f"{type(error).__name__}: {error}")
     return error
 

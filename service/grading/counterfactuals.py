@@ -118,7 +118,7 @@ def explain(scene: LoadedScene, found: Comparison, *, until: float = math.inf) -
     scene
         The scene of the reference.
     found
-        A comparison that has failed.
+        A failed comparison.
     until
         A time of `time.monotonic` after which no further mistake is tried.
 

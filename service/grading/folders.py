@@ -67,7 +67,7 @@ class Folder:
         Raises
         ------
         GradingError
-            As `path` does; or it cannot be read.
+            The path is invalid, as in `path`, or the file cannot be read.
         """
         path = self.path(name)
         try:

@@ -1,4 +1,4 @@
-"""Grading a submission: references first, then every test in a process of its own, then one result."""
+"""Grade a submission: render references, run each test in its own process, and assemble the result."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def grade(  # noqa: PLR0913 - one argument for each option of the command
     submitted: str | None = None,
     on_test: OnTest | None = None,
 ) -> Graded:
-    """Grade a submission by a manifest.
+    """Grade a submission by the tests of a manifest.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def grade(  # noqa: PLR0913 - one argument for each option of the command
     jobs
         Number of tests that run at the same time.
     server
-        The service that renders; by default this machine does.
+        The service that renders; by default, this machine.
     cache
         A folder that keeps rendered references for later runs.
     pictures
@@ -111,14 +111,14 @@ def _kept(cache: Path | None) -> Iterator[Path]:
 def _prepared(run: Run, jobs: int, folder: Path) -> tuple[dict[str, Prepared | str], float]:
     """Render all references that are scenes; also returns their CPU seconds."""
     errands = []
-    for word, reference in wanted(run.manifest):
+    for key, reference in wanted(run.manifest):
         deadline = run.manifest.deadline
         order = run.order(run.references, reference.file, reference.quality, deadline)
-        errands.append(Errand(word, partial(prepare, order, folder), deadline, _bytes(run.manifest.memory)))
+        errands.append(Errand(key, partial(prepare, order, folder), deadline, _bytes(run.manifest.memory)))
     prepared: dict[str, Prepared | str] = {}
     cpu_seconds = 0.0
-    for word, finished in run_all(errands, jobs):
-        prepared[word] = finished.result or results.trouble(finished)
+    for key, finished in run_all(errands, jobs):
+        prepared[key] = finished.result or results.trouble(finished)
         cpu_seconds += finished.cpu_seconds
     return prepared, cpu_seconds
 

@@ -16,13 +16,13 @@ class Outcome:
     Attributes
     ----------
     share : float
-        Of the points, 0 to 1.
+        Share of the points, 0 to 1.
     message : str
         The reason for the share, for students.
     pictures : mapping of str to bytes
-        PNG files by what they show.
+        PNG files, by label.
     signals : tuple of Signal
-        For staff alone.
+        Signals for staff.
 
     The other attributes are those of `schemas.grading.grades.TestGrade`.
     """

@@ -45,13 +45,13 @@ def wanted(manifest: Manifest) -> Iterator[tuple[str, ReferenceScene]]:
     seen = set()
     for test in manifest.tests:
         if isinstance(test, ImageTest | SceneTest) and isinstance(test.reference, ReferenceScene):
-            word = word_of(test.reference)
-            if word not in seen:
-                seen.add(word)
-                yield word, test.reference
+            key = key_of(test.reference)
+            if key not in seen:
+                seen.add(key)
+                yield key, test.reference
 
 
-def word_of(reference: ReferenceScene) -> str:
+def key_of(reference: ReferenceScene) -> str:
     """A key that is the same for equal references."""
     return reference.model_dump_json()
 

@@ -17,7 +17,7 @@ Region = tuple[int, int, int, int]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Selection:
-    """Which pixels count.
+    """The selected pixels.
 
     Attributes
     ----------

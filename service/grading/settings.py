@@ -27,7 +27,7 @@ class Run:
     pictures : bool
         Whether to make pictures of the differences.
     prepared : mapping
-        Rendered references by `references.word_of`, or the reason why rendering failed.
+        Rendered references by `references.key_of`, or the reason why rendering failed.
     """
 
     manifest: Manifest
@@ -49,7 +49,7 @@ class Run:
         """The scene that the submission must provide for a test."""
         return self.order(self.submission, scene.file, scene.quality, self.deadline(test))
 
-    def reference(self, word: str) -> Prepared:
+    def reference(self, key: str) -> Prepared:
         """A rendered reference.
 
         Raises
@@ -57,7 +57,7 @@ class Run:
         BrokenTestError
             It could not be rendered.
         """
-        prepared = self.prepared[word]
+        prepared = self.prepared[key]
         if isinstance(prepared, str):
             raise BrokenTestError(f"The reference was not rendered. {prepared}")
         return prepared

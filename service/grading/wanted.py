@@ -13,7 +13,7 @@ from schemas.api.comparisons import Encoding
 from schemas.grading.manifests import Reference, ReferencePicture
 from service.grading.errors import BrokenTestError
 from service.grading.folders import Folder
-from service.grading.references import word_of
+from service.grading.references import key_of
 from service.grading.settings import Run
 
 
@@ -49,7 +49,7 @@ def wanted(reference: Reference, run: Run) -> Wanted:
         The reference is unusable.
     """
     if not isinstance(reference, ReferencePicture):
-        picture = run.reference(word_of(reference)).picture(reference.file)
+        picture = run.reference(key_of(reference)).picture(reference.file)
         return Wanted(picture, None, _scene(run.references, reference.file))
     content, picture = read_picture(run.references, reference.file, reference.encoding)
     if reference.scene is None:

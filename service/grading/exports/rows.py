@@ -71,7 +71,7 @@ def for_students(grade: Grade) -> tuple[Row, ...]:
 
 
 def headline(grade: Grade) -> str:
-    """The total in a sentence or two."""
+    """One or two sentences with the total."""
     left = [test for test in grade.tests if test.status in OPEN]
     if not grade.gradable:
         return "Nothing could be graded, and no points are lost. The tests say why."

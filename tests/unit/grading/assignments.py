@@ -46,7 +46,7 @@ def scene(**changes: Any) -> dict[str, Any]:
 
 
 def pixels(document: dict[str, Any]) -> np.ndarray:
-    """Its picture, linear."""
+    """The linear picture of a scene."""
     return render(compile_scene(load_scene(document))).image
 
 
@@ -122,7 +122,7 @@ class Assignment:
         return path
 
     def hand_in(self, name: str, content: Any) -> Path:
-        """Put a file into the submission: an array, several arrays, bytes, or a document."""
+        """Add a file to the submission: an array, several arrays, bytes, or a document."""
         path = self.submission / name
         match content:
             case bytes():

@@ -31,7 +31,7 @@ ENDLESS = scene(
     camera=SCENE["camera"] | {"width": 2048, "height": 2048},
     sampling={"antialiasing": {"pattern": "uniform", "samples": 4096}},
 )
-"""Hours of work."""
+"""A scene that renders for hours."""
 
 GREEDY = scene(camera=SCENE["camera"] | {"width": 8192, "height": 8192})
 """With target quality this needs gigabytes at once: float64 sums for every pixel."""

@@ -66,7 +66,7 @@ def test_the_share_of_agreeing_rays_earns_its_exact_share(
     hits["t"][:2] *= 2
     assignment.hand_in("hits.npz", hits)
     found = assignment.test(from_file(accept={"full": 1.0, "zero": 0.5}))
-    # Two of eight rays are wrong: 3/4 lies half way between 1/2 and 1.
+    # Two of eight rays are wrong: 3/4 is halfway between 1/2 and 1.
     assert Fraction(found.points) == 5
     assert "t in 2" in found.message
     assert "ellipsoid (shapes/0)" in found.message
@@ -140,7 +140,7 @@ def test_the_tolerance_covers_the_hit_of_a_shifted_ray_and_little_more(offset: f
     moved = np.array([offset + step, 0, np.sqrt(1 - (offset + step) ** 2)])
     submitted = {"t": np.array([2 - moved[2]]), "normal": moved[None]}
     assert all(rows.all() for rows in agreement(submitted, right).values())
-    # t changes by x / z for each step across; three times that and one step along is beyond.
+    # t changes by x / z per sideways step; three times that, plus one step along the ray, is too far.
     far = step * (3 * abs(offset) / z + 1.5)
     assert not agreement({"t": np.array([2 - z + far])}, right)["t"].any()
 
