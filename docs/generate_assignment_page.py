@@ -1,8 +1,8 @@
-"""Grade the right submission and the wrong ones of the ready assignment, and write docs/assignment.md.
+"""Write docs/assignment.md from the grades of correct and wrong submissions to the ready assignment.
 
-``python -m docs.generate_assignment_page --measure`` grades all of them, which takes some minutes, and keeps
-the figures in docs; names of mistakes after it grade those alone, and without the option the page is written
-again from the figures.
+``python -m docs.generate_assignment_page --measure`` grades all of them, which takes some minutes, and saves
+the figures in docs. Names of mistakes after the option grade only those. Without the option the page is
+written from the saved figures.
 """
 
 from __future__ import annotations
@@ -37,23 +37,23 @@ TEMPLATE = DOCS / "assignment_template.txt"
 FIGURES = DOCS / "figures" / "assignment.json"
 
 SAMPLES = (4, 16, 64)
-"""Of the right submissions, each pixel."""
+"""Samples per pixel of the correct submissions."""
 
 SEEDS = (1, 2)
-"""Of the right submissions with each number of samples."""
+"""Seeds of the correct submissions with each number of samples."""
 
 RIGHT = "right"
-"""The name under which the right submissions are graded again."""
+"""The name that grades the correct submissions again."""
 
-PATIENCE = 3600.0
-"""Deadline of a test while it is measured, seconds."""
+DEADLINE = 3600.0
+"""Deadline of a test during measurements, seconds: on a busy machine all mistakes are still tried."""
 
 NUMBERS = re.compile(r"^\d+ of \d+ rays agree.*?They differ in: [^.]*\. |Of these rays .*$")
-"""Of the message about rays: what counts them, and the row that is looked at."""
+"""Parts of the message about rays that hold counts or an example row."""
 
 
 def main() -> None:
-    """Measure what is asked for, and write the page."""
+    """Measure the submissions named on the command line, and write the page."""
     if "--measure" in sys.argv[1:]:
         measure(sys.argv[2:])
     PAGE.write_text(page(json.loads(FIGURES.read_text(encoding="utf-8"))), encoding="utf-8")
@@ -61,13 +61,13 @@ def main() -> None:
 
 
 def measure(names: Sequence[str]) -> None:
-    """Grade the mistakes of these names, `right`, or everything, as many at a time as there are cores."""
+    """Grade the mistakes of these names, `right`, or everything, one process per core."""
     whole = not names or RIGHT in names
     settings = [(samples, seed) for samples in SAMPLES for seed in SEEDS if whole]
-    asked = [mistake for mistake in MISTAKES if not names or mistake.name in names]
+    chosen = [mistake for mistake in MISTAKES if not names or mistake.name in names]
     with tempfile.TemporaryDirectory() as place, ProcessPoolExecutor() as pool:
         mapped = pool.map(partial(_right, Path(place)), settings)
-        wrong = list(pool.map(partial(_wrong, Path(place)), asked))
+        wrong = list(pool.map(partial(_wrong, Path(place)), chosen))
         right = list(mapped)
     kept = json.loads(FIGURES.read_text(encoding="utf-8")) if names else {"right": [], "wrong": []}
     found = {part["name"]: part for part in (*kept["wrong"], *wrong)}
@@ -101,7 +101,7 @@ def _manifest() -> Manifest:
 
 
 def _wrong(folder: Path, mistake: Mistake) -> dict[str, Any]:
-    """Only files that the mistake can change are graded; all others are those of the right submission."""
+    """Grade the files that the mistake can change; all others equal those of the correct submission."""
     place, manifest = folder / mistake.name, _manifest()
     place.mkdir()
     for name in mistake.touches:
@@ -119,7 +119,7 @@ def _wrong(folder: Path, mistake: Mistake) -> dict[str, Any]:
             {
                 "test": test.id,
                 "points": test.max_points - test.points,
-                "told": _told(test, advice[test.id] or ""),
+                "message": _message(test, advice[test.id] or ""),
             }
             for test in lost
         ],
@@ -127,32 +127,31 @@ def _wrong(folder: Path, mistake: Mistake) -> dict[str, Any]:
     }
 
 
-def _told(test: TestGrade, advice: str) -> str:
-    """What a student is told but for numbers, and for what stands in the manifest."""
+def _message(test: TestGrade, advice: str) -> str:
+    """The message to a student, without numbers and without the advice of the manifest."""
     if test.diagnosis:
         return f"**{test.diagnosis[0].cause}**: {test.diagnosis[0].hint}"
     return NUMBERS.sub("", test.message.removesuffix(advice).strip()).strip()
 
 
 def _graded(manifest: Manifest, submission: Path) -> Grade:
-    # However busy the machine is, all mistakes are tried.
-    patient = manifest.model_copy(update={"deadline": PATIENCE})
-    return grade(patient, references=ASSIGNMENT, submission=submission).grade
+    unhurried = manifest.model_copy(update={"deadline": DEADLINE})
+    return grade(unhurried, references=ASSIGNMENT, submission=submission).grade
 
 
 def page(figures: Mapping[str, Any]) -> str:
-    """The template with the tables in their places."""
+    """Fill the tables into the template."""
     manifest = _manifest()
     right = figures["right"]
     full = sum(test.points for test in manifest.tests)
     errors = json.loads((ASSIGNMENT / "references" / "errors.json").read_text())
     return TEMPLATE.read_text(encoding="utf-8").format(
         tests=table(
-            ("test", "points", "what is handed in", "what it is about"),
+            ("test", "points", "file", "topic"),
             [
                 (
                     f"`{test.id}`",
-                    f"{test.points:g}{' on top' if test.bonus else ''}",
+                    f"{test.points:g}{' bonus' if test.bonus else ''}",
                     f"`{test.submitted.file}`",
                     test.name,
                 )
@@ -162,9 +161,9 @@ def page(figures: Mapping[str, Any]) -> str:
         scores="; ".join(_scores(right, samples) for samples in SAMPLES),
         full=f"{full:g}",
         right=table(("test", "limit", *(f"{samples} samples" for samples in SAMPLES)), _values(right)),
-        wrong=table(("the program", "loses", "and is told"), map(_row, figures["wrong"])),
+        wrong=table(("mistake", "points lost", "message"), map(_row, figures["wrong"])),
         seeds=len(SEEDS),
-        causes=table(("cause", "what is told"), [(f"`{c}`", hint.format("…")) for c, hint in HINTS.items()]),
+        causes=table(("cause", "hint"), [(f"`{c}`", hint.format("…")) for c, hint in HINTS.items()]),
         largest_error=f"{max(errors.values()):.4f}",
         right_seconds=f"{max(row['cpu_seconds'] for row in right):.0f}",
         wrong_seconds=f"{max(row['cpu_seconds'] for row in figures['wrong']):.0f}",
@@ -183,7 +182,7 @@ def _scores(right: Sequence[Mapping[str, Any]], samples: int) -> str:
 
 
 def _values(right: Sequence[Mapping[str, Any]]) -> Iterator[Sequence[str]]:
-    """For each test the worst value of all seeds, a column for each number of samples."""
+    """For each test the worst value over all seeds, one column per number of samples."""
     for test in right[0]["tests"]:
         rows = {samples: [r["tests"][test] for r in right if r["samples"] == samples] for samples in SAMPLES}
         worst = max if test.split("-")[0] != "rays" else min
@@ -196,7 +195,7 @@ def _row(wrong: Mapping[str, Any]) -> Sequence[str]:
     return (
         wrong["words"],
         lost or "nothing",
-        "<br>".join(dict.fromkeys(part["told"] for part in wrong["lost"])),
+        "<br>".join(dict.fromkeys(part["message"] for part in wrong["lost"])),
     )
 
 

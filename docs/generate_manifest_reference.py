@@ -19,12 +19,12 @@ PLACE = re.compile(r"^\{(\w+)\}$", re.MULTILINE)
 
 
 def page() -> str:
-    """Put the whole page together: each place of the template has the name of a model."""
+    """Build the page: each placeholder of the template names a model."""
     return PLACE.sub(lambda place: filled(place[1]), TEMPLATE.read_text(encoding="utf-8"))
 
 
 def filled(name: str) -> str:
-    """What stands at a place of the template."""
+    """The text for a placeholder of the template."""
     if name == "example":
         return json.dumps(manifest_json_schema()["examples"][0], indent=2)
     model: type[Closed] = getattr(manifests, name, None) or getattr(acceptance, name)
@@ -32,7 +32,7 @@ def filled(name: str) -> str:
 
 
 def chosen(model: type[Closed]) -> str:
-    """The name of a model, and the field that chooses it among others, if there is one."""
+    """The name of a model, and its discriminator field if it has one."""
     for field in ("kind", "by", "type"):
         if field in model.model_fields:
             value = described(model)["properties"][field]["const"]
@@ -48,7 +48,7 @@ def described(model: type[Closed]) -> dict[str, Any]:
 
 
 def table(model: type[Closed]) -> str:
-    """Describe the fields of a model, one a row; those of every test stand in one table."""
+    """Describe the fields of a model, one per row; fields shared by all tests have their own table."""
     schema = described(model)
     left_out = {"kind", "by", "type"} & set(model.model_fields)
     if issubclass(model, manifests.Criterion) and model is not manifests.Criterion:
@@ -63,13 +63,13 @@ def table(model: type[Closed]) -> str:
 
 
 def default_of(field: dict[str, Any]) -> str:
-    """Show a default; the meaning explains those that are computed."""
+    """Format a default; the description explains computed ones."""
     default = field.get("default")
     return "" if default in (None, []) else f"`{json.dumps(default)}`"
 
 
 def words(field: dict[str, Any]) -> str:
-    """Say the type of a value."""
+    """Describe the type of a value."""
     options = field.get("anyOf") or field.get("oneOf")
     if options:
         return " or ".join(dict.fromkeys(words(option) for option in options if option != {"type": "null"}))

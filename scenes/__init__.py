@@ -1,4 +1,4 @@
-"""Scenes that come with Penumbra: the gallery, hard ones, and those that its accuracy is measured on."""
+"""Scenes that come with Penumbra: the gallery, hard scenes, an assignment, and the accuracy study."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from pathlib import Path
 
 
 def scene_path(name: str) -> Path:
-    """Give the path of a scene that comes with the package.
+    """Return the path of a scene of the package.
 
     Parameters
     ----------
     name
-        Folder and name, with or without `.json`: `gallery/basic`, `study/soft`.
+        Folder and name, with or without `.json`, such as `gallery/basic` or `study/soft`.
 
     Raises
     ------
     FileNotFoundError
-        There is no such scene; the message lists those that there are.
+        There is no such scene; the message lists all scenes.
 
     Examples
     --------

@@ -1,6 +1,6 @@
 """Make the scenes and textures of the ready assignment.
 
-Run it with ``python -m scenes.make_assignment``. It takes no random numbers, so it writes the same files
+Run it with ``python -m scenes.make_assignment``. It uses no random numbers, so it writes the same files
 every time.
 """
 
@@ -28,7 +28,7 @@ from scenes.make_hard_scenes import rectangle, text
 
 
 def camera_straight() -> Json:
-    """Balls of one colour each, seen along an axis: where they are is all that can be seen."""
+    """Balls of one flat colour each, seen along an axis: only their positions are visible."""
     balls = [
         ball([-3.0, 1.9, -1.0], 0.5, "red"),
         ball([-1.3, 2.1, 0.4], 0.3, "green"),
@@ -46,7 +46,7 @@ def camera_straight() -> Json:
 
 
 def camera_tilted() -> Json:
-    """The same kind of balls from aside, with the camera rolled and a wide angle."""
+    """Similar balls seen from the side, with a rolled camera and a wide field of view."""
     names = list(COLORS)
     balls = [
         ball([2.6 * x, 2.2 * y, 1.8 * z], 0.35 + 0.1 * ((x + 2 * y + z) % 3), names[(x + 3 * y + 2 * z) % 6])
@@ -59,9 +59,9 @@ def camera_tilted() -> Json:
 
 
 def phong_matte() -> Json:
-    """No highlight and no shadow in sight: ambient light and Lambert's cosine for every kind of shape.
+    """Ambient and diffuse terms on every kind of shape, without highlights or visible shadows.
 
-    The second lamp stands behind the triangle and the rectangle, which must not let it through.
+    The second light is behind the triangle and the rectangle, which must block it.
     """
     shapes = [
         ball([-2.1, 0.9, 0], 0.95, "red"),
@@ -77,7 +77,7 @@ def phong_matte() -> Json:
 
 
 def phong_highlights() -> Json:
-    """Highlights from wide to narrow, each on a dark ball that shows little else."""
+    """Highlights from wide to narrow, each on a dark ball."""
     shine = {"wide": 4, "middle": 20, "narrow": 120}
     materials = {
         name: phong(color, specular=0.7, shininess=shine[name])
@@ -99,7 +99,7 @@ ROOM_VIEW = camera([1.5, 4.6, 8.0], [0.2, 0.8, 0.0], 36)
 
 
 def room() -> list[Json]:
-    """Floor and wall, three shapes between them and the lamps, and a sheet above the lamps, out of sight."""
+    """Floor and wall, three shapes between them and the lights, and a sheet above the lights, out of view."""
     return [
         rectangle([-5, 0, -3], [0, 0, 8], [10, 0, 0], "white"),
         rectangle([-5, 0, -3], [10, 0, 0], [0, 4.5, 0], "violet"),
@@ -111,13 +111,13 @@ def room() -> list[Json]:
 
 
 def shadow_hard() -> Json:
-    """A lamp without size over a ball, a triangle and an ellipsoid: each throws a sharp shadow."""
+    """A point light over a ball, a triangle and an ellipsoid: each casts a sharp shadow."""
     lights = [{"type": "point", "position": [-2.2, 7.0, 2.5], "color": [0.85, 0.85, 0.85]}]
     return scene("shadow_hard", ROOM_VIEW, room(), lights, materials=matte())
 
 
 def shadow_soft() -> Json:
-    """A square lamp over the same room; the sheet above the lamp throws no shadow through it."""
+    """A square light over the same room; the sheet above the light casts no shadow."""
     lamp = {
         "type": "rectangle",
         "corner": [-4.0, 7.0, 0.7],
@@ -129,7 +129,7 @@ def shadow_soft() -> Json:
 
 
 def antialiasing() -> Json:
-    """A star of narrow triangles of one colour, so that most pixels lie on an edge."""
+    """A star of narrow triangles of one colour, so that most pixels are on an edge."""
     spokes = []
     for number in range(20):
         angle, half = 2 * math.pi * (number + 0.3) / 20, 0.075
@@ -139,7 +139,7 @@ def antialiasing() -> Json:
 
 
 def antialiasing_advanced() -> Json:
-    """Bars that are nearly level or upright: an upright grid of 16 samples has four steps on each."""
+    """Nearly horizontal or vertical bars: an axis-aligned grid of 16 samples shows four steps on each."""
     bars = []
     for number in range(12):
         along = -3.1 + 0.56 * number
@@ -151,7 +151,7 @@ def antialiasing_advanced() -> Json:
 
 
 def texture() -> Json:
-    """A picture on a turned sheet and a checker on another; the picture looks alike from no two sides."""
+    """A picture on a rotated sheet and a checker on another; the picture has no symmetry."""
     materials = {
         "sheet": {"type": "phong", "color_texture": "arrow", "ambient": 1, "diffuse": 0},
         "board": {"type": "phong", "color_texture": "board", "ambient": 1, "diffuse": 0},
@@ -169,7 +169,7 @@ def texture() -> Json:
 
 
 def normal_map() -> Json:
-    """Studs on a sheet that is flat: the light from the left and above tells which way they are turned."""
+    """Studs on a flat sheet: light from the upper left shows whether they are raised."""
     materials = {"sheet": phong([0.6, 0.55, 0.45]) | {"normal_map": "studs"}}
     textures = {"studs": {"type": "image", "asset": "textures/studs_normal.png", "encoding": "linear"}}
     shapes = [rectangle([-3.0, -2.1, 0.4], [6.0, 0.3, -0.8], [0.1, 4.2, 0.2], "sheet")]
@@ -193,7 +193,7 @@ PICTURES = {
         normal_map,
     )
 }
-"""Scenes of which pictures are asked for."""
+"""Scenes that students render as pictures."""
 
 
 def arrow() -> np.ndarray:
@@ -209,7 +209,7 @@ def arrow() -> np.ndarray:
 
 
 def studs() -> np.ndarray:
-    """Normals (64, 64, 3) as colour codes: domes of several sizes, and one that is pressed in."""
+    """Normals (64, 64, 3) as colour codes: domes of several sizes, one of them a dent."""
     v, u = np.mgrid[63.5:0:-1, 0.5:64] / 64
     slopes = np.zeros((2, 64, 64))
     domes = ((0.22, 0.75, 0.17, 1), (0.62, 0.7, 0.22, 1), (0.3, 0.28, 0.2, 1), (0.75, 0.25, 0.15, -1))
@@ -224,7 +224,7 @@ def studs() -> np.ndarray:
 
 
 def main() -> None:
-    """Write all of them."""
+    """Write all scenes and textures."""
     (FOLDER / "textures").mkdir(parents=True, exist_ok=True)
     for name, picture in (("arrow", arrow()), ("studs_normal", studs())):
         Image.fromarray(picture).save(FOLDER / "textures" / f"{name}.png", optimize=True)

@@ -1,4 +1,4 @@
-"""What scenes of the ready assignment are made of."""
+"""Building blocks for the scenes of the ready assignment."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ Json = dict[str, Any]
 
 FOLDER = Path(__file__).parent / "assignment"
 WIDTH, HEIGHT = 128, 96
-"""Pixels: many enough for blocks of 8 x 8, few enough to be drawn by a slow program in a minute."""
+"""Pixels: enough for blocks of 8 x 8, few enough for a slow program to render in a minute."""
 
 SAMPLES = 16
-"""Camera samples that the assignment asks for."""
+"""Camera samples per pixel in the assignment."""
 
 COLORS = {
     "red": [0.75, 0.15, 0.1],
@@ -27,11 +27,11 @@ COLORS = {
 
 
 FULL_MOON = {"type": "directional", "direction": [0, 0, -1], "color": [1, 1, 1]}
-"""The light of scenes whose materials ask for ambient light alone."""
+"""The light of scenes whose materials use only ambient light."""
 
 
 def camera(position: list[float], look_at: list[float], fov: float) -> Json:
-    """A camera of the assignment's size."""
+    """A camera with the picture size of the assignment."""
     place = {"position": position, "look_at": look_at, "vertical_fov": fov}
     return {**place, "width": WIDTH, "height": HEIGHT}
 
@@ -39,7 +39,7 @@ def camera(position: list[float], look_at: list[float], fov: float) -> Json:
 def scene(
     name: str, view: Json, shapes: list[Json], lights: list[Json] | None = None, *, materials: Json
 ) -> Json:
-    """A scene with the samples that the assignment asks for."""
+    """A scene with the sampling of the assignment."""
     used = {shape["material"] for shape in shapes}
     random = {"pattern": "random", "samples": SAMPLES}
     return {
@@ -61,7 +61,7 @@ def phong(color: list[float], **changes: Any) -> Json:
 
 
 def flat() -> Json:
-    """Materials that show their colour alone, whatever the light."""
+    """Materials that show only their colour, independent of light."""
     return {name: phong(color, ambient=1, diffuse=0) for name, color in COLORS.items()}
 
 
@@ -76,7 +76,7 @@ def ball(center: list[float], radius: float, material: str) -> Json:
 
 
 def ellipsoid(center: list[float], axes: list[list[float]], material: str) -> Json:
-    """An ellipsoid by its three semi-axes."""
+    """An ellipsoid with three semi-axes."""
     return {"type": "ellipsoid", "center": center, "axes": axes, "material": material}
 
 

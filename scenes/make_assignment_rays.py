@@ -1,4 +1,4 @@
-"""Make the rays of the ready assignment, and the scenes that they are cast into.
+"""Make the rays of the ready assignment and their scenes.
 
 Run it with ``python -m scenes.make_assignment_rays``. Its random numbers have fixed seeds.
 """
@@ -12,7 +12,7 @@ from scenes.make_hard_scenes import rectangle, text
 
 
 def rays_round() -> Json:
-    """Balls and ellipsoids, some before others, one inside of another."""
+    """Spheres and ellipsoids, some in front of others, one inside another."""
     shapes = [
         ball([0, 0, 0], 1.0, "red"),
         ball([2.5, 0.5, -1.0], 0.6, "green"),
@@ -24,7 +24,7 @@ def rays_round() -> Json:
 
 
 def rays_flat() -> Json:
-    """Triangles and rectangles, narrow and wide, some before others."""
+    """Triangles and rectangles, narrow and wide, some in front of others."""
     shapes = [
         rectangle([-3, -2, 0], [2.5, 0.5, 0.5], [0.2, 2.4, -0.6], "red"),
         rectangle([0.2, -1.8, 1], [2.8, 0, -1], [0, 3.2, 0], "green"),
@@ -36,7 +36,7 @@ def rays_flat() -> Json:
 
 
 def rays_far() -> Json:
-    """The same kinds 50,000 to 200,000 units away and far smaller than that."""
+    """Shapes of both kinds, 50,000 to 200,000 units away and far smaller than that."""
     shapes = [
         ball([0, 0, -100000], 20.0, "red"),
         ball([90000, 20000, 30000], 400.0, "green"),
@@ -48,17 +48,17 @@ def rays_far() -> Json:
 
 
 RAYS = {make.__name__: make for make in (rays_round, rays_flat, rays_far)}
-"""Scenes into which rays are cast."""
+"""Functions that build the scenes for rays, by name."""
 
 SHOWN_NORMALS = ("rays_round", "rays_flat")
-"""Those of them whose normals may be drawn instead."""
+"""Scenes whose normals may be rendered instead."""
 
 COUNT = 600
-"""Rays into each scene."""
+"""Number of rays for each scene."""
 
 
 def rays(document: Json, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Origins and directions of all lengths, at and beside shapes; a tenth starts inside of one."""
+    """Rays at and past shapes, with directions of different lengths; a tenth starts inside a shape."""
     random = np.random.default_rng(seed)
     middles, sizes = zip(*(extent(shape) for shape in document["shapes"]), strict=True)
     chosen = random.integers(len(middles), size=COUNT)
@@ -78,7 +78,7 @@ def rays(document: Json, seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def extent(shape: Json) -> tuple[np.ndarray, float]:
-    """Middle and half size of a shape."""
+    """Centre and half extent of a shape."""
     if shape["type"] == "ellipsoid":
         size = shape.get("radius") or float(np.linalg.norm(shape["axes"], axis=1).max())
         return np.array(shape["center"], float), size
@@ -93,7 +93,7 @@ def extent(shape: Json) -> tuple[np.ndarray, float]:
 
 
 def main() -> None:
-    """Write all of them."""
+    """Write all scenes and rays."""
     for seed, (name, make) in enumerate(RAYS.items()):
         document = make()
         FOLDER.joinpath(f"{name}.json").write_text(text(document) + "\n", encoding="utf-8")

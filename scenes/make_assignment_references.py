@@ -1,7 +1,7 @@
-"""Render the references of the ready assignment, and tell how far they are from the truth.
+"""Render the references of the ready assignment and estimate their error.
 
-Run it with ``python -m scenes.make_assignment_references`` after the two that make scenes and rays; names of
-scenes after it render those alone.
+Run it with ``python -m scenes.make_assignment_references`` after the scripts that make scenes and rays. Names
+of scenes as arguments render only those.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from scenes.make_assignment_rays import SHOWN_NORMALS
 Array = NDArray[np.float64]
 
 SAMPLES, LIGHT_POINTS = 1024, 4
-"""Of each half of a reference. Both halves together show each light 8,192 times a pixel."""
+"""Samples of each half of a reference; both halves take 8,192 light samples per pixel."""
 
 SEEDS = (1, 2)
-"""Of the halves: how far they are apart tells how far their mean is from the truth."""
+"""Seeds of the halves: half the RMSE between them estimates the error of their mean."""
 
 GRID = 8
-"""Rays along a side of a pixel of the pictures of normals."""
+"""Rays along each side of a pixel in pictures of normals."""
 
 
 def main() -> None:
-    """Write those that are asked for, and their errors."""
+    """Write the references named on the command line, or all, and their errors."""
     place = FOLDER / "references"
     place.mkdir(exist_ok=True)
     asked = sys.argv[1:] or [*PICTURES, *SHOWN_NORMALS]
@@ -48,13 +48,13 @@ def main() -> None:
     for name in filter(SHOWN_NORMALS.__contains__, asked):
         image = normals(name)
         np.save(place / f"{name}_normals.npy", image.astype(np.float16))
-        # As it is handed in: numbers, not light.
+        # Encoded like a submission: numbers, not sRGB.
         Image.fromarray(np.round(255 * image).astype(np.uint8)).save(place / f"{name}_normals.png")
     kept.write_text(json.dumps(errors, indent=2) + "\n", encoding="utf-8")
 
 
 def half(name: str, seed: int) -> Array:
-    """One of two independent pictures of a scene, clipped to what a display shows, (H, W, 3) linear."""
+    """One of two independent pictures of a scene, (H, W, 3) linear, clipped to 0..1."""
     document = json.loads(FOLDER.joinpath(f"{name}.json").read_text())
     document["sampling"] = {
         "antialiasing": {"pattern": "sobol", "samples": SAMPLES},
@@ -65,7 +65,7 @@ def half(name: str, seed: int) -> Array:
 
 
 def rendered(document: dict[str, Any]) -> Array:
-    """The picture of a scene of the assignment, linear, clipped to 0..1."""
+    """Render a scene of the assignment, linear, clipped to 0..1."""
     scene = renderer.load_scene(document, assets=renderer.load_scene(FOLDER / "texture.json").assets)
     return np.clip(renderer.render(renderer.compile_scene(scene)).image.astype(np.float64), 0, 1)
 
@@ -76,7 +76,7 @@ def rms(difference: Array) -> float:
 
 
 def normals(name: str) -> Array:
-    """Means over pixels of normals n towards the viewer, drawn as (n + 1) / 2, black where nothing is hit."""
+    """Pixel means of normals n facing the viewer, encoded as (n + 1) / 2; black for misses."""
     plan = renderer.compile_scene(renderer.load_scene(FOLDER / f"{name}.json"))
     camera = plan.camera
     rows, columns = camera.height, camera.width
@@ -91,7 +91,7 @@ def normals(name: str) -> Array:
 
 
 def through(camera: Any, x: Array, y: Array) -> tuple[Array, Array]:
-    """Camera rays, (N, 3) each, through places of the picture, (N,) each, in pixels from its upper left."""
+    """Origins and directions, (N, 3), of camera rays through points (N,) in pixels from the upper left."""
     position = np.array(camera.position)
     forward = np.array(camera.look_at) - position
     forward /= np.linalg.norm(forward)
@@ -105,7 +105,7 @@ def through(camera: Any, x: Array, y: Array) -> tuple[Array, Array]:
 
 
 def save(place: Any, name: str, image: Array) -> None:
-    """A file of numbers for programs, and one for people."""
+    """Save a picture as an array for programs and as a PNG for viewing."""
     np.save(place / f"{name}.npy", image.astype(np.float16))
     image_files.write_image(
         place / f"{name}.png", image, renderer.load_scene(FOLDER / "texture.json").document.display

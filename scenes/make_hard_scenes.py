@@ -1,6 +1,6 @@
-"""Make the hard scenes that have too many numbers to write by hand, and the texture that some of them share.
+"""Make the hard scenes with generated geometry, and the texture that some of them share.
 
-Run it with ``python -m scenes.make_hard_scenes``. It takes no random numbers, so it writes the same
+Run it with ``python -m scenes.make_hard_scenes``. It uses no random numbers, so it writes the same
 files every time.
 """
 
@@ -23,15 +23,15 @@ Place = tuple[float, float, float]
 
 FOLDER = Path(__file__).parent / "hard"
 LINE = 110
-"""Columns of a line in a scene file."""
+"""Longest line of a scene file."""
 DIGITS = 7
-"""Decimals of a coordinate: enough for the eye, and the same on every machine."""
+"""Decimals of a coordinate: enough for rendering, and the same on every machine."""
 FINE = 12
-"""Decimals where vertices are as near to each other as 1e-8."""
+"""Decimals for vertices that are only 1e-8 apart."""
 
 
 def main() -> None:
-    """Write all of them."""
+    """Write all scenes and the texture."""
     FOLDER.joinpath("textures").mkdir(parents=True, exist_ok=True)
     for name, make in SCENES.items():
         FOLDER.joinpath(f"{name}.json").write_text(text(make()) + "\n", encoding="utf-8")
@@ -63,8 +63,8 @@ def coarse_mesh() -> Json:
 
 
 def slivers() -> Json:
-    """A disc cut into a fan whose triangles get ever thinner: down to less than 1e-7 of their length."""
-    # Narrow and wide ones by turns, so that neighbours differ as much as they can.
+    """A disc cut into a fan of ever thinner triangles: down to less than 1e-7 of their length."""
+    # Alternate narrow and wide triangles, so that neighbours differ as much as possible.
     widths = [w for k in range(1, 22) for w in (10 ** (-k / 3), 0.3 + 0.1 * (k % 3))]
     turns = np.cumsum(widths) * 2 * math.pi / sum(widths)
     rim = [[round(1.3 * math.cos(a), FINE), round(1.3 * math.sin(a), FINE), 0.0] for a in turns.tolist()]
@@ -95,8 +95,8 @@ def slivers() -> Json:
 
 
 def skew_blocks() -> Json:
-    """Tumbling blocks: a flat pattern of three parallelograms a block, none with a right angle."""
-    # Sixteenths, so that corners of neighbours agree to the last bit; the angles are 60 degrees but for 0.3.
+    """Tumbling blocks: a flat pattern with three parallelograms per block and no right angle."""
+    # Sixteenths, so that corners of neighbours agree to the last bit; angles are within 0.3 of 60 degrees.
     up, right, left = (0.0, 0.5), (7 / 16, -0.25), (-7 / 16, -0.25)
     shapes = []
     for row, column in itertools.product(range(-3, 4), range(-4, 5)):
@@ -121,7 +121,7 @@ def skew_blocks() -> Json:
 
 
 def displaced_solids() -> Json:
-    """A cube and a ball, both closed, both moved by the same waves."""
+    """A cube and a sphere, both closed, both displaced by the same waves."""
     corners = [list(map(float, corner)) for corner in itertools.product((-1, 1), repeat=3)]
     faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     cube = {
@@ -165,7 +165,7 @@ def displaced_solids() -> Json:
 
 
 def rotated_grid() -> Json:
-    """A star of narrow spokes, so that edges lie at every angle."""
+    """A star of narrow spokes, so that edges have all angles."""
     spokes = []
     for degrees in range(2, 360, 8):
         x, y = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
@@ -191,7 +191,7 @@ SCENES = {make.__name__: make for make in (coarse_mesh, slivers, skew_blocks, di
 
 
 def ball(rounds: int) -> tuple[list[list[float]], list[list[int]]]:
-    """Vertices on the unit sphere and triangles of an icosahedron, each cut into four `rounds` times."""
+    """Vertices on the unit sphere and triangles of an icosahedron, each split into four `rounds` times."""
     golden = (1 + math.sqrt(5)) / 2
     signs = list(itertools.product((-1, 1), (-golden, golden)))
     vertices = [unit(v) for a, b in signs for v in ((0, a, b), (a, b, 0), (b, 0, a))]
@@ -204,25 +204,25 @@ def ball(rounds: int) -> tuple[list[list[float]], list[list[int]]]:
 
 
 def unit(v: Sequence[float]) -> Place:
-    """A place on the unit sphere."""
+    """A point on the unit sphere."""
     length = math.hypot(*v)
     return v[0] / length, v[1] / length, v[2] / length
 
 
 def neighbours(triangle: Sequence[int], vertices: Sequence[Place]) -> bool:
-    """Whether three vertices of an icosahedron are a face: all pairs as near as 1.05 of its radius."""
-    # Edges are 1.0515 long; the next longer distance is 1.7.
+    """Whether three vertices of an icosahedron form a face: all pairs are 1.05 radii apart."""
+    # Edges are 1.0515 long; the next larger distance is 1.7.
     return all(math.dist(vertices[i], vertices[j]) < 1.3 for i, j in itertools.combinations(triangle, 2))
 
 
 def outward(triangle: tuple[int, int, int], vertices: Sequence[Place]) -> tuple[int, int, int]:
-    """Counter-clockwise seen from outside."""
+    """Orient a triangle counter-clockwise as seen from outside."""
     a, b, c = triangle
     return triangle if np.linalg.det([vertices[i] for i in triangle]) > 0 else (a, c, b)
 
 
 def quartered(vertices: list[Place], triangles: Sequence[Sequence[int]]) -> list[tuple[int, int, int]]:
-    """Four triangles for each; the new vertices, one an edge, are appended."""
+    """Split each triangle into four; the new vertices, one per edge, are appended."""
     middles: dict[frozenset[int], int] = {}
 
     def middle(i: int, j: int) -> int:
@@ -240,7 +240,7 @@ def quartered(vertices: list[Place], triangles: Sequence[Sequence[int]]) -> list
 
 
 def waves() -> np.ndarray:
-    """Colour codes (32, 64, 3) of waves that go on from the right border to the left."""
+    """Colour codes (32, 64, 3) of waves that continue across the left and right borders."""
     v, u = np.meshgrid((np.arange(32) + 0.5) / 32, (np.arange(64) + 0.5) / 64, indexing="ij")
     along, across = 2 * math.pi * u, 2 * math.pi * v
     shape = 0.3 * np.sin(3 * along) * np.sin(2 * across) + 0.2 * np.cos(5 * along + across)
@@ -264,18 +264,18 @@ def phong(color: list[float], **changes: Any) -> Json:
 
 
 def rectangle(corner: list[float], first: list[float], second: list[float], material: str) -> Json:
-    """By a corner and two edges."""
+    """A parallelogram with a corner and two edges."""
     place, *edges = ([round(x, DIGITS) for x in v] for v in (corner, first, second))
     return {"type": "rectangle", "corner": place, "edges": edges, "material": material}
 
 
 def sampling(pattern: str, samples: int) -> Json:
-    """Camera samples; the lights of these scenes are single points."""
+    """Camera sampling; the lights of these scenes are points."""
     return {"antialiasing": {"pattern": pattern, "samples": samples}}
 
 
 def text(value: Any, depth: int = 0) -> str:
-    """JSON whose lines are as full as LINE allows, for people to read."""
+    """Readable JSON with lines of up to LINE columns."""
     whole = json.dumps(value)
     if len(whole) + 2 * depth < LINE or not isinstance(value, dict | list):
         return whole

@@ -1,6 +1,6 @@
-"""Make the meshes of the gallery and of the study: a sea shell, coarser and finer, as binary PLY files.
+"""Make the meshes of the gallery and of the study: a seashell in two resolutions, as binary PLY files.
 
-Run it with ``python -m scenes.make_meshes``. It takes no random numbers, so it writes the same shapes every
+Run it with ``python -m scenes.make_meshes``. It uses no random numbers, so it writes the same shapes every
 time.
 """
 
@@ -15,29 +15,29 @@ Array = NDArray[np.float64]
 
 FILE = Path(__file__).parent / "gallery" / "meshes" / "shell.ply"
 ALONG = 360
-"""Rings from the tip to the mouth."""
+"""Rings from the tip to the opening."""
 AROUND = 48
-"""Vertices of a ring."""
+"""Vertices per ring."""
 FINE_FILE = Path(__file__).parent / "study" / "meshes" / "shell.ply"
 FINE_ALONG, FINE_AROUND = 440, 57
-"""The same of the study's shell, which comes to about 50,000 triangles."""
+"""Rings and vertices of the shell for the study, which has about 50,000 triangles."""
 
 TURNS = 6.0
 GROWTH = 0.1
-"""How fast the spiral widens: its radius grows by exp(GROWTH) a radian."""
+"""Growth of the spiral: its radius grows by exp(GROWTH) per radian."""
 TALL = 2.15
-"""Height of the spire over the largest distance of the middle of the tube from the axis."""
+"""Height of the spire, relative to the largest distance of the tube's centre from the axis."""
 TUBE = 0.62
-"""Radius of the tube over the distance of its middle from the axis."""
+"""Radius of the tube, relative to the distance of its centre from the axis."""
 RIBS = 11
-"""Ribs a turn."""
+"""Ribs per turn."""
 
 
 def shell(along: int = ALONG, around: int = AROUND) -> tuple[Array, NDArray[np.int32]]:
-    """Vertices (V, 3) and triangles (T, 3) of a shell that stands on its mouth, its axis upright.
+    """Vertices (V, 3) and triangles (T, 3) of a shell that stands on its opening, with a vertical axis.
 
-    A tube along a logarithmic spiral, each ring a scaled copy of the one before (after Raup 1966), with ribs
-    that fade towards the tip.
+    A tube along a logarithmic spiral, each ring a scaled copy of the previous one (after Raup 1966), with
+    ribs that fade towards the tip.
     """
     turn = np.linspace(-2 * np.pi * TURNS, 0, along)[:, None]
     angle = np.linspace(0, 2 * np.pi, around, endpoint=False)[None, :]
@@ -51,7 +51,7 @@ def shell(along: int = ALONG, around: int = AROUND) -> tuple[Array, NDArray[np.i
 
 
 def _net(along: int, around: int) -> NDArray[np.int32]:
-    """Two triangles between each four neighbours, and both ends closed by a fan."""
+    """Two triangles for each four neighbouring vertices, and a fan to close each end."""
     ring, place = np.meshgrid(np.arange(along - 1), np.arange(around), indexing="ij")
     a = (ring * around + place).reshape(-1)
     b = (ring * around + (place + 1) % around).reshape(-1)
@@ -73,7 +73,7 @@ def ply(vertices: Array, triangles: NDArray[np.int32]) -> bytes:
 
 
 def main() -> None:
-    """Write the files."""
+    """Write all meshes."""
     for path, mesh in ((FILE, shell()), (FINE_FILE, shell(FINE_ALONG, FINE_AROUND))):
         path.parent.mkdir(exist_ok=True)
         path.write_bytes(ply(*mesh))

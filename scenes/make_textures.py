@@ -1,6 +1,6 @@
-"""Draw the textures of the gallery and the study: painted tiles, their relief as a normal map and heights.
+"""Draw the textures of the gallery and the study: painted tiles, with a normal map and a height map.
 
-Run it with ``python -m scenes.make_textures``. It takes no random numbers, so it writes the same pixels every
+Run it with ``python -m scenes.make_textures``. It uses no random numbers, so it writes the same pixels every
 time.
 """
 
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 FOLDER = Path(__file__).parent / "gallery" / "textures"
 STUDY_FOLDER = Path(__file__).parent / "study" / "textures"
-"""A scene names files in its own folder: the study has copies of what it shows."""
+"""Scenes can only name files in their own folder, so the study has copies of these."""
 STUDIED = ("tiles.png", "tiles_normal.png")
 SIZE = 768
 TILES = 3
@@ -29,22 +29,22 @@ LEAF = (0.16, 0.42, 0.40)
 GROUT = (0.55, 0.52, 0.47)
 
 RELIEF = 0.055
-"""Height of the ornament, as a share of a tile's side."""
+"""Height of the ornament, relative to the side of a tile."""
 
 
 def rise(x: Array, start: float, end: float) -> Array:
-    """Go smoothly from 0 at `start` to 1 at `end`, dimensionless."""
+    """Smooth step from 0 at `start` to 1 at `end`."""
     t = np.clip((x - start) / (end - start), 0, 1)
     return t * t * (3 - 2 * t)
 
 
 def band(x: Array, low: float, high: float, soft: float) -> Array:
-    """Be 1 between `low` and `high` and 0 outside, with borders as wide as `soft`."""
+    """1 between `low` and `high` and 0 outside, with borders of width `soft`."""
     return rise(x, low - soft, low + soft) * (1 - rise(x, high - soft, high + soft))
 
 
 class Tile:
-    """The masks of one tile, each (SIZE, SIZE), 0 to 1, repeated over the picture."""
+    """Masks of the parts of a tile, each (SIZE, SIZE), 0 to 1, repeated over the picture."""
 
     def __init__(self) -> None:
         centres = (np.arange(SIZE) + 0.5) / SIZE * TILES
@@ -85,7 +85,7 @@ def paint(tile: Tile) -> Array:
 
 
 def relief(tile: Tile) -> Array:
-    """Raise the ornament, in sides of a tile, (SIZE, SIZE)."""
+    """Heights of the ornament, in units of the side of a tile, (SIZE, SIZE)."""
     petal = np.sqrt(np.clip(1 - (tile.radius / tile.petals) ** 2, 0, 1))
     eye = np.sqrt(np.clip(1 - (tile.radius / 0.085) ** 2, 0, 1))
     ring = np.sqrt(np.clip(1 - ((tile.radius - 0.36) / 0.022) ** 2, 0, 1))
@@ -99,7 +99,8 @@ def relief(tile: Tile) -> Array:
 def normals(height: Array) -> Array:
     """Turn heights into normals in (tangent, cotangent, normal), (SIZE, SIZE, 3).
 
-    The cotangent points up in the picture, where v grows and rows shrink. The borders match under `repeat`.
+    The cotangent points up in the picture, where v increases and row numbers decrease. The texture
+    tiles without seams.
     """
     step = 2 * TILES / SIZE
     along_u = (np.roll(height, -1, axis=1) - np.roll(height, 1, axis=1)) / step
@@ -110,14 +111,14 @@ def normals(height: Array) -> Array:
 
 
 def save(values: Array, name: str) -> None:
-    """Write values from 0 to 1 as a PNG of 8 bits."""
+    """Write values from 0 to 1 as an 8-bit PNG."""
     path = FOLDER / name
     Image.fromarray(np.floor(255 * values + 0.5).astype(np.uint8)).save(path, optimize=True)
     print(f"{path.name}: {SIZE} x {SIZE}, {path.stat().st_size} bytes")
 
 
 def save_heights(values: Array, name: str) -> None:
-    """Write values from 0 to 1 as a grey PNG of 16 bits: with 8, slopes would come in steps."""
+    """Write values from 0 to 1 as a 16-bit greyscale PNG: 8 bits would turn slopes into steps."""
     path = FOLDER / name
     Image.fromarray(np.floor(65535 * values + 0.5).astype(np.uint16)).save(path, optimize=True)
     print(f"{path.name}: {SIZE} x {SIZE}, {path.stat().st_size} bytes")

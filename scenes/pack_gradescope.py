@@ -9,27 +9,27 @@ ASSIGNMENT = Path(__file__).parent / "assignment"
 SCRIPTS = ASSIGNMENT / "gradescope"
 MANIFEST = "manifest.yaml"
 LEFT_OUT = frozenset({"gradescope", "submissions"})
-"""Folders that no submission is held to."""
+"""Folders that grading does not need."""
 
 
 def pack(wheel: Path, target: Path, assignment: Path = ASSIGNMENT, manifest: str = MANIFEST) -> list[str]:
-    """Write the archive that a Gradescope assignment is configured with.
+    """Write the autograder archive of a Gradescope assignment.
 
     Parameters
     ----------
     wheel
-        The package, as ``pip wheel --no-deps`` makes it.
+        The package, built by ``pip wheel --no-deps``.
     target
         The archive.
     assignment
-        The folder of the manifest: everything in it is packed, but for hidden files and `LEFT_OUT`.
+        The folder of the manifest: everything in it is packed except hidden files and `LEFT_OUT`.
     manifest
-        Its name in that folder, YAML.
+        Name of the YAML manifest in that folder.
 
     Returns
     -------
     list of str
-        The names in the archive; the scripts and the manifest are at its root, as Gradescope wants them.
+        The names in the archive; the scripts and the manifest are at its root, as Gradescope requires.
     """
     files = dict(_files(assignment))
     files[MANIFEST] = assignment / manifest
@@ -49,23 +49,23 @@ def _files(folder: Path) -> Iterator[tuple[str, Path]]:
 
 
 def main() -> None:
-    """Pack what the command line names, and tell what is in it."""
+    """Pack the assignment named on the command line, and print a summary."""
     parser = argparse.ArgumentParser(prog="python -m scenes.pack_gradescope", description=__doc__)
     parser.add_argument("wheel", type=Path, help="the package, penumbra_render-*.whl")
     parser.add_argument(
         "--assignment",
         type=Path,
         default=ASSIGNMENT,
-        help="the folder of the manifest; by default the ready one",
+        help="the folder of the manifest; by default the ready assignment",
     )
-    parser.add_argument("--manifest", default=MANIFEST, help="its name in that folder, YAML")
+    parser.add_argument("--manifest", default=MANIFEST, help="name of the YAML manifest in that folder")
     parser.add_argument("-o", "--out", type=Path, default=Path("autograder.zip"), help="the archive")
-    told = parser.parse_args()
-    for path in (told.wheel, told.assignment / told.manifest):
+    arguments = parser.parse_args()
+    for path in (arguments.wheel, arguments.assignment / arguments.manifest):
         if not path.is_file():
             parser.error(f"{path} is not there.")
-    names = pack(told.wheel, told.out, told.assignment, told.manifest)
-    print(f"{told.out}: {len(names)} files, {told.out.stat().st_size / 1e6:.1f} MB")
+    names = pack(arguments.wheel, arguments.out, arguments.assignment, arguments.manifest)
+    print(f"{arguments.out}: {len(names)} files, {arguments.out.stat().st_size / 1e6:.1f} MB")
 
 
 if __name__ == "__main__":

@@ -1,1 +1,1 @@
-"""Grading: a submission is held to the tests of a manifest; each platform gets the result in its own form."""
+"""Grade a submission by the tests of a manifest, and export the result in each platform's format."""

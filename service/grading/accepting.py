@@ -1,4 +1,4 @@
-"""What two pictures earn: by the verdict, by a metric, or by the error."""
+"""The points a picture earns: by the verdict, by a metric, or by the error."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from service.grading.scales import margin_of, share_of
 from service.grading.selection import Selection
 
 NOISE = ("error", "samples")
-"""Layers by which noise is known."""
+"""Layers that describe the noise of a picture."""
 
 BIAS = "bias_blocks"
 
 
 def compared(accept: Acceptance, image: Picture, reference: Picture, blocks: float = 1.0) -> Comparison:
-    """Compare two pictures as a test wants it.
+    """Compare two pictures under the policy of a test.
 
     Parameters
     ----------
@@ -36,17 +36,17 @@ def compared(accept: Acceptance, image: Picture, reference: Picture, blocks: flo
     NotComparableError
         They differ in size.
     MissingExtraError
-        FLIP is wanted and not installed.
+        The test uses FLIP, which is not installed.
     """
     if isinstance(accept, Verdict) and (accept.zero is not None or accept.bands):
-        # Partial credit goes by the share of blocks, so the verdict does too.
+        # Partial credit depends on the share of biased blocks, so the verdict must too.
         image, reference = noiseless(image), noiseless(reference)
     flip = isinstance(accept, Metric) and accept.metric == "flip"
     return compare(image, reference, policy=_policy(accept, blocks), with_flip=flip)
 
 
 def accepted(accept: Acceptance, found: Comparison, selection: Selection) -> Outcome:
-    """What the part of two pictures that counts earns.
+    """The outcome for the selected part of two pictures.
 
     Raises
     ------
@@ -77,25 +77,25 @@ def _policy(accept: Acceptance, blocks: float) -> Policy:
 
 
 def noiseless(picture: Picture) -> Picture:
-    """The same without what tells of its noise: blocks decide."""
+    """The picture without its noise layers, so that the verdict compares blocks."""
     kept = {name: layer for name, layer in picture.layers.items() if name not in NOISE}
     return replace(picture, layers=kept)
 
 
 def _numbers(found: Comparison, selection: Selection) -> Mapping[str, float | None]:
-    """All metrics of the pixels that count; `ssim` and `flip` are of the rectangle around them."""
-    told: dict[str, float | None] = found.document()["metrics"]
+    """All metrics of the selected pixels; `ssim` and `flip` cover the rectangle around them."""
+    numbers: dict[str, float | None] = found.document()["metrics"]
     counted = [selection.counted(picture.linear) for picture in (found.image, found.reference)]
     if selection.pixels is not None:
         own = metrics(counted[0], counted[1], found.policy.limit)
-        told |= {name: getattr(own, name) for name in ("mse", "rmse", "relmse", "max_abs", "frac_over")}
-        told["psnr"] = own.psnr if math.isfinite(own.psnr) else None
-        told[BIAS] = found.bias.share / selection.blocks
+        numbers |= {name: getattr(own, name) for name in ("mse", "rmse", "relmse", "max_abs", "frac_over")}
+        numbers["psnr"] = own.psnr if math.isfinite(own.psnr) else None
+        numbers[BIAS] = found.bias.share / selection.blocks
     noise = found.reference.layers.get("error")
     if noise is not None and np.isfinite(noise).all():
         squares = selection.counted(noise.astype(np.float64)) ** 2
-        told["reference_noise"] = math.sqrt(float(squares.mean()))
-    return told
+        numbers["reference_noise"] = math.sqrt(float(squares.mean()))
+    return numbers
 
 
 def _value(accept: Metric, numbers: Mapping[str, float | None]) -> float:
@@ -133,7 +133,7 @@ def _by_verdict(accept: Verdict, found: Comparison, share: float) -> Outcome:
 
 
 def _partial(accept: Verdict, found: Comparison, share: float) -> float:
-    """What a mismatch earns: never all, though its share of biased blocks may be small."""
+    """The share a mismatch earns: always below 1, even when few blocks are biased."""
     by_share = share_of(share, accept)
     by_cause = accept.diagnosed if found.causes else 0.0
     return max(by_share if by_share < 1.0 else 0.0, by_cause)

@@ -1,4 +1,4 @@
-"""Normals as programs get them that forget to normalise them, or take every ellipsoid for a sphere."""
+"""Wrong normals: not normalised, or computed as if every ellipsoid were a sphere."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ ROUND = "ellipsoid"
 
 
 def from_center(document: Scene, shapes: Any, places: Floats, normals: Floats) -> Floats:
-    """Not normalised: p - center on round shapes, the product of two edges on flat ones; (N, 3) each."""
+    """Not normalised: p - center on ellipsoids, the cross product of the edges on flat shapes; (N, 3)."""
     return _each(document, shapes, places, normals, _from_center)
 
 
 def of_gradients(document: Scene, shapes: Any, places: Floats, normals: Floats) -> Floats:
-    """Not normalised: M^-T x for the place x on the unit sphere, the product of two edges on flat shapes."""
+    """Not normalised: M^-T x for x on the unit sphere, the cross product of the edges on flat shapes."""
     return _each(document, shapes, places, normals, _gradient)
 
 
 def of_spheres(document: Scene, shapes: Any, places: Floats, normals: Floats) -> Floats:
-    """Of unit length, but towards p - center on every round shape."""
+    """Of unit length, but along p - center on every ellipsoid."""
     return _each(document, shapes, places, normals, _sphere)
 
 
@@ -34,7 +34,7 @@ def _each(document: Scene, shapes: Any, places: Floats, normals: Floats, wrong: 
         seen = np.flatnonzero(shapes == number)
         if seen.size:
             changed[seen] = wrong(shape, places[seen], normals[seen])
-    # On the viewer's side, as those that they replace.
+    # On the viewer's side, like the normals they replace.
     turned = (changed * normals).sum(axis=1, keepdims=True) < 0
     return np.where(turned, -changed, changed)
 
@@ -63,7 +63,7 @@ def _axes(shape: Any) -> Floats:
 
 
 def _area(shape: Triangle | Rectangle | Parallelogram) -> float:
-    """Length of the product of the two edges."""
+    """Length of the cross product of the two edges."""
     if isinstance(shape, Rectangle):
         return shape.size[0] * shape.size[1]
     if isinstance(shape, Parallelogram):

@@ -1,4 +1,4 @@
-"""Scenes as they would be if a program made one mistake: what a wrong picture may really show."""
+"""Scenes that reproduce one mistake of a program, to compare with a wrong picture."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from service.grading.altered_textures import altered_textures
 from service.grading.hints import HINTS
 
 MOST_SHAPES = 40
-"""Scenes with more shapes are not tried without each of them."""
+"""In scenes with more shapes, leaving out single shapes is not tried."""
 
 UPWARDS = (0.0, 1.0, 0.0)
-"""The default of `up`, which a program that does not read it takes."""
+"""The default of `up`, used by a program that ignores the field."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,11 +33,11 @@ class Alteration:
         A key of `hints.HINTS`.
     scene : LoadedScene
     about : str
-        What the hint tells of this scene.
+        What the hint says about this scene.
     shadows : bool
         Whether shadow rays are cast at all.
     squeezed : bool
-        Whether the picture is drawn as wide as high and then stretched.
+        Whether a square picture is rendered and then stretched.
     """
 
     cause: str
@@ -48,7 +48,7 @@ class Alteration:
 
 
 def alterations(scene: LoadedScene) -> Iterator[Alteration]:
-    """All that can be tried on a scene, likely mistakes first."""
+    """All mistakes that apply to a scene, likely ones first."""
     document = scene.document
     yield from _without(scene)
     for cause, about, update in (*_lights(document), *_cameras(document), *_shapes(document)):
@@ -64,7 +64,7 @@ def _with(scene: LoadedScene, update: Mapping[str, Any]) -> LoadedScene:
 
 
 def _without(scene: LoadedScene) -> Iterator[Alteration]:
-    """What is seen if a part of the program is not there."""
+    """Scenes with one effect, light or term left out."""
     document = scene.document
     if document.lights:
         yield Alteration("shadows_missing", scene, shadows=False)
@@ -80,19 +80,19 @@ def _without(scene: LoadedScene) -> Iterator[Alteration]:
 
 
 Update = tuple[str, str, Mapping[str, Any]]
-"""Cause, what the hint tells, and what is changed in the document."""
+"""Cause, what the hint says about the scene, and the changes to the document."""
 
 MISPLACED = (
-    (0.5, 1.0, "half of its size too far along both edges, as if u and v went from 0.5 to 1.5"),
-    (-0.5, 1.0, "half of its size too far back along both edges, as if `corner` were its middle"),
-    (0.0, 2.0, "twice as wide and as long as it is, as if its edges went from the middle"),
+    (0.5, 1.0, "half of its size too far along both edges, as if u and v ranged from 0.5 to 1.5"),
+    (-0.5, 1.0, "half of its size too far back along both edges, as if `corner` were its centre"),
+    (0.0, 2.0, "twice as wide and as long as it is, as if its edges started at the centre"),
     (0.0, 0.5, "half as wide and as long as it is"),
 )
-"""Shares of the edges by which a light is moved, how many times as large it is, and what is told."""
+"""Shift as a share of the edges, scale, and the text of the hint."""
 
 
 def _lights(document: Scene) -> Iterator[Update]:
-    """Area lights that are sampled in a wrong way, and brightness that falls or does not."""
+    """Area lights sampled wrongly, and falloff switched on or off by mistake."""
     flat = [light for light in document.lights if isinstance(light, RectangleLight | ParallelogramLight)]
     if flat:
         point = document.sampling.light.model_copy(update={"pattern": "uniform", "samples": 1})
@@ -108,7 +108,7 @@ def _lights(document: Scene) -> Iterator[Update]:
 
 
 def _moved(light: RectangleLight | ParallelogramLight, shift: float, size: float) -> Light:
-    """The light moved along both edges by a share of them, and grown about its middle."""
+    """The light shifted along both edges by a share of them, and scaled about its centre."""
     if isinstance(light, RectangleLight):
         grown = {"size": tuple(size * side for side in light.size)}
         return light.model_copy(update=grown) if shift == 0 else light
@@ -127,13 +127,13 @@ def _other_falloff(light: Light) -> Light:
 
 
 def _cameras(document: Scene) -> Iterator[Update]:
-    """Angles of view that are taken for others, and an upwards direction that is not looked at."""
+    """Misread fields of view, and an ignored `up`."""
     camera = document.camera
     aspect, half = camera.width / camera.height, math.tan(math.radians(camera.vertical_fov) / 2)
     angles = {
-        "twice as large": 2 * camera.vertical_fov,
-        "half as large": camera.vertical_fov / 2,
-        "that from left to right": math.degrees(2 * math.atan(half / aspect)),
+        "too large by a factor of 2": 2 * camera.vertical_fov,
+        "too small by a factor of 2": camera.vertical_fov / 2,
+        "taken as horizontal": math.degrees(2 * math.atan(half / aspect)),
     }
     for about, angle in angles.items():
         if angle < 180 and angle != camera.vertical_fov:
@@ -143,7 +143,7 @@ def _cameras(document: Scene) -> Iterator[Update]:
 
 
 def _shapes(document: Scene) -> Iterator[Update]:
-    """Every triangle with its second half, or one shape left out."""
+    """All triangles extended to parallelograms, or one shape left out."""
     if any(isinstance(shape, Triangle) for shape in document.shapes):
         whole = [_doubled(shape) if isinstance(shape, Triangle) else shape for shape in document.shapes]
         yield "triangles_too_large", "", {"shapes": tuple(whole)}

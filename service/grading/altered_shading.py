@@ -1,7 +1,7 @@
-"""Phong's model with one mistake in its formula, for scenes of plain shapes and materials.
+"""Reproduce mistakes in the formula of Phong's model, for scenes with simple shapes and materials.
 
-Points are those that `renderer.trace` gives for a grid of rays in each pixel. What a mistake changes is the
-difference between the wrong formula and the right one at the same points.
+`renderer.trace` finds the hits of a grid of rays in each pixel. The effect of a mistake is the difference
+between the wrong formula and the right one at the same hits.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ GRID = 3
 """Rays along each side of a pixel."""
 
 LIGHT_POINTS = 16
-"""Points of an area light that tell how much of it is seen; it is then taken as its middle."""
+"""Points that estimate the visibility of an area light; shading then uses its centre alone."""
 
 
 Bend = Callable[[Scene, Any, Floats, Floats], Floats]
-"""Document, shapes, places and normals of points, to other normals."""
+"""Maps a document and the shapes, positions and normals of hits to other normals."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Points:
-    """What N rays see.
+    """The hits of N rays.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Points:
     colors : (N, 3) float64
     diffuse, specular, shininess : (N, 1) float64
     flat : (N, 1) bool
-        Whether the shape is flat, so that it cannot hide a lamp from itself.
+        Whether the shape is flat, so that it cannot shadow itself.
     visibility : (N, lights) float64
     """
 
@@ -65,7 +65,7 @@ class Points:
 
 @dataclass(frozen=True, slots=True)
 class Formula:
-    """Phong's formula, and where it deviates: the names of the fields are the mistakes."""
+    """A variant of Phong's formula; each field that differs from its default is a mistake."""
 
     clamped: bool = True
     blocked: bool = True
@@ -91,9 +91,9 @@ NORMALS = (
 
 
 def shading_changes(scene: LoadedScene) -> Iterator[tuple[str, Callable[[], Floats]]]:
-    """Mistakes in the formula: a key of `hints.HINTS`, and what it adds to the picture, (H, W, 3) linear.
+    """Mistakes in the formula: a key of `hints.HINTS`, and the change of the linear picture, (H, W, 3).
 
-    Nothing for scenes with textures, bounces, meshes or smooth normals.
+    Empty for scenes with textures, bounces, meshes or smooth normals.
     """
     if not _plain(scene.document):
         return
@@ -114,7 +114,7 @@ def shading_changes(scene: LoadedScene) -> Iterator[tuple[str, Callable[[], Floa
         seen = points()
         return replace(seen, normals=normals(document, seen.shapes, seen.places, seen.normals))
 
-    # Each is asked for twice: at first sight, and again where that leaves it possible.
+    # The caller evaluates likely mistakes twice, with few and with many samples: cache the result.
     for cause, formula in FORMULAS:
         yield cause, cache(partial(changed, points, formula))
     for cause, normals in NORMALS:
@@ -169,7 +169,7 @@ def _points(scene: LoadedScene) -> Points:
 
 
 def _directions(document: Scene) -> Floats:
-    """Of GRID x GRID rays in each pixel, pixel by pixel, (N, 3)."""
+    """Directions of GRID x GRID rays in each pixel, pixel by pixel, (N, 3)."""
     camera = document.camera
     forward = np.array(camera.look_at) - np.array(camera.position)
     forward /= np.linalg.norm(forward)
@@ -215,7 +215,7 @@ def _term(points: Points, towards: Floats, seen: Floats, formula: Formula) -> Fl
     matt = points.diffuse * points.colors
     if formula.clamped:
         return seen * (matt * np.maximum(cosines, 0) + high)
-    # Below the horizon a flat shape does not hide the lamp from itself; a round one does.
+    # Light from below the horizon: an ellipsoid shadows itself, a flat shape does not.
     open_ = points.flat if formula.blocked else np.ones_like(points.flat)
     seen = np.where((cosines < 0) & open_, 1.0, seen)
     return seen * (matt * cosines + high)
@@ -227,7 +227,7 @@ def _dot(a: Floats, b: Floats) -> Floats:
 
 
 def _towards(light: Light, places: Floats) -> Floats:
-    """Vectors from places to the light or to its middle, (N, 3)."""
+    """Vectors from points to the light or to its centre, (N, 3)."""
     if isinstance(light, DirectionalLight):
         return np.broadcast_to(-np.array(light.direction), places.shape)
     if isinstance(light, PointLight):

@@ -1,4 +1,4 @@
-"""Texture files that are read in a wrong way: upside down, or with another meaning of their numbers."""
+"""Textures read wrongly: flipped, or with another encoding."""
 
 from __future__ import annotations
 
@@ -22,25 +22,25 @@ Texels = NDArray[Any]
 Change = Callable[[Texels], Texels]
 
 SUFFIX = "#altered"
-"""What is added to the name of a file: no file can have been named so by a scene that is its own."""
+"""Added to the name of a changed file; no asset of a scene has such a name."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AlteredAssets:
-    """Files of which some are changed as they are read.
+    """Assets that change marked files as they are read.
 
     Attributes
     ----------
     source : AssetSource
     change : callable
-        Texels (H, W, 3) in 0..1 as stored, to the same.
+        Maps stored texels (H, W, 3) in 0..1 to changed ones.
     """
 
     source: AssetSource
     change: Change
 
     def read(self, name: str) -> bytes:
-        """Content of a file; KeyError if there is none."""
+        """Content of a file; KeyError if it does not exist."""
         if not name.endswith(SUFFIX):
             return self.source.read(name)
         texels = self.change(decode_image(self.source.read(name.removesuffix(SUFFIX))))
@@ -74,7 +74,7 @@ NORMALS: dict[str, Change] = ORIENTATIONS | {
 
 
 def altered_textures(scene: LoadedScene) -> Iterator[tuple[str, LoadedScene]]:
-    """The scene with its textures read in wrong ways, each with its cause."""
+    """The scene with its textures read wrongly, once for each cause."""
     materials = scene.document.materials.values()
     colors = {material.color_texture for material in materials if material.color_texture}
     maps = {material.normal_map for material in materials if material.normal_map}
@@ -85,7 +85,7 @@ def altered_textures(scene: LoadedScene) -> Iterator[tuple[str, LoadedScene]]:
 
 
 def _readable(scene: LoadedScene, names: set[str]) -> bool:
-    """Whether all files are pictures that can be read."""
+    """Whether all files are readable pictures."""
     try:
         for name in names:
             texture = scene.document.textures[name]

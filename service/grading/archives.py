@@ -1,4 +1,4 @@
-"""Arrays from .npz files that nobody trusts."""
+"""Arrays from untrusted .npz files."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from service.grading.folders import MOST_BYTES, Folder
 
 
 def read_arrays(folder: Folder, name: str, wanted: Sequence[str]) -> dict[str, Floats]:
-    """The arrays of these names, float64; nothing of the file is run.
+    """Read the arrays of these names as float64, without unpickling anything.
 
     Raises
     ------
     GradingError
-        The file cannot be had, is no such file, lacks an array, or holds something else than real numbers.
+        The file cannot be read, is no .npz file, lacks an array, or holds something other than real numbers.
     """
     content = folder.read(name)
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as packed:
             size = sum(member.file_size for member in packed.infolist())
-        # A few bytes may ask for any memory.
+        # A small archive may unpack to any size.
         if size > MOST_BYTES:
             raise folder.fault(f"{name} unpacks to {size} bytes; at most {MOST_BYTES} are read.")
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:

@@ -1,4 +1,4 @@
-"""What runs in the process of one test."""
+"""The body of the process that runs one test."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ STDOUT, STDERR = 1, 2
 
 @dataclass(frozen=True, slots=True)
 class Ended:
-    """The last message of a process.
+    """The last message that a process sends.
 
     Attributes
     ----------
     error : Exception or None
-        What was raised.
+        The exception that the call raised.
     cpu_seconds : float
     """
 
@@ -33,43 +33,42 @@ class Ended:
 
 
 def do(answer: Connection, call: Callable[[], Any], memory: int | None) -> None:
-    """Call something and send back what it gives, or what it raised, and the CPU seconds of this process.
+    """Call a function and send back its result or its exception, and the CPU seconds of this process.
 
     Parameters
     ----------
     call
-        What it gives may be an iterator: each result is sent as it comes, and takes the place of the one
-        before.
+        May return an iterator: each result is sent as it comes, and replaces the previous one.
     memory
-        Bytes that this process may take beside those of the program itself; None for any.
+        Bytes that this process may allocate beyond those of the program itself; None for no limit.
     """
-    # Ctrl-C at a terminal is for the process that waits: it ends this one.
+    # Ctrl-C at a terminal goes to the parent, which ends this process.
     os.setsid()
     threading.Thread(target=_end_with_parent, daemon=True).start()
     if memory is not None:
         most = _taken() + memory
         resource.setrlimit(resource.RLIMIT_AS, (most, most))
-    # Stdout belongs to the one document of the command.
+    # Stdout carries nothing but the document of the command.
     os.dup2(STDERR, STDOUT)
     error = None
     try:
         given = call()
         for result in given if isinstance(given, Iterator) else (given,):
             answer.send((result, time.process_time()))
-    except Exception as raised:  # noqa: BLE001 - whatever it is, it costs this test alone
+    except Exception as raised:  # noqa: BLE001 - any error fails this test alone
         error = _picklable(raised)
     answer.send(Ended(error, time.process_time()))
 
 
 def _taken() -> int:
-    """Bytes of address space of this process: those of the libraries that its parent has loaded."""
+    """Bytes of address space of this process, mostly libraries that the parent has loaded."""
     return int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
 
 
 def _picklable(error: Exception) -> Exception:
     try:
-        pickle.loads(pickle.dumps(error))  # noqa: S301 - made a moment ago, in this process
-    except Exception:  # noqa: BLE001 - exceptions of other libraries may refuse in any way
+        pickle.loads(pickle.dumps(error))  # noqa: S301 - pickled in this process
+    except Exception:  # noqa: BLE001 - pickling foreign exceptions may raise anything
         return RuntimeError(f"{type(error).__name__}: {error}")
     return error
 

@@ -1,4 +1,4 @@
-"""The kinds `image` and `scene`: a picture against its reference."""
+"""Tests of the kinds `image` and `scene`: compare a picture with its reference."""
 
 from __future__ import annotations
 
@@ -28,22 +28,22 @@ from service.grading.wanted import Wanted, read_picture, wanted
 
 LABEL = "picture, reference, difference"
 
-PATIENCE = 0.5
-"""Share of a test's deadline after which no other mistake is tried."""
+DIAGNOSIS_SHARE = 0.5
+"""Share of a test's deadline after which no further mistake is tried."""
 
 
 def image(test: ImageTest, run: Run) -> Iterator[Outcome]:
-    """A submitted picture against its reference: what it earns, then that with the mistake behind it."""
-    until = time.monotonic() + PATIENCE * run.deadline(test)
+    """Compare a submitted picture with its reference: yield what it earns, then the same with its cause."""
+    until = time.monotonic() + DIAGNOSIS_SHARE * run.deadline(test)
     file = test.submitted
     content, picture = read_picture(run.submission, file.file, file.encoding)
-    # What a submission says of its own noise would decide its own verdict.
+    # Noise layers of the submission would influence its own verdict.
     yield from _graded(test, run, noiseless(picture), content, until)
 
 
 def scene(test: SceneTest, run: Run) -> Iterator[Outcome]:
-    """A submitted scene, rendered, against its reference, in the same two steps."""
-    until = time.monotonic() + PATIENCE * run.deadline(test)
+    """Render a submitted scene and compare it with its reference, in the same two steps."""
+    until = time.monotonic() + DIAGNOSIS_SHARE * run.deadline(test)
     made = rendered(run.submitted(test.submitted, test))
     picture = picture_of(made.content(), test.submitted.file, "linear", made.layers)
     yield from _graded(test, run, picture, None, until)
@@ -51,16 +51,16 @@ def scene(test: SceneTest, run: Run) -> Iterator[Outcome]:
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """What comparing has shown.
+    """The results of a comparison.
 
     Attributes
     ----------
     whole : Comparison
-        Of the whole picture, as it is.
+        Of the whole picture, unchanged.
     part : Comparison
-        Of what is judged.
+        Of the part that is judged.
     pardon : str
-        What was put right before, if anything.
+        The mistake that was undone first, as a sentence; empty if none was.
     """
 
     whole: Comparison
@@ -69,12 +69,12 @@ class _Found:
 
     @property
     def causes(self) -> tuple[Cause, ...]:
-        """Mistakes: those with the whole picture explain its parts better than they do themselves."""
+        """Probable mistakes; the whole picture gives better evidence than a part of it."""
         return self.part.causes if self.pardon else self.whole.causes or self.part.causes
 
     @property
     def judged(self) -> Comparison:
-        """What is judged, where it has the size of the whole picture; else this."""
+        """The judged part if it has the size of the whole picture, else the whole."""
         sizes = [found.image.linear.shape for found in (self.part, self.whole)]
         return self.part if sizes[0] == sizes[1] else self.whole
 
@@ -82,7 +82,7 @@ class _Found:
 def _graded(
     test: ImageTest | SceneTest, run: Run, picture: Picture, content: bytes | None, until: float
 ) -> Iterator[Outcome]:
-    """What a picture earns; `content` is its file, None where it was rendered here."""
+    """What a picture earns; `content` is its file, None if it was rendered here."""
     reference = wanted(test.reference, run)
     mask = None if test.mask is None else read_picture(run.references, test.mask, "linear")[1]
     selection = select(reference.picture, test.region, mask)
@@ -106,7 +106,7 @@ def _graded(
 
 
 def _explained(outcome: Outcome, found: _Found, causes: Sequence[Cause]) -> Outcome:
-    """The same with what is behind it."""
+    """The outcome with its diagnosis and an explanation."""
     diagnosis = tuple(ComparisonCause.model_validate(cause, from_attributes=True) for cause in causes)
     reason = "" if outcome.share == 1.0 else sentences.explained(diagnosis, outcome.worst_regions)
     message = sentences.joined(outcome.message, found.pardon, reason)

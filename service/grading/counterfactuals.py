@@ -1,8 +1,8 @@
-"""Why a picture fails: which mistake, made with the reference scene, gives a picture like it.
+"""Diagnose a failed picture by reproducing likely mistakes with the reference scene.
 
-Mistakes in the picture alone, such as a flip, are undone by `accuracy.comparison.diagnosis`. A missing shadow
-cannot be undone, but it can be made: the reference scene is rendered without shadows, and if the picture is
-much nearer to this than to the reference, shadows are what is missing.
+`accuracy.comparison.diagnosis` undoes mistakes of the picture alone, such as a flip. A missing shadow cannot
+be undone, but it can be reproduced: the reference scene is rendered without shadows, and if the picture is
+much closer to that than to the reference, its shadows are missing.
 """
 
 from __future__ import annotations
@@ -30,55 +30,55 @@ from service.grading.hints import HINTS
 from service.grading.light_bands import bands
 
 MOST_PIXELS = 20_000
-"""Larger pictures are tried smaller: a mistake shows in every size, and each trial renders a picture."""
+"""Larger pictures are reduced: a mistake shows at any size, and each trial renders a picture."""
 
-GLANCE, SAMPLES = 4, 16
-"""Camera samples of a first trial, and of a second one of what the first leaves possible."""
+FEW_SAMPLES, SAMPLES = 4, 16
+"""Camera samples of the first trial, and of the second one for mistakes that remain possible."""
 
-LIGHT_POINTS = {GLANCE: 9, SAMPLES: 16}
-"""By camera samples. Both lie on a grid: noise would hide what is looked for."""
+LIGHT_POINTS = {FEW_SAMPLES: 9, SAMPLES: 16}
+"""Light samples by camera samples. Both lie on a grid, because noise would hide the mistake."""
 
 COSTLIER = 8
-"""At most so many times as long as a first trial a second one takes: 4 times the rays, twice the points."""
+"""Upper bound on the time of the second trial over the first: 4 times the rays, twice the light samples."""
 
 FINER = 4
-"""A picture that is stretched is drawn with so many times the pixels of its longer side along both sides."""
+"""A picture to be stretched is rendered with this many pixels per pixel of its longer side."""
 
 HALF = 0.5
-"""A mistake is named where making it leaves less than this share of the RMSE,"""
+"""A mistake is named if reproducing it leaves less than this share of the RMSE,"""
 
 SURE = 5.0
-"""or where the pixels that it changes are nearer by so many standard errors, and the pictures then agree."""
+"""or if the pixels it changes are closer by this many standard errors and the pictures then agree."""
 
 MOST = 3
-"""Causes told."""
+"""Largest number of causes in a diagnosis."""
 
 SETTLED = 0.3
-"""Nothing is made where undoing a mistake leaves no more than this share of the RMSE: that was it."""
+"""If undoing a mistake leaves no more than this share of the RMSE, no other is tried."""
 
 EXPOSURE = "exposure"
-"""The cause that many mistakes of shading look like."""
+"""The cause that many shading mistakes resemble."""
 
 ALIKE = 1.25
-"""Other causes are told only if they leave no more than so many times the RMSE of the first."""
+"""Other causes are listed only if they leave at most this many times the RMSE of the first."""
 
 
 Draw = Callable[[int], Floats]
-"""From camera samples to a linear picture (H, W, 3)."""
+"""Renders a linear picture (H, W, 3) with a number of camera samples."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Trial:
-    """A picture, its reference, and what the mistakes made in turns leave of their difference.
+    """A picture and its reference, against which mistakes are tried in turn.
 
     Attributes
     ----------
     scene : LoadedScene
-        In the size of the pictures.
+        With the size of the pictures.
     image, reference, allowed : (H, W, 3) float64
-        Linear, 0 to 1; the last is what a block may differ by.
+        Linear, 0 to 1; the last is the difference allowed in a block.
     until : float
-        When the time is up, by `time.monotonic`.
+        Time limit, by `time.monotonic`.
     """
 
     scene: LoadedScene
@@ -89,12 +89,12 @@ class _Trial:
     until: float
 
     def of(self, cause: str, hint: str, draw: Draw) -> Cause | None:
-        """The cause that a mistake is, if the picture looks as if it were made."""
+        """The cause, if reproducing the mistake explains the picture."""
         begun, before = time.monotonic(), _rms(self.image - self.reference)
-        if _rms(self.image - np.clip(draw(GLANCE), 0, 1)) >= before:
+        if _rms(self.image - np.clip(draw(FEW_SAMPLES), 0, 1)) >= before:
             return None
-        looked = time.monotonic()
-        if looked + COSTLIER * (looked - begun) >= self.until:
+        tried = time.monotonic()
+        if tried + COSTLIER * (tried - begun) >= self.until:
             return None
         wrong = np.clip(draw(SAMPLES), 0, 1)
         after = _rms(self.image - wrong)
@@ -102,7 +102,7 @@ class _Trial:
         return Cause(cause, hint, before, after) if explains else None
 
     def _gains(self, wrong: Floats) -> bool:
-        """Whether the mistake helps beyond doubt where it shows, and the pictures then agree."""
+        """Whether the mistake significantly reduces the error where it shows, and the pictures then agree."""
         gain = ((self.image - self.reference) ** 2 - (self.image - wrong) ** 2).mean(axis=2)
         shown = gain[(np.abs(wrong - self.reference) > self.allowed).any(axis=2)]
         if not shown.size or shown.mean() <= SURE * shown.std() / math.sqrt(shown.size):
@@ -111,21 +111,21 @@ class _Trial:
 
 
 def explain(scene: LoadedScene, found: Comparison, *, until: float = math.inf) -> tuple[Cause, ...]:
-    """Mistakes that explain a difference, the best explanation first: those undone, and those made.
+    """Mistakes that explain a difference, undone or reproduced, the best explanation first.
 
     Parameters
     ----------
     scene
-        What the reference shows.
+        The scene of the reference.
     found
-        A comparison that has failed.
+        A failed comparison.
     until
-        A time of `time.monotonic` after which no other mistake is tried.
+        A time of `time.monotonic` after which no further mistake is tried.
 
     Returns
     -------
     tuple of Cause
-        Empty where no single mistake explains the difference, or none was tried in time.
+        Empty if no single mistake explains the difference, or time ran out.
     """
     undone = found.causes
     settled = undone and undone[0].rmse_after <= SETTLED * undone[0].rmse_before
@@ -149,7 +149,7 @@ def _made(trial: _Trial) -> Iterator[Cause | None]:
 
 
 def _mistakes(trial: _Trial) -> Iterator[tuple[str, str, Draw]]:
-    """Cause, what its hint tells, and how to draw the picture with the mistake."""
+    """Cause, what its hint says about the scene, and a function that renders the mistake."""
     for alteration in alterations(trial.scene):
         yield alteration.cause, alteration.about, partial(_drawn, alteration)
     for cause, change in shading_changes(trial.scene):
@@ -173,7 +173,7 @@ def _trial(scene: LoadedScene, found: Comparison, until: float) -> _Trial:
 
 
 def _shrinking(width: int, height: int) -> int:
-    """The least whole factor that divides both sides and leaves few pixels, or the largest that divides."""
+    """The smallest common divisor of both sides that leaves few enough pixels, or the largest one."""
     common = math.gcd(width, height)
     factors = [factor for factor in range(1, common + 1) if common % factor == 0]
     few = (factor for factor in factors if width * height <= MOST_PIXELS * factor**2)
@@ -199,7 +199,7 @@ def _drawn(alteration: Alteration, samples: int) -> Floats:
 
 
 def _means(picture: Floats, count: int, axis: int) -> Floats:
-    """Means of so many parts of a picture along an axis, as equal as its pixels allow."""
+    """Means of `count` parts of a picture along an axis, as equal as its pixels allow."""
     starts = np.arange(count + 1) * picture.shape[axis] // count
     sizes = np.expand_dims(np.diff(starts), [other for other in range(3) if other != axis])
     means: Floats = np.add.reduceat(picture, starts[:-1], axis=axis) / sizes
@@ -216,11 +216,11 @@ def _rendered(scene: LoadedScene, shadows: bool, samples: int) -> Floats:
 def _quality(scene: LoadedScene, samples: int) -> FixedQuality:
     camera = Antialiasing(pattern="uniform" if samples > 1 else "center", samples=samples)
     light = scene.document.sampling.light
-    # One point in the middle is what the scene says if it says so.
+    # A scene with a single light sample keeps it: its hard shadows are intended.
     points = (
         1
         if (light.pattern, light.samples) == ("uniform", 1)
-        else LIGHT_POINTS.get(samples, LIGHT_POINTS[GLANCE])
+        else LIGHT_POINTS.get(samples, LIGHT_POINTS[FEW_SAMPLES])
     )
     return FixedQuality(
         mode="fixed",

@@ -1,25 +1,25 @@
-"""Why a test gives no points and no verdict.
+"""Errors that leave a test without points and verdict.
 
 GradingError
 ├── NotSubmittedError     the submission lacks the file
-├── NotGradableError      what was submitted cannot be compared; judging it would be guessing
-└── BrokenTestError       the test itself cannot run: its reference is missing, damaged or not to be rendered
+├── NotGradableError      the submitted file cannot be compared with the reference
+└── BrokenTestError       the test itself cannot run: its reference is missing, damaged or cannot be rendered
 """
 
 from __future__ import annotations
 
 
 class GradingError(Exception):
-    """A test has no answer; the message says why and what to do."""
+    """A test has no result; the message says why and what to do."""
 
 
 class NotSubmittedError(GradingError):
-    """The submission lacks the file that a test is about."""
+    """The submission lacks the file that a test needs."""
 
 
 class NotGradableError(GradingError):
-    """What was submitted cannot be compared with the reference."""
+    """The submitted file cannot be compared with the reference."""
 
 
 class BrokenTestError(GradingError):
-    """A test cannot be run, whatever was submitted."""
+    """A test cannot run, whatever the submission holds."""

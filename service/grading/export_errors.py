@@ -1,7 +1,7 @@
-"""Why a result has no form for some platform."""
+"""Errors that prevent the export of a result to a platform."""
 
 from __future__ import annotations
 
 
 class ExportError(Exception):
-    """Something that the platform asks for is not known; the message says what, and how to tell it."""
+    """A value that the platform requires is unknown; the message names it and says how to set it."""

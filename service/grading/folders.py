@@ -1,4 +1,4 @@
-"""The two folders of grading: nothing outside of them is ever opened, whatever a link says."""
+"""The two folders of grading: no file outside of them is ever opened, not even through a link."""
 
 from __future__ import annotations
 
@@ -29,21 +29,21 @@ class Folder:
     root : Path
         Resolved.
     role : {"submission", "reference"}
-        Whose fault it is if a file cannot be had.
+        Decides whether an unusable file is an error of the submission or of the test.
     """
 
     root: Path
     role: Role
 
     def path(self, name: str) -> Path:
-        """Where a file really is.
+        """The resolved path of a file.
 
         Raises
         ------
         NotSubmittedError
             The submission lacks it.
         NotGradableError, BrokenTestError
-            It is no file, too large, or a link leads out of the folder.
+            It is not a regular file, too large, or a link leads out of the folder.
         """
         try:
             path = (self.root / name).resolve()
@@ -52,10 +52,10 @@ class Folder:
             if not path.exists():
                 raise self._missing(name)
             if not path.is_file():
-                raise self.fault(f"{name} is no file. Put a file of this name there.")
+                raise self.fault(f"{name} is not a file. Put a file of this name there.")
             size = path.stat().st_size
         except (OSError, RuntimeError, ValueError) as error:
-            # A loop of links, a folder that may not be entered, a name that no file can have.
+            # A loop of links, a folder without access, or an invalid file name.
             raise self.fault(f"{name} cannot be opened.") from error
         if size > MOST_BYTES:
             raise self.fault(f"{name} has {size} bytes; at most {MOST_BYTES} are read.")
@@ -67,7 +67,7 @@ class Folder:
         Raises
         ------
         GradingError
-            As `path` does; or it cannot be read.
+            The path is invalid, as in `path`, or the file cannot be read.
         """
         path = self.path(name)
         try:
@@ -76,16 +76,16 @@ class Folder:
             raise self.fault(f"{name} cannot be read ({error.strerror}).") from error
 
     def assets(self, name: str) -> FolderAssets:
-        """Textures and meshes of a scene: beside its file or below."""
+        """Textures and meshes of a scene, in its folder or below."""
         return FolderAssets(self.path(name).parent)
 
     def layers(self, name: str) -> dict[str, NDArray[Any]]:
-        """Layers that `penumbra render` has saved beside a picture.
+        """Layers that `penumbra render` saved beside a picture.
 
         Raises
         ------
         GradingError
-            One of them is no array file.
+            One of them is not an array file.
         """
         beside = {layer: f"{name}.{layer}.npy" for layer in SIDECARS}
         there = {layer: file for layer, file in beside.items() if (self.root / file).exists()}
@@ -98,7 +98,7 @@ class Folder:
             raise self.fault(f"A layer beside {name} is damaged: {error}") from error
 
     def fault(self, message: str) -> GradingError:
-        """The error that says that a file of this folder cannot be used."""
+        """The error for an unusable file of this folder."""
         return NotGradableError(message) if self.role == "submission" else BrokenTestError(message)
 
     def _missing(self, name: str) -> GradingError:

@@ -1,4 +1,4 @@
-"""Mistakes that another test is about are undone before a picture is judged."""
+"""Undo forgiven mistakes, which another test judges, before a picture is judged."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from service.grading.accepting import noiseless
 
 
 def forgiven(accept: Acceptance, found: Comparison) -> tuple[Picture, str]:
-    """The picture that is judged, and what is told about that; nothing where it is judged as it is.
+    """The picture to judge, and a sentence about the mistake that was undone; empty if none was.
 
     Parameters
     ----------
     found
-        Of the whole picture: only a mistake that its diagnosis names is undone.
+        A comparison of the whole picture; only a mistake that its diagnosis names is undone.
     """
     pardoned = accept.forgiven if isinstance(accept, Verdict) else ()
     cause = next((cause.cause for cause in found.causes if cause.cause in pardoned), None)
     if cause is None:
         return found.image, ""
-    # Its noise is another one now.
+    # Undoing a mistake changes the noise.
     picture = replace(noiseless(found.image), linear=_undone(cause, found))
-    return picture, f"It is judged as if {cause} were put right, which costs nothing here."
+    return picture, f"It is judged as if {cause} were fixed; that mistake costs no points here."
 
 
 def _undone(cause: str, found: Comparison) -> Floats:
     image, reference = found.image.linear, found.reference.linear
     if cause == JAGGED:
-        # Nothing undoes it. Pixels may show what a neighbour shows; what lies beyond that is left.
+        # It cannot be undone. Pixels may take values within their neighbourhood; only the excess counts.
         return reference + image - np.clip(image, *neighbourhood(reference))
     mistake = next(mistake for mistake in candidates(image, reference) if mistake.cause == cause)
     return np.ascontiguousarray(mistake.undo(image))

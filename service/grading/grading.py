@@ -1,4 +1,4 @@
-"""Grading a submission: references first, then every test in a process of its own, then one result."""
+"""Grade a submission: render references, run each test in its own process, and assemble the result."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ OnTest = Callable[[TestGrade], None]
 
 @dataclass(frozen=True, slots=True)
 class Graded:
-    """A result, and the pictures that it names.
+    """A result and its pictures.
 
     Attributes
     ----------
     grade : Grade
     pictures : dict of str to bytes
-        PNG files by the names that the result has for them.
+        PNG files, by the names in the result.
     """
 
     grade: Grade
@@ -51,28 +51,28 @@ def grade(  # noqa: PLR0913 - one argument for each option of the command
     submitted: str | None = None,
     on_test: OnTest | None = None,
 ) -> Graded:
-    """Grade a submission by a manifest.
+    """Grade a submission by the tests of a manifest.
 
     Parameters
     ----------
     references, submission
-        Folders of the manifest and of what is graded; nothing outside of them is opened.
+        Folders of the manifest and of the submission; no file outside of them is opened.
     jobs
-        Tests that run at a time.
+        Number of tests that run at the same time.
     server
-        The service that renders; by default this machine does.
+        The service that renders; by default, this machine.
     cache
-        A folder in which rendered references stay for the next time.
+        A folder that keeps rendered references for later runs.
     pictures
-        Whether pictures of differences are made.
+        Whether to make pictures of the differences.
     student, submitted
-        Whose submission it is, and its moment (ISO 8601), for the result.
+        Name of the student and time of the submission (ISO 8601), for the result.
     on_test
-        Called with each test as soon as it is done.
+        Called with each test as soon as it finishes.
 
     Notes
     -----
-    A script that grades does so under ``if __name__ == "__main__":``, as always with processes.
+    Call this under ``if __name__ == "__main__":``, as always with multiprocessing.
     """
     begun = time.perf_counter(), time.process_time(), datetime.now(UTC)
     run = Run(
@@ -100,7 +100,7 @@ def grade(  # noqa: PLR0913 - one argument for each option of the command
 
 @contextmanager
 def _kept(cache: Path | None) -> Iterator[Path]:
-    """A folder for rendered references: that of the user, or one that is gone afterwards."""
+    """A folder for rendered references: the user's, or a temporary one."""
     if cache is not None:
         yield cache
         return
@@ -109,16 +109,16 @@ def _kept(cache: Path | None) -> Iterator[Path]:
 
 
 def _prepared(run: Run, jobs: int, folder: Path) -> tuple[dict[str, Prepared | str], float]:
-    """All references that have to be rendered, and their CPU seconds."""
+    """Render all references that are scenes; also returns their CPU seconds."""
     errands = []
-    for word, reference in wanted(run.manifest):
+    for key, reference in wanted(run.manifest):
         deadline = run.manifest.deadline
         order = run.order(run.references, reference.file, reference.quality, deadline)
-        errands.append(Errand(word, partial(prepare, order, folder), deadline, _bytes(run.manifest.memory)))
+        errands.append(Errand(key, partial(prepare, order, folder), deadline, _bytes(run.manifest.memory)))
     prepared: dict[str, Prepared | str] = {}
     cpu_seconds = 0.0
-    for word, finished in run_all(errands, jobs):
-        prepared[word] = finished.result or results.trouble(finished)
+    for key, finished in run_all(errands, jobs):
+        prepared[key] = finished.result or results.trouble(finished)
         cpu_seconds += finished.cpu_seconds
     return prepared, cpu_seconds
 

@@ -1,4 +1,4 @@
-"""Which files a test has read."""
+"""Records of the files that a test reads."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from service.grading.folders import Role
 
 
 def of_picture(test: str, role: Role, picture: Picture, size: int | None) -> GradeInput:
-    """A picture; `size` is None where it was rendered here."""
+    """A picture; `size` is None if it was rendered here."""
     samples = picture.layers.get("samples")
     return GradeInput(
         test=test,

@@ -1,4 +1,4 @@
-"""The table of the kinds of tests."""
+"""The kinds of tests and the functions that run them."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ KINDS: dict[type[Criterion], Callable[[Any, Run], Iterator[Outcome]]] = {
     RaysTest: rays,
     TimeTest: time,
 }
-"""What finds out about each kind of test. Of several outcomes each takes the place of the one before."""
+"""The function that runs each kind of test. Each outcome it yields replaces the previous one."""
 
 
 def findings(test: Criterion, run: Run) -> Iterator[Outcome]:
-    """Run one test in this process, and give what it has found as soon as that is known.
+    """Run one test in this process, and yield its outcomes as soon as they are known.
 
     Raises
     ------
     GradingError
-        There is no answer; the message says why.
+        The test has no result; the message says why.
     """
     return KINDS[type(test)](test, run)

@@ -1,4 +1,4 @@
-"""Penumbrae in bands: every pixel sees the same few points of a light, so their error is no noise."""
+"""Detect banding in penumbrae, caused by the same few light samples in every pixel."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from service.grading.hints import HINTS
 CAUSE = "light_points_shared"
 
 POINTS = 64
-"""Light points that tell where penumbrae are."""
+"""Light samples used to find the penumbrae."""
 
 WITHIN = 0.8
-"""Least share of the squared difference that lies in penumbrae: what is wrong is there."""
+"""Least share of the squared difference that must lie in penumbrae."""
 
 ALIKE = 0.5
-"""Least correlation of the differences of neighbours in a penumbra; that of noise is about 0."""
+"""Least correlation between neighbouring differences in a penumbra; noise has about 0."""
 
 LEAST = 64
-"""Pixels in penumbrae, below which nothing is said: the correlation of so many strays by 1/8."""
+"""Fewest pixels in penumbrae; the correlation of 64 pixels has a standard deviation of 1/8."""
 
 
 def bands(scene: LoadedScene, image: Floats, reference: Floats) -> Cause | None:
     """The cause, if the difference of two linear pictures (H, W, 3) lies in penumbrae and is smooth there.
 
-    `rmse_after` is what is left of the difference when the mean of the pixels around is taken off.
+    `rmse_after` is the RMSE of the difference minus its local mean.
     """
     if not any(light.type == "rectangle" for light in scene.document.lights):
         return None
@@ -48,7 +48,7 @@ def bands(scene: LoadedScene, image: Floats, reference: Floats) -> Cause | None:
 
 
 def penumbrae(scene: LoadedScene) -> Masks:
-    """Pixels in whose middle a part of some light is seen and a part is not, (H, W) bool."""
+    """Pixels whose centre sees a light partially occluded, (H, W) bool."""
     quality = FixedQuality(
         mode="fixed",
         antialiasing=Antialiasing(pattern="center", samples=1),
@@ -65,7 +65,7 @@ def penumbrae(scene: LoadedScene) -> Masks:
 
 
 def _correlation(difference: Floats, inside: Masks) -> float:
-    """Of neighbours, side by side and one above the other, that both lie inside."""
+    """Correlation of horizontal and vertical neighbours that both lie inside."""
     products, squares = 0.0, 0.0
     for before, after in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
         both = inside[before] & inside[after]
@@ -76,7 +76,7 @@ def _correlation(difference: Floats, inside: Masks) -> float:
 
 
 def _mean_around(values: Floats) -> Floats:
-    """Means of 3 x 3 pixels, (H, W, 3); at the border the outermost pixel is repeated."""
+    """Means of 3 x 3 pixels, (H, W, 3); border pixels are repeated."""
     padded = np.pad(values, ((1, 1), (1, 1), (0, 0)), mode="edge")
     height, width = values.shape[:2]
     total = np.zeros_like(values)

@@ -1,4 +1,4 @@
-"""What a test has found, before it becomes points."""
+"""The outcome of a test, before it becomes points."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from schemas.grading.grades import GradeInput, GradeVerdict, Signal
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a test has found.
+    """The outcome of a test.
 
     Attributes
     ----------
     share : float
-        Of the points, 0 to 1.
+        Share of the points, 0 to 1.
     message : str
-        What decided, for students.
+        The reason for the share, for students.
     pictures : mapping of str to bytes
-        PNG files by what they show.
+        PNG files, by label.
     signals : tuple of Signal
-        For staff alone.
+        Signals for staff.
 
-    The others are those of `schemas.grading.grades.TestGrade`.
+    The other attributes are those of `schemas.grading.grades.TestGrade`.
     """
 
     share: float

@@ -1,4 +1,4 @@
-"""Calls in processes of their own, some at a time; each has its deadline and its memory, and dies alone."""
+"""Run calls in separate processes, each with a deadline and a memory limit."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ MEBIBYTE = 1 << 20
 
 @dataclass(frozen=True, slots=True)
 class Errand:
-    """Something to be done in a process of its own.
+    """A call to run in a separate process.
 
     Attributes
     ----------
     name : str
     call : callable
-        Without arguments; it, what it gives and what it raises must be picklable. If it gives an iterator,
-        each result takes the place of the one before.
+        Takes no arguments; the call, its results and its exceptions must be picklable. If it returns an
+        iterator, each result replaces the previous one.
     deadline : float
         Seconds.
     memory : int or None
-        Bytes that the process may take.
+        Bytes that the process may allocate; None for no limit.
     """
 
     name: str
@@ -45,18 +45,18 @@ class Errand:
 
 @dataclass(frozen=True, slots=True)
 class Finished:
-    """What became of an errand.
+    """The outcome of an errand.
 
     Attributes
     ----------
     result : object
-        What it gave last in time; None where it gave nothing.
+        Its last result before the deadline; None if there was none.
     error : Exception or None
-        What it raised before it gave anything.
+        The exception it raised before any result.
     trouble : str or None
-        Why there is neither, a sentence.
+        A sentence that explains why there is neither.
     seconds, cpu_seconds : float
-        CPU seconds are 0 where the process could not tell them any more.
+        CPU seconds are 0 if the process ended before it reported them.
     """
 
     result: Any = None
@@ -79,23 +79,23 @@ class _Running:
         return self.begun + self.errand.deadline
 
     def finished(self, *, error: Exception | None = None, trouble: str | None = None) -> Finished:
-        """What became of it; a result that was there in time stays, whatever came after."""
+        """The outcome; a result that arrived in time is kept, whatever happened afterwards."""
         if self.result is not None:
             error = trouble = None
         return Finished(self.result, error, trouble, time.monotonic() - self.begun, self.cpu_seconds)
 
 
 def run_all(errands: Sequence[Errand], jobs: int) -> Iterator[tuple[str, Finished]]:
-    """Do errands, so many at a time, and give each by its name as soon as it is finished.
+    """Run errands, `jobs` at a time, and yield each with its name as soon as it finishes.
 
-    When the caller stops asking, those that still run are ended.
+    When the generator is closed, running errands are killed.
     """
-    # Several of them share the cores already.
+    # The processes already share the cores.
     for name in ONE_THREAD:
         os.environ.setdefault(name, "1")
     context = multiprocessing.get_context("forkserver")
-    # The libraries are loaded once, and each process begins with them; what this one has loaded, too, for
-    # each looks at the program that it was started from.
+    # Load the libraries once, in the fork server; and also the modules of this process, because each child
+    # imports the main program again.
     loaded = [name for name in sys.modules if name.startswith("service.")]
     context.set_forkserver_preload([child.__name__, "service.grading.kinds", *loaded])
     waiting, running = deque(errands), dict[Connection, _Running]()
@@ -108,7 +108,7 @@ def run_all(errands: Sequence[Errand], jobs: int) -> Iterator[tuple[str, Finishe
             ready = wait([*running], max(0.0, soonest - time.monotonic()))
             now = time.monotonic()
             for here, one in list(running.items()):
-                finished = _heard(here, one) if here in ready else _late(one, now)
+                finished = _received(here, one) if here in ready else _late(one, now)
                 if finished is not None:
                     del running[here]
                     _end(here, one)
@@ -122,28 +122,28 @@ def _start(context: Any, errand: Errand) -> tuple[Connection, _Running]:
     here, there = context.Pipe(duplex=False)
     process = context.Process(target=child.do, args=(there, errand.call, errand.memory), daemon=True)
     process.start()
-    # The process alone holds it now: when that dies, the pipe ends.
+    # Only the child holds the write end now, so the pipe closes when the child dies.
     there.close()
     return here, _Running(errand, process, time.monotonic())
 
 
-def _heard(here: Connection, one: _Running) -> Finished | None:
-    """What became of an errand whose process has said something; None if it goes on."""
+def _received(here: Connection, one: _Running) -> Finished | None:
+    """The outcome of an errand whose process sent a message; None if it continues."""
     try:
-        told = here.recv()
+        message = here.recv()
     except (EOFError, OSError):
         return one.finished(trouble=_died(one))
-    if isinstance(told, child.Ended):
-        one.cpu_seconds = told.cpu_seconds
-        return one.finished(error=told.error)
-    one.result, one.cpu_seconds = told
+    if isinstance(message, child.Ended):
+        one.cpu_seconds = message.cpu_seconds
+        return one.finished(error=message.error)
+    one.result, one.cpu_seconds = message
     return None
 
 
 def _late(one: _Running, now: float) -> Finished | None:
     if now < one.ends:
         return None
-    return one.finished(trouble=f"It was given up after {one.errand.deadline:g} s.")
+    return one.finished(trouble=f"It timed out after {one.errand.deadline:g} s.")
 
 
 def _died(one: _Running) -> str:

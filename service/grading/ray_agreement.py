@@ -1,9 +1,9 @@
-"""Whether hits agree, up to the rounding of the arithmetic that found them.
+"""Compare hits, up to the rounding of the arithmetic that found them.
 
-An intersection is a chain of roundings, and a good one has a small backward error: its answer is the exact
-one of a ray that was moved by a few units in the last place of the coordinates. So each ray is moved by that
-much in four directions across itself, and what the exact answer changes by is what rounding may change. A
-ray that then meets another shape is left out: rounding decides what it hits.
+A good intersection routine has a small backward error: its answer is exact for a ray shifted by a few units
+in the last place of the coordinates. So each ray is shifted by that much in four perpendicular directions,
+and the change of the exact answer is what rounding may cause. A ray that then hits another shape is
+excluded, because rounding decides what it hits.
 """
 
 from __future__ import annotations
@@ -19,33 +19,33 @@ from renderer.plan.building import compile_visibility
 from service.grading.ray_sources import RayList
 
 ROUNDINGS = 1024
-"""Units in the last place by which an intersection may move a ray: transforms, a quadratic and their
-conditions are some tens of roundings, and transforms by badly scaled matrices some hundreds."""
+"""Units in the last place by which an intersection may shift a ray: transforms and a quadratic take some tens
+of roundings, and transforms by badly scaled matrices some hundreds."""
 
 UNIT = {"single": 2.0**-24, "double": 2.0**-53}
 """Largest relative error of one rounding."""
 
 BESIDE = 2.0
-"""The change that is seen along four directions, over that along the worst one: at most the root of 2, and
-hits between are curved."""
+"""Largest change along any direction, over the largest one along the four: at most the root of 2, plus some
+room for curved surfaces."""
 
 
 ONE_POINT, HALF_A_LIGHT = 1.0, 0.5
-"""Of a light one point more or less may be seen, as it may lie on the border of a shadow; but a light of one
-point is seen or it is not."""
+"""The visibility of a light may differ by one sample, which may lie on the border of a shadow; but a light
+with a single sample is either visible or not."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answers:
-    """What is right, and how far off may be right too.
+    """The right answers and their tolerances.
 
     Attributes
     ----------
     hits : Hits
     allowed : mapping of str to (N, ...) float64
-        By how much each number of each field may differ.
+        The allowed difference of each number of each field.
     doubtful : (N,) bool
-        Rays of which rounding decides what they hit.
+        Rays for which rounding decides what they hit.
     """
 
     hits: Hits
@@ -54,19 +54,19 @@ class Answers:
 
 
 def relative(precision: str, tolerance: float | None) -> float:
-    """By what share of the coordinates a ray may be moved."""
+    """The shift of a ray, relative to its coordinates."""
     return ROUNDINGS * UNIT[precision] if tolerance is None else tolerance
 
 
 def answers(plan: RenderPlan, rays: RayList, share: float, fields: Sequence[str]) -> Answers:
-    """Trace rays, and those beside them.
+    """Trace rays and their shifted copies.
 
     Parameters
     ----------
     share
-        As `relative` gives it.
+        The relative shift, from `relative`.
     fields
-        Those for which tolerances are wanted.
+        The fields that need tolerances.
     """
     hits = trace(plan, rays.origins, rays.directions)
     lengths = np.linalg.norm(rays.directions, axis=1)
@@ -80,7 +80,7 @@ def answers(plan: RenderPlan, rays: RayList, share: float, fields: Sequence[str]
         beside = trace(plan, rays.origins + step[:, None] * across, rays.directions)
         doubtful |= beside.shape != hits.shape
         for name, so_far in allowed.items():
-            # Of misses both numbers are infinite or not there.
+            # For misses both numbers are infinite or NaN.
             with np.errstate(invalid="ignore"):
                 change = np.abs(getattr(beside, name) - getattr(hits, name))
             allowed[name] = np.fmax(so_far, floors[name] + BESIDE * change)
@@ -88,7 +88,7 @@ def answers(plan: RenderPlan, rays: RayList, share: float, fields: Sequence[str]
 
 
 def agreement(submitted: Mapping[str, Floats], right: Answers) -> dict[str, Masks]:
-    """For each field which rays agree, (N,) bool; two misses agree in everything."""
+    """For each field, which rays agree, (N,) bool; two misses agree in every field."""
     hits = right.hits
     missed = ~np.isfinite(hits.t)
     found = _missed(submitted)
@@ -106,7 +106,7 @@ def agreement(submitted: Mapping[str, Floats], right: Answers) -> dict[str, Mask
 
 
 def _missed(submitted: Mapping[str, Floats]) -> Masks:
-    """Which rays hit nothing, by the fields that were submitted."""
+    """Which rays miss, by the submitted fields."""
     if "shape" in submitted:
         return submitted["shape"] < 0
     values = next(iter(submitted.values()))
@@ -115,7 +115,7 @@ def _missed(submitted: Mapping[str, Floats]) -> Masks:
 
 
 def _floors(share: float, t: Floats, step: Floats, hits: Hits, plan: RenderPlan) -> dict[str, Floats]:
-    """What may differ even where moving a ray across changes nothing."""
+    """Tolerances where shifting a ray changes nothing."""
     points = np.array([light.emitter.count for light in compile_visibility(plan)], dtype=np.float64)
     seen = np.minimum(ONE_POINT / np.maximum(points, 1), HALF_A_LIGHT)
     return {
@@ -128,7 +128,7 @@ def _floors(share: float, t: Floats, step: Floats, hits: Hits, plan: RenderPlan)
 
 
 def _across(units: Floats) -> list[Floats]:
-    """Four directions across each ray, length 1: two lines at right angles, both ways."""
+    """Four unit vectors perpendicular to each ray: two orthogonal axes, in both directions."""
     axis = np.zeros_like(units)
     axis[np.arange(len(units)), np.abs(units).argmin(axis=1)] = 1.0
     first = np.cross(units, axis)

@@ -1,4 +1,4 @@
-"""Why hits differ: a mistake that explains many rays, the shape that most should meet, a row to look at."""
+"""Explain wrong hits: a mistake behind many of them, the shape most should hit, and an example row."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from service.grading.ray_agreement import Answers
 from service.grading.ray_sources import RayList
 
 MANY = 0.5
-"""Share of the rays that hit something and differ; what explains more of them is told."""
+"""A mistake is reported if it explains more than this share of the wrong rays."""
 
 DIGITS = 1e-3
-"""Where a hit is off by less than this share of its distance, single precision may be why: a quadratic loses
-half of its seven digits where a ball is far away."""
+"""A smaller relative error suggests single precision: a quadratic loses half of its seven digits when a
+sphere is far away."""
 
 
 def reasons_of(
@@ -31,7 +31,7 @@ def reasons_of(
     cast: RayList,
     document: Scene,
 ) -> list[str]:
-    """Sentences on what differs, for students; empty where nothing does."""
+    """Sentences for students about the differences; empty if there are none."""
     names = names_of(document)
     wrong = {name: ~right.doubtful & ~those for name, those in agrees.items()}
     counts = {name: np.count_nonzero(rows) for name, rows in wrong.items() if rows.any()}
@@ -65,18 +65,18 @@ def _advice(
 def _mistakes(
     submitted: Mapping[str, Floats], right: Answers, cast: RayList, document: Scene
 ) -> Iterator[tuple[tuple[str, Masks], str]]:
-    """The field that a mistake spoils, the rays that it explains, and what to do."""
+    """The field that a mistake affects, the rays that it explains, and how to fix it."""
     with np.errstate(invalid="ignore"):
         if "normal" in submitted:
             yield from _of_normals(submitted["normal"], right, document)
-        unmet = _unmet(submitted, right)
-        if unmet.any():
+        unhit = _unhit(submitted, right)
+        if unhit.any():
             names = names_of(document)
-            never = ", ".join(names[shape] for shape in np.unique(right.hits.shape[unmet]))
+            never = ", ".join(names[shape] for shape in np.unique(right.hits.shape[unhit]))
             field = "t" if "t" in submitted else "shape"
-            yield (field, unmet), f"No ray meets {never}: look at how it is read, and at its intersection."
+            yield (field, unhit), f"No ray hits {never}: check how it is read, and its intersection."
         if "t" in submitted:
-            yield from _of_distances(submitted["t"], right, cast, unmet)
+            yield from _of_distances(submitted["t"], right, cast, unhit)
 
 
 def _of_normals(normals: Floats, right: Answers, document: Scene) -> Iterator[tuple[tuple[str, Masks], str]]:
@@ -91,8 +91,8 @@ def _of_normals(normals: Floats, right: Answers, document: Scene) -> Iterator[tu
     yield ("normal", _near(unit, spheres, allowed) & ~long), HINTS["normals_of_spheres"]
 
 
-def _unmet(submitted: Mapping[str, Floats], right: Answers) -> Masks:
-    """Rays that should meet a shape that not a single ray of the submission meets."""
+def _unhit(submitted: Mapping[str, Floats], right: Answers) -> Masks:
+    """Rays that should hit a shape that no ray of the submission hits."""
     if "shape" not in submitted:
         return np.zeros(right.doubtful.shape, dtype=bool)
     there: Masks = np.isin(right.hits.shape, submitted["shape"].astype(np.int64))
@@ -100,30 +100,30 @@ def _unmet(submitted: Mapping[str, Floats], right: Answers) -> Masks:
 
 
 def _of_distances(
-    t: Floats, right: Answers, cast: RayList, unmet: Masks
+    t: Floats, right: Answers, cast: RayList, unhit: Masks
 ) -> Iterator[tuple[tuple[str, Masks], str]]:
     wanted, allowed = right.hits.t, right.allowed["t"]
     lengths = np.linalg.norm(cast.directions, axis=1)
     scaled = _near(t, wanted * lengths, allowed * lengths)
-    yield ("t", scaled), "t is a distance; it must count in lengths of the direction that is given."
+    yield ("t", scaled), "t is a distance; it must be in units of the length of the given direction."
     yield ("t", t < 0), "Many hits lie behind the origin: only t > 0 counts."
     close = np.isfinite(wanted) & (np.abs(t - wanted) <= DIGITS * np.abs(wanted))
     yield ("t", close & ~scaled), "Hits are right to a few digits only: calculate in float64."
     both = np.isfinite(wanted) & np.isfinite(t)
-    behind = both & (t > wanted) & ~(unmet | close | scaled)
+    behind = both & (t > wanted) & ~(unhit | close | scaled)
     yield ("t", behind), "Many hits lie behind the right ones: take the nearest in front of the origin."
     extra = np.isinf(wanted) & np.isfinite(t) & (t > 0)
-    yield ("t", extra), "Many rays hit what they should miss: look at the edges of flat shapes."
-    lost = np.isfinite(wanted) & np.isinf(t) & ~unmet
+    yield ("t", extra), "Many rays hit what they should miss: check the edges of flat shapes."
+    lost = np.isfinite(wanted) & np.isinf(t) & ~unhit
     limit = next(filter(None, (_limit(lost, both, far) for far in (wanted, wanted * lengths))), "")
     yield ("t", lost), "Many rays miss what they should hit." + limit
 
 
 def _limit(lost: Masks, found: Masks, far: Floats) -> str:
-    """What is told where all that is lost lies farther than all that is found."""
+    """A sentence if every missing hit is farther away than every one found."""
     if not (lost.any() and found.any()) or far[lost].min() <= far[found].max():
         return ""
-    return f" All of it lies beyond {far[found].max():.4g}: a ray does not end anywhere."
+    return f" All of these hits lie beyond {far[found].max():.4g}: a ray does not end anywhere."
 
 
 def _near(values: Floats, wanted: Floats, allowed: Floats) -> Masks:
@@ -139,9 +139,9 @@ def _explains(mistake: tuple[str, Masks], wrong: Mapping[str, Masks]) -> bool:
 
 
 def _where(shapes: NDArray[np.int64], names: Sequence[str]) -> str:
-    met, counts = np.unique(shapes, return_counts=True)
+    hit, counts = np.unique(shapes, return_counts=True)
     most = int(counts.argmax())
-    return f"Of these rays {counts[most]} should meet {named(int(met[most]), names)}."
+    return f"Of these rays {counts[most]} should hit {named(int(hit[most]), names)}."
 
 
 def _written(value: Floats) -> str:

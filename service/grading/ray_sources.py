@@ -1,4 +1,4 @@
-"""Rays that are given to the reference and to the submission alike."""
+"""The rays of a test, traced by both the reference and the submission."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def rays_of(source: Rays, camera: Camera, folder: Folder) -> RayList:
     Raises
     ------
     BrokenTestError
-        Their file cannot be used.
+        The file of rays is unusable.
     """
     match source:
         case RaysFile():
@@ -58,7 +58,7 @@ def _of_file(name: str, folder: Folder) -> RayList:
 
 
 def _of_camera(source: CameraRays, camera: Camera) -> RayList:
-    """Through the centres of a grid over the picture; directions have length 1."""
+    """Rays through the centres of a grid over the picture; directions have length 1."""
     eye = build_pinhole(camera)
     columns = (np.arange(source.width) + 0.5) * (camera.width / source.width)
     rows = (np.arange(source.height) + 0.5) * (camera.height / source.height)
@@ -69,7 +69,7 @@ def _of_camera(source: CameraRays, camera: Camera) -> RayList:
 
 
 def _of_ball(source: BallRays) -> RayList:
-    """From uniform points of the sphere to uniform points of the ball; directions have length 1."""
+    """Rays from uniform points of a sphere to uniform points of a ball; directions have length 1."""
     random = np.random.default_rng(source.seed)
     around = _unit(random.standard_normal((source.count, 3)))
     # Volume grows with the cube of the radius.

@@ -1,4 +1,4 @@
-"""The kind `rays`: what the submission says that rays hit, against `renderer.trace`."""
+"""Tests of the kind `rays`: compare submitted hits with `renderer.trace`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from service.grading.settings import Run
 
 
 def rays(test: RaysTest, run: Run) -> Iterator[Outcome]:
-    """What rays hit, by the submission and by the reference scene."""
+    """Compare what rays hit in the submission and in the reference scene."""
     plan = _plan(run.references, test.reference)
     cast = rays_of(test.rays, plan.document.camera, run.references)
     try:
@@ -94,5 +94,5 @@ def _numbers(agrees: Mapping[str, Masks], sure: Masks) -> dict[str, float | None
 
 def _counted(good: Masks, sure: Masks) -> str:
     total, left_out = np.count_nonzero(sure), np.count_nonzero(~sure)
-    doubtful = f"; {left_out} are left out, because rounding decides what they hit" if left_out else ""
+    doubtful = f"; {left_out} are excluded, because rounding decides what they hit" if left_out else ""
     return f"{np.count_nonzero(good & sure)} of {total} rays agree{doubtful}."

@@ -1,4 +1,4 @@
-"""Pictures that a manifest's own scenes make: rendered once, used by every test that asks for the same."""
+"""References that are scenes: rendered once, and shared by all tests that use the same one."""
 
 from __future__ import annotations
 
@@ -24,45 +24,45 @@ IMAGE, SECONDS = "image", "cpu_seconds"
 
 @dataclass(frozen=True, slots=True)
 class Prepared:
-    """A reference that is rendered.
+    """A rendered reference.
 
     Attributes
     ----------
     file : Path
-        Where it is kept, .npz.
+        The .npz file that holds it.
     """
 
     file: Path
 
     def picture(self, name: str) -> Picture:
-        """The picture as it is compared."""
+        """The picture, ready for comparison."""
         kept = _load(self.file)
         return picture_of(kept.content(), name, "linear", kept.layers)
 
 
 def wanted(manifest: Manifest) -> Iterator[tuple[str, ReferenceScene]]:
-    """The scenes that are rendered as references, each once, with the word by which tests find them."""
+    """The scenes to render as references, each once, with the key by which tests find it."""
     seen = set()
     for test in manifest.tests:
         if isinstance(test, ImageTest | SceneTest) and isinstance(test.reference, ReferenceScene):
-            word = word_of(test.reference)
-            if word not in seen:
-                seen.add(word)
-                yield word, test.reference
+            key = key_of(test.reference)
+            if key not in seen:
+                seen.add(key)
+                yield key, test.reference
 
 
-def word_of(reference: ReferenceScene) -> str:
-    """The same for references that are the same."""
+def key_of(reference: ReferenceScene) -> str:
+    """A key that is the same for equal references."""
     return reference.model_dump_json()
 
 
 def prepare(order: Ordered, folder: Path) -> Prepared:
-    """Render a reference, unless the folder has it from an earlier time.
+    """Render a reference, unless the folder already has it.
 
     Parameters
     ----------
     folder
-        Where it is kept, under a name made of all that the picture depends on.
+        Where it is saved, under a hash of everything the picture depends on.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def prepare(order: Ordered, folder: Path) -> Prepared:
 
 
 def _key(order: Ordered) -> str:
-    # Only references are packed: whoever submits a scene does not wait for the client to load.
+    # Only references are packed, so grading a scene does not wait for the client to load.
     from schemas.errors import SceneError  # noqa: PLC0415
     from service.client.parcels import pack  # noqa: PLC0415
 
@@ -95,7 +95,7 @@ def _save(file: Path, made: Rendered) -> None:
     np.savez(content, **arrays)
     with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as whole:
         whole.write(content.getvalue())
-    # Two runs may keep the same reference; each leaves a whole file.
+    # Two runs may save the same reference; renaming leaves a complete file.
     Path(whole.name).replace(file)
 
 

@@ -1,4 +1,4 @@
-"""Pictures of scenes, rendered in this process or as jobs of a service: the same pixels either way."""
+"""Render scenes in this process or as jobs of a service, with the same pixels."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ if TYPE_CHECKING:
     from service.client import Client
 
 RANDOM = frozenset({"random", "stratified", "sobol"})
-"""Patterns whose layer `error` tells noise; of a fixed grid it tells something else."""
+"""Patterns whose layer `error` estimates noise; for a fixed grid it does not."""
 
-PATIENCE = 0.8
-"""Share of a deadline after which a service is told that nobody waits any more."""
+SERVICE_SHARE = 0.8
+"""Share of a deadline after which the job of a service is cancelled."""
 
 SHOWN = 3
-"""Problems of a scene that a message has room for."""
+"""Problems of a scene that a message lists."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ordered:
-    """A scene to be rendered.
+    """A scene to render.
 
     Attributes
     ----------
     folder : Folder
     file : str
     quality : Quality or None
-        In place of the scene's own sampling.
+        Replaces the scene's own sampling.
     server : str or None
         The service that renders it; None for this process.
     timeout : float
@@ -62,7 +62,7 @@ class Rendered:
     image : (H, W, 3) float32
         Linear.
     layers : mapping
-        Layers `shape`, and where samples are random `error` and `samples`.
+        Layers `shape` and, if samples are random, `error` and `samples`.
     cpu_seconds : float
     """
 
@@ -83,9 +83,9 @@ def rendered(order: Ordered) -> Rendered:
     Raises
     ------
     GradingError
-        It is no usable scene, or cannot be rendered; by whose folder it came from.
+        The scene is invalid or cannot be rendered; the class depends on the folder it is in.
     service.client.ClientError
-        The service does not answer, or has not rendered it.
+        The service does not answer, or did not render the scene.
     """
     begun = time.monotonic()
     text, assets = order.folder.read(order.file), order.folder.assets(order.file)
@@ -93,10 +93,10 @@ def rendered(order: Ordered) -> Rendered:
         scene = load_scene(text, assets=assets)
         layers = _layers(order.quality, scene.document)
         if order.server is not None:
-            return _by_service(order, text, layers, begun + PATIENCE * order.timeout)
+            return _by_service(order, text, layers, begun + SERVICE_SHARE * order.timeout)
         result = render(compile_scene(scene, order.quality, layers=layers))
     except SceneError as error:
-        raise order.folder.fault(f"{order.file} is no usable scene. {_told(error)}") from error
+        raise order.folder.fault(f"{order.file} is no usable scene. {_listed(error)}") from error
     except RenderError as error:
         raise order.folder.fault(f"{order.file} could not be rendered: {error}") from error
     return Rendered(result.image, result.layers, result.report["cpu_seconds"])
@@ -110,7 +110,7 @@ def _layers(quality: Quality | None, scene: Scene) -> tuple[str, ...]:
 
 
 def _by_service(order: Ordered, text: bytes, layers: tuple[str, ...], until: float) -> Rendered:
-    # Only who has a service needs the client.
+    # The client is imported only if a service renders.
     from service.client import Client, JobFailedError, RequestInvalidError  # noqa: PLC0415
 
     quality = None if order.quality is None else order.quality.model_dump(mode="json", exclude_none=True)
@@ -131,12 +131,12 @@ def _wait(client: Client, job_id: str, until: float) -> None:
     try:
         client.wait(job_id, timeout=max(0.0, until - time.monotonic()))
     except TimedOutError:
-        # Nobody asks for it any more.
+        # The result is no longer needed.
         client.cancel(job_id)
         raise
 
 
-def _told(error: SceneError) -> str:
+def _listed(error: SceneError) -> str:
     listed = [f"{problem.pointer or 'document'}: {problem.detail}" for problem in error.errors[:SHOWN]]
     more = len(error.errors) + error.more - len(listed)
     return " ".join(listed) + (f" (and {more} more)" if more else "")

@@ -1,4 +1,4 @@
-"""From what tests found to the native result."""
+"""Assemble the native result from the outcomes of tests."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from service.grading.outcomes import Outcome
 from service.grading.processes import Finished
 
 UNGRADED = frozenset({"error", "not_gradable"})
-"""Statuses that judge nothing."""
+"""Statuses of tests that could not be graded."""
 
 _STATUS: dict[type[Exception], Status] = {
     NotSubmittedError: "skipped",
@@ -38,7 +38,7 @@ _STATUS: dict[type[Exception], Status] = {
 
 @dataclass(frozen=True, slots=True)
 class Tested:
-    """What became of a test.
+    """The result of a test.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Tested:
     inputs : tuple of GradeInput
     signals : tuple of Signal
     pictures : dict of str to bytes
-        By the names that the grade has for them.
+        PNG files, by the names in the grade.
     """
 
     grade: TestGrade
@@ -56,7 +56,7 @@ class Tested:
 
 
 def tested(test: Criterion, finished: Finished) -> Tested:
-    """The grade of a test, whatever became of it."""
+    """The grade of a test, also if it failed to run."""
     if isinstance(finished.result, Outcome):
         outcome, status = finished.result, _status(finished.result.share)
     else:
@@ -108,7 +108,7 @@ def graded(
         gradable=verdict != "not_comparable",
         ungraded=tuple(grade.id for grade in grades if grade.status in UNGRADED),
         verdict=verdict,
-        # Rounded once: shares of points add up to what they are on paper.
+        # fsum rounds once, so shares of points add up exactly.
         score=math.fsum(grade.points for grade in grades),
         max_score=math.fsum(grade.max_points for grade in grades if not grade.bonus),
         tests=tuple(grades),
@@ -121,7 +121,7 @@ def graded(
 
 
 def timings(begun: tuple[float, float, datetime], cpu_seconds: float) -> GradeTimings:
-    """What grading took since wall clock, CPU clock and calendar were at these; and other processes' CPU."""
+    """Timings since `begun` (wall clock, CPU clock, date), plus the CPU seconds of other processes."""
     return GradeTimings(
         seconds=time.perf_counter() - begun[0],
         cpu_seconds=time.process_time() - begun[1] + cpu_seconds,
@@ -130,7 +130,7 @@ def timings(begun: tuple[float, float, datetime], cpu_seconds: float) -> GradeTi
 
 
 def trouble(finished: Finished) -> str:
-    """Why there is no result, a sentence."""
+    """A sentence that explains why there is no result."""
     if finished.error is None:
         return finished.trouble or ""
     if isinstance(finished.error, GradingError):

@@ -1,4 +1,4 @@
-"""From a number to a share of the points, and how far it is from its threshold."""
+"""Convert a number to a share of the points and to its margin from the threshold."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from schemas.grading.acceptance import Scale
 
 
 def share_of(value: float, scale: Scale) -> float:
-    """What a value earns, 0 to 1.
+    """The share of the points that a value earns, 0 to 1.
 
-    A value that misses a threshold by rounding alone has reached it.
+    A value that misses a threshold only by rounding reaches it.
 
     >>> from schemas.grading.acceptance import RayShare
     >>> share_of(0.75, RayShare(full=1.0, zero=0.5))
@@ -28,15 +28,15 @@ def share_of(value: float, scale: Scale) -> float:
 
 
 def reached(value: float, threshold: float, *, rising: bool) -> bool:
-    """Whether a value is as good as a threshold, but for rounding."""
+    """Whether a value is as good as a threshold, up to rounding."""
     beyond = value - threshold if rising else threshold - value
     return beyond >= -GUARD * max(1.0, abs(threshold)) if math.isfinite(value) else beyond > 0
 
 
 def margin_of(value: float, scale: Scale) -> float | None:
-    """How far a value is on the good side of the threshold for all points, as a share of the threshold.
+    """How far a value is better than the threshold for full points, relative to the threshold.
 
-    0 where rounding alone lies between them; None where that is no number.
+    0 if they differ only by rounding; None if the margin is undefined.
     """
     beyond = value - scale.full if scale.rising else scale.full - value
     if scale.full == 0 or not math.isfinite(beyond):

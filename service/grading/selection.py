@@ -1,4 +1,4 @@
-"""The part of two pictures that a criterion is about: a rectangle, a mask, or both."""
+"""Select the part of two pictures that a test compares: a rectangle, a mask, or both."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ Region = tuple[int, int, int, int]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Selection:
-    """Which pixels count.
+    """The selected pixels.
 
     Attributes
     ----------
     region : tuple of int
-        x0, y0, x1, y1 of the smallest rectangle that holds them, half open, rows from the top.
+        x0, y0, x1, y1 of their bounding rectangle, half open, rows from the top.
     pixels : (y1 - y0, x1 - x0) bool or None
-        Which of these count; None for all.
+        Which pixels of the rectangle count; None for all.
     """
 
     region: Region
@@ -32,24 +32,24 @@ class Selection:
 
     @property
     def blocks(self) -> float:
-        """Share of the rectangle's blocks in which pixels count."""
+        """Share of the rectangle's blocks with selected pixels."""
         if self.pixels is None:
             return 1.0
         return float((gathered(self.pixels.astype(np.float64)) > 0).any(axis=2).mean())
 
     def pair(self, image: Picture, reference: Picture) -> tuple[Picture, Picture]:
-        """Both pictures cut out; where pixels do not count, the picture is made to agree."""
+        """Both pictures cropped; pixels that do not count are copied from the reference."""
         image, reference = self._cut(image), self._cut(reference)
         if self.pixels is not None:
             image = replace(image, linear=_where(self.pixels, image.linear, reference.linear))
         return image, reference
 
     def counted(self, values: Floats) -> Floats:
-        """Pixels (h, w, 3) that count, as one row of a picture: (1, N, 3)."""
+        """The selected pixels of (h, w, 3), as one row of a picture: (1, N, 3)."""
         return values.reshape(1, -1, 3) if self.pixels is None else values[self.pixels][None]
 
     def moved(self, region: ComparisonRegion) -> ComparisonRegion:
-        """A place in the rectangle as one in the whole picture."""
+        """A region of the rectangle in coordinates of the whole picture."""
         x, y = self.region[:2]
         places = {"x0": region.x0 + x, "x1": region.x1 + x, "y0": region.y0 + y, "y1": region.y1 + y}
         return region.model_copy(update=places)
@@ -66,12 +66,12 @@ class Selection:
 
 
 def select(reference: Picture, region: Region | None, mask: Picture | None) -> Selection:
-    """What counts of a picture the size of the reference.
+    """Select the pixels that count.
 
     Raises
     ------
     BrokenTestError
-        The rectangle is not inside the picture, the mask has another size, or nothing is left.
+        The rectangle reaches beyond the picture, the mask has another size, or no pixel is selected.
     """
     size = f"The reference has {reference.width} x {reference.height} pixels"
     region = region or (0, 0, reference.width, reference.height)
@@ -86,7 +86,7 @@ def select(reference: Picture, region: Region | None, mask: Picture | None) -> S
     chosen[inside] = (mask.linear[inside] > 0).any(axis=2)
     rows, columns = np.flatnonzero(chosen.any(axis=1)), np.flatnonzero(chosen.any(axis=0))
     if not rows.size:
-        raise BrokenTestError(f"The mask {mask.name} is black wherever it is looked at.")
+        raise BrokenTestError(f"The mask {mask.name} is black everywhere in the region.")
     smallest = int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1
     return Selection(smallest, chosen[smallest[1] : smallest[3], smallest[0] : smallest[2]])
 

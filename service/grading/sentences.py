@@ -1,4 +1,4 @@
-"""What students are told about a number, a place, and a mistake."""
+"""Sentences for students about a number, a region, and a mistake."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from schemas.api.comparisons import ComparisonCause, ComparisonRegion
 from schemas.grading.acceptance import Scale
 
 LEAST_SHARE = 0.1
-"""Of the squared difference: a place with less explains too little to be told."""
+"""Share of the squared difference below which a region is not reported."""
 
 
 def held(metric: str, value: float, scale: Scale) -> str:
-    """A number and the threshold that it is held to."""
+    """A number and its threshold."""
     side = "more" if scale.rising else "less"
     return f"{metric} is {value:.4g}; {scale.full:.4g} or {side} earns all points."
 
 
 def explained(causes: Sequence[ComparisonCause], regions: Sequence[ComparisonRegion]) -> str:
-    """The mistake that explains a difference, or else where most of it is."""
+    """The mistake that explains a difference, or else the region with most of it."""
     if causes:
         return f"Probable cause: {causes[0].cause}. {causes[0].hint}"
     if regions and regions[0].share >= LEAST_SHARE:
@@ -27,7 +27,7 @@ def explained(causes: Sequence[ComparisonCause], regions: Sequence[ComparisonReg
 
 
 def place(region: ComparisonRegion) -> str:
-    """A region of a picture, and what is wrong there."""
+    """A region of a picture and its error."""
     brightness = "too bright" if region.brightness > 0 else "too dark"
     name = f", mostly {region.name}" if region.name else ""
     return (
@@ -37,5 +37,5 @@ def place(region: ComparisonRegion) -> str:
 
 
 def joined(*sentences: str | None) -> str:
-    """Sentences one after the other; empty ones are left out."""
+    """Join sentences, skipping empty ones."""
     return " ".join(sentence for sentence in sentences if sentence)

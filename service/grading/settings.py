@@ -1,4 +1,4 @@
-"""What every test of a run shares."""
+"""Settings shared by all tests of a run."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from service.grading.rendering import Ordered
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """What every test of a run shares.
+    """Settings shared by all tests of a run.
 
     Attributes
     ----------
     manifest : Manifest
     references, submission : Folder
-        Of the manifest, and of what is graded.
+        Folders of the manifest and of the submission.
     server : str or None
         The service that renders; None for this machine.
     pictures : bool
-        Whether pictures of differences are made.
+        Whether to make pictures of the differences.
     prepared : mapping
-        References that are rendered, by `references.word_of`; where that failed the reason.
+        Rendered references by `references.key_of`, or the reason why rendering failed.
     """
 
     manifest: Manifest
@@ -38,26 +38,26 @@ class Run:
     prepared: Mapping[str, Prepared | str] = field(default_factory=dict)
 
     def deadline(self, test: Criterion) -> float:
-        """Seconds that a test may take."""
+        """Time limit of a test in seconds."""
         return self.manifest.deadline if test.deadline is None else test.deadline
 
     def order(self, folder: Folder, file: str, quality: Quality | None, timeout: float) -> Ordered:
-        """A scene to be rendered, by the manifest's quality where it has none of its own."""
+        """A scene to render; the manifest's quality is the default."""
         return Ordered(folder, file, quality or self.manifest.quality, self.server, timeout)
 
     def submitted(self, scene: SceneFile, test: Criterion) -> Ordered:
-        """The scene that a test asks the submission for."""
+        """The scene that the submission must provide for a test."""
         return self.order(self.submission, scene.file, scene.quality, self.deadline(test))
 
-    def reference(self, word: str) -> Prepared:
-        """A reference that was rendered.
+    def reference(self, key: str) -> Prepared:
+        """A rendered reference.
 
         Raises
         ------
         BrokenTestError
-            It could not be.
+            It could not be rendered.
         """
-        prepared = self.prepared[word]
+        prepared = self.prepared[key]
         if isinstance(prepared, str):
             raise BrokenTestError(f"The reference was not rendered. {prepared}")
         return prepared

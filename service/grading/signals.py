@@ -1,4 +1,4 @@
-"""What staff may want to look at in a submission. It never costs points, and students are not told."""
+"""Signals that staff may want to check. They cost no points, and students do not see them."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ def signals(
     submitted
         The submitted file.
     reference
-        The file that it is held to; None where that was rendered here.
+        The reference file; None if it was rendered here.
     comparison
-        Of the submitted picture. None for a scene: rendered here, with the same random numbers as the
-        reference, it may agree to the last bit.
+        Comparison of the submitted picture. None for a scene: it is rendered here with the same random
+        numbers as the reference, so it may agree to the last bit.
     test
         Id of the test.
     """
@@ -51,8 +51,8 @@ def _close(comparison: Comparison, test: str) -> Iterator[Signal]:
         yield Signal(
             test=test,
             code=CLOSE,
-            message=f"{found.near} of {found.pixels} noisy pixels have the very noise of the reference, to a "
-            "quarter of its standard error. Of a picture that was made without the reference at most 7 in 10 "
-            "have, but for one picture in a million. It was made from the reference, or by the same program "
+            message=f"{found.near} of {found.pixels} noisy pixels have the same noise as the reference, "
+            "within a quarter of its standard error. In a picture made without the reference at most 7 in 10 "
+            "do, except in one picture in a million. It was made from the reference, or by the same program "
             "with the same seed.",
         )

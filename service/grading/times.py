@@ -1,4 +1,4 @@
-"""The kind `time`: CPU seconds against a budget."""
+"""Tests of the kind `time`: compare CPU seconds with a budget."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from service.grading.settings import Run
 
 
 def time(test: TimeTest, run: Run) -> Iterator[Outcome]:
-    """CPU seconds of a render, or of what the submission reports."""
+    """Grade the CPU seconds of a render, or those that the submission reports."""
     if isinstance(test.submitted, ReportFile):
         seconds = _reported(test.submitted, run)
     else:

@@ -1,4 +1,4 @@
-"""What a picture should look like: from a file beside the manifest, or rendered from a scene there."""
+"""Load reference pictures: from a file beside the manifest, or rendered from a scene there."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from schemas.api.comparisons import Encoding
 from schemas.grading.manifests import Reference, ReferencePicture
 from service.grading.errors import BrokenTestError
 from service.grading.folders import Folder
-from service.grading.references import word_of
+from service.grading.references import key_of
 from service.grading.settings import Run
 
 
@@ -25,9 +25,9 @@ class Wanted:
     ----------
     picture : Picture
     file : bytes or None
-        What the picture was read from; None where it was rendered here.
+        Content of the picture file; None if it was rendered here.
     scene : LoadedScene or None
-        What it shows, where that is known.
+        The scene it shows, if known.
     """
 
     picture: Picture
@@ -36,7 +36,7 @@ class Wanted:
 
     @property
     def names(self) -> Sequence[str]:
-        """Of the shapes, by index."""
+        """Names of the shapes, by index."""
         return () if self.scene is None else names_of(self.scene.document)
 
 
@@ -46,10 +46,10 @@ def wanted(reference: Reference, run: Run) -> Wanted:
     Raises
     ------
     BrokenTestError
-        It cannot be used.
+        The reference is unusable.
     """
     if not isinstance(reference, ReferencePicture):
-        picture = run.reference(word_of(reference)).picture(reference.file)
+        picture = run.reference(key_of(reference)).picture(reference.file)
         return Wanted(picture, None, _scene(run.references, reference.file))
     content, picture = read_picture(run.references, reference.file, reference.encoding)
     if reference.scene is None:
@@ -71,7 +71,7 @@ def read_picture(folder: Folder, name: str, encoding: Encoding) -> tuple[bytes, 
     Raises
     ------
     GradingError
-        There is none that can be compared; by whose folder it is.
+        The file has no usable picture; the class depends on the folder.
     """
     content = folder.read(name)
     layers = folder.layers(name) if folder.role == "reference" else {}

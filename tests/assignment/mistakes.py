@@ -1,4 +1,4 @@
-"""Mistakes of one kind each: what loses points by them, and why it is told to."""
+"""Submissions with one mistake each: the tests that lose points, and the cause that is reported."""
 
 from dataclasses import dataclass, field
 
@@ -23,18 +23,18 @@ CAMERA = ("camera_straight", "camera_tilted")
 
 @dataclass(frozen=True)
 class Mistake:
-    """One way to be wrong.
+    """One mistake of a program.
 
     Attributes
     ----------
     name : str
-        As `Tracer` knows it.
+        Its name in `Tracer`.
     words : str
         What the program does.
     touches : tuple of str
-        Files that it may change.
+        Files that the mistake may change.
     fails : dict of str to str
-        Files that lose their points, each with the cause that is told; for rays words of the message.
+        Files that lose their points, each with the reported cause; for rays, words of the message.
     """
 
     name: str
@@ -44,7 +44,7 @@ class Mistake:
 
     @property
     def tried(self) -> tuple[str, ...]:
-        """Files that tests look at: some of those that change alike."""
+        """Files to grade: a sample if all pictures change alike."""
         if self.touches != PICTURES:
             return self.touches
         return "camera_tilted", "phong_matte", "antialiasing"
@@ -78,7 +78,7 @@ MISTAKES = (
     ),
     Mistake("fov_not_halved", "tan(fov) for tan(fov / 2)", PICTURES, of("field_of_view", *PICTURES)),
     Mistake(
-        "fov_horizontal", "the angle of view is taken as horizontal", PICTURES, of("field_of_view", *PICTURES)
+        "fov_horizontal", "the field of view is taken as horizontal", PICTURES, of("field_of_view", *PICTURES)
     ),
     Mistake("aspect_ignored", "width / height is left out", PICTURES, of("aspect_ignored", *PICTURES)),
     Mistake("up_ignored", "up is always (0, 1, 0)", PICTURES, of("up_ignored", "camera_tilted")),
@@ -97,9 +97,9 @@ MISTAKES = (
     Mistake("gamma_power", "a power of 1 / 2.2 for sRGB", PICTURES),
     Mistake(
         "shape_missing",
-        "ellipsoids that are no balls are not drawn",
+        "ellipsoids are not drawn, only spheres",
         (*ROUND, *RAYS),
-        of("shape_missing", *ROUND) | of("No ray meets", "rays_round", "rays_far"),
+        of("shape_missing", *ROUND) | of("No ray hits", "rays_round", "rays_far"),
     ),
     Mistake("far_clipped", "rays end at t = 1000", RAYS, of("does not end", "rays_far")),
     Mistake(
@@ -111,23 +111,23 @@ MISTAKES = (
     Mistake("directions_normalised", "t counts lengths, not directions", RAYS, of("t is a distance", *RAYS)),
     Mistake("behind", "t < 0 counts as a hit", RAYS, of("only t > 0 counts", *RAYS)),
     Mistake("last_shape_wins", "the last shape hit is drawn, not the nearest", RAYS, of(NEAREST, *RAYS)),
-    Mistake("second_root", "balls are hit at their far side", RAYS, of(NEAREST, "rays_round", "rays_far")),
+    Mistake("second_root", "spheres are hit at their far side", RAYS, of(NEAREST, "rays_round", "rays_far")),
     Mistake(
         "triangle_too_large",
-        "u + v <= 1 is not asked for",
+        "u + v <= 1 is not checked",
         ("phong_matte", *SHADOWS, "antialiasing", *RAYS),
         of("triangles_too_large", "phong_matte", *SHADOWS, "antialiasing")
         | of("should miss", "rays_flat", "rays_far"),
     ),
     Mistake(
         "normals_not_normalised",
-        "normals are as long as they come out",
+        "normals are not normalised",
         (*LIT, *RAYS),
         of("normals_not_normalised", *ROUND) | of(LENGTH, *RAYS),
     ),
     Mistake(
         "normal_like_points",
-        "ellipsoids have normals of balls",
+        "ellipsoids have the normals of spheres",
         (*ROUND, *RAYS),
         of("normals_of_spheres", *ROUND) | of("normals of spheres", "rays_round", "rays_far"),
     ),
@@ -143,7 +143,7 @@ MISTAKES = (
     ),
     Mistake("no_shadows", "no shadow rays", LIT, of("shadows_missing", *SHADOWS)),
     Mistake("hard_shadow", "the lamp is one point", LIT, of("hard_shadows", "shadow_soft")),
-    Mistake("shadow_ray_endless", "shadow rays go on beyond the lamp", LIT, of("light_missing", *SHADOWS)),
+    Mistake("shadow_ray_endless", "shadow rays continue beyond the lamp", LIT, of("light_missing", *SHADOWS)),
     Mistake(
         "same_light_points",
         "all pixels see the same 16 points of the lamp",
@@ -179,13 +179,13 @@ MISTAKES = (
     ),
     Mistake(
         "normal_map_swapped",
-        "red and green are exchanged",
+        "red and green are swapped",
         ("normal_map",),
         of("normal_map_swapped", "normal_map"),
     ),
     Mistake(
         "normal_map_ignored",
-        "the normal map is not looked at",
+        "the normal map is ignored",
         ("normal_map",),
         of("normal_map_missing", "normal_map"),
     ),

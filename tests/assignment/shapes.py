@@ -1,7 +1,7 @@
-"""Shapes of a plain ray tracer, as a course teaches them: for many rays at once, one shape at a time.
+"""Shapes of a simple ray tracer, as a course teaches them: many rays at once, one shape at a time.
 
-It shares nothing with the package that it is graded by. Each way in which it can be wrong has a name; what
-is wrong stands in an `if` beside what is right.
+It shares no code with the package that grades it. Each mistake has a name, and an `if` beside the correct
+code.
 """
 
 from collections.abc import Set as AbstractSet
@@ -14,10 +14,10 @@ Array = np.ndarray
 Wrong = AbstractSet[str]
 
 START = 1e-6
-"""What lies nearer to the start of a ray than this is where it starts, in units of its direction."""
+"""Smallest t of a hit; nearer ones are the surface at which the ray starts."""
 
 OFFSET = 1e-4
-"""Shadow rays start so far above a surface, in scene units."""
+"""Offset of the origin of shadow rays from the surface, in scene units."""
 
 
 def unit(v: Array) -> Array:
@@ -30,7 +30,7 @@ def dot(a: Array, b: Array) -> Array:
 
 @dataclass
 class Ball:
-    """A unit sphere that a matrix of three semi-axes (its columns) takes to an ellipsoid."""
+    """An ellipsoid: the unit sphere transformed by a matrix whose columns are the semi-axes."""
 
     center: Array
     matrix: Array
@@ -51,7 +51,7 @@ class Ball:
         return np.where(under >= 0, t, np.inf).astype(float)
 
     def normals(self, places: Array, wrong: Wrong) -> Array:
-        """Outwards."""
+        """Outward normals."""
         local = (places - self.center) @ np.linalg.inv(self.matrix).T
         if "normal_like_points" in wrong:
             return unit(places - self.center)
@@ -59,14 +59,14 @@ class Ball:
         return normals if "normals_not_normalised" in wrong else unit(normals)
 
     def coordinates(self, places: Array) -> Array:
-        """Longitude and latitude as shares of their ranges."""
+        """Longitude and latitude, scaled to 0..1."""
         x, y, z = ((places - self.center) @ np.linalg.inv(self.matrix).T).T
         return np.stack((np.arctan2(y, x) / (2 * np.pi) % 1, np.arccos(np.clip(-z, -1, 1)) / np.pi), axis=-1)
 
 
 @dataclass
 class Flat:
-    """A parallelogram of a corner and two edges, or the half of it that is a triangle."""
+    """A parallelogram with a corner and two edges, or its half, a triangle."""
 
     corner: Array
     first: Array

@@ -1,4 +1,4 @@
-"""Submissions to the ready assignment: a right one, and wrong ones with one mistake each."""
+"""Submissions to the ready assignment: a correct one, and wrong ones with one mistake each."""
 
 import json
 from functools import cache
@@ -17,7 +17,7 @@ from tests.assignment.tracer import Tracer, encoded
 SAMPLES = 16
 
 ADVANCED = "antialiasing_advanced"
-"""The scene for which samples are placed better than at random."""
+"""The scene that needs better sample positions than random ones."""
 
 
 def document(name: str) -> Json:
@@ -26,7 +26,7 @@ def document(name: str) -> Json:
 
 
 def write(folder: Path, wrong: Wrong = frozenset(), samples: int = SAMPLES, seed: int = 0) -> None:
-    """All files of a submission."""
+    """Write all files of a submission."""
     folder.mkdir(parents=True, exist_ok=True)
     for name in (*PICTURES, *RAYS):
         save(folder, name, wrong, samples, seed)
@@ -36,7 +36,7 @@ def write(folder: Path, wrong: Wrong = frozenset(), samples: int = SAMPLES, seed
 
 
 def save(folder: Path, name: str, wrong: Wrong = frozenset(), samples: int = SAMPLES, seed: int = 0) -> None:
-    """What is handed in for a scene: a picture or hits."""
+    """Save the submitted file for a scene: a picture or hits."""
     if name in PICTURES:
         Image.fromarray(picture(name, wrong, samples, seed)).save(folder / f"{name}.png")
     else:
@@ -52,7 +52,7 @@ def picture(name: str, wrong: Wrong, samples: int = SAMPLES, seed: int = 0) -> n
 
 
 def hits(name: str, wrong: Wrong) -> dict[str, np.ndarray]:
-    """What `penumbra trace` would write, by the plain tracer."""
+    """The arrays that `penumbra trace` would write, from the simple tracer."""
     with np.load(FOLDER / f"{name}.npz") as rays:
         origins, directions = rays["origins"], rays["directions"]
     if "directions_normalised" in wrong:
@@ -65,7 +65,7 @@ def hits(name: str, wrong: Wrong) -> dict[str, np.ndarray]:
 
 
 def normal_codes(name: str, wrong: Wrong, samples: int = SAMPLES, seed: int = 0) -> np.ndarray:
-    """Codes of (n + 1) / 2, black where nothing is hit."""
+    """Normals as 8-bit codes of (n + 1) / 2; black for misses."""
     return np.round(255 * Tracer(document(name), FOLDER, wrong, seed).normal_picture(samples)).astype(
         np.uint8
     )
@@ -73,7 +73,7 @@ def normal_codes(name: str, wrong: Wrong, samples: int = SAMPLES, seed: int = 0)
 
 @cache
 def right(samples: int = SAMPLES, seed: int = 0) -> Path:
-    """A folder with the right submission, made once in a session."""
+    """A folder with the correct submission, made once per session."""
     folder = Path(mkdtemp(prefix="assignment-"))
     write(folder, samples=samples, seed=seed)
     return folder

@@ -1,4 +1,4 @@
-"""The ready assignment: right submissions have full marks, wrong ones lose points and are told why."""
+"""The ready assignment: correct submissions have full marks, wrong ones lose points and are diagnosed."""
 
 import hashlib
 import re
@@ -31,10 +31,10 @@ RUBRIC = {
     "texture": 10,
     "normal": 15,
 }
-"""Points by the first word of the tests' ids; anti-aliasing has as many once more on top."""
+"""Points by the first word of the tests' ids; anti-aliasing has the same number again as bonus."""
 
 QUICK = {"blinn", "far_single", "hard_shadow", "no_shadows", "texture_upside_down", "triangle_too_large"}
-"""Mistakes that are tried in every run of the tests, in one file each."""
+"""Mistakes that every test run tries, in one file each."""
 
 
 @cache
@@ -46,9 +46,9 @@ TESTS = {test.id.replace("-", "_"): test for test in manifest().tests}
 
 
 @pytest.fixture(scope="module", autouse=True)
-def _scenes_with_mistakes_are_drawn_once() -> Iterator[None]:
-    """Let submissions share the pictures that they are compared with: all are tried on the same scenes."""
-    draw, change = counterfactuals._rendered, counterfactuals.shading_changes  # noqa: SLF001 - drawn once or each time, the pictures are the same
+def _scenes_with_mistakes_are_rendered_once() -> Iterator[None]:
+    """Let all submissions share the rendered mistakes: they use the same scenes."""
+    draw, change = counterfactuals._rendered, counterfactuals.shading_changes  # noqa: SLF001 - caching does not change the pictures
     drawn: dict[tuple[str, bool, int], Floats] = {}
     changed: dict[str, list[tuple[str, Callable[[], Floats]]]] = {}
 
@@ -71,7 +71,7 @@ def _scenes_with_mistakes_are_drawn_once() -> Iterator[None]:
 
 
 def words(scene: LoadedScene) -> str:
-    """What scenes with the same pictures have in common."""
+    """A key that is equal for scenes with the same pictures."""
     textures = scene.document.textures.values()
     files = [scene.assets.read(each.asset) for each in textures if isinstance(each, ImageTexture)]
     return scene.document.model_dump_json() + hashlib.sha256(b"".join(files)).hexdigest()
@@ -86,14 +86,14 @@ def test_points_are_those_of_the_rubric() -> None:
         assert given == RUBRIC | {"antialiasing": 20}
 
 
-def test_both_manifests_differ_in_how_intersections_are_graded_alone() -> None:
+def test_the_manifests_differ_only_in_how_intersections_are_graded() -> None:
     rays, pictures = manifest(), manifest("manifest-pictures.yaml")
     assert [test for test in rays.tests if not isinstance(test, RaysTest)] == [
         test for test in pictures.tests if not test.id.startswith("normals")
     ]
 
 
-def test_optional_criteria_come_on_top_of_90_points() -> None:
+def test_optional_criteria_are_a_bonus_to_90_points() -> None:
     assert sum(test.points for test in manifest().tests if not test.bonus) == 90
     assert {test.id for test in manifest().tests if test.bonus} == {
         "texture",
@@ -104,7 +104,7 @@ def test_optional_criteria_come_on_top_of_90_points() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["manifest.yaml", "manifest-pictures.yaml"])
-def test_the_right_submission_has_full_marks_with_16_random_samples(name: str) -> None:
+def test_the_correct_submission_has_full_marks_with_16_random_samples(name: str) -> None:
     found = grade(manifest(name), references=FOLDER, submission=submissions.right()).grade
     assert {test.id: test.message for test in found.tests if test.status != "passed"} == {}
     assert (found.score, found.max_score) == (125, 90)
@@ -114,7 +114,7 @@ def test_the_right_submission_has_full_marks_with_16_random_samples(name: str) -
 @pytest.mark.slow
 @pytest.mark.parametrize("samples", [4, 36])
 @pytest.mark.parametrize("name", ["phong_matte", "shadow_soft", "antialiasing"])
-def test_more_or_fewer_samples_cost_nothing(name: str, samples: int, tmp_path: Path) -> None:
+def test_more_or_fewer_samples_cost_no_points(name: str, samples: int, tmp_path: Path) -> None:
     submissions.save(tmp_path, name, samples=samples, seed=samples)
     assert graded(name, tmp_path) == (1.0, "")
 
@@ -122,36 +122,34 @@ def test_more_or_fewer_samples_cost_nothing(name: str, samples: int, tmp_path: P
 @pytest.mark.parametrize(
     "mistake", [m for m in MISTAKES if m.name in QUICK], ids=lambda mistake: mistake.name
 )
-def test_a_mistake_loses_points_and_is_told(mistake: Mistake, tmp_path: Path) -> None:
+def test_a_mistake_loses_points_and_is_named(mistake: Mistake, tmp_path: Path) -> None:
     name = next(iter(mistake.fails))
     submissions.save(tmp_path, name, frozenset([mistake.name]))
-    share, told = graded(name, tmp_path)
+    share, cause = graded(name, tmp_path)
     assert share < 1
-    assert mistake.fails[name] in told
+    assert mistake.fails[name] in cause
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "mistake", [m for m in MISTAKES if m.name not in QUICK], ids=lambda mistake: mistake.name
 )
-def test_every_mistake_loses_its_points_and_no_others_and_is_told_rightly(
-    mistake: Mistake, tmp_path: Path
-) -> None:
+def test_every_mistake_loses_the_expected_points_and_is_named(mistake: Mistake, tmp_path: Path) -> None:
     for name in mistake.tried:
         submissions.save(tmp_path, name, frozenset([mistake.name]))
-        share, told = graded(name, tmp_path)
+        share, cause = graded(name, tmp_path)
         if name in mistake.fails:
             assert (name, share < 1) == (name, True)
-            assert mistake.fails[name] in told
+            assert mistake.fails[name] in cause
         else:
             assert (name, share) == (name, 1.0)
 
 
 def graded(name: str, submission: Path) -> tuple[float, str]:
-    """Share of the points, and the first cause; of rays the whole message where points are lost."""
-    # However busy the machine is, all mistakes are tried.
-    patient = manifest().model_copy(update={"deadline": 3600.0})
-    run = Run(patient, Folder(FOLDER.resolve(), "reference"), Folder(submission.resolve(), "submission"))
+    """Share of the points, and the first cause or, for rays, the message; empty with full points."""
+    # A long deadline, so that all mistakes are tried even on a busy machine.
+    unhurried = manifest().model_copy(update={"deadline": 3600.0})
+    run = Run(unhurried, Folder(FOLDER.resolve(), "reference"), Folder(submission.resolve(), "submission"))
     *_, outcome = findings(TESTS[name], run)
     if outcome.share == 1:
         return outcome.share, ""

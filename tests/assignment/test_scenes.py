@@ -1,4 +1,4 @@
-"""The scenes, rays and references of the ready assignment are what the scripts make of them."""
+"""The scenes, rays and references of the ready assignment match the scripts that make them."""
 
 import json
 
@@ -17,13 +17,13 @@ MEBIBYTE = 1 << 20
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_a_scene_is_what_the_script_makes(name: str) -> None:
+def test_a_scene_matches_its_script(name: str) -> None:
     assert document(name) == json.loads(json.dumps(SCENES[name]()))
 
 
 @pytest.mark.parametrize(("name", "seed"), [(name, i) for i, name in enumerate(make_assignment_rays.RAYS)])
-def test_rays_are_what_the_script_makes(name: str, seed: int) -> None:
-    """But for an ulp of exp and of norms on other machines."""
+def test_rays_match_their_script(name: str, seed: int) -> None:
+    """exp and norms may differ by an ulp between machines."""
     with np.load(FOLDER / f"{name}.npz") as kept:
         for made, array in zip(
             make_assignment_rays.rays(document(name), seed), ("origins", "directions"), strict=True
@@ -34,14 +34,14 @@ def test_rays_are_what_the_script_makes(name: str, seed: int) -> None:
 @pytest.mark.parametrize(
     ("file", "draw"), [("arrow", make_assignment.arrow), ("studs_normal", make_assignment.studs)]
 )
-def test_a_texture_is_what_the_script_draws(file: str, draw: object) -> None:
+def test_a_texture_matches_its_script(file: str, draw: object) -> None:
     assert callable(draw)
     kept = np.asarray(Image.open(FOLDER / "textures" / f"{file}.png")).astype(int)
-    # sqrt may differ by an ulp between machines, so a value on the border of two codes may too.
+    # sqrt may differ by an ulp between machines, so values may round to neighbouring codes.
     assert abs(kept - draw().astype(int)).max() <= 1
 
 
-def test_the_texture_looks_alike_from_no_two_sides() -> None:
+def test_the_texture_has_no_symmetry() -> None:
     texels = make_assignment.arrow().astype(int)
     turned = [np.rot90(t, k) for t in (texels, texels.transpose(1, 0, 2)) for k in range(4)]
     assert all(abs(texels - other).mean() > 10 for other in turned[1:])
@@ -56,12 +56,12 @@ def test_a_reference_agrees_with_its_scene_rendered_again_with_fewer_samples(nam
     kept = read_picture(FOLDER / "references" / f"{name}.npy", "linear")
     assert kept.linear.shape == (HEIGHT, WIDTH, 3)
     worst = np.abs(rendered - kept.linear).mean()
-    # Means of 16 places differ from the truth where edges are, and there by a fraction of the contrast.
+    # Means of 16 samples differ from the reference only at edges, by a fraction of the contrast.
     assert worst < 0.01
 
 
 @pytest.mark.parametrize("name", make_assignment.PICTURES)
-def test_the_picture_for_people_shows_the_reference_for_programs(name: str) -> None:
+def test_the_png_matches_the_array(name: str) -> None:
     folder = FOLDER / "references"
     pictures = (read_picture(folder / f"{name}.png", "srgb"), read_picture(folder / f"{name}.npy", "linear"))
     # Rounding to 8 bits and to float16.
@@ -72,7 +72,7 @@ def test_the_picture_for_people_shows_the_reference_for_programs(name: str) -> N
 def test_each_reference_has_its_error_and_all_are_far_below_the_noise_of_16_samples() -> None:
     errors = json.loads((FOLDER / "references" / "errors.json").read_text())
     assert set(errors) == set(make_assignment.PICTURES)
-    # The quietest scene has 0.0019 at 16 random samples.
+    # The scene with the least noise has an RMSE of 0.0019 at 16 random samples.
     assert max(errors.values()) < 0.001
 
 
@@ -84,5 +84,5 @@ def test_sheets_of_normals_are_of_unit_length_where_a_pixel_lies_inside_a_flat_s
     codes = np.load(FOLDER / "references" / "rays_flat_normals.npy").astype(float)
     lengths = np.linalg.norm(2 * codes - 1, axis=2)
     seen = codes.any(axis=2)
-    # Half of the pixels that show anything are not at an edge; float16 rounds to 2**-11.
+    # More than half of the covered pixels are not at an edge; float16 rounds to 2**-11.
     assert (abs(lengths[seen] - 1) < 2**-9).mean() > 0.5

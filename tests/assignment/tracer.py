@@ -1,4 +1,4 @@
-"""A plain ray tracer that solves the assignment with random samples, and can be wrong on purpose."""
+"""A simple ray tracer that solves the assignment with random samples, and can make mistakes on purpose."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -13,12 +13,12 @@ Json = dict[str, Any]
 
 
 def is_stretched(shape: Json) -> bool:
-    """Whether it is an ellipsoid and no ball."""
+    """Whether the shape is an ellipsoid given by its axes, not a sphere."""
     return "axes" in shape
 
 
 class Tracer:
-    """A scene, what is done wrong with it, and the random numbers."""
+    """A scene, the names of the mistakes to make, and a random generator."""
 
     def __init__(self, scene: Json, folder: Path, wrong: Wrong = frozenset(), seed: int = 0) -> None:
         self.scene, self.wrong = scene, wrong
@@ -35,11 +35,11 @@ class Tracer:
         }
 
     def picture(self, samples: int = 16, pattern: str = "random") -> Array:
-        """Linear, (H, W, 3)."""
+        """The linear picture, (H, W, 3)."""
         return self.averaged(self.colors, samples, pattern)
 
     def normal_picture(self, samples: int = 16) -> Array:
-        """Normals n as (n + 1) / 2, black where nothing is hit, (H, W, 3)."""
+        """Normals n as (n + 1) / 2, black for misses, (H, W, 3)."""
         return self.averaged(self.normal_colors, samples, "random")
 
     def averaged(self, seen: Callable[[Array, Array], Array], samples: int, pattern: str) -> Array:
@@ -55,7 +55,7 @@ class Tracer:
         return (total / samples).reshape(height, width, 3)
 
     def places(self, number: int, samples: int, pattern: str, count: int) -> tuple[Array, Array]:
-        """Where in their pixels the rays of a sample go."""
+        """Positions of a sample in its pixels, 0 to 1."""
         side = round(samples**0.5)
         column, row = number % side, number // side
         if pattern == "center":
@@ -66,7 +66,7 @@ class Tracer:
         return ((column + a) / side, (row + b) / side) if pattern == "jittered" else (a, b)
 
     def rays(self, x: Array, y: Array) -> tuple[Array, Array]:
-        """Origins and directions through places of the picture, in pixels from its upper left corner."""
+        """Origins and directions of rays through points of the picture, in pixels from the upper left."""
         camera, wrong = self.scene["camera"], self.wrong
         position = np.array(camera["position"], float)
         up = (0, 1, 0) if "up_ignored" in wrong else camera.get("up", (0, 1, 0))
@@ -91,7 +91,7 @@ class Tracer:
         return np.broadcast_to(position, d.shape), unit(d)
 
     def hits(self, origins: Array, directions: Array) -> tuple[Array, Array]:
-        """Distance of the nearest shape, and its number or -1."""
+        """t of the nearest hit, and the index of its shape or -1."""
         nearest, number = np.full(len(directions), np.inf), np.full(len(directions), -1)
         for i, shape in enumerate(self.shapes):
             t = shape.distances(origins, directions, self.wrong)
@@ -102,7 +102,7 @@ class Tracer:
         return nearest, number
 
     def normals(self, number: Array, places: Array, directions: Array) -> Array:
-        """On the side that the rays come from."""
+        """Normals that face the ray origins."""
         found = np.zeros(places.shape)
         for i in np.unique(number[number >= 0]):
             seen = number == i
@@ -155,7 +155,7 @@ class Tracer:
         return material["diffuse"] * color * lambert + material.get("specular", 0) * high
 
     def light_points(self, light: Json, places: Array) -> tuple[Array, float]:
-        """Vectors to a place of the light for each place, and how many of their lengths away it is."""
+        """Vectors from each point to a point of the light, and the t at which shadow rays end."""
         if light["type"] == "directional":
             return np.broadcast_to(-np.array(light["direction"], float), places.shape), np.inf
         if light["type"] == "point":
@@ -171,7 +171,7 @@ class Tracer:
         return corner + shares @ edges - places, 1.0
 
     def seen(self, own: int, places: Array, towards: Array, reach: float) -> Array:
-        """1 where nothing is between a place and the light, 0 elsewhere."""
+        """1 where the light is visible, 0 where it is blocked."""
         if "no_shadows" in self.wrong:
             return np.ones(len(places))
         if "shadow_ray_endless" in self.wrong:
@@ -194,7 +194,7 @@ class Tracer:
         return self.looked_up(name, u, v)
 
     def looked_up(self, name: str, u: Array, v: Array) -> Array:
-        """The four texels around a place, weighted."""
+        """Bilinear interpolation of a texture."""
         texels = self.files[name]
         srgb = self.textures[name]["encoding"] == "srgb"
         if ("texture_not_decoded" in self.wrong and srgb) or ("normal_map_srgb" in self.wrong and not srgb):
@@ -216,7 +216,7 @@ class Tracer:
         return upper * (1 - b) + lower * b
 
     def mapped(self, name: str, shape: Ball | Flat, places: Array, outward: Array) -> Array:
-        """Outward normals of a normal map on a flat shape."""
+        """Outward normals from a normal map on a flat shape."""
         assert isinstance(shape, Flat)
         u, v = shape.coordinates(places).T
         x, y, z = (self.looked_up(name, u, v) * 2 - 1).T
@@ -229,7 +229,7 @@ class Tracer:
 
 
 def encoded(linear: Array, wrong: Wrong = frozenset()) -> Array:
-    """sRGB codes of 8 bits."""
+    """Encode a linear picture as 8-bit sRGB codes."""
 
     def srgb(x: Array) -> Array:
         return np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)

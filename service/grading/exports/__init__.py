@@ -1,4 +1,4 @@
-"""A native result in the forms of platforms: pure functions of it and of its pictures."""
+"""Export a native result to the formats of platforms: pure functions of the result and its pictures."""
 
 from collections.abc import Callable
 
@@ -22,8 +22,8 @@ EXPORTS: dict[str, Callable[..., bytes]] = {
     "csv-staff": gradebook.with_signals,
     "markdown": markdown.export,
     "html": page.for_reading,
-    "html-staff": page.for_looking_closer,
+    "html-staff": page.for_staff_review,
 }
-"""Functions of a `schemas.grading.grades.Grade` and the folder of its pictures, or None for no pictures."""
+"""By format: functions of a `schemas.grading.grades.Grade` and the folder of its pictures or None."""
 
 __all__ = ["EXPORTS", "ExportError"]

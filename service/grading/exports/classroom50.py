@@ -25,38 +25,38 @@ REQUIRED = {
     "commit": "COMMIT_URL",
     "release": "RELEASE_URL",
 }
-"""Variables that the runner of Classroom 50 sets, by the fields that they are for."""
+"""Variables that the runner of Classroom 50 sets, by field."""
 
 STAMPED = {"assignment_type": "ASSIGNMENT_TYPE", "owner": "OWNER"}
-"""The same of fields that the runner writes itself where they are missing."""
+"""Variables of optional fields; the runner writes a missing field itself."""
 
 TAG_MOMENT = re.compile(r"^submit/(\d{4}-\d{2}-\d{2})T(\d{2})-(\d{2})-(\d{2})Z")
 
 
 def export(grade: Grade, pictures: Path | None = None, environment: Mapping[str, str] = os.environ) -> bytes:
-    """A result in the form of Classroom 50.
+    """Export a result for Classroom 50.
 
-    Points are rounded to whole numbers test by test, halves up. There is no bonus: its points are in the
-    `max-score` too. Pictures have no place there.
+    Points of each test are rounded to whole numbers, halves up. Classroom 50 has no bonus, so bonus points
+    count in `max-score` too. Pictures are not supported.
 
     Parameters
     ----------
     environment
-        Where the runner tells what it grades.
+        Environment of the runner, which names the submission.
 
     Raises
     ------
     ExportError
-        If it does not tell, or the moment of the submission is not known.
+        A variable is missing, or the time of the submission is unknown.
     """
     del pictures
     tests = [_test(row) for row in for_students(grade)]
     return encoded(
         {"schema": "classroom50/result/v1"}
-        | {field: _told(environment, name) for field, name in REQUIRED.items()}
+        | {field: _variable(environment, name) for field, name in REQUIRED.items()}
         | {field: environment[name] for field, name in STAMPED.items() if environment.get(name)}
         | {
-            "review": environment.get("REVIEW_URL") or _told(environment, "COMMIT_URL"),
+            "review": environment.get("REVIEW_URL") or _variable(environment, "COMMIT_URL"),
             "datetime": _moment(grade, environment),
             "score": sum(test["score"] for test in tests),
             "max-score": sum(test["max-score"] for test in tests),
@@ -65,23 +65,23 @@ def export(grade: Grade, pictures: Path | None = None, environment: Mapping[str,
     )
 
 
-def _told(environment: Mapping[str, str], name: str) -> str:
+def _variable(environment: Mapping[str, str], name: str) -> str:
     value = environment.get(name)
     if not value:
         raise ExportError(
-            f"{name} is not set. Classroom 50 wants to know what was graded, and its runner tells it in the "
-            f"environment: {', '.join(REQUIRED.values())}."
+            f"{name} is not set. The runner of Classroom 50 identifies the submission by environment "
+            f"variables: {', '.join(REQUIRED.values())}."
         )
     return value
 
 
 def _moment(grade: Grade, environment: Mapping[str, str]) -> str:
-    """When the submission was made, not when it was graded: lateness goes by it."""
+    """The time of the submission, not of grading: it decides whether the submission is late."""
     if grade.submitted is None:
-        found = TAG_MOMENT.match(_told(environment, "SUBMISSION_TAG"))
+        found = TAG_MOMENT.match(_variable(environment, "SUBMISSION_TAG"))
         if found is None:
             raise ExportError(
-                "The moment of the submission is not known: SUBMISSION_TAG does not begin with "
+                "The time of the submission is unknown: SUBMISSION_TAG does not begin with "
                 "submit/YYYY-MM-DDTHH-MM-SSZ. Give it with --submitted-at."
             )
         return "{}T{}:{}:{}Z".format(*found.groups())

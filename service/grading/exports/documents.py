@@ -8,5 +8,5 @@ from typing import Any
 
 
 def encoded(document: Mapping[str, Any]) -> bytes:
-    """A JSON file in UTF-8, with a line end at its end; NaN and infinity are refused."""
+    """Encode a JSON file as UTF-8 with a final newline; NaN and infinity raise ValueError."""
     return (json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n").encode()

@@ -1,4 +1,4 @@
-"""A row of a gradebook with its header, CSV (RFC 4180) in UTF-8."""
+"""Gradebook rows: a header and one row as CSV (RFC 4180) in UTF-8."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from service.grading.exports.rows import Row, for_staff, for_students
 from service.grading.exports.texts import line
 
 FORMULA = tuple("=+-@\uff1d\uff0b\uff0d\uff20")
-"""A spreadsheet computes a cell that begins so, or with the same signs in full width
+"""Spreadsheets evaluate cells that begin with these characters, also in full width
 (https://owasp.org/www-community/attacks/CSV_Injection)."""
 
 
 def for_gradebook(grade: Grade, pictures: Path | None = None) -> bytes:
-    """The row that students may see: hidden tests are one column. Pictures have no place there."""
+    """Export the row that students may see: hidden tests share one column. Pictures are not supported."""
     del pictures
     return _table(grade, for_students(grade), {})
 
 
 def with_signals(grade: Grade, pictures: Path | None = None) -> bytes:
-    """The row for staff: every test has its column, and the last one has the signals."""
+    """Export the row for staff: one column for each test, and the signals in the last one."""
     del pictures
     signals = "; ".join(f"{signal.test}: {signal.code}" for signal in grade.signals)
     return _table(grade, for_staff(grade), {"signals": signals})
@@ -34,7 +34,7 @@ def _table(grade: Grade, rows: Sequence[Row], more: dict[str, str]) -> bytes:
         "student": grade.student or "",
         "submitted": grade.submitted or "",
         "assignment": grade.title,
-        # A total without what is open would be taken for the whole.
+        # A partial total could be mistaken for the final one.
         "score": "" if grade.ungraded else grade.score,
         "max_score": grade.max_score,
         "ungraded": len(grade.ungraded),

@@ -17,17 +17,17 @@ from service.grading.exports.rows import Row, for_staff, headline
 from service.grading.exports.texts import line
 
 MOST_PICTURES = 1_000_000
-"""Bytes. Gradescope names no limit, but the page of a submission loads all of them at once."""
+"""Bytes. Gradescope documents no limit, but the page of a submission loads all pictures at once."""
 
 LATER = ("after_due_date", "after_published")
-"""Tags of a hidden test that say when it is shown, in Gradescope's own words."""
+"""Tags of a hidden test that set when it is shown, as Gradescope names them."""
 
 
 def export(grade: Grade, pictures: Path | None = None) -> bytes:
-    """A result in the form of Gradescope.
+    """Export a result for Gradescope.
 
-    A hidden test is hidden there, or with a tag of `LATER` until then. A test that could not be graded has no
-    score of its own. What is for staff alone is left out: staff see what the run printed.
+    A hidden test stays hidden, or appears later if it has a tag of `LATER`. A test that could not be graded
+    has no score. Signals for staff are left out; staff can see the output of the run.
     """
     rows = for_staff(grade)
     shown = album(rows, pictures, MOST_PICTURES)

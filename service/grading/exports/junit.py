@@ -1,4 +1,4 @@
-"""JUnit XML, as GitLab and Jenkins read it: one testcase for each test.
+"""JUnit XML for GitLab and Jenkins: one testcase for each test.
 
 Elements that GitLab reads: https://docs.gitlab.com/ci/testing/unit_test_reports/
 """
@@ -16,22 +16,22 @@ NUMBERS = ("metric", "value", "threshold", "margin", "verdict")
 
 
 def export(grade: Grade, pictures: Path | None = None) -> bytes:
-    """A result as JUnit XML.
+    """Export a result as JUnit XML.
 
-    It knows no partial credit: a test that lost points has failed, and its properties tell the points. What
-    could not be graded is an error, what was not submitted is skipped. Pictures have no place there.
+    JUnit has no partial credit: a test that lost points fails, and its properties hold the points. A test
+    that could not be graded is an error, one without a submitted file is skipped. Pictures are not supported.
     """
     del pictures
     rows = for_students(grade)
-    told = {
+    counts = {
         "tests": str(len(rows)),
         "failures": str(sum(_outcome(row) == "failure" for row in rows)),
         "errors": str(sum(_outcome(row) == "error" for row in rows)),
         "skipped": str(sum(_outcome(row) == "skipped" for row in rows)),
         "time": f"{grade.timings.seconds:.3f}",
     }
-    root = Element("testsuites", {"name": line(grade.title)} | told)
-    suite = SubElement(root, "testsuite", {"name": line(grade.title)} | told)
+    root = Element("testsuites", {"name": line(grade.title)} | counts)
+    suite = SubElement(root, "testsuite", {"name": line(grade.title)} | counts)
     _properties(
         suite,
         {
@@ -50,13 +50,13 @@ def export(grade: Grade, pictures: Path | None = None) -> bytes:
 
 
 def _case(suite: Element, grade: Grade, row: Row) -> None:
-    # A report keeps one test of those with the same class and name.
+    # A report keeps only one test of the same class and name.
     words = {"classname": f"{line(grade.title)}.{row.id or 'hidden'}", "name": row.name}
     case = SubElement(suite, "testcase", words | {"time": f"{row.seconds:.3f}"})
     numbers = {} if row.test is None else {name: getattr(row.test, name) for name in NUMBERS}
-    told = {name: f"{value:.6g}" if isinstance(value, float) else value for name, value in numbers.items()}
+    written = {name: f"{value:.6g}" if isinstance(value, float) else value for name, value in numbers.items()}
     points = {"points": number(row.points), "max_points": number(row.max_points), "status": row.status}
-    _properties(case, points | {name: value for name, value in told.items() if value is not None})
+    _properties(case, points | {name: value for name, value in written.items() if value is not None})
     if outcome := _outcome(row):
         first = row.message.split("\n", 1)[0]
         reason = SubElement(case, outcome, {"message": first, "type": row.status})

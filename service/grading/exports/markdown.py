@@ -1,4 +1,4 @@
-"""A summary in GitHub's Markdown, such as a step of a workflow shows."""
+"""A summary in GitHub's Markdown, for a step of a workflow."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from service.grading.exports.rows import WORDS, Row, for_students, headline
 from service.grading.exports.texts import line, number, shortened
 
 MOST = 1_000_000
-"""Bytes: a step that writes more than 1 MiB has no summary at all."""
+"""Bytes: GitHub drops the summary of a step that writes more than 1 MiB."""
 
 LENGTHS = (1000, 250)
-"""Characters of a message that are tried."""
+"""Lengths to which messages are cut, tried in order until the summary fits."""
 
 MEANINGFUL = re.compile(r"([\\`*_{}\[\]()<>#+\-.!|&~@$:^])")
-"""What may begin something else than text, addresses and mentions among it."""
+"""Characters that may start markup, addresses or mentions."""
 
 
 def export(grade: Grade, pictures: Path | None = None) -> bytes:
-    """A table of all tests. Pictures are left out: GitHub shows none that come without an address."""
+    """Export a table of all tests. Pictures are left out, because GitHub shows only those with an address."""
     del pictures
     tried = [_summary(grade, for_students(grade), length) for length in LENGTHS]
     return next((content for content in tried if len(content) <= MOST), tried[-1])
@@ -46,7 +46,7 @@ def _line(row: Row, length: int) -> str:
 
 
 def _plain(text: str) -> str:
-    r"""Text in which no character has a meaning for Markdown or HTML.
+    r"""Escape all characters that have a meaning in Markdown or HTML.
 
     >>> print(_plain("a|b <i> [x](y)"))
     a\|b \<i\> \[x\]\(y\)

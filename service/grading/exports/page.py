@@ -1,4 +1,4 @@
-"""A page that explains a result: one HTML file without scripts that loads nothing."""
+"""A page that explains a result: one HTML file without scripts or external resources."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from service.grading.exports.rows import WORDS, Row, for_staff, for_students, he
 from service.grading.exports.texts import harmless, line, number
 
 OUTLINED = 3
-"""Worst regions that are outlined in the pictures; the words name all of them."""
+"""Number of worst regions outlined in the pictures; the text lists all of them."""
 
-# Browsers that honour it run and load nothing, whatever has got into the page.
+# Content Security Policy: browsers run no scripts and load no resources, whatever the page contains.
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 
 STYLE = """
@@ -33,13 +33,13 @@ rect { fill: none; stroke: #0af; stroke-width: 2; vector-effect: non-scaling-str
 
 
 def for_reading(grade: Grade, pictures: Path | None = None) -> bytes:
-    """The page for students: hidden tests are one line, and what is for staff alone is not there."""
+    """Export the page for students: hidden tests share one line, and signals are left out."""
     rows = for_students(grade)
     return _page(grade, rows, album(rows, pictures), ())
 
 
-def for_looking_closer(grade: Grade, pictures: Path | None = None) -> bytes:
-    """The page for staff: every test, the signals, and what was read."""
+def for_staff_review(grade: Grade, pictures: Path | None = None) -> bytes:
+    """Export the page for staff: every test, the signals, and the files that were read."""
     rows = for_staff(grade)
     return _page(grade, rows, album(rows, pictures), _staff(grade))
 
@@ -99,7 +99,7 @@ def _section(row: Row, pictures: Sequence[Shown], inputs: Sequence[GradeInput]) 
 
 
 def _drawn(picture: Shown, row: Row, width: int | None) -> str:
-    """A picture with the worst regions outlined, where it shows whole pictures of the submission's width."""
+    """A picture; the worst regions are outlined if it shows whole pictures of the submission's width."""
     wide, high = picture.size
     regions = row.test.worst_regions[:OUTLINED] if row.test is not None and row.status != "passed" else ()
     outlines = "".join(
@@ -116,7 +116,7 @@ def _drawn(picture: Shown, row: Row, width: int | None) -> str:
 
 
 def _lefts(wide: int, width: int | None) -> list[int]:
-    """Where pictures of a width begin in one of them, or in three side by side."""
+    """Left edges of the pictures of a width: of one, or of three side by side."""
     if width is None:
         return []
     return {width: [0], 3 * width + 2 * GAP: [place * (width + GAP) for place in range(3)]}.get(wide, [])

@@ -1,4 +1,4 @@
-"""Pictures inside a document, as data URLs: all of them if they fit, else smaller and fewer."""
+"""Embed pictures in a document as data URLs: all of them if they fit, else smaller or fewer."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from service.grading.exports.rows import Row
 from service.grading.exports.texts import line, shortened
 
 SCALES = (1, 2, 4)
-"""Divisors of the width that are tried; smaller pictures show nothing any more."""
+"""Divisors of the width, tried in order; smaller pictures would be useless."""
 
 LABEL = 40
-"""Most characters of a label."""
+"""Longest label in characters."""
 
 AROUND = 300
-"""Bytes for what a document says about each picture, its label of four-byte characters included."""
+"""Bytes that a document needs around each picture, including a label of four-byte characters."""
 
 NOTE = 200
-"""Bytes for telling what was left out."""
+"""Bytes reserved for the note about missing pictures."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,7 @@ class Shown:
 
     @property
     def url(self) -> str:
-        """The picture itself in place of an address."""
+        """The picture as a data URL."""
         return f"data:image/png;base64,{base64.b64encode(self.png).decode()}"
 
     @property
@@ -61,24 +61,24 @@ class Album:
     by_id : mapping of str to list of Shown
         By the row's id.
     note : str
-        What was done so that they fit; empty if nothing was.
+        How the pictures were reduced to fit; empty if they were not.
     """
 
     by_id: Mapping[str, list[Shown]] = field(default_factory=dict)
     note: str = ""
 
     def of(self, row: Row) -> Sequence[Shown]:
-        """Those of a row."""
+        """The pictures of a row."""
         return self.by_id.get(row.id, ())
 
 
 def album(rows: Sequence[Row], folder: Path | None, most: int | None = None) -> Album:
-    """The pictures of rows, worst rows first while there is room.
+    """The pictures of rows, worst rows first, as long as there is room.
 
     Parameters
     ----------
     folder
-        Where the result's pictures are; None for no pictures. A picture that is not there is left out.
+        The folder of the result's pictures; None for no pictures. Missing files are skipped.
     most
         Bytes for all of them as data URLs; None for no limit.
     """
@@ -98,7 +98,7 @@ def album(rows: Sequence[Row], folder: Path | None, most: int | None = None) -> 
         picture = Shown(label, _smaller(file.read_bytes(), scale))
         needed = _encoded(len(picture.png))
         if needed > room or left_out:
-            # What comes later matters less: a small one must not take the place of a worse one.
+            # Later pictures matter less: a small one must not replace one of a worse test.
             left_out += 1
             continue
         room -= needed
@@ -107,7 +107,7 @@ def album(rows: Sequence[Row], folder: Path | None, most: int | None = None) -> 
 
 
 def _scale(sizes: Sequence[int], room: float) -> int:
-    """How much smaller all pictures become: their bytes go with their pixels."""
+    """The divisor for all pictures; assumes that bytes are proportional to pixels."""
     fitting = [scale for scale in SCALES if sum(_encoded(size // scale**2) for size in sizes) <= room]
     return fitting[0] if fitting else SCALES[-1]
 
@@ -129,5 +129,5 @@ def _smaller(content: bytes, scale: int) -> bytes:
 def _note(scale: int, left_out: int) -> str:
     smaller = f"Pictures are shown at 1/{scale} of their size." if scale > 1 else ""
     counted = "1 picture is" if left_out == 1 else f"{left_out} pictures are"
-    fewer = f"{counted} left out for want of room, those of the best tests." if left_out else ""
+    fewer = f"{counted} left out for lack of space, those of the best tests." if left_out else ""
     return " ".join(filter(None, (smaller, fewer)))

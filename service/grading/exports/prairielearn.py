@@ -16,16 +16,17 @@ from service.grading.exports.rows import Row, for_students, headline
 from service.grading.exports.texts import number, shortened
 
 MOST = 1_000_000
-"""Bytes of the file, pictures and words: the limit is 1 MB."""
+"""Largest file in bytes: the limit of PrairieLearn is 1 MB."""
 
 LENGTHS = (4000, 1000, 250)
-"""Characters of a message that are tried: with the last, 200 tests fit whatever is written there."""
+"""Lengths to which messages are cut, tried in order; with the last one 200 tests always fit."""
 
 
 def export(grade: Grade, pictures: Path | None = None) -> bytes:
-    """A result in the form of PrairieLearn, of at most `MOST` bytes.
+    """Export a result for PrairieLearn, with at most `MOST` bytes.
 
-    If a test could not be graded the whole is not gradable there: neither points nor an attempt are lost.
+    If a test could not be graded, the whole submission is not gradable and costs no points and no
+    attempt.
     """
     rows = for_students(grade)
     bare = [(length, len(_content(grade, rows, Album(), length))) for length in LENGTHS]
@@ -61,7 +62,7 @@ def _share(grade: Grade) -> float:
 def _bonus(grade: Grade) -> str:
     if grade.score <= grade.max_score:
         return ""
-    return f"PrairieLearn takes no more than the full score; {number(grade.score)} points were earned."
+    return f"PrairieLearn accepts no more than the full score; {number(grade.score)} points were earned."
 
 
 def _test(row: Row, pictures: Sequence[Shown], length: int) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The tests of a result as staff and as students are told about them."""
+"""The tests of a result as rows, for staff and for students."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from service.grading.exports.texts import harmless, line, number
 from service.grading.sentences import place
 
 OPEN: frozenset[Status] = frozenset({"error", "not_gradable"})
-"""No points were judged: 0 stands there because nothing else can."""
+"""Statuses of tests that were not judged; their 0 points are a placeholder."""
 
 WORDS: dict[Status, str] = {
     "passed": "passed",
@@ -24,16 +24,16 @@ WORDS: dict[Status, str] = {
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One test, all words of strangers made harmless.
+    """One test, with all untrusted text sanitized.
 
     Attributes
     ----------
     id : str
-        Empty for the row that stands for all hidden tests.
+        Empty for the row that sums up all hidden tests.
     places : tuple of str
-        Where pictures differ most, sentences, worst first.
+        Sentences about the regions that differ most, worst first.
     test : TestGrade or None
-        The whole of it; None for the row of all hidden tests.
+        The test itself; None for the row of all hidden tests.
     """
 
     id: str
@@ -49,12 +49,12 @@ class Row:
 
     @property
     def open(self) -> bool:
-        """Whether no points were judged."""
+        """Whether the test could not be graded."""
         return self.status in OPEN
 
     @property
     def lost(self) -> float:
-        """Points that were not earned."""
+        """Points not earned."""
         return max(self.max_points - self.points, 0.0)
 
 
@@ -64,17 +64,17 @@ def for_staff(grade: Grade) -> tuple[Row, ...]:
 
 
 def for_students(grade: Grade) -> tuple[Row, ...]:
-    """Tests that are not hidden, and one row for all that are: the total tells their sum anyway."""
+    """Visible tests, and one row for all hidden ones: their sum follows from the total anyway."""
     hidden = [test for test in grade.tests if test.hidden]
     shown = tuple(_row(test) for test in grade.tests if not test.hidden)
     return (*shown, _together(hidden)) if hidden else shown
 
 
 def headline(grade: Grade) -> str:
-    """The total in a sentence or two."""
+    """One or two sentences with the total."""
     left = [test for test in grade.tests if test.status in OPEN]
     if not grade.gradable:
-        return "Nothing could be graded, and no points are lost by that. The tests say why."
+        return "Nothing could be graded, and no points are lost. The tests say why."
     total = f"{number(grade.score)} of {number(grade.max_score)} points."
     if not left:
         return total

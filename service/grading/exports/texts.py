@@ -1,13 +1,13 @@
-"""Words in results: what strangers wrote made harmless, and numbers as people write them."""
+"""Text in results: sanitize untrusted text, and format numbers."""
 
 from __future__ import annotations
 
 
 def harmless(text: str) -> str:
-    """What somebody wrote, with a blank for each character that is not printed; line ends stay.
+    """Replace each non-printable character by a space, except line ends.
 
-    Control characters, half of a pair of surrogates, and characters that turn the direction of writing are
-    not allowed in XML, not to be encoded, or made to deceive.
+    Control characters are not allowed in XML, lone surrogates cannot be encoded, and characters that change
+    the direction of writing can deceive a reader.
 
     >>> harmless("Zoë" + chr(27) + "[31m")
     'Zoë [31m'
@@ -16,12 +16,12 @@ def harmless(text: str) -> str:
 
 
 def line(text: str) -> str:
-    """The same on one line."""
+    """Sanitize text and join it to one line."""
     return " ".join(harmless(text).split())
 
 
 def shortened(text: str, most: int) -> str:
-    """At most so many characters, with an ellipsis where something was cut.
+    """Cut text to `most` characters, with an ellipsis if it was longer.
 
     >>> shortened("columns 3 to 10", 8)
     'columns…'
@@ -30,7 +30,7 @@ def shortened(text: str, most: int) -> str:
 
 
 def number(points: float) -> str:
-    """Points with as many decimals as they need, two at most.
+    """Format points with as few decimals as possible, at most two.
 
     >>> number(12.5), number(90.0), number(1 / 3)
     ('12.5', '90', '0.33')

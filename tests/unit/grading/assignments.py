@@ -41,12 +41,12 @@ SCENE: dict[str, Any] = {
 
 
 def scene(**changes: Any) -> dict[str, Any]:
-    """The scene, with some of its members changed."""
+    """The scene with some members changed."""
     return copy.deepcopy(SCENE) | changes
 
 
 def pixels(document: dict[str, Any]) -> np.ndarray:
-    """Its picture, linear."""
+    """The linear picture of a scene."""
     return render(compile_scene(load_scene(document))).image
 
 
@@ -107,7 +107,7 @@ class Assignment:
 
     @classmethod
     def of(cls, folder: Path) -> Assignment:
-        """A fresh one."""
+        """Create an assignment."""
         made = cls(folder / "assignment", folder / "submission")
         for inside in (made.references, made.submission):
             inside.mkdir()
@@ -122,7 +122,7 @@ class Assignment:
         return path
 
     def hand_in(self, name: str, content: Any) -> Path:
-        """Put a file into the submission: an array, several arrays, bytes, or a document."""
+        """Add a file to the submission: an array, several arrays, bytes, or a document."""
         path = self.submission / name
         match content:
             case bytes():
@@ -143,9 +143,9 @@ class Assignment:
         )
 
     def grade(self, *tests: dict[str, Any], **options: Any) -> Grade:
-        """The same without its pictures."""
+        """The grade without its pictures."""
         return self.run(*tests, **options).grade
 
     def test(self, test: dict[str, Any], **options: Any) -> TestGrade:
-        """What becomes of a single test."""
+        """Grade the submission by a single test."""
         return self.grade(test, **options).tests[0]

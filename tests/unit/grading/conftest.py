@@ -9,5 +9,5 @@ from tests.unit.grading.assignments import Assignment
 
 @pytest.fixture
 def assignment(tmp_path: Path) -> Assignment:
-    """An assignment and a submission that has nothing but the scene."""
+    """An assignment, and a submission with only the scene."""
     return Assignment.of(tmp_path)

@@ -1,4 +1,4 @@
-"""A picture is told which mistake its program made: the one with which the reference scene looks like it."""
+"""A wrong picture is diagnosed by reproducing likely mistakes with the reference scene."""
 
 import io
 import json
@@ -22,7 +22,7 @@ MATT = {"type": "phong", "ambient": 0.2, "diffuse": 0.8, "specular": 0.0, "shini
 
 
 def scene(**changes: Any) -> Document:
-    """A shining ball and a leaning triangle over a floor, seen by a camera that is tilted."""
+    """A glossy ball and a slanted triangle over a floor, seen by a tilted camera."""
     document: Document = {
         "version": 1,
         "camera": {
@@ -130,9 +130,9 @@ MISTAKES: dict[str, tuple[str, Document]] = {
 def test_a_mistake_is_named_first(reference: Picture, cause: str, document: Document) -> None:
     found = against(reference, picture(document))
     assert not found.passed
-    told = explain(renderer.load_scene(scene()), found)
-    assert told[0].cause == cause
-    assert told[0].rmse_after < told[0].rmse_before
+    diagnosis = explain(renderer.load_scene(scene()), found)
+    assert diagnosis[0].cause == cause
+    assert diagnosis[0].rmse_after < diagnosis[0].rmse_before
 
 
 def test_the_shape_that_is_missing_has_its_name_in_the_hint(reference: Picture) -> None:
@@ -146,8 +146,8 @@ def test_a_right_picture_has_no_cause(reference: Picture, seed: int) -> None:
     assert explain(renderer.load_scene(scene()), found) == ()
 
 
-def test_bands_in_a_penumbra_are_told_from_noise(reference: Picture) -> None:
-    """Four points on a grid, the same for all pixels, against four random ones for each."""
+def test_bands_in_a_penumbra_are_distinguished_from_noise(reference: Picture) -> None:
+    """Compare four grid points shared by all pixels with four random points per pixel."""
     bands, noise = (
         explain(renderer.load_scene(scene()), against(reference, picture(scene(), "uniform", light, 4)))
         for light in ("uniform", "random")
@@ -161,14 +161,14 @@ def test_nothing_is_tried_when_the_time_is_up(reference: Picture) -> None:
     assert explain(renderer.load_scene(scene()), found, until=time.monotonic()) == ()
 
 
-def test_what_undoing_explains_is_not_looked_for_elsewhere(reference: Picture) -> None:
+def test_no_mistake_is_reproduced_if_undoing_one_explains_the_difference(reference: Picture) -> None:
     upside_down = picture(scene())
     file = io.BytesIO()
     np.save(file, upside_down.linear[::-1].astype(np.float32))
     found = against(reference, picture_of(file.getvalue(), "picture.npy"))
-    told = explain(renderer.load_scene(scene()), found)
-    assert told == found.causes
-    assert told[0].cause == "flipped_vertically"
+    diagnosis = explain(renderer.load_scene(scene()), found)
+    assert diagnosis == found.causes
+    assert diagnosis[0].cause == "flipped_vertically"
 
 
 def test_every_change_of_a_texture_has_its_hint() -> None:
@@ -177,7 +177,7 @@ def test_every_change_of_a_texture_has_its_hint() -> None:
 
 @pytest.mark.parametrize("cause", COLORS)
 def test_a_texture_that_is_read_wrongly_is_named(cause: str, tmp_path: Path) -> None:
-    """The file itself is changed in the way that the name says; left, right, below and above differ in it."""
+    """The texture file is changed as the cause says; it has no symmetry."""
     from PIL import Image
 
     v, u = np.mgrid[0:8, 0:8] / 8

@@ -1,4 +1,4 @@
-"""Nothing outside of the two folders is opened, and it is told whose fault a missing file is."""
+"""No file outside the two folders is opened, and errors depend on the folder of a file."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_a_link_that_stays_inside_is_followed(submission: Folder) -> None:
 
 
 @pytest.mark.parametrize("name", ["../secret.txt", "deep/../../secret.txt", "link", "folder/secret.txt"])
-def test_what_leads_out_is_refused(submission: Folder, name: str) -> None:
+def test_a_path_out_of_the_folder_is_refused(submission: Folder, name: str) -> None:
     (submission.root / "link").symlink_to("../secret.txt")
     (submission.root / "folder").symlink_to("..")
     with pytest.raises(NotGradableError, match="leads out of its folder"):
@@ -45,18 +45,18 @@ def test_an_absolute_name_is_refused(submission: Folder, tmp_path: Path) -> None
         submission.read(str(tmp_path / "secret.txt"))
 
 
-def test_what_is_no_plain_file_is_never_opened(submission: Folder) -> None:
-    # Whoever opens a pipe waits for somebody who writes.
+def test_only_regular_files_are_opened(submission: Folder) -> None:
+    # Opening a pipe would block until there is a writer.
     os.mkfifo(submission.root / "pipe")
     for name in ("pipe", "deep"):
-        with pytest.raises(NotGradableError, match="no file"):
+        with pytest.raises(NotGradableError, match="not a file"):
             submission.read(name)
     (submission.root / "round").symlink_to("round")
     with pytest.raises(NotGradableError):
         submission.read("round")
 
 
-def test_a_missing_file_is_the_fault_of_whose_folder_lacks_it(submission: Folder) -> None:
+def test_the_error_for_a_missing_file_depends_on_the_folder(submission: Folder) -> None:
     with pytest.raises(NotSubmittedError, match=r"none\.png was not submitted"):
         submission.read("none.png")
     with pytest.raises(BrokenTestError, match=r"none\.png is not beside the manifest"):
@@ -70,7 +70,7 @@ def test_a_file_that_is_too_large_is_not_read(submission: Folder, monkeypatch: p
         submission.read("large")
 
 
-def test_an_archive_that_unpacks_to_more_than_is_read_is_refused(
+def test_an_archive_that_unpacks_beyond_the_limit_is_refused(
     submission: Folder, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     np.savez_compressed(submission.root / "bomb.npz", t=np.zeros(100_000))
@@ -92,7 +92,7 @@ def test_an_archive_that_unpacks_to_more_than_is_read_is_refused(
     ],
     ids=["text", "half", "name", "letters", "pickle"],
 )
-def test_a_damaged_archive_is_told(submission: Folder, content: object, said: str) -> None:
+def test_a_damaged_archive_is_reported(submission: Folder, content: object, said: str) -> None:
     path = submission.root / "hits.npz"
     if isinstance(content, bytes):
         path.write_bytes(content)

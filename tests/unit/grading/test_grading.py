@@ -1,4 +1,4 @@
-"""A whole run: what is broken costs its own points alone, and the result adds up."""
+"""A whole run: a broken test costs only its own points, and the result adds up."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ ENDLESS = scene(
     camera=SCENE["camera"] | {"width": 2048, "height": 2048},
     sampling={"antialiasing": {"pattern": "uniform", "samples": 4096}},
 )
-"""Hours of work."""
+"""A scene that renders for hours."""
 
 GREEDY = scene(camera=SCENE["camera"] | {"width": 8192, "height": 8192})
-"""With target quality, gigabytes at once: sums of float64 for every pixel."""
+"""With target quality this needs gigabytes at once: float64 sums for every pixel."""
 
 
 def test_one_broken_test_never_costs_the_others(assignment: Assignment) -> None:
@@ -71,10 +71,10 @@ def test_one_broken_test_never_costs_the_others(assignment: Assignment) -> None:
     assert found.gradable
     assert found.verdict == "mismatch"
     assert found.ungraded == ("late", "greedy", "damaged", "nan", "no-reference")
-    assert "given up after 1 s" in found.tests[0].message
+    assert "timed out after 1 s" in found.tests[0].message
 
 
-def test_points_add_up_and_bonus_comes_on_top(assignment: Assignment) -> None:
+def test_points_add_up_and_bonus_points_are_added(assignment: Assignment) -> None:
     assignment.hand_in("picture.npy", pixels(SCENE))
     tenths = [image_test(id=f"t{number}", points=0.1) for number in range(3)]
     found = assignment.grade(*tenths, scene_test(points=5, bonus=True))
@@ -85,7 +85,7 @@ def test_points_add_up_and_bonus_comes_on_top(assignment: Assignment) -> None:
     assert found.verdict == "match"
 
 
-def test_a_bonus_that_is_not_handed_in_spoils_nothing(assignment: Assignment) -> None:
+def test_a_missing_bonus_file_costs_no_points(assignment: Assignment) -> None:
     assignment.hand_in("picture.npy", pixels(SCENE))
     found = assignment.grade(image_test(), rays_test(bonus=True))
     assert (found.tests[1].status, found.verdict, found.score, found.max_score) == (
@@ -102,17 +102,15 @@ def test_hidden_tests_and_tags_are_marked(assignment: Assignment) -> None:
     assert found.tests[0].tags == ("shadows",)
 
 
-def test_tests_stand_in_the_order_of_the_manifest_however_many_run_at_a_time(assignment: Assignment) -> None:
+def test_parallel_tests_are_listed_in_the_order_of_the_manifest(assignment: Assignment) -> None:
     tests = [scene_test(id=f"t{number}") for number in range(5)]
-    told: list[str] = []
-    found = assignment.grade(*tests, jobs=3, on_test=lambda test: told.append(test.id))
+    reported: list[str] = []
+    found = assignment.grade(*tests, jobs=3, on_test=lambda test: reported.append(test.id))
     assert [test.id for test in found.tests] == [test["id"] for test in tests]
-    assert sorted(told) == [test["id"] for test in tests]
+    assert sorted(reported) == [test["id"] for test in tests]
 
 
-def test_a_reference_is_rendered_once_and_may_stay_for_the_next_time(
-    assignment: Assignment, tmp_path: Path
-) -> None:
+def test_a_reference_is_rendered_once_and_can_be_cached(assignment: Assignment, tmp_path: Path) -> None:
     cache = tmp_path / "cache"
     cache.mkdir()
     assignment.hand_in("picture.npy", pixels(SCENE))
@@ -122,7 +120,7 @@ def test_a_reference_is_rendered_once_and_may_stay_for_the_next_time(
     before = kept.stat().st_mtime_ns
     assert assignment.grade(*tests, cache=cache).score == 30
     assert kept.stat().st_mtime_ns == before
-    # Another scene has another name, whatever its file is called.
+    # The name in the cache depends on the scene, not on its file name.
     (assignment.references / "scene.json").write_text(json.dumps(scene(lights=[])))
     assert assignment.grade(*tests, cache=cache).score == 0
     assert len(list(cache.iterdir())) == 2
@@ -137,7 +135,7 @@ def test_a_reference_is_rendered_once_and_may_stay_for_the_next_time(
         ({"runs": [{"s/m": 1.5}]}, "/runs/0/s~1m", 10),
     ],
 )
-def test_a_reported_time_is_held_to_the_budget(
+def test_a_reported_time_is_compared_with_the_budget(
     assignment: Assignment, document: object, pointer: str | None, points: float
 ) -> None:
     assignment.hand_in("report.json", document)
@@ -151,15 +149,17 @@ def test_a_reported_time_is_held_to_the_budget(
 )
 def test_a_report_without_a_number_is_not_gradable(assignment: Assignment, document: object) -> None:
     assignment.hand_in("report.json", document)
-    told = assignment.test(time_test())
-    assert told.status == "not_gradable"
-    assert "/cpu_seconds" in told.message
+    tested = assignment.test(time_test())
+    assert tested.status == "not_gradable"
+    assert "/cpu_seconds" in tested.message
 
 
 def test_a_scene_is_timed_by_the_cpu_seconds_of_its_render(assignment: Assignment) -> None:
-    told = assignment.test(time_test(submitted={"type": "scene", "file": "scene.json"}, accept={"full": 60}))
-    assert told.status == "passed"
-    assert 0 < (told.value or 0) < 60
+    tested = assignment.test(
+        time_test(submitted={"type": "scene", "file": "scene.json"}, accept={"full": 60})
+    )
+    assert tested.status == "passed"
+    assert 0 < (tested.value or 0) < 60
 
 
 def test_the_result_is_a_document_that_can_be_read_again(assignment: Assignment) -> None:
@@ -199,15 +199,15 @@ def test_killing_the_process_of_a_test_from_outside_costs_that_test_alone(
         text=True,
         env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[3])},
     )
-    ender = threading.Thread(target=_kill_the_busy_one, args=(running.pid,))
+    ender = threading.Thread(target=_kill_the_busy_worker, args=(running.pid,))
     ender.start()
     out, _ = running.communicate(timeout=120)
     ender.join()
     assert json.loads(out) == {"killed": ["error", 0.0], "good": ["passed", 10.0]}
 
 
-def _kill_the_busy_one(parent: int) -> None:
-    """Kill the process below this one, two steps down, that has worked for a second."""
+def _kill_the_busy_worker(parent: int) -> None:
+    """Kill the grandchild of `parent` that has used a second of CPU time."""
     until = time.monotonic() + 100
     while time.monotonic() < until:
         for server in _children(parent):
@@ -227,11 +227,11 @@ def _children(process: int) -> list[int]:
 
 
 @pytest.mark.slow
-def test_a_reference_that_is_late_is_told_as_such_and_costs_no_points(assignment: Assignment) -> None:
+def test_a_reference_that_times_out_is_reported_and_costs_no_points(assignment: Assignment) -> None:
     (assignment.references / "endless.json").write_text(json.dumps(ENDLESS))
     assignment.hand_in("picture.npy", pixels(SCENE))
     late = image_test(id="late", reference={"type": "scene", "file": "endless.json"})
     found = assignment.grade(late, image_test(), members={"deadline": 10.0})
     assert [test.status for test in found.tests] == ["error", "passed"]
-    assert "The reference was not rendered. It was given up after 10 s." in found.tests[0].message
+    assert "The reference was not rendered. It timed out after 10 s." in found.tests[0].message
     assert found.ungraded == ("late",)

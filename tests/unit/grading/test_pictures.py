@@ -1,4 +1,4 @@
-"""The kinds `image` and `scene`: who earns what, and what is told."""
+"""Tests of the kinds `image` and `scene`: points and messages."""
 
 from __future__ import annotations
 
@@ -42,25 +42,25 @@ def test_a_picture_of_8_bits_matches_by_the_encoding_that_the_manifest_states(as
     stated = {"submitted": {"file": "picture.png", "encoding": "srgb"}}
     assert assignment.test(image_test(**stated)).verdict == "match"
     stated["submitted"]["encoding"] = "linear"
-    told = assignment.test(image_test(**stated))
-    assert (told.verdict, told.points) == ("mismatch", 0)
-    assert told.diagnosis[0].cause == "gamma_twice"
+    tested = assignment.test(image_test(**stated))
+    assert (tested.verdict, tested.points) == ("mismatch", 0)
+    assert tested.diagnosis[0].cause == "gamma_twice"
 
 
-def test_the_mistake_is_told_with_the_advice_of_the_manifest(assignment: Assignment) -> None:
+def test_the_mistake_is_reported_with_the_advice_of_the_manifest(assignment: Assignment) -> None:
     assignment.hand_in("picture.npy", RIGHT[::-1])
-    told = assignment.test(image_test(advice="See lecture 2."))
-    assert told.status == "failed"
-    assert told.diagnosis[0].cause == "flipped_vertically"
-    assert "Row 0 is the top one" in told.message
-    assert told.message.endswith("See lecture 2.")
+    tested = assignment.test(image_test(advice="See lecture 2."))
+    assert tested.status == "failed"
+    assert tested.diagnosis[0].cause == "flipped_vertically"
+    assert "Row 0 is the top one" in tested.message
+    assert tested.message.endswith("See lecture 2.")
 
 
 def test_a_missing_shape_is_named(assignment: Assignment) -> None:
     assignment.hand_in("picture.npy", pixels(scene(shapes=SCENE["shapes"][:1])))
-    told = assignment.test(image_test())
-    assert told.worst_regions[0].name == "ball (shapes/1)"
-    assert "ball (shapes/1) is missing" in told.message
+    tested = assignment.test(image_test())
+    assert tested.worst_regions[0].name == "ball (shapes/1)"
+    assert "ball (shapes/1) is missing" in tested.message
 
 
 @pytest.mark.parametrize(
@@ -107,7 +107,7 @@ def test_half_of_the_blocks_earn_half_between_none_and_all(assignment: Assignmen
     assert (tolerant.status, tolerant.verdict) == ("passed", "noisy_match")
 
 
-def test_a_region_is_all_that_counts_and_its_places_are_those_of_the_whole_picture(
+def test_only_the_region_counts_in_coordinates_of_the_whole_picture(
     assignment: Assignment,
 ) -> None:
     wrong = RIGHT.copy()
@@ -123,7 +123,7 @@ def test_a_region_is_all_that_counts_and_its_places_are_those_of_the_whole_pictu
     assert (place.x0, place.y0, place.x1, place.y1) == (8, 16, 16, 24)
 
 
-def test_a_mask_is_all_that_counts(assignment: Assignment) -> None:
+def test_only_the_mask_counts(assignment: Assignment) -> None:
     wrong = RIGHT.copy()
     wrong[4, 4] += 0.5
     assignment.hand_in("picture.npy", wrong)
@@ -160,8 +160,8 @@ def test_missing_antialiasing_can_be_forgiven(assignment: Assignment) -> None:
     (assignment.references / "scene.json").write_text(json.dumps(many))
     assignment.hand_in("picture.npy", hard)
     strict = {"by": "verdict", "full": 0.0}
-    told = assignment.test(image_test(accept=strict))
-    assert (told.status, told.diagnosis[0].cause) == ("failed", "antialiasing_missing")
+    tested = assignment.test(image_test(accept=strict))
+    assert (tested.status, tested.diagnosis[0].cause) == ("failed", "antialiasing_missing")
     kind = strict | {"forgiven": ["antialiasing_missing"]}
     assert assignment.test(image_test(accept=kind)).status == "passed"
 
@@ -196,26 +196,26 @@ def test_what_cannot_be_compared_is_not_gradable_and_not_zero(
 ) -> None:
     assignment.hand_in("picture.npy", content)
     found = assignment.grade(image_test())
-    told = found.tests[0]
-    assert (told.status, told.verdict) == ("not_gradable", "not_comparable")
-    assert said in told.message
+    tested = found.tests[0]
+    assert (tested.status, tested.verdict) == ("not_gradable", "not_comparable")
+    assert said in tested.message
     assert (found.gradable, found.verdict, found.ungraded) == (False, "not_comparable", ("picture",))
 
 
-def test_a_submission_cannot_tell_how_noisy_it_is(assignment: Assignment) -> None:
+def test_the_noise_layers_of_a_submission_are_ignored(assignment: Assignment) -> None:
     claim = {"error": np.full((32, 48, 3), 9, np.float32), "samples": np.full((32, 48), 4, np.int32)}
     wrong = encode_exr(pixels(scene(shapes=SCENE["shapes"][:1])), claim)
     assignment.hand_in("picture.exr", wrong)
     noisy = scene(sampling={"antialiasing": {"pattern": "random", "samples": 4}})
     (assignment.references / "scene.json").write_text(json.dumps(noisy))
-    told = assignment.test(image_test(submitted={"file": "picture.exr", "encoding": "linear"}))
-    assert (told.status, told.verdict) == ("failed", "mismatch")
-    # If its claim were believed, nothing would differ by more than noise.
+    tested = assignment.test(image_test(submitted={"file": "picture.exr", "encoding": "linear"}))
+    assert (tested.status, tested.verdict) == ("failed", "mismatch")
+    # With its own noise estimate, no difference would exceed the noise.
     assert compare(picture_of(wrong, "wrong"), picture_of(encode_exr(pixels(noisy), claim), "right")).passed
 
 
-def test_the_noise_of_the_reference_is_no_error_of_the_submission(assignment: Assignment) -> None:
-    # The reference is off by 1/8 everywhere and says so: nothing is left for the submission.
+def test_the_noise_of_the_reference_does_not_count_as_error(assignment: Assignment) -> None:
+    # The reference is off by 1/8 everywhere and says so, so no error remains for the submission.
     np.save(assignment.references / "grey.npy", np.full((32, 48, 3), 0.5, np.float32))
     np.save(assignment.references / "grey.npy.error.npy", np.full((32, 48, 3), 0.125, np.float32))
     assignment.hand_in("picture.npy", np.full((32, 48, 3), 0.375, np.float32))
@@ -228,15 +228,15 @@ def test_the_noise_of_the_reference_is_no_error_of_the_submission(assignment: As
 def test_a_submitted_scene_is_rendered_and_compared(assignment: Assignment) -> None:
     assert assignment.test(scene_test()).verdict == "match"
     assignment.hand_in("scene.json", scene(shapes=SCENE["shapes"][:1]))
-    told = assignment.test(scene_test())
-    assert (told.status, told.worst_regions[0].name) == ("failed", "ball (shapes/1)")
+    tested = assignment.test(scene_test())
+    assert (tested.status, tested.worst_regions[0].name) == ("failed", "ball (shapes/1)")
 
 
-def test_a_scene_that_is_none_is_told_with_its_pointers(assignment: Assignment) -> None:
+def test_an_invalid_scene_is_reported_with_its_pointers(assignment: Assignment) -> None:
     assignment.hand_in("scene.json", scene(shapes=[{"type": "ellipsoid"}]))
-    told = assignment.test(scene_test())
-    assert told.status == "not_gradable"
-    assert "/shapes/0" in told.message
+    tested = assignment.test(scene_test())
+    assert tested.status == "not_gradable"
+    assert "/shapes/0" in tested.message
 
 
 def test_the_quality_of_the_manifest_is_that_of_both_pictures(assignment: Assignment) -> None:
@@ -245,7 +245,7 @@ def test_the_quality_of_the_manifest_is_that_of_both_pictures(assignment: Assign
     assert assignment.test(scene_test(), members={"quality": quality}).verdict == "match"
 
 
-def test_a_test_without_its_reference_is_an_error_and_no_fault_of_the_submission(
+def test_a_test_without_its_reference_is_an_error_of_the_test(
     assignment: Assignment,
 ) -> None:
     assignment.hand_in("picture.npy", RIGHT)
@@ -254,12 +254,12 @@ def test_a_test_without_its_reference_is_an_error_and_no_fault_of_the_submission
         {"type": "picture", "file": "none.npy", "encoding": "linear"},
         {"type": "picture", "file": "scene.json", "encoding": "linear"},
     ):
-        told = assignment.test(image_test(reference=reference))
-        assert told.status == "error"
-        assert reference["file"] in told.message
+        tested = assignment.test(image_test(reference=reference))
+        assert tested.status == "error"
+        assert reference["file"] in tested.message
 
 
-def test_pictures_of_the_difference_are_made_where_they_are_wanted(assignment: Assignment) -> None:
+def test_pictures_of_the_difference_are_made_on_request(assignment: Assignment) -> None:
     assignment.hand_in("picture.npy", RIGHT)
     made = assignment.run(image_test(), pictures=True)
     (shown,) = made.grade.tests[0].images
@@ -273,7 +273,7 @@ def test_pictures_of_the_difference_are_made_where_they_are_wanted(assignment: A
     [
         ({"region": [0, 0, 48, 33]}, "reaches beyond"),
         ({"mask": "small.png"}, "has 8 x 8"),
-        ({"mask": "black.png"}, "is black wherever"),
+        ({"mask": "black.png"}, "is black"),
         ({"mask": "none.png"}, "none.png is not beside the manifest"),
         (
             {"region": [0, 0, 8, 8], "accept": {"by": "metric", "metric": "ssim", "full": 0.9}},
@@ -294,7 +294,7 @@ def test_pictures_of_the_difference_are_made_where_they_are_wanted(assignment: A
     ],
     ids=["region", "mask", "black", "missing", "ssim", "scene", "broken"],
 )
-def test_a_manifest_that_asks_for_the_impossible_is_told_and_costs_no_points(
+def test_an_impossible_manifest_is_reported_and_costs_no_points(
     assignment: Assignment, changes: dict[str, object], said: str
 ) -> None:
     Image.fromarray(np.full((8, 8), 255, np.uint8)).save(assignment.references / "small.png")
@@ -302,6 +302,6 @@ def test_a_manifest_that_asks_for_the_impossible_is_told_and_costs_no_points(
     broken = scene(shapes=[{"type": "ellipsoid"}])
     (assignment.references / "broken.json").write_text(json.dumps(broken))
     assignment.hand_in("picture.npy", RIGHT)
-    told = assignment.test(image_test(**changes))
-    assert told.status == "error"
-    assert said in told.message
+    tested = assignment.test(image_test(**changes))
+    assert tested.status == "error"
+    assert said in tested.message

@@ -1,4 +1,4 @@
-"""The kind `rays`: rounding is no mistake, and a mistake is told with a row to look at."""
+"""Tests of the kind `rays`: rounding is accepted, and a mistake is reported with an example row."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FIELDS = ("t", "position", "normal", "uv", "shape", "visibility")
 
 
 def rays_along_z(*offsets: float, distance: float = 4.0) -> RayList:
-    """Rays to the unit ball around the origin that pass its middle at these offsets."""
+    """Rays along z towards the unit sphere, at these offsets from its centre."""
     origins = np.array([[x, 0.0, distance] for x in offsets])
     return RayList(origins, np.tile([0.0, 0.0, -1.0], (len(offsets), 1)))
 
@@ -41,7 +41,7 @@ def rays_arrays(rays: RayList) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.fixture
 def given_rays(assignment: Assignment) -> RayList:
-    """Eight rays in a file beside the manifest, of which the last two miss; the scene is a ball."""
+    """Eight rays in a file beside the manifest, the last two of which miss; the scene is a sphere."""
     rays = rays_along_z(-0.6, -0.3, 0.0, 0.25, 0.5, 0.75, 1.5, 2.0)
     np.savez(assignment.references / "rays.npz", origins=rays.origins, directions=rays.directions)
     (assignment.references / "scene.json").write_text(json.dumps(BALL))
@@ -59,14 +59,14 @@ def test_right_hits_earn_all(assignment: Assignment, given_rays: RayList) -> Non
     assert found.metrics["doubtful"] == 0
 
 
-def test_the_share_of_rays_that_agree_earns_its_exact_share(
+def test_the_share_of_agreeing_rays_earns_its_exact_share(
     assignment: Assignment, given_rays: RayList
 ) -> None:
     hits = hits_of(given_rays)
     hits["t"][:2] *= 2
     assignment.hand_in("hits.npz", hits)
     found = assignment.test(from_file(accept={"full": 1.0, "zero": 0.5}))
-    # Two of eight rays are wrong: 3/4 lies half way between 1/2 and 1.
+    # Two of eight rays are wrong: 3/4 is halfway between 1/2 and 1.
     assert Fraction(found.points) == 5
     assert "t in 2" in found.message
     assert "ellipsoid (shapes/0)" in found.message
@@ -83,7 +83,7 @@ def test_the_share_of_rays_that_agree_earns_its_exact_share(
     ],
     ids=["turned", "long", "behind", "missed"],
 )
-def test_a_mistake_of_most_rays_is_told(
+def test_a_mistake_of_most_rays_is_named(
     assignment: Assignment, given_rays: RayList, spoil: Any, said: str
 ) -> None:
     hits = hits_of(given_rays)
@@ -92,14 +92,14 @@ def test_a_mistake_of_most_rays_is_told(
     assert said in assignment.test(from_file(fields=["t", "normal"])).message
 
 
-def test_a_distance_in_place_of_lengths_of_the_direction_is_told(assignment: Assignment) -> None:
+def test_a_distance_instead_of_units_of_the_direction_is_named(assignment: Assignment) -> None:
     rays = RayList(rays_along_z(0.0, 0.5).origins, np.tile([0.0, 0.0, -2.0], (2, 1)))
     np.savez(assignment.references / "rays.npz", origins=rays.origins, directions=rays.directions)
     (assignment.references / "scene.json").write_text(json.dumps(BALL))
     hits = hits_of(rays)
     hits["t"] *= 2
     assignment.hand_in("hits.npz", hits)
-    assert "lengths of the direction" in assignment.test(from_file(fields=["t"])).message
+    assert "length of the given direction" in assignment.test(from_file(fields=["t"])).message
 
 
 def test_a_submitted_scene_is_traced(assignment: Assignment) -> None:
@@ -129,8 +129,8 @@ def test_hits_of_the_same_scene_in_float32_agree_in_single_and_not_in_double(ass
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.3, -0.7, 0.9, 0.99])
-def test_the_tolerance_holds_the_hit_of_a_moved_ray_and_little_more(offset: float) -> None:
-    """On the unit ball a ray at offset x meets z = sqrt(1 - x^2), and its normal is the point itself."""
+def test_the_tolerance_covers_the_hit_of_a_shifted_ray_and_little_more(offset: float) -> None:
+    """On the unit sphere a ray at offset x hits z = sqrt(1 - x^2), and the normal equals the point."""
     share = relative("single", None)
     rays = rays_along_z(offset, distance=2.0)
     right = answers(compile_scene(load_scene(BALL)), rays, share, ("t", "normal"))
@@ -140,15 +140,15 @@ def test_the_tolerance_holds_the_hit_of_a_moved_ray_and_little_more(offset: floa
     moved = np.array([offset + step, 0, np.sqrt(1 - (offset + step) ** 2)])
     submitted = {"t": np.array([2 - moved[2]]), "normal": moved[None]}
     assert all(rows.all() for rows in agreement(submitted, right).values())
-    # t changes by x / z for each step across; three times that and one step along is beyond.
+    # t changes by x / z per sideways step; three times that, plus one step along the ray, is too far.
     far = step * (3 * abs(offset) / z + 1.5)
     assert not agreement({"t": np.array([2 - z + far])}, right)["t"].any()
 
 
-def test_a_ray_of_which_rounding_decides_what_it_hits_is_left_out(assignment: Assignment) -> None:
+def test_a_ray_whose_hit_depends_on_rounding_is_excluded(assignment: Assignment) -> None:
     unit = relative("single", None)
     assert unit == 1024 * UNIT["single"]
-    # Past the rim of the ball by less than rounding moves the ray, and by far more.
+    # Past the rim of the sphere by less than rounding shifts the ray, and by far more.
     rays = rays_along_z(1 - unit, 1 + unit, 0.5, 1.5)
     np.savez(assignment.references / "rays.npz", origins=rays.origins, directions=rays.directions)
     (assignment.references / "scene.json").write_text(json.dumps(BALL))
@@ -157,7 +157,7 @@ def test_a_ray_of_which_rounding_decides_what_it_hits_is_left_out(assignment: As
     assignment.hand_in("hits.npz", hits)
     found = assignment.test(from_file(fields=["t"]))
     assert (found.status, found.metrics["doubtful"]) == ("passed", 2)
-    assert found.message.startswith("2 of 2 rays agree; 2 are left out")
+    assert found.message.startswith("2 of 2 rays agree; 2 are excluded")
 
 
 def test_a_ray_that_should_miss_and_hits_is_wrong(assignment: Assignment, given_rays: RayList) -> None:
@@ -173,7 +173,7 @@ def test_a_ray_that_should_miss_and_hits_is_wrong(assignment: Assignment, given_
     ("samples", "off", "share"),
     [(1, 1.0, 0.0), (4, 1 / 4, 1.0), (4, 1 / 2, 0.0), (16, 1 / 16, 1.0), (16, 1 / 8, 0.0)],
 )
-def test_one_light_point_more_or_less_is_no_mistake_unless_it_is_the_only_one(
+def test_one_light_sample_may_differ_unless_it_is_the_only_one(
     assignment: Assignment, samples: int, off: float, share: float
 ) -> None:
     light = {"corner": [-1, -1, 9], "edges": [[2, 0, 0], [0, 2, 0]], "color": [1, 1, 1]}
@@ -181,7 +181,7 @@ def test_one_light_point_more_or_less_is_no_mistake_unless_it_is_the_only_one(
         light = {"type": "point", "position": [0, 0, 9], "color": [1, 1, 1]}
     sampling = {"light": {"pattern": "uniform", "samples": samples}}
     lit = BALL | {"lights": [{"type": "rectangle"} | light], "sampling": sampling}
-    # Towards the middle of the ball, which sees the whole light.
+    # Towards the centre of the sphere, where the whole light is visible.
     rays = rays_along_z(0.0, 0.01)
     np.savez(assignment.references / "rays.npz", origins=rays.origins, directions=rays.directions)
     (assignment.references / "scene.json").write_text(json.dumps(lit))
@@ -219,7 +219,7 @@ def test_hits_that_cannot_be_compared_are_not_gradable(
     ],
     ids=["no direction", "numbers", "nan", "missing"],
 )
-def test_rays_that_are_none_are_the_fault_of_the_manifest(
+def test_invalid_rays_are_an_error_of_the_manifest(
     assignment: Assignment, rays: dict[str, np.ndarray]
 ) -> None:
     np.savez(assignment.references / "rays.npz", **rays)

@@ -1,4 +1,4 @@
-"""Partial credit is exact, and a threshold that is exactly hit is reached."""
+"""Partial credit is exact, and a value equal to the threshold reaches it."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ STEPS = CpuSeconds(full=2, bands=(Band(at=3, share=0.5), Band(at=4, share=0.25))
     ],
 )
 def test_a_number_earns_its_exact_share(value: float, scale: Scale, share: Fraction) -> None:
-    # All these numbers are binary fractions, so that nothing is rounded.
+    # All these numbers are binary fractions, so there is no rounding.
     assert Fraction(share_of(value, scale)) == share
 
 
@@ -68,6 +68,6 @@ def test_the_margin_is_a_share_of_the_threshold_and_negative_where_it_is_missed(
     assert margin_of(0.5, Metric(by="metric", metric="rmse", full=0.0)) is None
 
 
-def test_what_is_no_number_reaches_nothing() -> None:
+def test_nan_reaches_no_threshold() -> None:
     assert not reached(float("nan"), 0.5, rising=True)
     assert not reached(float("nan"), 0.5, rising=False)

@@ -25,23 +25,23 @@ def test_a_copy_in_another_form_is_flagged_with_its_count() -> None:
 
 
 @pytest.mark.parametrize("reference", [b"b", None])
-def test_a_picture_of_its_own_is_not_flagged(reference: bytes | None) -> None:
+def test_an_independent_picture_is_not_flagged(reference: bytes | None) -> None:
     assert signals(b"a", reference, compared(noisy(1), noisy(2)), test="soft") == ()
 
 
-def test_scenes_are_held_to_their_bytes_alone() -> None:
+def test_scenes_are_compared_only_by_their_bytes() -> None:
     assert signals(b"a", b"b", None, test="soft") == ()
     assert len(signals(b"a", b"a", None, test="soft")) == 1
 
 
-def test_a_reference_that_does_not_tell_its_noise_flags_nothing() -> None:
+def test_a_reference_without_noise_layers_flags_no_picture() -> None:
     image = picture(noisy(1))
     assert signals(b"a", b"b", compare(image, image), test="soft") == ()
 
 
 @pytest.fixture
 def noisy_assignment(assignment: Assignment) -> Assignment:
-    """One with a noisy reference that tells its noise."""
+    """An assignment whose noisy reference has noise layers."""
     values = np.repeat(noisy(1)[:, :, None], 3, axis=2).astype(np.float32)
     folder = assignment.references
     np.save(folder / "reference.npy", values)
@@ -70,7 +70,7 @@ def test_the_result_flags_a_changed_copy_and_gives_it_all_points(noisy_assignmen
     assert found.signals[0].message not in found.model_dump_json(include={"tests"})
 
 
-def test_the_result_flags_no_picture_of_its_own(noisy_assignment: Assignment) -> None:
+def test_the_result_does_not_flag_an_independent_picture(noisy_assignment: Assignment) -> None:
     noisy_assignment.hand_in("picture.npy", np.repeat(noisy(2)[:, :, None], 3, axis=2))
     found = noisy_assignment.grade(TEST)
     assert found.signals == ()

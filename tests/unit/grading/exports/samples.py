@@ -1,4 +1,4 @@
-"""Results to export, and strings of people who mean no good."""
+"""Results to export, and hostile strings."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from PIL import Image
 from schemas.api.comparisons import ComparisonRegion
 from schemas.grading.grades import Grade, GradeImage, GradeInput, GradeTimings, GradeTool, Signal, TestGrade
 
-TOLD_STAFF = "found-on-the-web"
-HIDDEN = "the-one-nobody-knows"
+FOR_STAFF = "found-on-the-web"
+HIDDEN = "the-secret-one"
 
 HOSTILE = (
     "<script>alert(1)</script>",
@@ -32,8 +32,8 @@ REGION = ComparisonRegion(
 
 
 def tried(test_id: str = "soft", **changes: Any) -> TestGrade:
-    """One test, passed unless told otherwise."""
-    told = {
+    """A test, passed by default."""
+    fields = {
         "id": test_id,
         "name": test_id.capitalize(),
         "kind": "image",
@@ -46,23 +46,23 @@ def tried(test_id: str = "soft", **changes: Any) -> TestGrade:
         "value": 0.0,
         "threshold": 0.02,
     }
-    return TestGrade.model_validate(told | changes)
+    return TestGrade.model_validate(fields | changes)
 
 
 def failed(test_id: str = "phong", **changes: Any) -> TestGrade:
-    """One that lost all points."""
-    told = {
+    """A test that lost all points."""
+    fields = {
         "points": 0.0,
         "status": "failed",
         "verdict": "mismatch",
         "message": "The ball is missing.",
         "worst_regions": (REGION,),
     }
-    return tried(test_id, **(told | changes))
+    return tried(test_id, **(fields | changes))
 
 
 def not_gradable(name: str = "camera") -> TestGrade:
-    """One that could not be judged."""
+    """A test that could not be judged."""
     return tried(
         name,
         points=0.0,
@@ -75,20 +75,20 @@ def not_gradable(name: str = "camera") -> TestGrade:
 
 
 def broken(name: str = "mesh") -> TestGrade:
-    """One of which the reference is gone."""
+    """A test whose reference is missing."""
     return tried(name, points=0.0, status="error", verdict=None, message="The reference is missing.")
 
 
 def secret(test_id: str = HIDDEN, **changes: Any) -> TestGrade:
-    """One that students are not told about."""
-    told = {"hidden": True, "points": 4.0, "status": "partial", "message": f"{HIDDEN} is wrong."}
-    return tried(test_id, **(told | changes))
+    """A hidden test."""
+    fields = {"hidden": True, "points": 4.0, "status": "partial", "message": f"{HIDDEN} is wrong."}
+    return tried(test_id, **(fields | changes))
 
 
 def result(*tests: TestGrade, **changes: Any) -> Grade:
     """A whole result."""
     open_ = tuple(test.id for test in tests if test.status in {"error", "not_gradable"})
-    told = {
+    fields = {
         "title": "Ray tracer",
         "student": "Zoë",
         "submitted": "2026-06-01T16:32:01+02:00",
@@ -98,15 +98,15 @@ def result(*tests: TestGrade, **changes: Any) -> Grade:
         "score": sum(test.points for test in tests),
         "max_score": sum(test.max_points for test in tests if not test.bonus),
         "tests": tests,
-        "signals": (Signal(test=tests[0].id, code="identical_bytes", message=TOLD_STAFF),),
+        "signals": (Signal(test=tests[0].id, code="identical_bytes", message=FOR_STAFF),),
         "tool": GradeTool(version="1.0"),
         "timings": GradeTimings(seconds=2.5, cpu_seconds=2.0, started="2026-06-01T14:33:00+00:00"),
     }
-    return Grade.model_validate(told | changes)
+    return Grade.model_validate(fields | changes)
 
 
 def hostile() -> Grade:
-    """A result in which every string of a stranger is one of `HOSTILE`."""
+    """A result whose untrusted strings are all from `HOSTILE`."""
     tests = [
         failed(
             f"test-{number}",
@@ -122,13 +122,13 @@ def hostile() -> Grade:
 
 
 def many() -> Grade:
-    """The most tests that a manifest may have, each with as many words as there could be."""
+    """The largest number of tests in a manifest, each with the longest texts."""
     words = "😀" * 5000
     return result(*(failed(f"test-{number}", name="😀" * 200, message=words) for number in range(200)))
 
 
 def drawn(folder: Path, grade: Grade, width: int, height: int) -> Grade:
-    """The same result with a picture of noise for each test, which no PNG makes smaller."""
+    """The same result with a picture of noise for each test, which PNG cannot compress."""
     noise = np.random.default_rng(1).integers(0, 256, (height, width, 3), np.uint8)
     Image.fromarray(noise).save(folder / "noise.png")
     image = GradeImage(label="picture, reference, difference", file="noise.png")

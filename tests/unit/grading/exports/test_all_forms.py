@@ -1,4 +1,4 @@
-"""What holds in every form."""
+"""Tests of all export formats."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from tests.unit.grading.exports.test_json_forms import RUNNER
 
 
 @pytest.mark.parametrize("form", EXPORTS)
-def test_no_character_turns_writing_or_moves_a_cursor(form: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_character_changes_direction_or_moves_the_cursor(
+    form: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     for name, value in RUNNER.items():
         monkeypatch.setenv(name, value)
     written = EXPORTS[form](hostile(), None).decode()

@@ -1,4 +1,4 @@
-"""Gradescope, PrairieLearn and Classroom 50, held to the fields and limits that they publish."""
+"""Gradescope, PrairieLearn and Classroom 50, checked against their published fields and limits."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from schemas.grading.grades import Grade
 from service.grading.export_errors import ExportError
 from service.grading.exports import EXPORTS, classroom50
 from tests.unit.grading.exports.samples import (
+    FOR_STAFF,
     HIDDEN,
-    TOLD_STAFF,
     broken,
     drawn,
     failed,
@@ -196,7 +196,7 @@ CASES = {
 
 @pytest.fixture(autouse=True)
 def runner(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What the runner of Classroom 50 tells."""
+    """The environment variables of the Classroom 50 runner."""
     for name, value in RUNNER.items():
         monkeypatch.setenv(name, value)
     monkeypatch.delenv("REVIEW_URL", raising=False)
@@ -225,7 +225,7 @@ def test_the_schemas_of_these_tests_refuse_what_the_platforms_refuse(form: str) 
 
 @pytest.mark.parametrize("form", FORMS)
 def test_signals_are_in_no_document_that_students_may_see(form: str) -> None:
-    assert TOLD_STAFF not in json.dumps(exported(form, result(tried(), secret())))
+    assert FOR_STAFF not in json.dumps(exported(form, result(tried(), secret())))
 
 
 @pytest.mark.parametrize("form", ["prairielearn", "classroom50"])
@@ -272,7 +272,7 @@ def test_the_score_on_prairielearn_is_a_share(points: float, share: float) -> No
     assert exported("prairielearn", result(tried(points=points)))["score"] == share
 
 
-def test_points_beyond_the_full_score_are_told_on_prairielearn() -> None:
+def test_the_message_on_prairielearn_reports_points_beyond_the_full_score() -> None:
     document = exported("prairielearn", result(tried(), tried("more", bonus=True, points=2.5)))
     assert document["score"] == 1
     assert "12.5 points were earned" in document["message"]
@@ -353,24 +353,24 @@ def test_no_score_is_above_its_maximum_on_classroom50() -> None:
         (None, "2026-06-01T14:32:05Z"),
     ],
 )
-def test_the_moment_of_the_submission_is_the_one_given_or_that_of_its_tag(
+def test_the_time_of_the_submission_is_the_given_one_or_that_of_its_tag(
     submitted: str | None, moment: str
 ) -> None:
     assert exported("classroom50", result(tried(), submitted=submitted))["datetime"] == moment
 
 
-def test_a_moment_without_a_zone_is_no_moment() -> None:
+def test_a_time_without_a_zone_is_refused() -> None:
     with pytest.raises(ExportError, match="has no time zone"):
         EXPORTS["classroom50"](result(tried(), submitted="2026-06-01T14:32:01"), None)
 
 
 @pytest.mark.parametrize("name", ["CLASSROOM", "ASSIGNMENT", "SUBMISSION_TAG", "COMMIT_URL", "RELEASE_URL"])
-def test_what_the_runner_does_not_tell_is_asked_for_by_name(name: str) -> None:
+def test_the_error_names_a_missing_variable_of_the_runner(name: str) -> None:
     environment = {known: value for known, value in RUNNER.items() if known != name}
     with pytest.raises(ExportError, match=f"^{name} is not set"):
         classroom50.export(result(tried()), None, environment)
 
 
-def test_a_tag_without_a_moment_asks_for_it() -> None:
+def test_the_error_for_a_tag_without_a_time_names_the_option() -> None:
     with pytest.raises(ExportError, match="--submitted-at"):
         classroom50.export(result(tried(), submitted=None), None, RUNNER | {"SUBMISSION_TAG": "submit/v1"})

@@ -1,4 +1,4 @@
-"""The HTML page: it explains, loads nothing, runs nothing, and shows words as words."""
+"""The HTML page: it loads no resources, runs no scripts, and shows untrusted text as text."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from schemas.grading.grades import Grade
 from service.grading.exports import EXPORTS
 from service.grading.exports.texts import line
 from tests.unit.grading.exports.samples import (
+    FOR_STAFF,
     HIDDEN,
     HOSTILE,
-    TOLD_STAFF,
     broken,
     drawn,
     failed,
@@ -36,7 +36,7 @@ ATTRIBUTES = re.compile(
 
 
 class Page(HTMLParser):
-    """A page read back: its words, elements and attributes, and which elements are still open."""
+    """A parsed page: its text, elements and attributes, and the elements that are still open."""
 
     def __init__(self, content: bytes) -> None:
         super().__init__()
@@ -71,7 +71,7 @@ def page(form: str, grade: Grade, pictures: Path | None = None) -> Page:
 
 
 @pytest.mark.parametrize("form", ["html", "html-staff"])
-def test_strings_of_strangers_are_words_on_a_page(tmp_path: Path, form: str) -> None:
+def test_untrusted_strings_are_text_on_a_page(tmp_path: Path, form: str) -> None:
     found = page(form, drawn(tmp_path, hostile(), 104, 24), tmp_path)
     assert all(ELEMENTS.fullmatch(tag) for tag in found.tags)
     assert all(ATTRIBUTES.fullmatch(name) for _, name, _ in found.attributes)
@@ -80,7 +80,7 @@ def test_strings_of_strangers_are_words_on_a_page(tmp_path: Path, form: str) -> 
 
 
 @pytest.mark.parametrize("form", ["html", "html-staff"])
-def test_a_page_loads_nothing_and_forbids_it(tmp_path: Path, form: str) -> None:
+def test_a_page_loads_no_resources_and_forbids_them(tmp_path: Path, form: str) -> None:
     content = EXPORTS[form](drawn(tmp_path, hostile(), 104, 24), tmp_path)
     found = Page(content)
     assert all(
@@ -91,18 +91,18 @@ def test_a_page_loads_nothing_and_forbids_it(tmp_path: Path, form: str) -> None:
     assert policy.startswith("default-src 'none'; img-src data:;")
 
 
-def test_students_are_not_told_of_hidden_tests_or_signals() -> None:
-    told = EXPORTS["html"](result(tried(), secret()), None).decode()
-    assert HIDDEN not in told
-    assert TOLD_STAFF not in told
+def test_students_do_not_see_hidden_tests_or_signals() -> None:
+    document = EXPORTS["html"](result(tried(), secret()), None).decode()
+    assert HIDDEN not in document
+    assert FOR_STAFF not in document
     assert "staff" not in page("html", result(tried(), secret())).words.lower().replace(".staff", "")
-    assert "Hidden tests" in told
+    assert "Hidden tests" in document
 
 
-def test_staff_are_told_of_hidden_tests_signals_and_files(tmp_path: Path) -> None:
+def test_staff_see_hidden_tests_signals_and_files(tmp_path: Path) -> None:
     words = page("html-staff", drawn(tmp_path, result(tried(), secret()), 104, 24), tmp_path).words
     assert f"{HIDDEN.capitalize()} (hidden)" in words
-    assert TOLD_STAFF in words
+    assert FOR_STAFF in words
     assert "soft.png (submission)" in words
     assert "abababababababab" in words
 
@@ -130,7 +130,7 @@ def test_pictures_are_those_of_the_result(tmp_path: Path) -> None:
     assert base64.b64decode(url.partition(",")[2]) == (tmp_path / "noise.png").read_bytes()
 
 
-def test_a_page_without_pictures_tells_the_rest() -> None:
+def test_a_page_without_pictures_has_the_text() -> None:
     words = page("html", result(failed())).words
     assert "The ball is missing." in words
     assert "columns 2 to 9, rows 3 to 8, mostly ball" in words

@@ -14,9 +14,9 @@ from schemas.grading.grades import Grade
 from service.grading.exports import EXPORTS
 from service.grading.exports.texts import harmless, line
 from tests.unit.grading.exports.samples import (
+    FOR_STAFF,
     HIDDEN,
     HOSTILE,
-    TOLD_STAFF,
     broken,
     failed,
     hostile,
@@ -47,7 +47,7 @@ GITHUB_BYTES = 1 << 20
 
 
 def tree(grade: Grade) -> ElementTree.Element:
-    """The JUnit XML of a result, read back."""
+    """The JUnit XML of a result, parsed."""
     root = ElementTree.fromstring(EXPORTS["junit"](grade, None))  # noqa: S314 - made here
     for element in root.iter():
         attributes, children = JUNIT[element.tag]
@@ -68,7 +68,7 @@ def test_each_test_is_a_case_and_its_points_are_properties() -> None:
     assert properties(cases[1]) | {"metric": "bias_blocks", "verdict": "mismatch"} == properties(cases[1])
 
 
-def test_outcomes_are_what_junit_calls_them_and_are_counted() -> None:
+def test_outcomes_are_mapped_to_junit_and_counted() -> None:
     tests = [tried(), failed(), failed("part", status="partial", points=5.0), not_gradable(), broken()]
     root = tree(result(*tests, failed("absent", status="skipped")))
     outcomes = [
@@ -81,7 +81,7 @@ def test_outcomes_are_what_junit_calls_them_and_are_counted() -> None:
     assert root[0].attrib | counted == root[0].attrib
 
 
-def test_the_reason_tells_where_to_look() -> None:
+def test_the_reason_names_the_worst_region() -> None:
     failure = tree(result(failed())).find("testsuite/testcase/failure")
     assert failure is not None
     assert failure.attrib["message"] == "The ball is missing."
@@ -93,7 +93,7 @@ def test_tests_of_the_same_name_are_different_cases() -> None:
     assert len({(case.attrib["classname"], case.attrib["name"]) for case in cases}) == 2
 
 
-def test_strings_of_strangers_are_text_in_xml() -> None:
+def test_untrusted_strings_are_text_in_xml() -> None:
     cases = tree(hostile()).findall("testsuite/testcase")
     assert [case.attrib["name"] for case in cases] == [line(words[:200]) for words in HOSTILE]
     texts = [failure.text or "" for case in cases for failure in case.findall("failure")]
@@ -101,12 +101,12 @@ def test_strings_of_strangers_are_text_in_xml() -> None:
 
 
 @pytest.mark.parametrize("form", ["junit", "markdown", "csv"])
-def test_students_are_not_told_of_hidden_tests_or_signals(form: str) -> None:
-    told = EXPORTS[form](result(tried(), secret()), None).decode()
-    assert HIDDEN not in told
-    assert TOLD_STAFF not in told
-    assert "identical_bytes" not in told
-    assert "idden" in told
+def test_students_do_not_see_hidden_tests_or_signals(form: str) -> None:
+    document = EXPORTS[form](result(tried(), secret()), None).decode()
+    assert HIDDEN not in document
+    assert FOR_STAFF not in document
+    assert "identical_bytes" not in document
+    assert "idden" in document
 
 
 @pytest.mark.parametrize(("form", "limit"), [("junit", GITLAB_BYTES), ("markdown", GITHUB_BYTES)])
@@ -147,7 +147,7 @@ def test_what_could_not_be_graded_is_an_empty_cell_and_so_is_the_total() -> None
 
 @pytest.mark.parametrize("form", ["csv", "csv-staff"])
 @pytest.mark.parametrize("words", [*HOSTILE, "=1+1", "+1", "-1", "@a", "\t=1", "\uff1d1", " =1"])
-def test_no_cell_of_a_stranger_is_a_formula(form: str, words: str) -> None:
+def test_no_untrusted_cell_is_a_formula(form: str, words: str) -> None:
     row = table(form, result(tried(), student=words, title=words))
     assert row["student"].removeprefix("'") == line(words)
     for cell in (row["student"], row["assignment"]):
@@ -155,12 +155,12 @@ def test_no_cell_of_a_stranger_is_a_formula(form: str, words: str) -> None:
 
 
 def tokens(grade: Grade) -> list[Token]:
-    """The summary as a reader of GitHub's Markdown sees it."""
+    """The summary, parsed as GitHub's Markdown."""
     blocks = MarkdownIt("commonmark").enable("table").parse(EXPORTS["markdown"](grade, None).decode())
     return [token for block in blocks for token in (block, *(block.children or ()))]
 
 
-def test_strings_of_strangers_are_text_in_markdown() -> None:
+def test_untrusted_strings_are_text_in_markdown() -> None:
     grade = hostile()
     found = tokens(grade)
     assert {token.type for token in found if not token.type.startswith(("t", "paragraph", "heading"))} == {
@@ -173,21 +173,21 @@ def test_strings_of_strangers_are_text_in_markdown() -> None:
     assert (rows, cells) == (1 + len(grade.tests), 4 * len(grade.tests))
 
 
-def test_words_come_out_of_markdown_as_they_went_in() -> None:
+def test_text_survives_markdown_unchanged() -> None:
     words = "a|b <i> [x](y) `c` *d* _e_ https://example.org $x$ 1. #2 ~f~ \\ &amp;"
     texts = "".join(token.content for token in tokens(result(failed(message=words))) if token.type == "text")
     assert words in texts
 
 
-def test_a_summary_tells_points_and_reasons() -> None:
-    told = [
+def test_a_summary_shows_points_and_reasons() -> None:
+    contents = [
         token.content.replace("\\", "")
         for token in tokens(result(tried(), failed(points=2.5, status="partial"), not_gradable()))
         if token.type == "inline"
     ]
-    assert told[:2] == [
+    assert contents[:2] == [
         "Ray tracer",
         "**12.5 of 30 points. 1 test could not be graded: 10 points are open, not lost.**",
     ]
-    assert told[10:14] == ["Phong", "2.5 of 10", "partly", "The ball is missing."]
-    assert told[15:17] == ["–", "could not be graded"]
+    assert contents[10:14] == ["Phong", "2.5 of 10", "partly", "The ball is missing."]
+    assert contents[15:17] == ["–", "could not be graded"]
