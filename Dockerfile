@@ -1,6 +1,6 @@
 # Two stages: pip and the sources stay behind, the image holds the installed package alone.
 
-# A tag and no digest: whoever builds again gets what was mended in the system below.
+# A tag and no digest: a rebuild gets the fixes of the system below.
 FROM python:3.11-slim AS build
 WORKDIR /source
 COPY . .
@@ -17,7 +17,7 @@ RUN useradd --system --uid 10001 --create-home --home-dir /var/lib/penumbra penu
 ENV PATH=/opt/penumbra/bin:$PATH \
     PYTHONUNBUFFERED=1 \
     PENUMBRA_DATA=/var/lib/penumbra/data
-# A number: Kubernetes cannot tell from a name that it is not root.
+# A number: Kubernetes cannot know from a name that it is not root.
 USER 10001
 WORKDIR /var/lib/penumbra
 VOLUME /var/lib/penumbra/data

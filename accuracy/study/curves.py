@@ -41,12 +41,12 @@ def front(rows: Sequence[Row], cost: Callable[[Row], float] = seconds) -> list[R
     Examples
     --------
     >>> def row(spent, off):
-    ...     return {"cpu_seconds": {"estimate": spent}, "rmse_255": {"estimate": off}, "told": True}
+    ...     return {"cpu_seconds": {"estimate": spent}, "rmse_255": {"estimate": off}, "resolved": True}
     >>> [error(kept) for kept in front([row(3, 1), row(1, 3), row(2, 4)])]
     [3.0, 1.0]
     """
     kept: list[Row] = []
-    for row in sorted((row for row in rows if row["told"]), key=lambda row: (cost(row), error(row))):
+    for row in sorted((row for row in rows if row["resolved"]), key=lambda row: (cost(row), error(row))):
         if not kept or error(row) <= GAIN * error(kept[-1]):
             kept.append(row)
     return kept

@@ -54,7 +54,7 @@ def error_against(document: Mapping[str, Any], cost: Callable[[Row], float], nam
 
     def fill(axes: Axes) -> None:
         for method, color in COLORS.items():
-            own = [row for row in document["settings"] if row["method"] == method and row["told"]]
+            own = [row for row in document["settings"] if row["method"] == method and row["resolved"]]
             best = curves.front(own, cost)
             axes.scatter(*_places(own, cost), color=color, s=9, alpha=0.35, linewidths=0)
             if best:
@@ -66,7 +66,7 @@ def error_against(document: Mapping[str, Any], cost: Callable[[Row], float], nam
 
 def front(document: Mapping[str, Any]) -> str:
     """The settings that nothing beats, with their names, and all others grey."""
-    known = [row for row in document["settings"] if row["told"]]
+    known = [row for row in document["settings"] if row["resolved"]]
     best = curves.front(known)
     names = {row["name"] for row in best}
     beaten = [row for row in known if row["name"] not in names]

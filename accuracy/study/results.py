@@ -152,7 +152,7 @@ def _row(setting: Setting, runs: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         "prepare_seconds": statistics.median(run["prepare_seconds"] for run in runs),
         "rays": statistics.fmean(sum(run["rays"].values()) for run in runs),
         "rmse_255": rmse.document(),
-        "told": rmse.low > 0,
+        "resolved": rmse.low > 0,
         "edges_rmse_255": _mean_255(judged, "edges_mse"),
         "smooth_rmse_255": _mean_255(judged, "smooth_mse"),
         "hot": statistics.fmean(run["hot"] for run in judged),

@@ -12,7 +12,7 @@ from schemas.quantities import WHOLE
 
 
 class Role(StrEnum):
-    """What a user may do beyond submitting jobs that nobody else sees.
+    """What a user may do beyond submitting jobs that no one else sees.
 
     ``staff`` sees the jobs of all, ``admin`` also stops and removes them.
     """
@@ -45,7 +45,7 @@ class PruneRequest(Closed):
     keep_asset_seconds: Seconds | None = Field(
         default=None, description="How long textures and meshes are kept that no picture needs."
     )
-    dry_run: bool = Field(default=True, description="Tell what would go, and keep it.")
+    dry_run: bool = Field(default=True, description="Report what would be deleted, and keep it.")
 
 
 class Pruned(Message):
@@ -57,4 +57,4 @@ class Pruned(Message):
     pictures: int = Field(ge=0, description="Pictures that leave the disk: no other job shares them.")
     assets: tuple[str, ...] = Field(description="Textures and meshes that leave the disk, by their SHA-256.")
     bytes: int = Field(ge=0, description="How much of the disk that frees.")
-    more: bool = Field(default=False, description="There is more than is told.")
+    more: bool = Field(default=False, description="There is more than is listed.")

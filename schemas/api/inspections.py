@@ -67,7 +67,7 @@ class Blocker(Part):
 class InspectedLight(Message):
     """One light as a point of a surface sees it, and what it adds to the light that leaves the point.
 
-    Its points are told apart: `points` = those seen, `below_horizon` and `blocked`.
+    Its points add up: `points` = those seen, `below_horizon` and `blocked`.
     """
 
     light: int = Field(ge=0, description="Index into the scene's lights.")
@@ -146,5 +146,5 @@ class Inspection(Message):
     reasons: tuple[Reason, ...] = Field(description="What explains most comes first.")
     ray: InspectedRay
     complete: bool = Field(
-        description="False where more rays go on than are told; then they add up to less than `color`."
+        description="False where more rays continue than are listed; then they add up to less than `color`."
     )

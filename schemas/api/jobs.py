@@ -47,7 +47,7 @@ class JobRequest(Closed):
     scene: Scene = Field(description="The scene to render.")
     quality: Quality | None = Field(default=None, description="Overrides the scene's `sampling`.")
     layers: LayerNames = Field(
-        default=(), description="What to tell about each pixel beside its colour; each layer is an image."
+        default=(), description="What to store of each pixel beside its colour; each layer is an image."
     )
     priority: Annotated[int, Field(strict=True, ge=-10, le=10), WHOLE] = Field(
         default=0, description="Your jobs of a higher priority go first; those of others are not concerned."
@@ -121,7 +121,7 @@ class Progress(Message):
     remaining_seconds: float | None = Field(
         default=None,
         ge=0,
-        description="How long the rest is expected to take; null while it does not run, or nothing tells.",
+        description="Predicted time of the rest; null while it does not run or cannot be predicted.",
     )
 
 
@@ -152,7 +152,7 @@ class Numerics(Message):
     clamped: int = Field(ge=0, description="Pixels held at the largest float32 in some pass.")
     degenerate_dropped: int = Field(ge=0, description="Triangles without area, left out.")
     retried: int = Field(
-        ge=0, description="Triangles so thin that exact arithmetic had to tell if they have an area."
+        ge=0, description="Triangles so thin that exact arithmetic had to decide if they have an area."
     )
 
 

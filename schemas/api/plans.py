@@ -93,7 +93,7 @@ class Convergence(Message):
     order: Interval | None = Field(
         description="The error falls like CPU seconds to this power. Null where nothing can be fitted."
     )
-    next_halving: NextHalving | None = Field(description="Null where it cannot be told.")
+    next_halving: NextHalving | None = Field(description="Null where it cannot be predicted.")
     reason: str | None = Field(
         default=None, description="Why one of the two is null, or has no upper end, as a sentence."
     )
@@ -132,7 +132,7 @@ class Offer(Message):
     error: Predicted | None = Field(
         default=None,
         description="Root mean square error of the linear picture, clipped to 0..1; null where the pilot "
-        "could not tell.",
+        "could not estimate it.",
     )
 
 

@@ -145,7 +145,7 @@ class Metric(Scale):
 
 
 class Error(Scale):
-    """The RMSE against the true picture: noise that the reference tells in its layer `error` is taken off."""
+    """The RMSE against the true picture: less the noise in the reference's layer `error`."""
 
     by: Literal["error"] = Field(description="`error`.")
 

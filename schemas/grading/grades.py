@@ -39,7 +39,7 @@ class TestGrade(Message):
         "submitted; `not_gradable` where what was submitted cannot be compared; `error` where the test "
         "itself broke, was late, or lacks its reference."
     )
-    hidden: bool = Field(default=False, description="Students are not told about this test.")
+    hidden: bool = Field(default=False, description="Students do not see this test.")
     tags: tuple[str, ...] = ()
     message: str = Field(description="What decided, and what to do, for students.")
     verdict: GradeVerdict | None = Field(default=None, description="Of pictures.")
@@ -107,9 +107,9 @@ class Grade(Message):
         default="penumbra/grade/v1", alias="schema", description="The form of this document."
     )
     title: str = Field(description="Of the assignment.")
-    student: str | None = Field(default=None, description="Whose submission it is, where it was told.")
+    student: str | None = Field(default=None, description="Whose submission it is, where known.")
     submitted: str | None = Field(
-        default=None, description="Moment of the submission, ISO 8601, where it was told."
+        default=None, description="Moment of the submission, ISO 8601, where known."
     )
     gradable: bool = Field(description="Whether any test could be graded.")
     ungraded: tuple[str, ...] = Field(

@@ -171,7 +171,7 @@ class Criterion(Closed):
     hidden: bool = Field(default=False, strict=True, description="Whether students do not see it.")
     tags: tuple[Name, ...] = Field(default=(), description="Words to sort tests by.")
     advice: Annotated[str, Field(strict=True, max_length=2000)] | None = Field(
-        default=None, description="What a student is told where points are lost, after the reason."
+        default=None, description="What a student reads where points are lost, after the reason."
     )
     deadline: Seconds | None = Field(
         default=None, description="Seconds after which it is given up; by default those of the manifest."
@@ -282,5 +282,5 @@ class Manifest(Closed):
         default=None, description="MiB that a test may take at most, beside the program itself."
     )
     tests: Annotated[tuple[Test, ...], Field(min_length=1, max_length=MOST_TESTS)] = Field(
-        description="In the order in which they are told."
+        description="In the order in which they are reported."
     )

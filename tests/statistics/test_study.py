@@ -84,7 +84,7 @@ def order(judged: dict[int, list[Judgement]]) -> Order:
     """The order of errors in the number of samples, as the study fits it."""
     errors = {count: np.mean([one.mse for one in found]) for count, found in judged.items()}
     rows = [
-        {"rays": count, "rmse_255": {"estimate": 255 * math.sqrt(mse)}, "told": True}
+        {"rays": count, "rmse_255": {"estimate": 255 * math.sqrt(mse)}, "resolved": True}
         for count, mse in errors.items()
     ]
     fitted = curves.order(rows, curves.rays)

@@ -17,7 +17,7 @@ def row(seconds: float, error: float, *, known: bool = True, **more: Any) -> dic
         "cpu_seconds": value,
         "rays": 1000 * seconds,
         "rmse_255": {"estimate": error, "low": error if known else 0.0, "high": error},
-        "told": known,
+        "resolved": known,
         **more,
     }
 

@@ -131,7 +131,7 @@ def test_a_scene_without_anything_has_a_report_too(tmp_path: Path) -> None:
     study = Study(scene(shapes=[], lights=[]), tmp_path, TINY)
     results = report.answered(study.run(lambda _: None))
     assert results["reference"]["rmse_255"] == 0
-    assert not any(row["told"] for row in results["settings"])
+    assert not any(row["resolved"] for row in results["settings"])
     svg = report.files(study, results)["images/seconds.svg"].decode()
     assert "error of the reference itself, 0/255" in svg
 
@@ -152,7 +152,7 @@ def test_pictures_that_do_not_fill_a_line_leave_cells_empty() -> None:
 def setting(name: str, method: str, spent: float, off: float) -> dict[str, Any]:
     values = {"cpu_seconds": spent, "rmse_255": off}
     intervals = {key: {"estimate": value, "low": value, "high": value} for key, value in values.items()}
-    return {"name": name, "method": method, "told": True, "rays": 1, **intervals}
+    return {"name": name, "method": method, "resolved": True, "rays": 1, **intervals}
 
 
 MADE: dict[str, Any] = {
