@@ -4,7 +4,7 @@ PYTHON ?= python3
 # The versions to install; `make test CONSTRAINTS=` takes the newest instead.
 CONSTRAINTS ?= --constraint constraints.txt
 BIN := .venv/bin
-# Scenes of docs/accuracy-costs-time.md, and the most seconds for each.
+# Scenes of docs/explanation/accuracy-costs-time.md, and the most seconds for each.
 STUDIED := study/chess study/soft gallery/basic gallery/normal_texturing gallery/lens gallery/glass
 STUDY_SECONDS ?= 250
 
@@ -43,7 +43,7 @@ fuzz: .venv/installed-test  ## send 100,000 malformed request bodies, into out/f
 	$(BIN)/python -m benchmarks.fuzz
 
 gallery: .venv/installed  ## render the gallery and the hard scenes into out
-	$(BIN)/python docs/render_gallery.py
+	$(BIN)/python tools/docs/render_gallery.py
 
 bench: .venv/installed  ## measure times and errors on this machine, into out/bench.json
 	$(BIN)/python -m benchmarks

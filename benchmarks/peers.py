@@ -118,7 +118,8 @@ def _peers(console: Console) -> dict[str, str]:
     for name, found in peers.items():
         if found is None:
             console.print(
-                f"{name} is not installed and is left out; docs/performance.md says how to install it"
+                f"{name} is not installed and is left out; "
+                "docs/explanation/performance.md says how to install it"
             )
     return {name: found for name, found in peers.items() if found is not None}
 

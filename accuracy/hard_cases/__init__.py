@@ -1,8 +1,8 @@
 """Hard cases: inputs that plain formulas get wrong, and the count of wrong answers.
 
 Not part of rendering: nothing here is imported by it. Every case asks the renderer, knows the right answers
-from exact arithmetic or closed forms, and asks the textbook's formula the same. `docs/numerics_cases.toml`
-says what each case is about: what users see, why, and what is done.
+from exact arithmetic or closed forms, and asks the textbook's formula the same.
+`tools/docs/numerics_cases.toml` says what each case is about: what users see, why, and what is done.
 """
 
 from importlib import import_module

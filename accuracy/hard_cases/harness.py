@@ -122,7 +122,7 @@ def plain_only(*textbook: int | None) -> Outcome:
 
 
 Cases = Mapping[str, Callable[[], Outcomes]]
-"""What tries each case, by its heading, such as "A1, A2: name"; docs/numerics_cases.toml describes them."""
+"""What tries each case, by its heading, such as "A1, A2: name"; numerics_cases.toml describes them."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -44,7 +44,7 @@ def _known(cause: str) -> str:
     if cause not in PICTURE_MISTAKES:
         raise PydanticCustomError(
             "unknown_mistake",
-            "This is no mistake that can be undone; docs/comparing.md lists them.",
+            "This is no mistake that can be undone; docs/reference/comparing.md lists them.",
             {"names": PICTURE_MISTAKES},
         )
     return cause

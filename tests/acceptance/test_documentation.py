@@ -26,7 +26,7 @@ def checkout(tmp_path: Path) -> Path:
 
 @pytest.mark.skipif(shutil.which("curl") is None, reason="the examples use curl")
 def test_every_request_of_the_http_page_works(server: Server, checkout: Path) -> None:
-    page = (ROOT / "docs" / "http.md").read_text()
+    page = (ROOT / "docs" / "reference" / "http.md").read_text()
     blocks = re.findall(r"^```sh\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
     assert len(blocks) > 10
     script = "\n".join(["set -eu -o pipefail", *blocks]).replace("http://127.0.0.1:8000", server.url)
@@ -40,7 +40,7 @@ def test_every_request_of_the_http_page_works(server: Server, checkout: Path) ->
 
 
 def test_every_example_of_the_python_page_works(server: Server, checkout: Path) -> None:
-    page = (ROOT / "docs" / "python.md").read_text()
+    page = (ROOT / "docs" / "reference" / "python.md").read_text()
     blocks = re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
     tests = [block for block in blocks if "def test_" in block]
     assert len(tests) == 1
@@ -77,7 +77,7 @@ def reduce(scenes: Path) -> None:
 
 def test_every_command_of_the_command_line_page_works(server: Server, checkout: Path) -> None:
     reduce(checkout / "scenes" / "gallery")
-    page = (ROOT / "docs" / "command-line.md").read_text()
+    page = (ROOT / "docs" / "reference" / "command-line.md").read_text()
     blocks = re.findall(r"^```sh\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
     assert len(blocks) >= 4
     here = f"{Path(sys.executable).parent}:{ENVIRONMENT.get('PATH', '')}"

@@ -20,7 +20,7 @@ from tests.unit.grading.exports.test_json_forms import CLASSROOM50, GRADESCOPE, 
 
 pytestmark = pytest.mark.slow
 
-PAGE = (ROOT / "docs" / "grading.md").read_text()
+PAGE = (ROOT / "docs" / "how-to" / "grading.md").read_text()
 
 
 def blocks(language: str) -> list[str]:

@@ -13,7 +13,7 @@ import pytest
 from renderer.math import arrays
 from tests.architecture.sources import modules
 
-NOT_IMPORTED = {"benchmarks", "scenes", "migrations", "__main__"}
+NOT_IMPORTED = {"benchmarks", "docs", "scenes", "migrations", "__main__"}
 """Programs of the checkout, whose extras tests do without, and what Alembic and the interpreter run."""
 
 

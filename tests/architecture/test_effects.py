@@ -75,7 +75,7 @@ def test_every_pattern_is_in_a_test_of_the_renderer(pattern: str) -> None:
 def test_every_effect_is_shown_in_a_scene_or_described_in_the_documentation(
     effect: type[BaseModel],
 ) -> None:
-    described = f"`{literals(effect, 'type')[0]}`" in (ROOT / "docs" / "scenes.md").read_text()
+    described = f"`{literals(effect, 'type')[0]}`" in (ROOT / "docs" / "reference" / "scenes.md").read_text()
     assert effect in shown() or described
 
 

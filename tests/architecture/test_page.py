@@ -16,7 +16,8 @@ ENTRIES = json.loads((WEB / "gallery.json").read_text())
 
 def generator() -> ModuleType:
     """The script that makes them."""
-    spec = importlib.util.spec_from_file_location("render_gallery", ROOT / "docs" / "render_gallery.py")
+    script = ROOT / "tools" / "docs" / "render_gallery.py"
+    spec = importlib.util.spec_from_file_location("render_gallery", script)
     assert spec
     assert spec.loader
     module = importlib.util.module_from_spec(spec)

@@ -12,7 +12,7 @@ Named = ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
 
 def walks() -> dict[str, list[tuple[str, str, str]]]:
     """The stops of each walk of the page: number, file and function."""
-    page = (ROOT / "docs" / "architecture.md").read_text()
+    page = (ROOT / "docs" / "explanation" / "architecture.md").read_text()
     parts = page.split("## A walk through the source")[1].split("\n## ")[0].split("\n### ")[1:]
     return {part.splitlines()[0].split(",")[0]: STOP.findall(part) for part in parts}
 

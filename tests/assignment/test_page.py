@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from docs import generate_assignment_page as generator
 from tests.assignment.mistakes import MISTAKES, RAYS, Mistake
+from tools.docs import generate_assignment_page as generator
 
 FIGURES: dict[str, Any] = json.loads(generator.FIGURES.read_text(encoding="utf-8"))
 MEASURED = {wrong["name"]: wrong for wrong in FIGURES["wrong"]}

@@ -1,4 +1,4 @@
-"""A backup of a running service, made as in docs/operations.md, serves every job from another folder."""
+"""A backup of a running service, as docs/how-to/operations.md makes it, serves jobs from another folder."""
 
 from __future__ import annotations
 

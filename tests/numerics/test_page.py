@@ -1,4 +1,4 @@
-"""docs/numerics.md describes every hard case, in the words of docs/numerics_cases.toml."""
+"""docs/reference/numerics.md describes every hard case, in the words of tools/docs/numerics_cases.toml."""
 
 import runpy
 from typing import Any
@@ -12,7 +12,7 @@ from tests.architecture.sources import ROOT
 
 @pytest.fixture(scope="module")
 def generator() -> dict[str, Any]:
-    return runpy.run_path(str(ROOT / "docs" / "generate_numerics_reference.py"))
+    return runpy.run_path(str(ROOT / "tools" / "docs" / "generate_numerics_reference.py"))
 
 
 def test_every_case_has_its_texts_and_no_text_is_without_a_case(generator: dict[str, Any]) -> None:
@@ -27,14 +27,14 @@ def test_every_case_has_counts_and_none_of_them_is_wrong(generator: dict[str, An
     counts = generator["json"].loads(generator["COUNTS"].read_text(encoding="utf-8"))
     counted = [(section, case) for section, cases in counts.items() for case in cases]
     assert counted == [(section.title, case.name) for section in sections() for case in section.cases], (
-        "run python docs/generate_numerics_reference.py"
+        "run python tools/docs/generate_numerics_reference.py"
     )
     assert {case["wrong"] for cases in counts.values() for case in cases.values()} == {0}
 
 
 def test_the_page_is_made_of_the_texts_of_the_cases_and_their_counts(generator: dict[str, Any]) -> None:
     page = generator["PAGE"].read_text(encoding="utf-8")
-    assert generator["page"]() == page, "run python docs/generate_numerics_reference.py"
+    assert generator["page"]() == page, "run python tools/docs/generate_numerics_reference.py"
 
 
 def test_the_page_gives_the_price_and_the_errors_of_what_the_benchmark_measures(

@@ -16,8 +16,9 @@ from benchmarks.peers_runs import OURS, OURS_FIXED, PEER, Run
 from benchmarks.peers_settings import ERRORS_255, FIXED, GOALS, KINDS, MITSUBA, SCENES, asked
 from schemas.reading import read_scene
 
-DOCS = Path(__file__).parents[3] / "docs"
-GENERATOR = runpy.run_path(str(DOCS / "generate_performance_page.py"))
+ROOT = Path(__file__).parents[3]
+DOCS = ROOT / "docs"
+GENERATOR = runpy.run_path(str(ROOT / "tools" / "docs" / "generate_performance_page.py"))
 
 
 def run(renderer: str, seconds: float, error: float, asked_255: float | None = None) -> Run:
@@ -181,13 +182,13 @@ def test_the_comparison_is_what_the_kept_runs_come_to() -> None:
 
 
 def test_the_page_says_what_the_kept_figures_say() -> None:
-    page = (DOCS / "performance.md").read_text()
-    assert GENERATOR["page"](kept()) == page, "run python docs/generate_performance_page.py"
+    page = (DOCS / "explanation" / "performance.md").read_text()
+    assert GENERATOR["page"](kept()) == page, "run python tools/docs/generate_performance_page.py"
 
 
 def test_readme_says_what_the_kept_figures_say() -> None:
-    text = (DOCS.parent / "README.md").read_text()
+    text = (ROOT / "README.md").read_text()
     assert peers_sentences.of_readme(kept()["comparisons"]) in text, (
-        "run python docs/generate_performance_page.py"
+        "run python tools/docs/generate_performance_page.py"
     )
     assert GENERATOR["readme"](kept(), text) == text

@@ -10,7 +10,7 @@ from service.settings import Settings
 from service.telemetry.metrics import Metrics
 from service.workers.tasks import Cause
 
-PAGE = (Path(__file__).parents[3] / "docs" / "operations.md").read_text()
+PAGE = (Path(__file__).parents[3] / "docs" / "how-to" / "operations.md").read_text()
 
 
 def test_the_page_reports_every_metric_that_is_counted() -> None:

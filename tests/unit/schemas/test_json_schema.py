@@ -87,7 +87,7 @@ def test_no_inner_name_shows_in_the_schema() -> None:
 
 
 def test_the_scene_reference_is_up_to_date() -> None:
-    page = runpy.run_path(str(ROOT / "docs" / "generate_scene_reference.py"))["page"]
-    assert (ROOT / "docs" / "scenes.md").read_text(encoding="utf-8") == page(), (
-        "run python docs/generate_scene_reference.py"
+    page = runpy.run_path(str(ROOT / "tools" / "docs" / "generate_scene_reference.py"))["page"]
+    assert (ROOT / "docs" / "reference" / "scenes.md").read_text(encoding="utf-8") == page(), (
+        "run python tools/docs/generate_scene_reference.py"
     )

@@ -22,7 +22,7 @@ from schemas.quality import FixedQuality
 from schemas.reading import read_scene
 from schemas.scene import Display
 
-PAGE = Path(__file__).parents[3] / "docs" / "limits.md"
+PAGE = Path(__file__).parents[3] / "docs" / "reference" / "limits.md"
 
 MESH = {"type": "mesh", "vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "triangles": [[0, 1, 2]] * 3}
 FEW: dict[str, tuple[int, str]] = {

@@ -188,9 +188,9 @@ def test_the_published_schema_takes_its_example_and_refuses_what_the_reader_refu
 
 
 def test_the_page_of_the_manifest_is_up_to_date() -> None:
-    page = runpy.run_path(str(ROOT / "docs" / "generate_manifest_reference.py"))["page"]
-    assert (ROOT / "docs" / "manifest.md").read_text(encoding="utf-8") == page(), (
-        "run python docs/generate_manifest_reference.py"
+    page = runpy.run_path(str(ROOT / "tools" / "docs" / "generate_manifest_reference.py"))["page"]
+    assert (ROOT / "docs" / "reference" / "manifest.md").read_text(encoding="utf-8") == page(), (
+        "run python tools/docs/generate_manifest_reference.py"
     )
 
 

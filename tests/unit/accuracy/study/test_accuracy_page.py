@@ -16,7 +16,7 @@ from accuracy.study.settings import PATTERNS, Scale
 from tests.unit.accuracy.study.scenes import scene
 
 ROOT = Path(__file__).parents[4]
-GENERATOR = runpy.run_path(str(ROOT / "docs" / "generate_accuracy_page.py"))
+GENERATOR = runpy.run_path(str(ROOT / "tools" / "docs" / "generate_accuracy_page.py"))
 SCALE = Scale(
     side=12,
     references=(16,),
@@ -55,7 +55,7 @@ def test_every_table_has_as_many_cells_in_each_line(page: str) -> None:
 
 
 def test_every_image_of_the_page_is_one_that_is_taken_over(page: str, measured: dict[str, Any]) -> None:
-    shown = set(re.findall(r"\(images/study/([^)]+)\)", page))
+    shown = set(re.findall(r"\(\.\./images/study/([^)]+)\)", page))
     assert shown == set(GENERATOR["images_of"](measured))
 
 
@@ -86,4 +86,4 @@ def test_the_page_is_there_with_its_figures_and_describes_them() -> None:
     assert written.exists() == kept.exists()
     if written.exists():
         again = GENERATOR["page"](json.loads(kept.read_text()))
-        assert written.read_text() == again, "run python docs/generate_accuracy_page.py"
+        assert written.read_text() == again, "run python tools/docs/generate_accuracy_page.py"

@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[4]
-GENERATOR = runpy.run_path(str(ROOT / "docs" / "generate_constants_reference.py"))
+GENERATOR = runpy.run_path(str(ROOT / "tools" / "docs" / "generate_constants_reference.py"))
 
 
 def test_the_page_of_the_constants_is_up_to_date() -> None:
-    page = (ROOT / "docs" / "constants.md").read_text(encoding="utf-8")
-    assert page == GENERATOR["page"](), "run python docs/generate_constants_reference.py"
+    page = (ROOT / "docs" / "reference" / "constants.md").read_text(encoding="utf-8")
+    assert page == GENERATOR["page"](), "run python tools/docs/generate_constants_reference.py"
 
 
 @pytest.mark.parametrize("module", GENERATOR["MODULES"])

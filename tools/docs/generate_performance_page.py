@@ -1,0 +1,116 @@
+"""Write docs/explanation/performance.md and the sentence of README from what `make bench-peers` leaves.
+
+`python tools/docs/generate_performance_page.py out/peers.json` takes the figures over; without an argument
+the pages are written from those that are kept in docs/figures, without measuring.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from benchmarks import peers_curves, peers_sentences, peers_tables
+from benchmarks.peers_runs import PEER
+from benchmarks.peers_settings import ERRORS_255, SCENES
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+PAGE = DOCS / "explanation" / "performance.md"
+README = ROOT / "README.md"
+TEMPLATE = Path(__file__).with_name("performance_template.txt")
+FIGURES = DOCS / "figures" / "peers.json"
+PLOT = DOCS / "images" / "performance" / "peers.svg"
+SENTENCE = re.compile(r"(?<=<!-- peers -->).*?(?=<!-- /peers -->)", re.DOTALL)
+"""What README says of the comparison, between two comments."""
+
+
+def page(measured: dict[str, Any]) -> str:
+    """The template with the tables and their sentences in their places."""
+    rows, precisions = measured["comparisons"], measured["precisions"]
+    errors = (f"{error:.3f}/255 ({scene})" for scene, error in measured["references"].items())
+    return TEMPLATE.read_text().format(
+        equal=table(peers_tables.EQUAL_COLUMNS, peers_tables.equal_row, rows),
+        goals="\n".join(f"- {sentence}" for sentence in peers_sentences.of_goals(rows)),
+        asked=table(peers_tables.ASKED_COLUMNS, peers_tables.asked_row, rows),
+        precision=table(peers_tables.PRECISION_COLUMNS, peers_tables.precision_row, precisions),
+        precision_goal=peers_sentences.of_precision(precisions),
+        fixed=table(peers_tables.FIXED_COLUMNS, peers_tables.fixed_row, rows),
+        fixed_goal=peers_sentences.of_fixed(rows),
+        machine=_machine(measured),
+        limits=table(peers_tables.LIMIT_COLUMNS, peers_tables.limit_row, measured["limits"]),
+        limit_setting=measured["limits"][0]["setting"],
+        settings="\n\n".join(_settings(scene, runs) for scene, runs in measured["scenes"].items()),
+        own_errors=", ".join(errors),
+        runs=measured["runs"],
+        short=measured["short_seconds"],
+        longest=measured["longest_seconds"],
+    )
+
+
+def readme(measured: dict[str, Any], text: str) -> str:
+    """README with the sentence of these figures."""
+    return SENTENCE.sub(lambda _: peers_sentences.of_readme(measured["comparisons"]), text)
+
+
+def table(
+    columns: Sequence[str], cells: Callable[[Any], Sequence[str]], rows: Iterable[dict[str, Any]]
+) -> str:
+    """A table in Markdown."""
+    lines = [columns, ["---"] * len(columns), *map(cells, rows)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _settings(scene: str, runs: list[dict[str, Any]]) -> str:
+    return f"**{scene}**\n\n" + table(peers_tables.RUN_COLUMNS, peers_tables.run_row, runs)
+
+
+def _machine(measured: dict[str, Any]) -> str:
+    machine = measured["machine"]
+    peers = ", ".join(f"{name} {version}" for name, version in measured["peers"].items())
+    return (
+        f"Measured on {machine['date'][:10]} on {machine['cores']} cores of {machine['cpu']} with {peers}, "
+        f"Python {machine['python']} and NumPy {machine['numpy']}. "
+        f"The load before it began was {machine['load']}."
+    )
+
+
+def _take_over(path: Path) -> None:
+    """Keep the figures of a whole comparison, and draw them."""
+    measured = json.loads(path.read_text())
+    if [*measured["scenes"]] != [*SCENES] or measured["errors_255"] != [*ERRORS_255]:
+        raise SystemExit(f"{path} does not have all scenes and errors: run `make bench-peers`")
+    if PEER not in measured["peers"]:
+        raise SystemExit(
+            f"{path} has no {PEER} to compare with: docs/explanation/performance.md says how to install it"
+        )
+    if not measured["limits"]:
+        raise SystemExit(f"{path} was measured with --quick: run `make bench-peers`")
+    PLOT.parent.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(path, FIGURES)
+    peers_curves.draw(measured["scenes"], PLOT)
+
+
+def main() -> None:
+    """Write the pages, after taking over the figures where they are given."""
+    parser = argparse.ArgumentParser(
+        description="Write docs/explanation/performance.md and the sentence of README."
+    )
+    parser.add_argument("figures", nargs="?", type=Path, help="what `make bench-peers` wrote: out/peers.json")
+    figures = parser.parse_args().figures
+    if figures is not None:
+        _take_over(figures)
+    measured = json.loads(FIGURES.read_text())
+    PAGE.write_text(page(measured))
+    README.write_text(readme(measured, README.read_text()))
+    print(f"wrote {PAGE} and the sentence of {README}")
+
+
+if __name__ == "__main__":
+    main()

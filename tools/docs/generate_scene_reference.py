@@ -1,0 +1,181 @@
+"""Write docs/reference/scenes.md from the schemas.
+
+Run it with ``python tools/docs/generate_scene_reference.py``.
+"""
+
+from __future__ import annotations
+
+import inspect
+import json
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from schemas.base import Closed, fields_of
+from schemas.cameras import Camera
+from schemas.json_schema import scene_json_schema
+from schemas.lights import DirectionalLight, ParallelogramLight, PointLight, RectangleLight
+from schemas.materials import PhongMaterial
+from schemas.quality import Antialiasing, LightSampling, Sampling
+from schemas.scene import Display, Scene
+from schemas.shapes import Ellipsoid, Mesh, MeshFile, Parallelogram, Rectangle, Sphere, Triangle, Turn
+from schemas.textures import CheckerTexture, ImageTexture
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+ROOT = Path(__file__).parents[2]
+
+PAGE = ROOT / "docs" / "reference" / "scenes.md"
+
+SCENES = ROOT / "scenes" / "gallery"
+
+_GALLERY_ROW = re.compile(r"\| \[(\w+)\.json\]\([^)]*\) \| (.*) \|")
+_VECTOR = re.compile(r"\[([^\[\]{}]*)\]")
+
+INTRODUCTION = """\
+# Scenes
+
+<!-- Written by tools/docs/generate_scene_reference.py from the schemas. Change those, then run it. -->
+
+A scene is one JSON object. Numbers are JSON numbers: never text, never NaN or Infinity, coordinates at most
+1e15, sizes at least 1e-100. A whole number may be written `32` or `32.0`. Lengths are in scene units,
+angles in degrees, colours are linear RGB. The world is right-handed, with y up by habit only. Unknown fields
+and repeated fields are refused.
+`penumbra validate SCENE` reports every problem at once, each with its JSON Pointer, line and column. The
+machine-readable schema is at `GET /v1/schemas/scene.json`. Scenes to start from are in
+[scenes/gallery](../../scenes/gallery/README.md).
+"""
+
+CLOSING = """\
+## Warnings
+
+Some scenes are valid, but their picture is probably not what was meant. They are rendered, with a warning:
+
+- no light shines, with ambient light (`no_light`) or without (`black_picture`);
+- no shape is in view (`nothing_in_view`): the sphere around each shape lies outside the cone around the
+  picture;
+- a light is inside an ellipsoid (`light_inside`);
+- no shape uses a material, or no material uses a texture (`unused`);
+- a triangle has no area and is left out, or no triangle of a mesh written in the scene has one (`no_area`);
+- the view is so narrow that rounding moves rays by a hundredth of a pixel or more (`narrow_view`);
+- the colour of a material is more than 1 in a channel, as if written in 0 to 255 (`bright_color`);
+- `up` is parallel to the view (`up_parallel_to_view`);
+- the longest axis of an ellipsoid is more than 1e8 times as long as the shortest (`very_flat`).
+"""
+
+SECTIONS: dict[str, list[tuple[str, type[Closed]]]] = {
+    "The scene": [("", Scene)],
+    "Camera": [("", Camera)],
+    "Shapes": [
+        ("Triangle", Triangle),
+        ("Rectangle by its centre", Rectangle),
+        ("Rectangle by a corner", Parallelogram),
+        ("Ellipsoid", Ellipsoid),
+        ("Sphere", Sphere),
+        ("Mesh", Mesh),
+        ("Mesh in a file", MeshFile),
+        ("Turn of a mesh", Turn),
+    ],
+    "Materials": [("Phong", PhongMaterial)],
+    "Textures": [("Image", ImageTexture), ("Checker", CheckerTexture)],
+    "Lights": [
+        ("Rectangle by its centre", RectangleLight),
+        ("Rectangle by a corner", ParallelogramLight),
+        ("Point", PointLight),
+        ("Directional", DirectionalLight),
+    ],
+    "Sampling": [("", Sampling), ("Antialiasing", Antialiasing), ("Light", LightSampling)],
+    "Display": [("", Display)],
+}
+
+
+def page() -> str:
+    """Put the whole page together."""
+    example = _VECTOR.sub(in_one_line, json.dumps(scene_json_schema()["examples"][0], indent=2))
+    parts = [INTRODUCTION, f"```json\n{example}\n```\n"]
+    for title, models in SECTIONS.items():
+        parts.append(f"## {title}\n")
+        for heading, model in models:
+            if heading:
+                parts.append(f"### {heading}\n")
+            parts += [f"{inspect.getdoc(model)}\n", table(model)]
+    return "\n".join([*parts, CLOSING, *pictures()])
+
+
+def pictures() -> Iterator[str]:
+    """Show the gallery: one picture an effect, each with what to notice."""
+    yield "## What the effects look like\n"
+    yield "`make gallery` renders these pictures from the scenes in `scenes/gallery`.\n"
+    for name, notice in _GALLERY_ROW.findall((SCENES / "README.md").read_text(encoding="utf-8")):
+        yield f"### {name}\n\n![{name}](../images/gallery/{name}.png)\n\n{notice}\n"
+
+
+def in_one_line(vector: re.Match[str]) -> str:
+    """Write an array of numbers in one line."""
+    return f"[{' '.join(vector[1].split())}]"
+
+
+def table(model: type[Closed]) -> str:
+    """Describe the fields of a model, one a row."""
+    described = scene_json_schema()
+    if model is not Scene:
+        described = described["$defs"][model.__name__]
+    required = described.get("required", [])
+    rows = ["| field | type | default | meaning |", "| --- | --- | --- | --- |"]
+    for name in fields_of(model):
+        field = described["properties"][name]
+        default = "required" if name in required else default_of(field)
+        rows.append(f"| `{name}` | {words(field)} | {default} | {field.get('description', 'This kind.')} |")
+    return "\n".join(rows) + "\n"
+
+
+def default_of(field: dict[str, Any]) -> str:
+    """Show a default; the meaning explains those that are computed."""
+    default = field.get("default")
+    return "" if default is None else f"`{json.dumps(default)}`"
+
+
+def words(field: dict[str, Any]) -> str:
+    """Say the type of a value."""
+    if "anyOf" in field:
+        return " or ".join(words(option) for option in field["anyOf"] if option != {"type": "null"})
+    if "oneOf" in field:
+        kinds = dict.fromkeys(constant(option["$ref"]) for option in field["oneOf"])
+        return " or ".join(kinds)
+    if "$ref" in field:
+        return f"{field['$ref'].rpartition('/')[2]} object"
+    if "const" in field or "enum" in field:
+        return " or ".join(f"`{json.dumps(value)}`" for value in field.get("enum", [field.get("const")]))
+    return compound(field)
+
+
+def compound(field: dict[str, Any]) -> str:
+    """Say the type of an array, an object of named things, or a plain value."""
+    match field["type"]:
+        case "array" if "maxItems" in field:
+            entries = words(field["items"])
+            return (
+                f"{field['maxItems']} x {entries}"
+                if entries[0].isdigit()
+                else f"{field['maxItems']} {entries}s"
+            )
+        case "array":
+            return f"array of {words(field['items'])}"
+        case "object" if "additionalProperties" in field:
+            return f"object of names, each with {words(field['additionalProperties'])}"
+        case "integer":
+            return "whole number"
+        case "string":
+            return "text"
+    return str(field["type"])
+
+
+def constant(reference: str) -> str:
+    """Give the `type` that a referenced definition has."""
+    definition = scene_json_schema()["$defs"][reference.rpartition("/")[2]]
+    return f"`{definition['properties']['type']['const']}`"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
