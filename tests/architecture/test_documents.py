@@ -99,6 +99,14 @@ def test_a_page_or_a_script_that_a_file_names_is_there(path: Path) -> None:
     assert named == set()
 
 
+def test_the_index_has_each_page_once_under_its_kind() -> None:
+    index = (ROOT / "docs" / "README.md").read_text()
+    listed = re.findall(r"^- \[[^]]+\]\(([a-z-]+)/([a-z-]+)\.md\): \S.*$", index, re.MULTILINE)
+    pages = [(path.parent.name, path.stem) for path in (ROOT / "docs").glob("*/*.md")]
+    assert sorted(listed) == sorted(pages)
+    assert {kind for kind, _ in listed} <= {"tutorials", "how-to", "reference", "explanation"}
+
+
 def test_help_lists_every_target_of_the_makefile() -> None:
     makefile = (ROOT / "Makefile").read_text()
     declared = re.search(r"^\.PHONY: (.*)$", makefile, re.MULTILINE)
