@@ -91,3 +91,34 @@ def test_every_command_of_the_command_line_page_works(server: Server, checkout: 
         check=False,
     )
     assert done.returncode == 0, done.stderr
+
+
+def test_every_step_of_the_first_tutorial_works(server: Server, checkout: Path) -> None:
+    page = (ROOT / "docs" / "tutorials" / "first-picture.md").read_text()
+    steps, shown = (
+        re.findall(rf"^```{kind}\n(.*?)^```", page, re.DOTALL | re.MULTILINE) for kind in ("sh", "text")
+    )
+    assert len(steps) > 10
+    here = f"{Path(sys.executable).parent}:{ENVIRONMENT.get('PATH', '')}"
+    done = subprocess.run(
+        ["bash", "-c", "\n".join(["set -eu -o pipefail", *steps])],
+        capture_output=True,
+        text=True,
+        cwd=checkout,
+        env=ENVIRONMENT | {"PATH": here, "PENUMBRA_SERVER": server.url},
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    # A terminal shows tables where a pipe gets tabs.
+    printed = " ".join(done.stdout.split())
+    lines = [" ".join(line.split()) for block in shown for line in block.splitlines()]
+    assert [line for line in lines if line not in printed] == []
+    verdicts = re.findall(r"^\| `[\w.-]+` \| `(\w+)` \|", page, re.MULTILINE)
+    assert re.findall(r"^(\w*match): ", done.stdout, re.MULTILINE) == verdicts
+    assert re.search(r"^where: .*, mostly floor$", done.stdout, re.MULTILINE)
+    reached = re.search(r"^good\.png: .*, error ([\d.e-]+) ", done.stderr, re.MULTILINE)
+    assert reached
+    assert float(reached[1]) <= 0.004
+    made = ["my-scene.png", "small-lamp.png", "noisy.png", "difference.png", "study/report.html"]
+    assert [name for name in made if not (checkout / name).exists()] == []

@@ -104,7 +104,7 @@ def test_the_index_has_each_page_once_under_its_kind() -> None:
     listed = re.findall(r"^- \[[^]]+\]\(([a-z-]+)/([a-z-]+)\.md\): \S.*$", index, re.MULTILINE)
     pages = [(path.parent.name, path.stem) for path in (ROOT / "docs").glob("*/*.md")]
     assert sorted(listed) == sorted(pages)
-    assert {kind for kind, _ in listed} <= {"tutorials", "how-to", "reference", "explanation"}
+    assert {kind for kind, _ in listed} == {"tutorials", "how-to", "reference", "explanation"}
 
 
 def test_help_lists_every_target_of_the_makefile() -> None:
