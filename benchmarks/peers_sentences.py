@@ -76,14 +76,13 @@ def of_precision(rows: Iterable[Precision]) -> str:
 
 
 def of_readme(rows: Sequence[Comparison]) -> str:
-    """What README says of the comparison: ratios by kind of scene at fine errors, of all at coarse ones."""
-    fine = [row for row in rows if row["error_255"] <= FINE_255]
-    coarse = [row for row in rows if row["error_255"] > FINE_255]
-    kinds = [_range(rows_of(kind, fine), KINDS[kind]) for kind in KINDS if rows_of(kind, fine)]
+    """What README says of the comparison: the ratios of all scenes, at fine errors and at coarse ones."""
+    fine = reached(row for row in rows if row["error_255"] <= FINE_255)
+    coarse = reached(row for row in rows if row["error_255"] > FINE_255)
     return (
-        "Target quality takes this many times the CPU seconds of Mitsuba's compiled renderer at the same "
-        f"true error, {_errors(fine)}: {'; '.join(kinds)}. "
-        f"At coarser errors, {_errors(coarse)}: {_range(reached(coarse), 'all of these')}."
+        f"To the same true error, {_errors(fine)}, Penumbra takes {_range(fine)} the CPU seconds of Mitsuba, "
+        f"a compiled renderer{_never(fine)}; "
+        f"at coarser errors, {_errors(coarse)}, {_range(coarse)}{_never(coarse)}."
     )
 
 
@@ -92,10 +91,18 @@ def _errors(rows: Sequence[Comparison]) -> str:
     return f"from {target_name(max(errors))} to {target_name(min(errors))}"
 
 
-def _range(rows: Sequence[Comparison], words: str) -> str:
-    """The least and the most ratio, and how many comparisons have none."""
-    ratios = [row["over_peer"] for row in rows if row["over_peer"] is not None]
+def _ratios(rows: Iterable[Comparison]) -> list[float]:
+    return [row["over_peer"] for row in rows if row["over_peer"] is not None]
+
+
+def _range(rows: Sequence[Comparison]) -> str:
+    """The least and the most ratio."""
+    ratios = _ratios(rows)
     ends = dict.fromkeys(f"{ratio:.2g}" for ratio in (min(ratios), max(ratios))) if ratios else ()
-    missing = len(rows) - len(ratios)
-    never = f" (not reached in {missing} of {len(rows)} comparisons)" if missing else ""
-    return f"{words} {' to '.join(ends) or '-'}{never}"
+    return f"{' to '.join(ends) or '-'} times"
+
+
+def _never(rows: Sequence[Comparison]) -> str:
+    """How many comparisons have no ratio: Penumbra does not reach their error."""
+    missing = len(rows) - len(_ratios(rows))
+    return f" (not reached in {missing} of {len(rows)} comparisons)" if missing else ""

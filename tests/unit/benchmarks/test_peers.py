@@ -127,13 +127,14 @@ def test_a_scene_that_misses_the_precision_is_named() -> None:
     assert peers_sentences.of_precision([found]).endswith("soft 0.60.")
 
 
-def test_readme_gives_fine_errors_by_kind_and_coarse_ones_together() -> None:
+def test_readme_gives_fine_and_coarse_errors_apart_and_counts_those_not_reached() -> None:
     slow = [QUICK, FINE, run(OURS, 9.0, 2.0, asked_255=2.0)]
     rows = [*(compared(error) for error in (4.0, 1.0)), *(compared(e, slow, "shell") for e in (4.0, 1.0))]
     sentence = peers_sentences.of_readme(rows)
     fine, coarse = sentence.split("from 4/255")
-    assert "soft shadows 0.75; meshes -" in fine
-    assert coarse.endswith("1 to 9.")
+    assert "takes 0.75 times the CPU seconds" in fine
+    assert "(not reached in 1 of 2 comparisons)" in fine
+    assert coarse.endswith(" 1 to 9 times.")
 
 
 def test_every_setting_has_a_name_of_its_own() -> None:
