@@ -77,7 +77,12 @@ def reduce(scenes: Path) -> None:
 
 def test_every_command_of_the_command_line_page_works(server: Server, checkout: Path) -> None:
     reduce(checkout / "scenes" / "gallery")
-    page = (ROOT / "docs" / "reference" / "command-line.md").read_text()
+    follow("reference/command-line.md", checkout, server)
+
+
+def follow(name: str, folder: Path, server: Server) -> subprocess.CompletedProcess[str]:
+    """Run all commands of a page in a folder, one after another, in one shell."""
+    page = (ROOT / "docs" / name).read_text()
     blocks = re.findall(r"^```sh\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
     assert len(blocks) >= 4
     here = f"{Path(sys.executable).parent}:{ENVIRONMENT.get('PATH', '')}"
@@ -85,35 +90,29 @@ def test_every_command_of_the_command_line_page_works(server: Server, checkout: 
         ["bash", "-c", "\n".join(["set -eu -o pipefail", *blocks])],
         capture_output=True,
         text=True,
-        cwd=checkout,
+        cwd=folder,
         env=ENVIRONMENT | {"PATH": here, "PENUMBRA_SERVER": server.url},
         timeout=300,
         check=False,
     )
     assert done.returncode == 0, done.stderr
+    return done
 
 
-def test_every_step_of_the_first_tutorial_works(server: Server, checkout: Path) -> None:
-    page = (ROOT / "docs" / "tutorials" / "first-picture.md").read_text()
-    steps, shown = (
-        re.findall(rf"^```{kind}\n(.*?)^```", page, re.DOTALL | re.MULTILINE) for kind in ("sh", "text")
-    )
-    assert len(steps) > 10
-    here = f"{Path(sys.executable).parent}:{ENVIRONMENT.get('PATH', '')}"
-    done = subprocess.run(
-        ["bash", "-c", "\n".join(["set -eu -o pipefail", *steps])],
-        capture_output=True,
-        text=True,
-        cwd=checkout,
-        env=ENVIRONMENT | {"PATH": here, "PENUMBRA_SERVER": server.url},
-        timeout=300,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    # A terminal shows tables where a pipe gets tabs.
-    printed = " ".join(done.stdout.split())
-    lines = [" ".join(line.split()) for block in shown for line in block.splitlines()]
-    assert [line for line in lines if line not in printed] == []
+def missing(name: str, printed: str) -> list[str]:
+    """Lines of output that a page shows and its commands did not print; a pipe gets tabs for blanks."""
+    page = (ROOT / "docs" / name).read_text()
+    shown = re.findall(r"^```text\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
+    assert shown
+    lines = (" ".join(line.split()) for block in shown for line in block.splitlines())
+    return [line for line in lines if line not in " ".join(printed.split())]
+
+
+def test_a_reader_who_follows_the_first_tutorial_gets_what_it_shows(server: Server, checkout: Path) -> None:
+    name = "tutorials/first-picture.md"
+    done = follow(name, checkout, server)
+    assert missing(name, done.stdout) == []
+    page = (ROOT / "docs" / name).read_text()
     verdicts = re.findall(r"^\| `[\w.-]+` \| `(\w+)` \|", page, re.MULTILINE)
     assert re.findall(r"^(\w*match): ", done.stdout, re.MULTILINE) == verdicts
     assert re.search(r"^where: .*, mostly floor$", done.stdout, re.MULTILINE)
@@ -122,3 +121,13 @@ def test_every_step_of_the_first_tutorial_works(server: Server, checkout: Path) 
     assert float(reached[1]) <= 0.004
     made = ["my-scene.png", "small-lamp.png", "noisy.png", "difference.png", "study/report.html"]
     assert [name for name in made if not (checkout / name).exists()] == []
+
+
+def test_an_instructor_who_follows_the_tutorial_gets_what_it_shows(server: Server, checkout: Path) -> None:
+    # The wheel is built by a command that needs the package index.
+    (checkout / "dist").mkdir()
+    (checkout / "dist" / "penumbra_render-1-py3-none-any.whl").touch()
+    name = "tutorials/first-assignment.md"
+    done = follow(name, checkout, server)
+    assert missing(name, done.stdout) == []
+    assert "hard_shadows" in (checkout / "graded" / "page.html").read_text()
