@@ -75,9 +75,10 @@ def reduce(scenes: Path) -> None:
         path.write_text(json.dumps(document, indent=2))
 
 
-def test_every_command_of_the_command_line_page_works(server: Server, checkout: Path) -> None:
+@pytest.mark.parametrize("name", ["reference/command-line.md", "how-to/choosing-quality.md"])
+def test_every_command_of_a_page_works(name: str, server: Server, checkout: Path) -> None:
     reduce(checkout / "scenes" / "gallery")
-    follow("reference/command-line.md", checkout, server)
+    follow(name, checkout, server)
 
 
 def follow(name: str, folder: Path, server: Server) -> subprocess.CompletedProcess[str]:
