@@ -1,0 +1,67 @@
+"""The tutorial for operators, followed step by step."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+from contextlib import ExitStack, suppress
+from pathlib import Path
+
+import pytest
+
+from tests.acceptance.conftest import ENVIRONMENT, ROOT
+from tests.acceptance.test_documentation import missing
+from tests.postgres_server import PostgresServer
+
+NAME = "tutorials/first-service.md"
+PORTS = ("8000", "8001", "8002")
+
+
+def free_ports(count: int) -> list[str]:
+    """Ports that no one uses at this moment."""
+    with ExitStack() as stack:
+        sockets = [stack.enter_context(socket.socket()) for _ in range(count)]
+        for each in sockets:
+            each.bind(("127.0.0.1", 0))
+        return [str(each.getsockname()[1]) for each in sockets]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("curl") is None, reason="the tutorial uses curl")
+def test_an_operator_who_follows_the_tutorial_gets_what_it_shows(
+    postgres: PostgresServer, tmp_path: Path
+) -> None:
+    shutil.copytree(ROOT / "scenes", tmp_path / "scenes")
+    page = (ROOT / "docs" / NAME).read_text()
+    script = "\n".join(
+        ["set -eu -o pipefail", *re.findall(r"^```sh\n(.*?)^```", page, re.DOTALL | re.MULTILINE)]
+    )
+    free = dict(zip(PORTS, free_ports(len(PORTS)), strict=True))
+    script = re.sub("|".join(PORTS), lambda port: free[port[0]], script)
+    script = script.replace("postgresql:///penumbra", f"'{postgres.database()}'")
+    here = f"{Path(sys.executable).parent}:{ENVIRONMENT.get('PATH', '')}"
+    followed = subprocess.Popen(
+        ["bash", "-c", script],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=tmp_path,
+        env=ENVIRONMENT | {"PATH": here, "PENUMBRA_WORKERS": "2"},
+        start_new_session=True,
+    )
+    try:
+        printed, errors = followed.communicate(timeout=300)
+    finally:
+        # Whatever failed, no server outlives the test.
+        with suppress(ProcessLookupError):
+            os.killpg(followed.pid, signal.SIGKILL)
+    logs = [path.read_text()[-2000:] for path in tmp_path.glob("*.log")]
+    assert followed.returncode == 0, "\n".join([errors, *logs])
+    assert missing(NAME, printed) == []
+    assert printed.count("penumbra_leads 1.0") == 2
+    assert (tmp_path / "survived.png").read_bytes().startswith(b"\x89PNG")
