@@ -165,7 +165,7 @@ def test_a_pass_is_reported_with_what_it_and_all_before_it_took(table: Table) ->
     table.add()
     table.round((table.merging(), advanced(2, 3)), room=0)
     table.round((table.merging(), advanced(1)), room=0)
-    first, second = progress.reported(table.job)
+    first, second = progress.finished_passes(table.job)
     assert [(cost["cpu_seconds"], cost["rays"]) for cost in (first, second)] == [
         (2.25, {"camera": 40}),
         (3.5, {"camera": 60}),
