@@ -144,7 +144,7 @@ def test_rays_are_checked_as_those_that_are_cast_here() -> None:
 
 
 @pytest.mark.parametrize("odd", ["", ".", "..", None, 5], ids=repr)
-def test_what_can_be_no_id_requests_no_other_address(odd: Any) -> None:
+def test_an_invalid_job_id_is_refused(odd: Any) -> None:
     with pytest.raises(ValueError, match=re.escape(repr(odd))):
         calls.job_path(odd)
 
