@@ -59,7 +59,7 @@ class ServiceError(Exception):
 
 
 class RequestError(ServiceError):
-    """A header or a parameter of a request makes no sense."""
+    """A header or a parameter of a request is malformed."""
 
 
 class BodyTooLargeError(RequestError):

@@ -66,7 +66,7 @@ def advanced(
 
 
 class Table:
-    """Jobs of 64 x 64 pixels in a database: four tiles in the first pass, of which more follow."""
+    """Jobs of 64 x 64 pixels in a database: four tiles in the first pass, and more in later ones."""
 
     def __init__(self, database: Database) -> None:
         self.database = database

@@ -1,4 +1,4 @@
-"""Values given to the clients, and the errors where they cannot be used: nothing is sent here."""
+"""Values given to the clients, and the errors if they cannot be used: nothing is sent here."""
 
 from __future__ import annotations
 
