@@ -142,7 +142,7 @@ def test_keys_of_requests_are_each_users_own(users: Users) -> None:
     assert jobs[0] == jobs[2] != jobs[1]
 
 
-def test_a_revoked_key_is_no_good_any_more_and_its_session_ends(users: Users, database: Database) -> None:
+def test_a_revoked_key_is_refused_and_its_session_ends(users: Users, database: Database) -> None:
     with database.writing() as session:
         key = keys.add(session, "eve", Role.SUBMIT)
     headers = {"Authorization": f"Bearer {key}"}
