@@ -105,5 +105,5 @@ def test_pixels_of_edges_move_with_the_squares_of_a_part(ball_scene: LoadedScene
     assert camera is not None
     whole, moved = adaptive_part(plan), adaptive_part(part(plan, camera))
     assert moved.edges.size > 0
-    for name in ("thin", "edges", "shadow_edges"):
+    for name in ("thin", "narrow", "edges", "shadow_edges"):
         np.testing.assert_array_equal(getattr(moved, name), camera.places(getattr(whole, name)))
