@@ -22,7 +22,7 @@ SURE = 5.0
 """standard errors of that gain over all blocks (one false alarm in three million),"""
 
 SKIPPED = 4
-"""Every row of this number is compared first."""
+"""Step between the rows that are compared first."""
 
 MOST = 3
 """Causes reported. Those after the first are much the same picture undone in another way."""
