@@ -1,6 +1,6 @@
 """Layers: numbers about each pixel beside its colour.
 
-Most come from the one ray through the pixel's centre, those with a statistic from all camera samples.
+Most come from the one ray through the pixel's centre, those that are `sampled` from all camera samples.
 """
 
 from collections.abc import Callable, Iterable, Sequence

@@ -59,7 +59,7 @@ class ServiceError(Exception):
 
 
 class RequestError(ServiceError):
-    """A header or a parameter of a request makes no sense."""
+    """A header or a parameter of a request is malformed."""
 
 
 class BodyTooLargeError(RequestError):
@@ -122,11 +122,13 @@ class UnauthenticatedError(ServiceError):
     Parameters
     ----------
     wrong : bool
-        Whether there was one, which is not good.
+        Whether a key was sent, and is not valid.
     """
 
     def __init__(self, *, wrong: bool) -> None:
-        found = "This key is not good: it may have been revoked." if wrong else "This service asks for a key."
+        found = (
+            "This key is not valid: it may have been revoked." if wrong else "This service requires a key."
+        )
         super().__init__(f"{found} Send yours as 'Authorization: Bearer pnm_...'; staff make keys.")
 
 

@@ -98,7 +98,7 @@ class Settings(BaseSettings):
     hosts: str = Field(
         default="",
         description="Names under which the service answers, with blanks between them. Without any, one that "
-        "asks for no keys answers on loopback names alone, and others under any name.",
+        "requires no keys answers only on loopback names, and others under any name.",
     )
     max_connections: int = Field(
         default=800, ge=1, description="Connections at once; more are answered 503. Watchers have one each."

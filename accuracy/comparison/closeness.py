@@ -37,7 +37,7 @@ LEAST_GRAIN = 0.15
 own have as much, as 70 % of normal noise do. Samples that were not independent err less than they say."""
 
 MOST_GRAIN = 2.0
-"""And only if their mean square is at most so many times what is expected: edges make it larger."""
+"""And only if their mean square is at most this many times what is expected: edges make it larger."""
 
 CLIPPED = 2.0
 """Standard errors below 1 from where on clipping may have hidden a pixel's noise."""

@@ -22,13 +22,13 @@ SURE = 5.0
 """standard errors of that gain over all blocks (one false alarm in three million),"""
 
 SKIPPED = 4
-"""Of so many rows one is compared first."""
+"""Step between the rows that are compared first."""
 
 MOST = 3
 """Causes reported. Those after the first are much the same picture undone in another way."""
 
 ALIKE = 1.25
-"""Other causes are reported only if they leave no more than so many times the RMSE of the first."""
+"""Other causes are reported only if they leave at most this many times the RMSE of the first."""
 
 JAGGED = "antialiasing_missing"
 

@@ -98,7 +98,7 @@ class Adaptive:
         cpu, seconds = (known.times(moved) for known in self.points[nearest])
         reached: Interval | None = Interval(error * KEPT, error * LEAST, error)
         if limit is not None:
-            # What error the picture has reached when the time ends it is not known.
+            # Where the time limit ends the picture, its error by then is not known.
             reached = reached if seconds.estimate <= limit else None
             cpu, seconds = _limited(cpu, seconds, limit)
         return _offer(target(error, self.precision, limit, self.confidence), cpu, seconds, reached)

@@ -5,7 +5,7 @@ from schemas.api.plans import PlanCost
 from schemas.quality import TargetQuality
 
 SAMPLES, ERROR = 4, 1 / 255
-"""An error of 1/255 takes about as much as so many samples in every pixel."""
+"""Samples in every pixel that cost about as much as an error of 1/255."""
 
 FEWEST, MOST = 1, 1 << 16
 """Samples in the mean pixel: nearly all get one pilot sample, and none gets more than the renderer takes."""

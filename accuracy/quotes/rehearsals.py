@@ -91,6 +91,7 @@ def part(plan: RenderPlan, camera: Mosaic) -> RenderPlan:
             adaptive,
             pilot=adaptive.pilot and part(adaptive.pilot, camera),
             thin=camera.places(adaptive.thin),
+            narrow=camera.places(adaptive.narrow),
             edges=camera.places(adaptive.edges),
             shadow_edges=camera.places(adaptive.shadow_edges),
         )

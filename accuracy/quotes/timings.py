@@ -45,13 +45,13 @@ UNSTEADY = 0.06
 other work: caches and clock rates are shared."""
 
 KNOWN = 1.25
-"""A cost is known well enough if it is at most so many times what it is taken for."""
+"""A cost is known well enough if it is at most this many times what it is taken for."""
 
 BLOCKS_DIFFER, RATIOS_DIFFER = 0.7, 0.25
 """Relative standard deviations that are usual between blocks of a picture, and between ratios in them."""
 
 FEWEST, EVERY = 2, 5
-"""All ladders are timed in so many cells at first, and then in one of so many."""
+"""All ladders are timed in the first 2 cells, and then in one of every 5."""
 
 EFFECT_BLOCKS, EFFECT_SIDE = 4, 32
 """Blocks in which an effect is left out, spread over the picture, and their side, pixels: a thousand rays

@@ -162,4 +162,4 @@ def _error_after(document: Document, front: list[curves.Row], spent: float) -> s
     if times > FARTHEST or power is None or power["high"] is None or power["high"] >= 0:
         return f"{reached}."
     low, middle, high = (curves.error(last) * times ** power[end] for end in ("low", "estimate", "high"))
-    return f"{reached}; if it falls on at this rate, {error(middle)} ({figure(low)} to {figure(high)})."
+    return f"{reached}; if it keeps falling at this rate, {error(middle)} ({figure(low)} to {figure(high)})."

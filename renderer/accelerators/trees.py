@@ -18,7 +18,7 @@ from renderer.shapes import Family
 from renderer.shapes.triangles import Triangles
 
 FEW = 32
-"""Up to so many triangles are intersected one by one: culling by block costs less than a tree."""
+"""Most triangles that are intersected one by one: culling by block costs less than a tree for these."""
 
 KEPT = 4
 """Families whose trees a process keeps, the last ones used."""

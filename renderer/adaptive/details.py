@@ -16,7 +16,7 @@ from renderer.textures.texels import Centers, Singles, TexelTable
 from renderer.workspace import Workspace
 
 LATTICES = {3: 2, 5: 3, 8: 5, 13: 8, 21: 13, 34: 21, 55: 34, 89: 55, 144: 89}
-"""Places in a pixel, and the number that makes them a Fibonacci lattice (`coverage.SIZES`)."""
+"""Places in a pixel, and the number that makes them a Fibonacci lattice (`levels.FIBONACCI`)."""
 
 POWER = 0.8
 """Places are proportional to the deviation within the pixel to this power: the least work for a sum of

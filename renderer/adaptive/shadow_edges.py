@@ -20,7 +20,7 @@ STEP = 0.5
 """Distance of the places along a shadow's edge, pixels, as of other edges."""
 
 SOFT = 2.0
-"""Penumbrae wider than so many pixels hide nothing between pilot samples."""
+"""Width in pixels beyond which penumbrae hide nothing between pilot samples."""
 
 FAINT = 8.0
 """The same where shapes cast them that are thinner than the gaps between the light points of pilot samples,

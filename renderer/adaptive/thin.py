@@ -51,14 +51,14 @@ def narrow_places(camera: Pinhole, hulls: Hulls) -> Integers:
     if hulls.edges:
         return np.zeros((2, 0), dtype=np.int64)
     x, y, ahead = _on_picture(camera, hulls.corners)
-    widths = _spans(x, y).min(axis=0)
+    spans = _spans(x, y)
+    widths, lengths = spans.min(axis=0), spans.max(axis=0)
+    tips = lengths * (1 - np.sqrt(1 - np.minimum(NARROW / np.maximum(widths, NARROW), 1.0) ** 2))
     found = []
-    for shape in np.flatnonzero(ahead).tolist():
+    for shape in np.flatnonzero(ahead & ((tips > 1) | (widths < NARROW))).tolist():
         places = _along(x[:, shape], y[:, shape])
         share = np.linspace(0, 1, places.shape[1])
-        narrow = 2 * np.sqrt(share * (1 - share)) * widths[shape] < NARROW
-        if np.count_nonzero(narrow) > 2:
-            found.append(places[:, narrow])
+        found.append(places[:, 2 * np.sqrt(share * (1 - share)) * widths[shape] < NARROW])
     return _pixels(camera, found)
 
 

@@ -25,7 +25,9 @@ def refracted(viewers: Floats, shading_normals: Floats, normals: Floats, ratio: 
     ratio : (N,) float64
         Refractive index on the viewers' side over that beyond.
 
-    Notes ----- Under total reflection the result runs along the surface; no light goes there.
+    Notes
+    -----
+    Under total reflection the result runs along the surface; no light goes there.
     """
     cosine = _cosine(viewers, shading_normals)
     inner = transmitted_cosine(cosine, ratio)

@@ -125,7 +125,7 @@ class BumpRelief:
 
 
 def facing_viewer(normals: Vectors, viewers: Singles) -> tuple[Vectors, Singles]:
-    """Normals, in place, and their cosines with the viewers (3, n): `horizon.Horizon` for many of a pixel."""
+    """Normals, in place, and their cosines with the viewers (3, n): `maps.Horizon` for many of a pixel."""
     cosines = _dot(normals, list(viewers))
     away = np.nonzero(cosines <= 0)
     if away[0].size:

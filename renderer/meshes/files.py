@@ -152,7 +152,9 @@ def _corner(word: bytes, counts: list[int]) -> bytes:
 def _from_first(number: bytes, count: int) -> bytes:
     if not _WHOLE.fullmatch(number):
         return number
-    counted = int(number) + (count + 1 if number.startswith(b"-") else 0)
+    counted = int(number)
+    # -0 stands for nothing, as 0 does.
+    counted += count + 1 if counted < 0 else 0
     if counted < 1:
         raise AssetError(
             f"A face of the mesh has the number {number.decode()}, and {count} of the kind precede it. "

@@ -107,7 +107,7 @@ class Request:
 
 
 CAMERA_SAMPLES = Antialiasing(pattern="sobol", samples=16)
-"""Target quality takes camera samples where they are needed. How many is not known; prices assume so many."""
+"""Target quality takes camera samples where they are needed. How many is not known; prices assume these."""
 
 FEW_LIGHT_POINTS, MANY_LIGHT_POINTS = 4, 16
 """Light points of each of these camera samples. Measured in CPU seconds to the same target at 512 x 512:

@@ -139,7 +139,7 @@ def triangles_of(number: int, vertices: Floats, surface: Surface, *, smooth: boo
     rows = surface.triangles
     corners = np.stack([np.take(vertices, row, axis=1) for row in rows])
     thin = needs_exact_area(corners)
-    # A rounding beside the line they would be slivers that rays hit; as points nothing does.
+    # Off their line by a rounding they would be slivers that rays hit; no ray hits a point.
     corners = np.where(_without_area(corners, surface, thin), corners[0], corners)
     normals = unit_normals(corners)
     count = rows.shape[1]

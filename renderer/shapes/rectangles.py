@@ -79,8 +79,8 @@ class Rectangles(FlatFamily):
 
         Projection on the edges would be wrong where they are not perpendicular, even by a rounding.
         The border is wider by what rounding can move it, so that rectangles that share an edge leave no
-        gap, in whichever form they are given. A start closer to the plane than rounding decides is on it,
-        and on it is no hit, unless the ray before came from the other side (`self_intersection`).
+        gap, in whichever form they are given. A start whose distance from the plane is within rounding is
+        on it, and that is no hit, unless the ray before came from the other side (`self_intersection`).
         """
         anchor, first, second, product = (
             array[:, shape : shape + 1] for array in (self.anchors, self.first, self.second, self.products)

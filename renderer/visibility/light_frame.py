@@ -87,7 +87,9 @@ class LightFrame:
             across, along, away = places = _coordinates(self.axes, -view.towards)
             reach = np.abs(places).max(axis=0) + _formed(self.axes, sizes)
             side, depth = np.where(away < 0, -1.0, 1.0), np.abs(away)
-            rounding = ROUNDING * (self.reach + 1) * (reach + 1)
+            largest = (self.reach + 1) * (reach + 1)
+            # Products that float32 cannot hold leave no triangle out.
+            rounding = np.where(largest < 2.0**125, ROUNDING * largest, np.inf)
             rows = (depth, -side * across, -side * along, side * HALF, depth * HALF, rounding)
             return np.stack([row.astype(np.float32) for row in rows])
 

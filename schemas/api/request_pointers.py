@@ -28,8 +28,9 @@ def in_request(answer: Answer, request: BaseModel) -> Answer:
     answer
         Its pointers lead into a scene, and where a sentence begins with one it does, too.
     request
-        The request as it was read: it has a `scene`, and may have a `quality`. Of a default, which no one has
-        written, the nearest thing around it that is written is named, or nothing in a list of pointers.
+        The request as it was read: it has a `scene`, and may have a `quality`. A pointer to a
+        default leads to the nearest written value around it; lists of pointers leave it out where that is
+        the whole scene.
     """
     return _changed(answer, lambda place: _in_request(place, request))
 

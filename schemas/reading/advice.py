@@ -185,7 +185,7 @@ def _bright_colors(scene: Scene) -> Iterator[Finding]:
     for name, material in scene.materials.items():
         if material.color and max(material.color) > 1:
             detail = (
-                "This colour gives back more light than it receives. Colours are linear, 0 to 1: divide "
+                "This colour reflects more light than it receives. Colours are linear, 0 to 1: divide "
                 "values of 0 to 255 by 255 and decode them from sRGB."
             )
             yield Finding(("materials", name, "color"), "bright_color", detail)

@@ -1,6 +1,6 @@
 """Errors that commands raise, and exit codes; the table in ``failures.py`` maps one to the other.
 
-CommandError                    wrong use: an option, or a place to write to, that makes no sense
+CommandError                    wrong use: an invalid option, or an output that cannot be written
 ├── InputError                  a file that the command was given cannot be used
 │   └── UnusableSceneError      a scene file, with its text and all that is wrong in it
 ├── RefusedOptionsError         a service refused the values of options

@@ -44,7 +44,7 @@ def read_settings(given: Mapping[str, Any], *, config: Path | None = None) -> Se
     Raises
     ------
     CommandError
-        They make no sense; the message names each with its variable.
+        They are invalid; the message names each with its variable.
     """
     from pydantic import ValidationError
     from pydantic_settings import SettingsError

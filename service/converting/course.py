@@ -58,7 +58,7 @@ class CourseObject(Foreign):
     # Which tree finds its triangles changes no picture.
     SILENT: ClassVar[frozenset[str]] = frozenset({"has_bvh"})
 
-    # Documents alone are made into objects, never keywords.
+    # Objects are made only from documents, never from keyword arguments.
     obj_file_path: Asset = Field(  # type: ignore[pydantic-alias]
         validation_alias=AliasChoices("obj_file_path", "path")
     )

@@ -68,7 +68,7 @@ def convert(path: Path, *, root: Path, folder: Path) -> Conversion:
     OSError
         The file cannot be read.
     ConversionError
-        It is of no known format, or what it says makes no sense.
+        Its format is unknown, or its content is invalid.
     """
     notes = Notes(path.name)
     task = Task(path, path.read_bytes(), notes, InputFiles(root), SceneFiles(folder))

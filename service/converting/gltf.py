@@ -32,7 +32,7 @@ def convert_gltf(task: Task, content: object) -> dict[str, Any]:
     Raises
     ------
     ConversionError
-        At the place that makes no sense.
+        At the invalid place.
     """
     return _scene(task, content, task.content.decode("utf-8-sig"), None)
 

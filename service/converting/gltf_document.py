@@ -30,7 +30,7 @@ Text = Annotated[str, Field(strict=True)]
 class Part(Foreign):
     """Base of all parts: names as glTF writes them."""
 
-    # Documents alone are made into parts, never keywords.
+    # Parts are made only from documents, never from keyword arguments.
     model_config = ConfigDict(alias_generator=to_camel)
     SILENT: ClassVar[frozenset[str]] = _NAMES  # type: ignore[pydantic-alias]
 

@@ -49,7 +49,7 @@ class Buffers:
         Raises
         ------
         ConversionError
-            At the accessor, where it makes no sense.
+            At the accessor, if it is invalid.
         """
         accessor = pick(self.name, self.document.accessors, number, pointer)
         place = f"/accessors/{number}"
@@ -155,7 +155,7 @@ def parts_by_material(buffers: Buffers, nodes: Sequence[PlacedNode]) -> dict[int
     Raises
     ------
     ConversionError
-        At the part of the document that makes no sense.
+        At the invalid part of the document.
     """
     parts: dict[int | None, list[Part]] = {}
     for placed in nodes:

@@ -26,7 +26,7 @@ _TAKEN = frozenset({"kd", "ks", "ns", "kr", "ni", "d", "tr", "illum", *COLOR_MAP
 
 
 _REASONS = {
-    "ka": "Ka is left out: each material gives back 0.1 of its own colour of the scene's ambient light.",
+    "ka": "Ka is left out: each material reflects 0.1 of the scene's ambient light, times its colour.",
     "ke": "Ke is left out: shapes do not shine. Put a light in their place.",
     "disp": "Displacement is left out, as the format names no unit: add displacement_map and "
     "displacement_height to the material.",

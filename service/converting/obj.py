@@ -28,7 +28,7 @@ def convert_obj(task: Task) -> dict[str, Any]:
     Raises
     ------
     ConversionError
-        A line of the file, or of an MTL file, makes no sense.
+        A line of the file, or of an MTL file, is malformed.
     """
     obj = read_obj(task.path.name, task.content, task.notes)
     textures: dict[str, Any] = {}

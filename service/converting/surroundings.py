@@ -104,7 +104,7 @@ def scene_around(
     scene["camera"] = camera
     if not lights:
         task.notes.assume(
-            "", "A square light from above left, and ambient light of 1: materials give back a tenth of it."
+            "", "A square light from above left, and ambient light of 1: materials reflect a tenth of it."
         )
         scene["ambient"] = [1, 1, 1]
         lights = [default_light(middle, radius)]

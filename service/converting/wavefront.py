@@ -150,9 +150,7 @@ class _Reader:
         except ValueError:
             numbers = ()
         if len(numbers) < count or not all(abs(number) <= LARGEST for number in numbers):
-            raise self._wrong(
-                line, f"After '{statement}' {count} numbers belong, none of them beyond {LARGEST:g}."
-            )
+            raise self._wrong(line, f"'{statement}' needs {count} numbers, none of them beyond {LARGEST:g}.")
         return numbers
 
     def _face(self, line: int, words: list[str]) -> None:
@@ -276,7 +274,7 @@ class MtlMaterial:
         except ValueError:
             numbers = ()
         if len(numbers) != count or not all(0 <= number <= BRIGHTEST for number in numbers):
-            detail = f"After '{keyword}' {count} number{'s' if count > 1 else ''} of 0 or more belong."
+            detail = f"'{keyword}' needs {count} number{'s' if count > 1 else ''} of 0 or more."
             raise wrong_at_line(self.file, self.content, statement.line, detail)
         return numbers
 
@@ -293,7 +291,7 @@ class MtlMaterial:
             options[option] = tuple(words[:count])
             del words[:count]
         if not words:
-            detail = f"After '{keyword}' the name of a picture belongs."
+            detail = f"'{keyword}' needs the name of a picture."
             raise wrong_at_line(self.file, self.content, statement.line, detail)
         return Map(" ".join(words), options, statement.line)
 
@@ -319,18 +317,18 @@ def read_mtl(name: str, content: bytes) -> dict[str, MtlMaterial]:
     Raises
     ------
     ConversionError
-        A statement stands before the first material, or a material has no name.
+        A statement comes before the first material, or a material has no name.
     """
     materials: dict[str, MtlMaterial] = {}
     current: MtlMaterial | None = None
     for line, (keyword, *words) in statements(content):
         if keyword.lower() == "newmtl":
             if not words:
-                raise wrong_at_line(name, content, line, "After 'newmtl' the name of the material belongs.")
+                raise wrong_at_line(name, content, line, "'newmtl' needs the name of the material.")
             current = MtlMaterial(" ".join(words), name, content, line)
             materials[current.name] = current
         elif current is None:
-            detail = f"'{keyword}' stands before the first 'newmtl', so it belongs to no material."
+            detail = f"'{keyword}' comes before the first 'newmtl', so it belongs to no material."
             raise wrong_at_line(name, content, line, detail)
         else:
             current.statements[keyword.lower()] = Statement(tuple(words), line)

@@ -69,7 +69,7 @@ class Dispatcher:
     settings : Settings
         Attempts and grace.
     spans
-        Record what was handed out and what became of it.
+        Record what was handed out and its outcome.
     """
 
     def __init__(

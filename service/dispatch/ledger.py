@@ -72,7 +72,7 @@ def recover(session: Session) -> int:
 
 
 def take_back_unknown(session: Session, known: Collection[JobTask]) -> int:
-    """Let the steps wait again that were handed out, but of which no task is known, and count them."""
+    """Let steps that were handed out, but have no known task, wait again, and count them."""
     taken_back = 0
     tasks = (task for task in known if isinstance(task, TileTask))
     found = {(task.job, task.pass_.index, task.tile.index, task.attempt) for task in tasks}

@@ -75,7 +75,7 @@ class Round:
     tasks: list[JobTask] = field(default_factory=list)
     """What to give to the engine."""
     deadline_in: float | None = None
-    """In how many seconds the time of some render will be spent, so that there is something to decide."""
+    """Seconds until the time limit of some render is spent, and a decision is due."""
     store_closed: bool = False
     """Whether a task could not write to the disk, so that trying again at once is useless."""
     retries: Counter[Cause] = field(default_factory=Counter)

@@ -120,11 +120,13 @@ def plan_of(service: Service, job_id: str) -> PlanDocument:
 
 @contextmanager
 def _changing(service: Service, job_id: str) -> Iterator[tuple[Session, JobRow]]:
-    """Change a job in a transaction, and notify its watchers once it is committed."""
+    """Change a job in a transaction that notifies the watchers of other servers.
+
+    Those of this one are notified by `publish`, after all that follows from the change.
+    """
     with service.database.writing() as session:
         yield session, find(session, job_id)
         service.database.notify_jobs(session, (job_id,))
-    service.job_events.publish((job_id,))
 
 
 def cancel(service: Service, job_id: str) -> None:
@@ -138,6 +140,7 @@ def cancel(service: Service, job_id: str) -> None:
         service.dispatcher.cancel(stopping)
     if render is not None and render.state.final:
         service.spans.ended(render.id)
+    service.job_events.publish((job_id,))
 
 
 def _end(session: Session, row: JobRow) -> str | None:
@@ -159,6 +162,7 @@ def pause(service: Service, job_id: str) -> Job:
     with _changing(service, job_id) as (session, row):
         if not row.state.final:
             sharing.pause(session, row)
+    service.job_events.publish((job_id,))
     return show(service, job_id)
 
 
@@ -169,6 +173,7 @@ def resume(service: Service, job_id: str) -> Job:
             sharing.resume(session, row)
         service.database.notify(session, work=True)
     service.dispatcher.wake()
+    service.job_events.publish((job_id,))
     return show(service, job_id)
 
 
@@ -199,6 +204,7 @@ def _forget(service: Service, job_id: str) -> None:
         unused = sharing.forget(session, row)
     if unused:
         service.store.drop_job(unused)
+    service.job_events.publish((job_id,))
 
 
 async def until(service: Service, job_id: str, seconds: float, done: Callable[[JobStatus], bool]) -> None:

@@ -95,7 +95,7 @@ def end_late(session: Session) -> tuple[list[RenderRow], list[str], float | None
 def _late(seconds: float) -> Failure:
     message = (
         f"The picture was not finished within {seconds:g} seconds. Give it more time, ask for fewer samples, "
-        "or for target quality, which ends with the picture that there is."
+        "or for target quality, which ends with the best picture so far."
     )
     return Failure(code="time_limit", message=message, retryable=False)
 

@@ -58,7 +58,7 @@ class Bucket:
     Raises
     ------
     StoreAwayError
-        If the variables make no sense together.
+        If the variables contradict each other.
     """
 
     def __init__(self, place: str) -> None:

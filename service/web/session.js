@@ -36,7 +36,7 @@ function ask() {
     const form = h(
       "form",
       { onsubmit: send },
-      h("h2", {}, "This service asks for a key"),
+      h("h2", {}, "This service requires a key"),
       h(
         "p",
         { className: "soft" },
@@ -53,7 +53,7 @@ function ask() {
     );
     const dialog = h(
       "dialog",
-      { className: "session", "aria-label": "This service asks for a key", onclose: ended },
+      { className: "session", "aria-label": "This service requires a key", onclose: ended },
       form,
     );
 

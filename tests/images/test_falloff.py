@@ -120,7 +120,7 @@ def test_a_light_that_touches_the_floor_gives_finite_pixels(distance: float, qua
 @PRECISIONS
 @pytest.mark.parametrize("height", [1e-16, 1e-15, 1e-14])
 def test_a_light_point_that_touches_the_surface_gives_nothing(height: float, quality: object) -> None:
-    # The middle one of nine light points is nearer to the point that is seen than rounding decides.
+    # The middle one of nine light points touches the point that is seen within rounding.
     light = {"type": "rectangle", "center": [0, height, 0], "normal": [0, 1, 1], "tangent": [1, 0, 0]}
     light |= {"size": [1, 1], "color": [1, 1, 1], "falloff": "physical", "visible": False}
     assert seen(floor_seen_at_the_origin(light, points=9), quality) < 1e-6

@@ -1,4 +1,4 @@
-"""What a picture must not depend on, to the bit: tiles, workers, order, culling, units."""
+"""What a picture must not depend on, to the bit: tiles, order, culling, units."""
 
 import itertools
 from typing import Any

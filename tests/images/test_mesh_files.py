@@ -137,7 +137,7 @@ def test_relative_numbers_of_texture_coordinates_count_those_before_the_face() -
     assert texture[:, triangles[0]].T.tolist() == [[0, 0], [1, 1]]
 
 
-@pytest.mark.parametrize("number", ["0", "-5", "1/0"])
+@pytest.mark.parametrize("number", ["0", "-0", "-5", "1/0"])
 def test_a_number_of_a_face_that_stands_for_nothing_is_refused(number: str) -> None:
     with pytest.raises(AssetError, match=number.rpartition("/")[2]):
         read_mesh("m", Files(m=PLACES + b"vt 0 0\n" + f"f {number} 2/1 3/1\n".encode()))

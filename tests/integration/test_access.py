@@ -97,7 +97,7 @@ def test_operations_ask_for_no_key(guarded: RunningServer) -> None:
         assert httpx2.get(guarded.url + path).status_code == 200
 
 
-def test_what_is_kept_of_a_key_does_not_reveal_it(database: Database, secrets: dict[str, str]) -> None:
+def test_the_stored_part_of_a_key_does_not_reveal_it(database: Database, secrets: dict[str, str]) -> None:
     with database.reading() as session:
         kept = [row.secret_sha256 for row in session.scalars(select(KeyRow))]
     for secret in secrets.values():
@@ -142,7 +142,7 @@ def test_keys_of_requests_are_each_users_own(users: Users) -> None:
     assert jobs[0] == jobs[2] != jobs[1]
 
 
-def test_a_revoked_key_is_no_good_any_more_and_its_session_ends(users: Users, database: Database) -> None:
+def test_a_revoked_key_is_refused_and_its_session_ends(users: Users, database: Database) -> None:
     with database.writing() as session:
         key = keys.add(session, "eve", Role.SUBMIT)
     headers = {"Authorization": f"Bearer {key}"}

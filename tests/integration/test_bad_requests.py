@@ -90,7 +90,9 @@ def test_a_body_that_turns_out_too_long_is_refused_before_its_end(server: Runnin
     assert raw(server, head + 20 * chunk) == 413
 
 
-def test_a_body_that_breaks_off_harms_no_one(server: RunningServer, client: httpx2.Client) -> None:
+def test_a_body_that_breaks_off_affects_no_other_request(
+    server: RunningServer, client: httpx2.Client
+) -> None:
     with socket.create_connection((client.base_url.host, client.base_url.port)) as connection:
         connection.sendall(b"POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000\r\n\r\n{")
     time.sleep(0.1)

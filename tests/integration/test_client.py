@@ -109,7 +109,7 @@ def test_connections_that_break_cost_time_and_nothing_else(
     ],
     ids=["too long a pause", "no pause named", "broken"],
 )
-def test_requests_are_repeated_for_so_many_seconds_only(
+def test_requests_are_repeated_only_for_retry_seconds(
     network: Flaky, done: str, fault: Fault, kind: type[Exception], awaited: bool
 ) -> None:
     network.faults = deque([fault] * 50)
@@ -130,7 +130,7 @@ def test_requests_are_repeated_for_so_many_seconds_only(
     assert network.faults
 
 
-def test_the_time_of_repeating_begins_with_the_first_failure_and_not_with_the_request(
+def test_retry_seconds_begin_with_the_first_failure_and_not_with_the_request(
     network: Flaky, server: RunningServer
 ) -> None:
     with Client(server.url) as direct, Client(network.url, retry_seconds=0.5) as client:

@@ -38,7 +38,7 @@ def test_after_a_restart_the_wall_clock_says_what_has_passed() -> None:
     assert clocks.clock.since(NOON - timedelta(seconds=30)) == 31.0
 
 
-def test_a_time_that_is_yet_to_come_is_taken_for_now() -> None:
+def test_a_time_in_the_future_counts_as_now() -> None:
     clocks = Clocks()
     assert clocks.clock.since(NOON + timedelta(hours=1)) == 0.0
     clocks.pass_(2)

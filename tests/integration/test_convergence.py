@@ -116,7 +116,7 @@ def test_times_only_grow_and_the_fit_is_that_of_the_passes(
         ({"pattern": "random", "light_pattern": "random", "samples": 1}, "one camera sample"),
     ],
 )
-def test_where_passes_report_nothing_of_the_error_it_is_null_and_said_why(
+def test_where_passes_cannot_estimate_the_error_it_is_null_with_a_reason(
     client: httpx2.Client, sampling: dict[str, Any], reason: str
 ) -> None:
     job = submit(client, scene(**sampling))
@@ -215,9 +215,7 @@ def test_a_form_is_chosen_by_its_name_or_its_media_type(
         ("image/png;q=0, text/csv;q=0.1", "csv"),
     ],
 )
-def test_the_form_that_is_preferred_is_sent(
-    client: httpx2.Client, target_job: str, accept: str, form: str
-) -> None:
+def test_the_preferred_form_is_sent(client: httpx2.Client, target_job: str, accept: str, form: str) -> None:
     answer = client.get(path_of(target_job), headers={"Accept": accept})
     assert answer.headers["Content-Type"] == MEDIA_TYPES[form]
 
@@ -247,7 +245,7 @@ def test_what_the_client_has_already_costs_nothing(client: httpx2.Client, target
     assert (head.status_code, head.content, head.headers["ETag"]) == (200, b"", whole.headers["ETag"])
 
 
-def test_the_tag_changes_with_the_form_and_with_what_is_reported(client: httpx2.Client) -> None:
+def test_the_tag_changes_with_the_form_and_the_content(client: httpx2.Client) -> None:
     job = submit(client, long_scene(), quality=TARGET)
     tags: dict[str, str] = {}
 

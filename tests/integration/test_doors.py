@@ -75,7 +75,7 @@ def test_a_proxy_passes_on_the_names_that_are_set(strict: RunningServer) -> None
 @pytest.mark.parametrize(
     "path", ["/", "/web/main.js", "/livez", "/v1/jobs", "/v1/jobs/none", "/metrics", "/openapi.json", "/none"]
 )
-def test_every_answer_reports_browsers_what_they_may_do(client: httpx2.Client, path: str) -> None:
+def test_every_answer_limits_what_browsers_may_do(client: httpx2.Client, path: str) -> None:
     headers = client.get(path).headers
     assert headers["X-Content-Type-Options"] == "nosniff"
     assert headers["Referrer-Policy"] == "no-referrer"
@@ -86,7 +86,7 @@ def test_every_answer_reports_browsers_what_they_may_do(client: httpx2.Client, p
     assert "Access-Control-Allow-Origin" not in headers
 
 
-def test_no_one_keeps_answers_for_others(client: httpx2.Client) -> None:
+def test_no_cache_keeps_answers_for_other_users(client: httpx2.Client) -> None:
     job = client.post("/v1/jobs", json={"scene": scene(8, 8)}, headers={"Prefer": "wait=30"}).json()["id"]
     for path in ("", "/image.png", "/image.npy", "/tiles", "/events", "/request", "/convergence", "/nothing"):
         rule = client.get(f"/v1/jobs/{job}{path}").headers["Cache-Control"]

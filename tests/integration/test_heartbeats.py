@@ -8,7 +8,7 @@ from service.workers.heartbeats import Lease, Passed, beats
 SECONDS = 0.02
 
 
-def test_beats_that_waited_are_time_in_which_no_one_was_silent() -> None:
+def test_beats_that_waited_are_time_in_which_no_worker_was_silent() -> None:
     listening, sending = Pipe(duplex=False)
     os.write(sending.fileno(), b"...")
     reported = beats(listening, SECONDS)

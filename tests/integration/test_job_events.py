@@ -34,7 +34,7 @@ def test_a_crowd_lets_news_gather(monkeypatch: pytest.MonkeyPatch, crowd: int, t
     assert asyncio.run(heard(crowd)) == [times] * crowd
 
 
-def test_no_one_waits_for_more_news_of_a_service_that_ends() -> None:
+def test_no_request_waits_for_events_of_a_service_that_ends() -> None:
     async def ended() -> bool:
         news = JobEvents()
         with news.watch(JOB) as watcher, news.watch(JOB):

@@ -117,7 +117,7 @@ def test_passes_come_one_after_the_other_and_the_coarse_one_first(table: Table) 
     assert steps == [(0, 0), *((1, tile) for tile in range(4)), *((2, tile) for tile in range(4))]
 
 
-def test_after_a_doubtful_transaction_steps_wait_again_of_which_no_one_knows_a_task(table: Table) -> None:
+def test_after_a_doubtful_transaction_steps_without_a_task_wait_again(table: Table) -> None:
     table.add("a")
     done, lost, flying = (table.next() for _ in range(3))
     table.round((done, DONE))

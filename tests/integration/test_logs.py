@@ -24,7 +24,7 @@ def log_of(client: httpx2.Client, job: str) -> list[dict[str, Any]]:
     return answer.json()["entries"]
 
 
-def test_a_job_reports_when_it_came_began_finished_each_pass_and_ended(
+def test_a_log_has_the_submission_the_start_each_pass_and_the_end(
     client: httpx2.Client, server: RunningServer
 ) -> None:
     document = scene(40, 24) | {"name": "reported afterwards"}
@@ -43,7 +43,7 @@ def test_a_job_reports_when_it_came_began_finished_each_pass_and_ended(
     assert "40 x 24" in entries[0]["message"]
 
 
-def test_what_was_rendered_before_is_reported_without_the_time_when_others_asked_for_it(
+def test_a_shared_render_is_logged_without_the_times_of_other_users(
     server: RunningServer,
 ) -> None:
     document = scene(24, 16) | {"background": [0.3, 0.2, 0.1]}

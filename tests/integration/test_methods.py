@@ -101,7 +101,7 @@ def test_a_query_parameter_with_a_long_name_is_not_repeated(client: httpx2.Clien
     ],
     ids=str,
 )
-def test_tiles_come_in_the_form_that_is_preferred(
+def test_tiles_come_in_the_preferred_form(
     client: httpx2.Client, job: str, accept: list[str], binary: bool
 ) -> None:
     headers = [("Accept", part) for part in accept] or {"Accept": ""}

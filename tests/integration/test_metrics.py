@@ -59,7 +59,7 @@ def test_tiles_and_cpu_seconds_of_a_job_are_counted(client: httpx2.Client) -> No
     # Each finished tile is an event of the job, in each of its passes.
     assert tiles == job["last_seq"]
     user = ("penumbra_user_cpu_seconds_total", job["user"])
-    # The CPU seconds of a picture are those of its tiles; composing it comes on top.
+    # The CPU seconds of a picture are those of its tiles; composing it is counted besides.
     assert after[user] - before.get(user, 0) >= job["cost"]["cpu_seconds"]
 
 
@@ -102,7 +102,7 @@ def test_a_worker_that_dies_is_counted_and_the_job_that_fails_of_it_by_its_code(
 
 
 @pytest.mark.slow
-def test_reached_errors_are_reported_as_shares_of_those_asked_for(start: Start) -> None:
+def test_reached_errors_are_reported_as_shares_of_their_targets(start: Start) -> None:
     with httpx2.Client(base_url=start().url, timeout=TIMEOUT) as client:
         assert ("penumbra_error_over_target", "0.5") not in watched(client)
         quality = {"mode": "target", "error": 0.05}

@@ -105,7 +105,7 @@ def test_a_batch_in_eight_bits_is_a_quarter_of_the_size(client: httpx2.Client, d
 
 
 @ON_BOTH
-def test_a_stream_reports_every_tile_and_then_of_the_end(client: httpx2.Client) -> None:
+def test_a_stream_reports_every_tile_and_then_the_end(client: httpx2.Client) -> None:
     job = submit(client, scene(160, 96))
     *tiles, end = streamed(client, job)
     assert [int(event["id"]) for event in tiles] == list(range(1, len(tiles) + 1))

@@ -171,7 +171,7 @@ def test_a_texture_is_sent_rendered_and_fetched(away: httpx2.Client) -> None:
     assert compared.json()["verdict"] == "match", compared.text
 
 
-def test_what_no_one_keeps_leaves_the_bucket(away: httpx2.Client) -> None:
+def test_what_is_not_kept_leaves_the_bucket(away: httpx2.Client) -> None:
     job, other = (submit(away, scene(32, 32, samples=1)) for _ in range(2))
     for one in (job, other):
         finish(away, one)

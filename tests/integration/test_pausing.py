@@ -24,8 +24,8 @@ from tests.integration.support import enter, job_of, long_scene, submit, until, 
 from tests.integration.test_ledger import DONE, Table, places
 
 
-class Held(Table):
-    """The same table of jobs, with people who hold them."""
+class PausableTable(Table):
+    """The table of jobs, some of which pause, resume and share renders."""
 
     def pause(self, job_id: str) -> None:
         with self.database.writing() as session:
@@ -51,14 +51,14 @@ class Held(Table):
 
 
 @pytest.fixture
-def table(tmp_path: Path) -> Iterator[Held]:
+def table(tmp_path: Path) -> Iterator[PausableTable]:
     database = Database(f"sqlite:///{tmp_path / 'test.sqlite'}")
     upgrade(database)
-    yield Held(database)
+    yield PausableTable(database)
     database.close()
 
 
-def test_what_is_in_hand_is_finished_and_nothing_follows_before_it_is_resumed(table: Held) -> None:
+def test_what_is_in_hand_is_finished_and_nothing_follows_before_it_is_resumed(table: PausableTable) -> None:
     table.add("a")
     running = table.next()
     table.pause("a")
@@ -68,7 +68,7 @@ def test_what_is_in_hand_is_finished_and_nothing_follows_before_it_is_resumed(ta
     assert places(table.round(room=2).tasks) == [("a", 1, 0), ("a", 1, 1)]
 
 
-def test_a_queued_job_that_is_paused_does_not_begin_and_others_do(table: Held) -> None:
+def test_a_queued_job_that_is_paused_does_not_begin_and_others_do(table: PausableTable) -> None:
     table.add("a")
     table.add("b")
     table.pause("a")
@@ -76,7 +76,7 @@ def test_a_queued_job_that_is_paused_does_not_begin_and_others_do(table: Held) -
     assert table.job("a").state is JobState.QUEUED
 
 
-def test_a_shared_render_continues_while_one_of_its_jobs_does(table: Held) -> None:
+def test_a_shared_render_continues_while_one_of_its_jobs_does(table: PausableTable) -> None:
     table.add("a")
     table.round(room=1)
     table.join("a", "b", "another")
@@ -92,7 +92,7 @@ def test_a_shared_render_continues_while_one_of_its_jobs_does(table: Held) -> No
     assert table.render("a").paused_at is None
 
 
-def test_when_the_only_job_leaves_that_was_not_paused_the_render_pauses(table: Held) -> None:
+def test_when_the_only_job_leaves_that_was_not_paused_the_render_pauses(table: PausableTable) -> None:
     table.add("a")
     table.round(room=1)
     table.join("a", "b", "another")
@@ -103,7 +103,7 @@ def test_when_the_only_job_leaves_that_was_not_paused_the_render_pauses(table: H
     assert table.round(room=1).tasks == []
 
 
-def test_no_limit_of_time_runs_on_during_a_pause(table: Held) -> None:
+def test_no_limit_of_time_runs_on_during_a_pause(table: PausableTable) -> None:
     table.add("a")
     table.round(room=1)
     with table.database.writing() as session:
@@ -133,7 +133,7 @@ def test_no_limit_of_time_runs_on_during_a_pause(table: Held) -> None:
         assert [render.id for render in sharing.end_late(session)[0]] == ["a"]
 
 
-def test_the_time_of_target_quality_waits_too(table: Held) -> None:
+def test_the_time_of_target_quality_waits_too(table: PausableTable) -> None:
     table.add("a")
     table.round(room=1)
     with table.database.writing() as session:

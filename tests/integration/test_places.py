@@ -65,7 +65,7 @@ def test_bytes_come_back_whole_in_part_and_many_at_once(place: Objects) -> None:
     assert names(place.within("a")) == {name.removeprefix("a/") for name in sent}
 
 
-def test_what_is_not_there_is_reported_as_that(place: Objects) -> None:
+def test_what_is_not_there_is_reported_as_missing(place: Objects) -> None:
     assert place.find("a") is None
     assert names(place, "a") == set()
     for read in (place.get, place.array, lambda name: list(place.many([name]))):

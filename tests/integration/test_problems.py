@@ -74,7 +74,7 @@ def anyio_backend() -> str:
 @pytest.mark.parametrize(
     "error", [ValueError("secret"), StoreDamagedError("secret"), renderer.RenderError("secret")]
 )
-async def test_what_is_not_the_users_affair_is_not_reported(error: Exception) -> None:
+async def test_internal_errors_are_not_revealed(error: Exception) -> None:
     answer = await ask(error)
     assert answer.status_code == 500
     assert answer.headers["Content-Type"] == problems.MEDIA_TYPE

@@ -75,7 +75,7 @@ def test_who_was_silent_for_too_long_is_followed_and_learns_of_it(two: tuple[Dat
     assert term(two[0], first) == begun + 2
 
 
-def test_a_server_that_stops_in_the_middle_of_a_transaction_writes_nothing_and_holds_up_no_one(
+def test_a_server_that_stops_in_the_middle_of_a_transaction_writes_nothing_and_blocks_no_other(
     two: tuple[Database, Database],
 ) -> None:
     def stop_in_the_middle() -> None:
@@ -151,7 +151,7 @@ def test_whichever_server_is_asked_does_and_reports_the_same(
 
 
 @pytest.mark.slow
-def test_while_the_database_is_away_jobs_wait_and_requests_are_asked_to_return(
+def test_while_the_database_is_away_jobs_wait_and_requests_get_503_with_retry_after(
     pair: Pair, postgres: PostgresServer, undisturbed: np.ndarray
 ) -> None:
     with client_of(pair[1]) as client:

@@ -112,7 +112,7 @@ def test_what_was_rendered_is_answered_at_once(users: Users, folder: Path) -> No
     assert batch["complete"]
 
 
-def test_an_answer_from_the_store_reports_nothing_of_who_asked_before(users: Users) -> None:
+def test_an_answer_from_the_store_reveals_no_earlier_user(users: Users) -> None:
     first = ask(users["ann"], small(2) | {"name": "secret"}, wait=30)
     second = ask(users["bob"], small(2))
     reported = users["bob"].get(f"/v1/jobs/{second['id']}").text

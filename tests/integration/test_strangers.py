@@ -165,7 +165,7 @@ def test_staff_sees_the_files_of_all(world: World) -> None:
     assert world.ask("tutor", "GET", path).content == world.ask("ann", "GET", path).content == png(9, 9)
 
 
-def test_sending_a_file_reports_nothing_of_others_who_have_sent_it(world: World) -> None:
+def test_sending_a_file_reveals_no_other_user_who_has_sent_it(world: World) -> None:
     known, new = png(9, 9), png(9, 10)
     answers = [upload(world, "bob", content) for content in (known, new)]
     assert [answer.status_code for answer in answers] == [200, 200]
@@ -202,7 +202,7 @@ def test_a_list_of_jobs_names_those_of_its_user(world: World) -> None:
 
 
 @pytest.mark.parametrize(("method", "path"), routes())
-def test_every_route_reports_browsers_what_they_may_do(world: World, method: str, path: str) -> None:
+def test_every_route_limits_what_browsers_may_do(world: World, method: str, path: str) -> None:
     things = world.things if method != "DELETE" else MISSING
     address = filled(path.replace(":path", ""), {"a": "x", "b": "y", "path": "main.js"} | things)
     for user in (None, "ann", "bob"):

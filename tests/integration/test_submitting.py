@@ -30,7 +30,7 @@ def post(client: httpx2.Client, request: dict[str, Any], **headers: str) -> http
     return client.post("/v1/jobs", json=request, headers=headers)
 
 
-def test_labels_and_priority_are_reported_again(client: httpx2.Client) -> None:
+def test_a_job_has_the_labels_and_the_priority_of_its_request(client: httpx2.Client) -> None:
     labels = {"course": "graphics", "student": "a: b"}
     job = post(client, SMALL | {"labels": labels, "priority": -3}).json()
     assert (job["labels"], job["priority"], job["user"]) == (labels, -3, "local")

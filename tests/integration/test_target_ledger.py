@@ -66,7 +66,7 @@ def advanced(
 
 
 class Table:
-    """Jobs of 64 x 64 pixels in a database: four tiles in the first pass, of which more follow."""
+    """Jobs of 64 x 64 pixels in a database: four tiles in the first pass, and more in later ones."""
 
     def __init__(self, database: Database) -> None:
         self.database = database
@@ -165,7 +165,7 @@ def test_a_pass_is_reported_with_what_it_and_all_before_it_took(table: Table) ->
     table.add()
     table.round((table.merging(), advanced(2, 3)), room=0)
     table.round((table.merging(), advanced(1)), room=0)
-    first, second = progress.reported(table.job)
+    first, second = progress.finished_passes(table.job)
     assert [(cost["cpu_seconds"], cost["rays"]) for cost in (first, second)] == [
         (2.25, {"camera": 40}),
         (3.5, {"camera": 60}),

@@ -169,7 +169,7 @@ def test_a_collector_that_is_away_costs_a_line_of_the_log(
     assert events == ["traces are not taken"]
 
 
-def test_nothing_is_loaded_where_no_one_asks_for_traces() -> None:
+def test_nothing_is_loaded_where_traces_are_off() -> None:
     assert _said(LOADED) == "[]\n"
 
 

@@ -24,7 +24,7 @@ def watch(url: str, job: str) -> list[dict[str, Any]]:
                 return events
 
 
-def test_twenty_watchers_are_reported_the_same_in_the_same_order(
+def test_twenty_watchers_get_the_same_events_in_the_same_order(
     server: RunningServer, client: httpx2.Client
 ) -> None:
     job = submit(client, scene(128, 96, samples=16, light_samples=16))

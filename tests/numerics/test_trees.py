@@ -302,7 +302,7 @@ def test_triangles_are_left_out_from_the_border_of_the_light_on(name: str) -> No
 
 
 def test_points_go_all_ways() -> None:
-    """Above are points whose shafts reach few nodes at every level, and points whose shafts reach many."""
+    """The scenes above have points whose shafts reach few nodes at every level, and points of many."""
     rng = np.random.default_rng(6)
     shapes = family(soup(rng, 2000, 0.4))
     points = rng.uniform(-2, 2, (3, 500))

@@ -155,7 +155,7 @@ def get_plan(here: Here, job_id: JobId) -> PlanDocument:
 
 @router.get("/{job_id}/log", responses=UNKNOWN)
 def get_log(here: Here, job_id: JobId) -> JobLog:
-    """Report what became of a job so far: states, passes, repeated steps, workers lost, failures."""
+    """Report the history of a job: states, passes, repeated steps, workers lost, failures."""
     return job_logs.log_of(here, job_id)
 
 

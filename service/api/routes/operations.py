@@ -112,7 +112,7 @@ DRY_RUN: dict[str, Any] = {"max_stored_bytes": 10_000_000_000, "dry_run": True}
 
 @staff_router.post(
     "/v1/prune",
-    responses=BODY | problem(403, "For admins alone.") | problem(422, "The request cannot be used."),
+    responses=BODY | problem(403, "Only for admins.") | problem(422, "The request cannot be used."),
     openapi_extra=json_request(PruneRequest, DRY_RUN),
 )
 async def prune(here: Here, user: CurrentUser, body: JsonBody) -> Pruned:

@@ -37,7 +37,7 @@ COUNT = BigInteger().with_variant(Integer, "sqlite")
 
 
 class UtcDateTime(TypeDecorator[datetime]):
-    """A time in UTC. SQLite forgets the zone, PostgreSQL keeps it; both give it back."""
+    """A time in UTC. SQLite stores no zone and PostgreSQL does; reading adds it."""
 
     impl = DateTime(timezone=True)
     cache_ok = True
@@ -77,8 +77,8 @@ class RenderRow(Base):
     made for. One with a ``target_error`` gets its passes one after another: ``merges`` has an entry for each
     pass whose tiles are merged into the picture, the work before it being ``counted_work`` and
     ``counted_share`` of all. Any other has an entry for each of its passes in ``pass_costs``, and where these
-    cannot estimate the error of the picture, the reason in ``error_unknown``. ``focus`` is rendered first: a
-    rectangle. While it is paused it has ``paused_at``; ``paused_seconds`` are those of pauses before.
+    cannot estimate the error of the picture, the reason in ``error_unknown``. ``focus`` is a rectangle to
+    render first. While it is paused it has ``paused_at``; ``paused_seconds`` are those of earlier pauses.
     ``traceparent`` is the span of the request that it came with, where spans are collected.
     """
 

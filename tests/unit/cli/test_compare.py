@@ -39,7 +39,7 @@ def test_the_mistake_is_reported_with_its_cure(here: Penumbra, picture: np.ndarr
 
 
 @pytest.mark.parametrize(("image", "code"), [("flipped.png", 1), ("picture.png", 0)])
-def test_the_exit_code_reports_a_low_score_where_that_was_requested(
+def test_the_exit_code_reports_a_low_score_on_request(
     here: Penumbra, picture: np.ndarray, image: str, code: int
 ) -> None:
     assert here("compare", image, "picture.png", "--fail-under", "1").code == code

@@ -58,7 +58,7 @@ def test_why_nothing_is_known_is_reported_at_the_end(final: bool, reported: list
     assert list(sentences(Convergence.model_validate(EXAMPLE | unknown), final=final)) == reported
 
 
-def test_on_a_pipe_a_pass_is_reported_once_when_tiles_of_the_next_one_come(
+def test_on_a_pipe_a_pass_is_reported_once_when_tiles_of_the_next_one_arrive(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     source = Source(3)

@@ -79,7 +79,7 @@ def test_the_result_is_written_in_every_requested_form(
 
 
 @pytest.mark.parametrize(("least", "code"), [("10", 0), ("10.01", 1)])
-def test_the_exit_code_reports_too_few_points_where_that_was_requested(
+def test_the_exit_code_reports_too_few_points_on_request(
     penumbra: Penumbra, assignment: Assignment, least: str, code: int
 ) -> None:
     assignment.manifest(image_test(), flipped())
@@ -119,7 +119,7 @@ def test_a_wrong_manifest_is_reported_with_its_lines(here: Penumbra, tmp_path: P
         ((*WORDS, "--server", "http://127.0.0.1:9"), 4, "127.0.0.1:9"),
     ],
 )
-def test_what_makes_no_sense_is_reported_before_anything_is_graded(
+def test_unusable_arguments_are_reported_before_anything_is_graded(
     here: Penumbra, assignment: Assignment, words: tuple[str, ...], code: int, reported: str
 ) -> None:
     assignment.manifest(image_test())

@@ -13,7 +13,7 @@ from service.workers.tasks import Cause
 PAGE = (Path(__file__).parents[3] / "docs" / "how-to" / "operations.md").read_text()
 
 
-def test_the_page_reports_every_metric_that_is_counted() -> None:
+def test_the_page_lists_every_counter() -> None:
     ours = [family for family in Metrics().registry.collect() if family.name.startswith("penumbra_")]
     counted = {f"{family.name}_total" for family in ours if family.type == "counter"}
     found = set(re.findall(r"`(penumbra_\w+_total)(?:\{\w+\})?` \| counter", PAGE))
@@ -22,7 +22,7 @@ def test_the_page_reports_every_metric_that_is_counted() -> None:
     assert shown >= {family.name for family in ours if family.type == "gauge"}
 
 
-def test_the_page_reports_every_cause_for_which_something_is_tried_again() -> None:
+def test_the_page_lists_every_cause_of_a_retry() -> None:
     (sentence,) = re.findall(r"^Causes of .*?\n\n", PAGE, re.MULTILINE | re.DOTALL)
     assert set(re.findall(r"`([a-z_]+)`", sentence)) - {"penumbra_retries_total"} == set(Cause)
 

@@ -76,7 +76,7 @@ def test_options_ask_for_what_is_offered(quality: FixedQuality | TargetQuality, 
     assert options(quality) == command
 
 
-def test_qualities_are_reported_in_words() -> None:
+def test_qualities_are_described_like_the_options() -> None:
     assert describe(SOBOL) == "sobol 16, light sobol 4"
     assert describe(TARGET) == "error 0.004, at most 2.5 s"
 
@@ -102,9 +102,7 @@ def test_each_offer_is_a_line_of_a_terminal(here: Penumbra, scene_file: Path, co
 @pytest.mark.parametrize(
     ("option", "value"), [("--target-error", 0), ("--target-error", 2), ("--time", 0), ("--workers", 0)]
 )
-def test_targets_that_make_no_sense_are_wrong_use(
-    here: Penumbra, scene_file: Path, option: str, value: float
-) -> None:
+def test_invalid_targets_are_wrong_use(here: Penumbra, scene_file: Path, option: str, value: float) -> None:
     outcome = here("quote", scene_file, option, value)
     assert outcome.code == 2
     assert option in outcome.err

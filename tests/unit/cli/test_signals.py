@@ -1,4 +1,4 @@
-"""Ctrl-C and its like, at any time of a command."""
+"""Ctrl-C and other signals, at any time during a command."""
 
 from __future__ import annotations
 

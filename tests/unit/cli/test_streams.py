@@ -38,7 +38,7 @@ def _run(folder: Path, words: list[str], **streams: Any) -> subprocess.Completed
 
 
 @COMMANDS
-def test_where_no_one_reads_a_command_ends_in_silence(scene_file: Path, words: list[str]) -> None:
+def test_a_command_without_a_reader_ends_in_silence(scene_file: Path, words: list[str]) -> None:
     reading, writing = os.pipe()
     os.close(reading)
     try:

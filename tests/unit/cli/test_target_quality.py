@@ -53,9 +53,7 @@ def test_a_time_limit_and_a_confidence_need_an_error(name: str, value: float) ->
         ({"target_error": 0.1, "confidence": 1.0}, "--confidence"),
     ],
 )
-def test_numbers_that_make_no_sense_are_reported_by_their_options(
-    changes: dict[str, float], option: str
-) -> None:
+def test_invalid_numbers_are_reported_by_their_options(changes: dict[str, float], option: str) -> None:
     with pytest.raises(CommandError, match=f"^{option}: "):
         QualityOptions(**changes).requested({})
 

@@ -1,4 +1,4 @@
-"""Values given to the clients, and the errors where they cannot be used: nothing is sent here."""
+"""Values given to the clients, and the errors if they cannot be used: nothing is sent here."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ def test_rays_are_checked_as_those_that_are_cast_here() -> None:
 
 
 @pytest.mark.parametrize("odd", ["", ".", "..", None, 5], ids=repr)
-def test_what_can_be_no_id_requests_no_other_address(odd: Any) -> None:
+def test_an_invalid_job_id_is_refused(odd: Any) -> None:
     with pytest.raises(ValueError, match=re.escape(repr(odd))):
         calls.job_path(odd)
 

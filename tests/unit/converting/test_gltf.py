@@ -346,7 +346,7 @@ def test_what_is_wrong_is_reported_at_its_place(converted: Convert, pointer: str
     WRONG[pointer](made.document)
     with pytest.raises(ConversionError) as caught:
         converted("m.glb", made.glb())
-    # Of a field that is missing the object that lacks it is reported.
+    # A missing field is reported at the object that lacks it.
     place = pointer.removesuffix("/componentType")
     assert [problem.pointer for problem in caught.value.problems] == [place]
     assert caught.value.problems[0].detail.endswith(".")

@@ -227,9 +227,7 @@ def test_missing_pictures_and_libraries_leave_colours_and_are_noted(converted: C
         (b"v 0 0 0\n", 1),
     ],
 )
-def test_a_line_that_makes_no_sense_is_reported_by_its_number(
-    converted: Convert, content: bytes, line: int
-) -> None:
+def test_a_malformed_line_is_reported_by_its_number(converted: Convert, content: bytes, line: int) -> None:
     with pytest.raises(ConversionError) as caught:
         converted("w.obj", content)
     assert [problem.line for problem in caught.value.problems] == [line]

@@ -55,7 +55,7 @@ def test_a_default_up_along_the_view_is_a_warning_at_the_camera(scene: dict[str,
 
 
 @pytest.mark.parametrize(("angle", "warned"), [(1e-9, False), (1e-10, True), (1e-300, True)])
-def test_a_view_of_which_rounding_is_a_hundredth_of_a_pixel_is_a_warning(
+def test_a_view_with_rounding_of_a_hundredth_of_a_pixel_is_a_warning(
     scene: dict[str, Any], angle: float, warned: bool
 ) -> None:
     """512 rows of 2**-45 are 8.3e-10 degrees."""
@@ -81,7 +81,7 @@ FLAT_MESHES = {
 
 
 @pytest.mark.parametrize("name", FLAT_MESHES)
-def test_a_mesh_is_a_warning_if_none_of_its_triangles_has_an_area(scene: dict[str, Any], name: str) -> None:
+def test_a_mesh_whose_triangles_all_have_no_area_is_a_warning(scene: dict[str, Any], name: str) -> None:
     mesh = {"type": "mesh", "vertices": [[0, 0, 0], [1, 1, 1], [3, 3, 3], [0, 1, 0]], "material": "plain"}
     flat = mesh | {"triangles": FLAT_MESHES[name]}
     scene["shapes"].append(flat)

@@ -88,7 +88,7 @@ def test_nesting_is_counted_outside_of_strings_only(scene: dict[str, Any]) -> No
     assert problem.code == "too_deep"
 
 
-def test_a_field_that_stands_twice_is_reported_at_the_second_one() -> None:
+def test_a_repeated_field_is_reported_at_the_second_place() -> None:
     text = '{"version": 1,\n "camera": {"up": [0,1,0],\n  "u\\u0070": [0,1,0]}}'
     by_code = {problem.code: problem for problem in refusal(text)}
     twice = by_code["duplicate_field"]

@@ -146,7 +146,7 @@ def test_an_array_with_a_wrong_entry_is_not_called_too_short(scene: dict[str, An
 
 
 @pytest.mark.parametrize("wrong", [None, 3, "text", [], [[]]], ids=repr)
-def test_a_thing_that_is_no_object_is_reported_as_such(scene: dict[str, Any], wrong: object) -> None:
+def test_what_is_not_an_object_is_reported_as_such(scene: dict[str, Any], wrong: object) -> None:
     scene["shapes"][2] = scene["camera"] = scene["materials"]["plain"] = wrong
     found = {(problem.pointer, problem.code) for problem in problems_of(scene)}
     assert found == {
@@ -353,7 +353,7 @@ def test_a_misspelt_pattern_is_one_mistake_though_the_samples_depend_on_it(scene
 
 
 @pytest.mark.parametrize("code", ["#ff0000", "#F00", "#ff0000ff"])
-def test_a_colour_as_a_code_is_answered_with_what_a_colour_is(scene: dict[str, Any], code: str) -> None:
+def test_a_colour_as_a_code_is_refused_with_the_form_of_a_colour(scene: dict[str, Any], code: str) -> None:
     scene["materials"]["plain"]["color"] = code
     pointer, detail, _ = one(scene)
     assert pointer == "/materials/plain/color"

@@ -11,7 +11,7 @@ import renderer
 from accuracy.hard_cases.documents import camera, scene, sphere
 from renderer.adaptive import Estimate, Samples
 from renderer.adaptive.decisions import FIND, NEAR, WORTH, advance
-from renderer.adaptive.findings import UNMODELLED, errors_of, findings_of
+from renderer.adaptive.findings import GLARE, UNMODELLED, errors_of, findings_of
 from renderer.adaptive.levels import COUNTS, PREVIEWED, SAMPLED
 from renderer.adaptive.states import State
 from renderer.adaptive.strata import COUNT, STEPS, SUSPECT, typical_error
@@ -169,7 +169,7 @@ def test_bright_pixels_have_no_error_and_ask_for_no_samples() -> None:
     assert not found.variances.any()
 
 
-def test_a_bright_pixel_does_not_affect_its_neighbours() -> None:
+def test_the_variance_of_a_bright_pixel_does_not_affect_its_neighbours() -> None:
     arrays, _, _ = known()
     arrays["halves"][:, :, 10, 10] = np.array([[2.0, 3.0, 1.5], [4.0, 1.1, 2.5]])
     arrays["squares"][10, 10] = 1e6
@@ -178,6 +178,34 @@ def test_a_bright_pixel_does_not_affect_its_neighbours() -> None:
     without = findings_of(**arrays)
     assert with_it.squares[10 * 20 + 10] == 0
     assert (with_it.variances == without.variances).all()
+
+
+def test_samples_beside_a_pixel_brighter_than_white_may_have_missed_what_is() -> None:
+    """With the probability that as many samples miss the share that makes a pixel white."""
+    arrays, _, _ = known()
+    found = {}
+    for brightness in (96.0, 5.0):
+        arrays["halves"][:, :, 10, 10] = brightness
+        found[brightness] = findings_of(**arrays).squares.reshape(SIZE[0], 20)
+    more = found[96.0] - found[5.0]
+    part = np.s_[9:12, 9:12]
+    counts = COUNTS[arrays["have"][part]]
+    dark = (1 - arrays["halves"][:, 0][:, *part].mean(axis=0)).clip(0) ** 2
+    expected = GLARE * (np.exp(-counts / 96.0) - np.exp(-counts / 5.0)) * dark
+    np.testing.assert_allclose(more[part], expected, rtol=1e-9, atol=0)
+    more[part] = 0
+    assert not more.any()
+
+
+def test_samples_may_have_missed_what_rays_at_the_border_saw() -> None:
+    arrays, _, _ = known()
+    before = findings_of(**arrays)
+    arrays["pilots"][:, 10, 10] = 50
+    after = findings_of(**arrays)
+    count, own = COUNTS[arrays["have"][10, 10]], 10 * 20 + 10
+    missed = GLARE * math.exp(-count / 50) * (1 - arrays["halves"][:, 0, 10, 10].mean()) ** 2
+    assert after.squares[own] - before.squares[own] == pytest.approx(missed, rel=1e-9)
+    assert after.variances[own] >= missed * count**1.5
 
 
 def test_a_pixel_that_is_bright_in_two_channels_still_counts_by_the_third() -> None:

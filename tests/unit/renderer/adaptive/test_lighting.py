@@ -101,7 +101,7 @@ def beyond(x: Numbers, z: Numbers, bound: float) -> NDArray[np.bool_]:
 
 
 @pytest.mark.parametrize("error", [0.1, 4 / 255, 1 / 1024])
-def test_who_sees_all_of_a_light_gets_its_mean_within_a_quarter_of_the_error(error: float) -> None:
+def test_points_that_see_all_of_a_light_get_its_mean_within_a_quarter_of_the_error(error: float) -> None:
     plan = plan_of(FLOOR, SCREEN, error=error)
     x, z = places(1, 200, 5)
     outside = beyond(x, z, 1.5)
@@ -128,7 +128,7 @@ def test_so_does_a_highlight(error: float, specular: float, shininess: float) ->
     assert np.abs(found - expected).max() <= error / 4
 
 
-def test_who_sees_nothing_of_a_light_gets_none_of_it() -> None:
+def test_points_that_see_nothing_of_a_light_get_none_of_it() -> None:
     plan = plan_of(FLOOR, SCREEN)
     x, z = places(4, 100, 0.49)
     points = points_on_floor(plan, x, z)
