@@ -88,10 +88,10 @@ def findings_of(
     own = means[:, :, sampled]
     differences = _differences(np.clip(own, 0, 1))
     bright = (own > 1).all(axis=(0, 1))
+    missed = _missed_glare(own.mean(axis=0), single, sampled, COUNTS[levels[sampled]], pilots)
     single[sampled[bright]] = 0.0
     squared, variances = _guarded(single.reshape(have.shape), sampled, differences, COUNTS[levels[sampled]])
     squared[bright] = 0.0
-    missed = _missed_glare(own.mean(axis=0), sampled, COUNTS[levels[sampled]], pilots)
     squared += missed
     variances = np.maximum(variances, missed * COUNTS[levels[sampled]] ** 1.5)
     errors, noise = errors_of(means[:, :, probes], pilots.reshape(3, -1)[:, probes])
@@ -147,18 +147,22 @@ def _guarded(single: Floats, sampled: Integers, squares: Floats, taken: Integers
     return (squares + scale * around * shares) / 2, scale * np.maximum(own, around)
 
 
-def _missed_glare(means: Floats, sampled: Integers, counts: Integers, pilots: Picture) -> Floats:
+def _missed_glare(
+    means: Floats, single: Floats, sampled: Integers, counts: Integers, pilots: Picture
+) -> Floats:
     """Squared errors (n,) to expect of sampled pixels beside something brighter than white.
 
     It whitens a pixel from a share of one over its brightness on, which `counts` (n,) samples miss with a
-    probability of exp(-count / brightness).
+    probability of exp(-count / brightness). A few samples of brightness b among dark ones have a mean m and
+    a variance of m (b - m).
     """
     values = np.maximum(means, pilots.reshape(3, -1)[:, sampled])
     white = values.min(axis=0) > 1
     if not white.any():
         return np.zeros(sampled.size)
     glare = np.zeros(pilots.shape[1:], dtype=np.float32)
-    glare.ravel()[sampled[white]] = values[:, white].max(axis=0)
+    mean = values[:, white].mean(axis=0)
+    glare.ravel()[sampled[white]] = mean + single[sampled[white]] / mean
     brightness = highest(glare, 1).ravel()[sampled]
     missed = np.exp(-counts / np.maximum(brightness, 1.0)) * (brightness > 0)
     return GLARE * missed * (np.clip(1 - means, 0, 1) ** 2).mean(axis=0)

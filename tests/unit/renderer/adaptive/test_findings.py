@@ -169,23 +169,29 @@ def test_bright_pixels_have_no_error_and_ask_for_no_samples() -> None:
     assert not found.variances.any()
 
 
-def test_the_variance_of_a_bright_pixel_does_not_affect_its_neighbours() -> None:
+def test_the_variance_of_a_bright_pixel_is_not_expected_of_its_neighbours() -> None:
+    """It says how bright single samples are, no more: so bright that all samples may have missed them."""
     arrays, _, _ = known()
     arrays["halves"][:, :, 10, 10] = np.array([[2.0, 3.0, 1.5], [4.0, 1.1, 2.5]])
-    arrays["squares"][10, 10] = 1e6
-    with_it = findings_of(**arrays)
-    arrays["squares"][10, 10] = 0
-    without = findings_of(**arrays)
-    assert with_it.squares[10 * 20 + 10] == 0
-    assert (with_it.variances == without.variances).all()
+    arrays["squares"][10, 10] = 1e12
+    bright = findings_of(**arrays)
+    arrays["squares"][10, 10] = 1e13
+    brighter = findings_of(**arrays)
+    assert bright.squares[10 * 20 + 10] == 0
+    np.testing.assert_allclose(brighter.variances, bright.variances, rtol=1e-6)
 
 
 def test_samples_beside_a_pixel_brighter_than_white_may_have_missed_what_is() -> None:
-    """With the probability that as many samples miss the share that makes a pixel white."""
+    """With the probability that as many samples miss the share that makes a pixel white.
+
+    How bright single samples of the pixel are follows from their mean and their variance.
+    """
     arrays, _, _ = known()
     found = {}
+    arrays["halves"][:, :, 10, 10] = mean = 5.0
     for brightness in (96.0, 5.0):
-        arrays["halves"][:, :, 10, 10] = brightness
+        variance = mean * (brightness - mean)
+        arrays["squares"][10, 10] = variance * (COUNTS[arrays["have"][10, 10]] - 1)
         found[brightness] = findings_of(**arrays).squares.reshape(SIZE[0], 20)
     more = found[96.0] - found[5.0]
     part = np.s_[9:12, 9:12]
@@ -199,6 +205,7 @@ def test_samples_beside_a_pixel_brighter_than_white_may_have_missed_what_is() ->
 
 def test_samples_may_have_missed_what_rays_at_the_border_saw() -> None:
     arrays, _, _ = known()
+    arrays["squares"][10, 10] = 0
     before = findings_of(**arrays)
     arrays["pilots"][:, 10, 10] = 50
     after = findings_of(**arrays)
