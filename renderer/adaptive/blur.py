@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from renderer.adaptive import strata
 from renderer.adaptive.between import (
+    ACROSS,
+    ALONG,
     LEFT,
     NODE,
     bends,
@@ -35,6 +37,10 @@ MOST = 128
 
 NOISY = 1.0
 """Standard deviations of a node's noise that a second difference may show and still count as straight."""
+
+PEAK = 4.0
+"""Difference from both sides at which interpolation errs by one, were the picture a parabola: bends show an
+eighth of the second difference."""
 
 MEAN_SQUARE = 0.5
 """Of the error between nodes, over the square of the largest that bends predict: 8 / 15 for a parabola."""
@@ -159,7 +165,28 @@ def missing_nodes(estimate: Estimate, allowed: float) -> Masks:
         missing[::2, ::2] = False
         found[finer] |= missing
         stride //= 2
+    found |= _lonely(estimate, squares, allowed)
     return found & ~estimate.shown
+
+
+def _lonely(estimate: Estimate, squares: Floats, allowed: float) -> Masks:
+    """Pixels brighter or darker than both samples beside them on the axis that they do not come from, (H, W).
+
+    Nodes of both sides may miss a line as thin as a pixel that ends or runs askew between them.
+    """
+    values = np.clip(estimate.values, 0, 1)
+    noises = NOISY * np.sqrt(squares)
+    found = np.zeros(squares.shape, dtype=bool)
+    for axis, picture, noisy, ways, mask in (
+        (ALONG, values, noises, estimate.ways, found),
+        (ACROSS, values.transpose(0, 2, 1), noises.T, estimate.ways.T, found.T),
+    ):
+        before, after = (picture[:, :, 1:-1] - side for side in (picture[:, :, :-2], picture[:, :, 2:]))
+        least = np.where(before * after > 0, np.minimum(np.abs(before), np.abs(after)), 0).max(axis=0)
+        least -= np.maximum(noisy[:, :-2], noisy[:, 2:])
+        sampled = (ways[:, :-2] == NODE) & (ways[:, 2:] == NODE)
+        mask[:, 1:-1] |= (ways[:, 1:-1] == axis) & sampled & (least > PEAK * allowed)
+    return found
 
 
 def _sort(estimate: Estimate) -> NDArray[np.float32]:

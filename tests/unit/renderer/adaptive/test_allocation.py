@@ -293,7 +293,7 @@ def asked(estimate: Estimate, ease: float) -> NDArray[np.int64]:
 
 
 def test_a_pass_asks_for_a_tenth_of_the_samples_so_far_if_some_share_of_the_goal_does() -> None:
-    estimate = noisy_corner(corner=0.5, elsewhere=0.3)
+    estimate = noisy_corner(corner=0.7, elsewhere=0.2)
     levels = [asked(estimate, ease) for ease in EASES]
     rays = [int((COUNTS[each] - COUNTS[SAMPLED]).sum()) for each in levels]
     least = LEAST * 4 * estimate.have.size
@@ -321,7 +321,7 @@ def test_more_confidence_asks_no_pixel_for_less() -> None:
     """The more of the error may be chance, the less of it samples may leave."""
     wanted = []
     for confidence in CONFIDENCES:
-        estimate = noisy_corner(corner=0.4, elsewhere=2.2, confidence=confidence)
+        estimate = noisy_corner(corner=1.2, elsewhere=3.0, confidence=confidence)
         assert advance(estimate)
         wanted.append(estimate.want.copy())
     assert all((more >= less).all() for less, more in itertools.pairwise(wanted))

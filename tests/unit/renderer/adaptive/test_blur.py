@@ -8,7 +8,7 @@ import pytest
 import renderer
 from accuracy.hard_cases.documents import lamp, phong, rectangle, scene, sphere
 from renderer.adaptive.adaptive_render import AdaptiveRender, attempt
-from renderer.adaptive.between import NODE
+from renderer.adaptive.between import ACROSS, ALONG, NODE
 from renderer.adaptive.blur import missing_nodes, noise, update
 from renderer.adaptive.driver import Driver
 from renderer.adaptive.estimate import Estimate
@@ -91,6 +91,21 @@ def test_no_node_is_missing_where_interpolation_may_err_by_anything() -> None:
     assert not missing_nodes(estimate, 1.0).any()
     assert missing_nodes(estimate, 0.0).any()
     assert not (missing_nodes(estimate, 0.0) & estimate.shown).any()
+
+
+@pytest.mark.parametrize("axis", [ALONG, ACROSS])
+def test_a_pixel_unlike_both_samples_beside_it_is_missing_however_straight_its_own_axis_is(axis: int) -> None:
+    estimate = lattice(plan_of(through(0.3), 4 / 255))
+    update(estimate)
+    ways, shown = (part if axis == ALONG else part.T for part in (estimate.ways, estimate.shown))
+    values = estimate.values if axis == ALONG else estimate.values.transpose(0, 2, 1)
+    ways[33, 30:33], shown[33, 30:33] = [NODE, axis, NODE], [True, False, True]
+    values[:, 33, [30, 32]] = 0.3, 0.5
+    for value, is_missing in ((0.31, False), (0.49, False), (0.2, True), (0.6, True)):
+        values[:, 33, 31] = value
+        missing = missing_nodes(estimate, 0.02)
+        assert (missing if axis == ALONG else missing.T)[33, 31] == is_missing
+    assert not missing_nodes(estimate, 0.1).any()
 
 
 def test_the_first_probes_lie_between_nodes_as_often_as_their_probability_says() -> None:

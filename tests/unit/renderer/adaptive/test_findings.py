@@ -169,23 +169,29 @@ def test_bright_pixels_have_no_error_and_ask_for_no_samples() -> None:
     assert not found.variances.any()
 
 
-def test_the_variance_of_a_bright_pixel_does_not_affect_its_neighbours() -> None:
+def test_the_variance_of_a_bright_pixel_is_not_expected_of_its_neighbours() -> None:
+    """It says how bright single samples are, no more: so bright that all samples may have missed them."""
     arrays, _, _ = known()
     arrays["halves"][:, :, 10, 10] = np.array([[2.0, 3.0, 1.5], [4.0, 1.1, 2.5]])
-    arrays["squares"][10, 10] = 1e6
-    with_it = findings_of(**arrays)
-    arrays["squares"][10, 10] = 0
-    without = findings_of(**arrays)
-    assert with_it.squares[10 * 20 + 10] == 0
-    assert (with_it.variances == without.variances).all()
+    arrays["squares"][10, 10] = 1e12
+    bright = findings_of(**arrays)
+    arrays["squares"][10, 10] = 1e13
+    brighter = findings_of(**arrays)
+    assert bright.squares[10 * 20 + 10] == 0
+    np.testing.assert_allclose(brighter.variances, bright.variances, rtol=1e-6)
 
 
 def test_samples_beside_a_pixel_brighter_than_white_may_have_missed_what_is() -> None:
-    """With the probability that as many samples miss the share that makes a pixel white."""
+    """With the probability that as many samples miss the share that makes a pixel white.
+
+    How bright single samples of the pixel are follows from their mean and their variance.
+    """
     arrays, _, _ = known()
     found = {}
+    arrays["halves"][:, :, 10, 10] = mean = 5.0
     for brightness in (96.0, 5.0):
-        arrays["halves"][:, :, 10, 10] = brightness
+        variance = mean * (brightness - mean)
+        arrays["squares"][10, 10] = variance * (COUNTS[arrays["have"][10, 10]] - 1)
         found[brightness] = findings_of(**arrays).squares.reshape(SIZE[0], 20)
     more = found[96.0] - found[5.0]
     part = np.s_[9:12, 9:12]
@@ -199,13 +205,14 @@ def test_samples_beside_a_pixel_brighter_than_white_may_have_missed_what_is() ->
 
 def test_samples_may_have_missed_what_rays_at_the_border_saw() -> None:
     arrays, _, _ = known()
-    before = findings_of(**arrays)
+    arrays["halves"][1], arrays["squares"] = arrays["halves"][0], np.zeros(SIZE)
+    assert not findings_of(**arrays).squares.any()
     arrays["pilots"][:, 10, 10] = 50
-    after = findings_of(**arrays)
+    found = findings_of(**arrays)
     count, own = COUNTS[arrays["have"][10, 10]], 10 * 20 + 10
-    missed = GLARE * math.exp(-count / 50) * (1 - arrays["halves"][:, 0, 10, 10].mean()) ** 2
-    assert after.squares[own] - before.squares[own] == pytest.approx(missed, rel=1e-9)
-    assert after.variances[own] >= missed * count**1.5
+    missed = GLARE * math.exp(-count / 50) * (1 - arrays["halves"][0, 0, 10, 10]) ** 2
+    assert found.squares[own] == pytest.approx(missed, rel=1e-9)
+    assert found.variances[own] == pytest.approx(missed * count**1.5, rel=1e-9)
 
 
 def test_a_pixel_that_is_bright_in_two_channels_still_counts_by_the_third() -> None:
@@ -217,13 +224,12 @@ def test_a_pixel_that_is_bright_in_two_channels_still_counts_by_the_third() -> N
     assert (found.variances > 0).all()
 
 
-def test_no_variance_is_below_the_mean_around_it_and_single_ones_explain_the_differences() -> None:
+def test_no_variance_is_below_the_mean_around_it_and_together_they_explain_the_squared_errors() -> None:
     arrays, _, _ = known()
     arrays["squares"][arrays["shown"] & (np.random.default_rng(3).random(SIZE) < 0.7)] = 0
     found = findings_of(**arrays)
-    a, b = arrays["halves"][:, 0][:, arrays["shown"]]
     own, around, shares = variances_of(arrays)
-    scale = math.fsum((a - b) ** 2 / 4) / math.fsum(own * shares)
+    scale = math.fsum(found.squares) / math.fsum(np.maximum(own, around) * shares)
     np.testing.assert_allclose(found.variances, scale * np.maximum(own, around), rtol=1e-12)
 
 
