@@ -34,7 +34,7 @@ SENTENCE = re.compile(r"(?<=<!-- peers -->).*?(?=<!-- /peers -->)", re.DOTALL)
 def page(measured: dict[str, Any]) -> str:
     """The template with the tables and their sentences in their places."""
     rows, precisions = measured["comparisons"], measured["precisions"]
-    errors = (f"{error:.3f}/255 ({scene})" for scene, error in measured["references"].items())
+    errors = (f"{error:.4f}/255 ({scene})" for scene, error in measured["references"].items())
     return TEMPLATE.read_text().format(
         equal=table(peers_tables.EQUAL_COLUMNS, peers_tables.equal_row, rows),
         goals="\n".join(f"- {sentence}" for sentence in peers_sentences.of_goals(rows)),
