@@ -105,6 +105,11 @@ TEXTS = {
 """Texts by the names of their marks."""
 
 
+def figures_of(page: str) -> tuple[str, ...]:
+    """Names of the figures that a page with marks is made of."""
+    return tuple(dict.fromkeys(name for found in MARKED.finditer(page) for name in TEXTS[found[1]].figures))
+
+
 def pages() -> list[Path]:
     """Pages that have marks."""
     known = (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))

@@ -21,6 +21,7 @@ from service.grading.grading import grade
 from service.grading.hints import HINTS
 from tests.assignment import submissions
 from tests.assignment.mistakes import MISTAKES
+from tools.docs.figures import FOLDER, read, table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -35,7 +36,7 @@ ASSIGNMENT = ROOT / "scenes" / "assignment"
 MANIFEST = ASSIGNMENT / "manifest.yaml"
 PAGE = DOCS / "reference" / "assignment.md"
 TEMPLATE = Path(__file__).with_name("assignment_template.txt")
-FIGURES = DOCS / "figures" / "assignment.json"
+FIGURES = FOLDER / "assignment.json"
 
 SAMPLES = (4, 16, 64)
 """Samples per pixel of the correct submissions."""
@@ -57,7 +58,7 @@ def main() -> None:
     """Measure the submissions named on the command line, and write the page."""
     if "--measure" in sys.argv[1:]:
         measure(sys.argv[2:])
-    PAGE.write_text(page(json.loads(FIGURES.read_text(encoding="utf-8"))), encoding="utf-8")
+    PAGE.write_text(page(read("assignment")), encoding="utf-8")
     print(f"wrote {PAGE}")
 
 
@@ -169,12 +170,6 @@ def page(figures: Mapping[str, Any]) -> str:
         right_seconds=f"{max(row['cpu_seconds'] for row in right):.0f}",
         wrong_seconds=f"{max(row['cpu_seconds'] for row in figures['wrong']):.0f}",
     )
-
-
-def table(columns: Sequence[str], rows: Iterator[Sequence[str]] | Sequence[Sequence[str]]) -> str:
-    """A table in Markdown."""
-    lines = [columns, ["---"] * len(columns), *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 def _scores(right: Sequence[Mapping[str, Any]], samples: int) -> str:
