@@ -15,7 +15,6 @@ from schemas.errors import SceneError
 from schemas.json_schema import scene_json_schema
 from schemas.reading import read_scene
 
-ROOT = Path(scenes.__file__).parent.parent
 SCENES = sorted(Path(scenes.__file__).parent.glob("*/*.json"))
 
 

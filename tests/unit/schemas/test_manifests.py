@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import json
 import textwrap
-from pathlib import Path
 from typing import Any
 
 import jsonschema
@@ -15,8 +14,6 @@ from schemas.errors import Problem, SceneError
 from schemas.grading.acceptance import Metric
 from schemas.grading.manifest_reading import manifest_json_schema, read_manifest
 from schemas.grading.manifests import CameraRays, ImageTest, Manifest, RaysTest
-
-ROOT = Path(__file__).parents[3]
 
 YAML = textwrap.dedent("""\
     # What people write.
