@@ -14,6 +14,9 @@ MEASURED = [page for page in PAGES if page.figures]
 NUMERICS = {"hard_cases", "stability"}
 """Figures of the pages about numerics, which `tests/numerics/test_page.py` holds to them."""
 
+COUNTED = {"hard_cases"}
+"""Figures that are the same on every machine."""
+
 BY_HAND = [
     path
     for path in (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*/*.md")))
@@ -51,6 +54,14 @@ def test_every_file_of_figures_is_shown_and_has_the_command_that_measures_it() -
 def test_no_figures_are_on_two_generated_pages() -> None:
     shown = [name for page in write_pages.GENERATED for name in page.figures]
     assert len(shown) == len(set(shown))
+
+
+@pytest.mark.parametrize("figure", sorted(set(figures.COMMANDS) - COUNTED))
+def test_figures_name_the_day_and_the_machine_on_which_they_were_measured(figure: str) -> None:
+    kept = figures.read(figure)
+    machines = [part["machine"] for part in ([kept] if "machine" in kept else kept.values())]
+    assert [machine for machine in machines if not {"date", "cpu", "cores", "python"} <= machine.keys()] == []
+    assert [machine for machine in machines if not DATE.match(machine["date"][:10])] == []
 
 
 @pytest.mark.parametrize("figure", figures.COMMANDS)

@@ -16,12 +16,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from accuracy.study.journal import describe
 from schemas.grading.manifest_reading import read_manifest
 from service.grading.grading import grade
 from service.grading.hints import HINTS
 from tests.assignment import submissions
 from tests.assignment.mistakes import MISTAKES
-from tools.docs.figures import FOLDER, read, table
+from tools.docs.figures import FOLDER, measured_on, read, table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -71,9 +72,10 @@ def measure(names: Sequence[str]) -> None:
         mapped = pool.map(partial(_right, Path(place)), settings)
         wrong = list(pool.map(partial(_wrong, Path(place)), chosen))
         right = list(mapped)
-    kept = json.loads(FIGURES.read_text(encoding="utf-8")) if names else {"right": [], "wrong": []}
+    kept = read("assignment") if names else {"machine": describe(), "right": [], "wrong": []}
     found = {part["name"]: part for part in (*kept["wrong"], *wrong)}
     figures = {
+        "machine": kept["machine"],
         "right": right if whole else kept["right"],
         "wrong": [found[mistake.name] for mistake in MISTAKES if mistake.name in found],
     }
@@ -168,6 +170,7 @@ def page(figures: Mapping[str, Any]) -> str:
         causes=table(("cause", "hint"), [(f"`{c}`", hint.format("…")) for c, hint in HINTS.items()]),
         largest_error=f"{max(errors.values()):.4f}",
         right_seconds=f"{max(row['cpu_seconds'] for row in right):.0f}",
+        machine=measured_on(figures["machine"]),
         wrong_seconds=f"{max(row['cpu_seconds'] for row in figures['wrong']):.0f}",
     )
 
