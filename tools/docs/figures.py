@@ -28,8 +28,8 @@ COMMANDS = {
 """What measures the figures of each name again, and leaves them in `FOLDER`."""
 
 
-class MissingFiguresError(Exception):
-    """A page cannot be written: what it would say has not been measured."""
+class MissingFiguresError(SystemExit):
+    """A page cannot be written, as its figures are not kept: the script ends with this message."""
 
 
 def read(name: str) -> Any:
