@@ -1,15 +1,15 @@
 """How soon the live page shows something, and how fast it paints and exposes, in Chromium on this machine.
 
 ``python -m benchmarks.page_paint`` starts a service, opens its views again and again with an empty cache,
-paints 256 tiles at once, and changes the exposure of 512 x 512 pixels. It prints a table that is ready for a
-document. It needs chromium and playwright; on a machine with other work the times are too long.
+paints 256 tiles at once, and changes the exposure of 512 x 512 pixels. It prints milliseconds, and keeps them
+as JSON. It needs chromium and playwright; on a machine with other work the times are too long.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import shutil
-import statistics
 import sys
 import tempfile
 from pathlib import Path
@@ -18,12 +18,12 @@ from typing import TYPE_CHECKING, Any
 import httpx2
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from benchmarks.machine import Machine, describe
+from benchmarks.machine import describe, spread
 from service.server import running
 from service.settings import Settings
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterator
 
 SIDE = 512
 """Pixels along a side of what is painted and exposed."""
@@ -80,14 +80,19 @@ EXPOSED = """() => performance.getEntriesByName("penumbra:expose").at(-1).durati
 
 
 def main() -> None:
-    """Measure, and print the table."""
+    """Measure, print the figures and keep them as JSON."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.page_paint", description=__doc__)
     parser.add_argument("--runs", type=int, default=15, help="runs of everything that is timed")
+    parser.add_argument("--out", type=Path, default=Path("out/page.json"), help="where to write the figures")
     options = parser.parse_args()
     if options.runs < 1:
         parser.error("--runs must be at least 1.")
     machine = describe()
-    sys.stdout.write("\n".join(_lines(machine, _measured(options.runs))) + "\n")
+    milliseconds = {what: spread(times) for what, times in _measured(options.runs).items()}
+    document = json.dumps({"machine": machine, "milliseconds": milliseconds}, indent=2) + "\n"
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    options.out.write_text(document)
+    sys.stdout.write(document)
 
 
 def chromium() -> str:
@@ -152,25 +157,6 @@ def _finished(url: str) -> str:
     if document["state"] != "succeeded":
         raise SystemExit("The picture was not finished within a minute.")
     return str(document["id"])
-
-
-def _lines(machine: Machine, times: dict[str, list[float]]) -> Iterator[str]:
-    """A table in Markdown, and on what and when it was measured."""
-    yield "| what | median | least and most |"
-    yield "| --- | --- | --- |"
-    for what, milliseconds in times.items():
-        yield f"| {what} | {_range([statistics.median(milliseconds)])} | {_range(sorted(milliseconds))} |"
-    runs = len(next(iter(times.values())))
-    yield ""
-    yield (
-        f"{runs} runs each; {machine['cores']} cores, {machine['cpu']}, {machine['system']}, "
-        f"Python {machine['python']}, {machine['date'][:10]}, load {machine['load']}."
-    )
-
-
-def _range(milliseconds: Sequence[float]) -> str:
-    """The ends of a sorted list, or the only number in it."""
-    return " to ".join(f"{value:.1f}" for value in dict.fromkeys((milliseconds[0], milliseconds[-1]))) + " ms"
 
 
 if __name__ == "__main__":

@@ -145,4 +145,9 @@ def load(name: str, folder: Path = FOLDER) -> tuple[NDArray[np.float64], Provena
     with Image.open(folder / f"{name}.png") as file:
         levels = np.asarray(file, dtype=np.float64)
     image = np.stack(np.split(levels, 3), axis=2) / _LARGEST
-    return image, Provenance(**json.loads((folder / f"{name}.json").read_text()))
+    return image, read_provenance(name, folder)
+
+
+def read_provenance(name: str, folder: Path = FOLDER) -> Provenance:
+    """Read how a reference was made."""
+    return Provenance(**json.loads((folder / f"{name}.json").read_text()))

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from benchmarks.rendering import Timing
     from benchmarks.scaling import Scaling
     from benchmarks.stability import Stability
-    from benchmarks.targets import Targets
+    from benchmarks.targets import Summary, Targets
 
 
 def of_machine(machine: Machine) -> Table:
@@ -124,18 +124,12 @@ def of_accuracy(accuracies: list[Accuracy]) -> Table:
     return table
 
 
-def of_targets(targets: Targets) -> Table:
-    """The target of each picture, its estimated error and its true error; below, all of them."""
+def of_targets(sets: dict[str, Targets]) -> Table:
+    """The target of each picture, its estimated error and its true error; below, all of each set."""
     columns = ("scene", "target", "estimate", "low .. high", "true", "true / target", "CPU s")
-    total = targets["summary"]
-    low, middle, high = total["ratios"]
-    caption = (
-        f"{total['pairs']} pairs: {total['kept']:.1%} keep the target, {total['held']:.1%} of the intervals "
-        f"hold the true error, true / target {middle:.2f} in the median, {low:.2f} to {high:.2f} from the "
-        f"10th to the 90th percentile"
-    )
+    caption = "\n".join(_of_set(name, found["summary"]) for name, found in sets.items())
     table = Table(*columns, title="target quality, errors x 255", caption=caption)
-    for pair in targets["pairs"]:
+    for pair in (pair for found in sets.values() for pair in found["pairs"]):
         errors = (
             f"{pair['estimate']:.2f}",
             f"{pair['low']:.2f} .. {pair['high']:.2f}",
@@ -144,6 +138,15 @@ def of_targets(targets: Targets) -> Table:
         ratio = f"{pair['true'] / pair['target']:.2f}"
         table.add_row(pair["scene"], f"{pair['target']:g}", *errors, ratio, f"{pair['cpu_seconds']:.2f}")
     return table
+
+
+def _of_set(name: str, total: Summary) -> str:
+    low, middle, high = total["ratios"]
+    return (
+        f"{name}: of {total['pairs']} pairs {total['kept']} reach the target, {total['held']} intervals hold "
+        f"the true error; true / target {middle:.2f} in the median, {low:.2f} to {high:.2f} from the 10th to "
+        "the 90th percentile"
+    )
 
 
 def of_passes(found: Passes) -> Table:

@@ -112,7 +112,7 @@ def build(low: Floats, high: Floats) -> Bvh:
     width = -(-count // (1 << splits))
     order = _sorted_by_medians((low + high) / 2, splits, width)
     items = order.reshape(1 << splits, width)
-    # A row for each place in the leaves: NumPy reduces across rows ten times as fast as along short ones.
+    # A row for each place in the leaves: NumPy reduces across rows much faster than along short ones.
     held = np.ascontiguousarray(items.T)
     empty = held == NOTHING
     leaf_low = np.where(empty, np.inf, low[:, held]).min(axis=1)
@@ -198,7 +198,7 @@ class Visits:
     def _by_ray(self, values: Floats) -> Integers:
         """By ray, then by values: those closer than a rounding of the sum count as equal.
 
-        One sort of a sum is ten times as fast as one of two keys. Values that are no numbers say nothing.
+        One sort of a sum is much faster than one of two keys. Values that are no numbers say nothing.
         """
         with np.errstate(divide="ignore", invalid="ignore"):
             shares = np.fmin(values / values.max(initial=0.0), 1.0)

@@ -28,8 +28,8 @@ FALL = -1.7
 ALLOWED = 0.15, 0.8, 0.8
 """Deviation, in requested errors, of pixels that a single place is enough for: at least, at an error of 1/255
 and in proportion to it, and at most. What is left at 0.25/255 must not call for samples: with 0.25 there, the
-shadow of a ball on a relief took 6.6 CPU seconds instead of 1.0. With 0.4 and 0.6 instead of 0.8, a picture
-of a texture took 5 to 30 % longer from 2/255 to 0.25/255, and was 1.02 to 1.1 times as near."""
+shadow of a ball on a relief takes several times as long. With 0.4 and 0.6 instead of 0.8, textures take
+longer, and their errors are hardly smaller."""
 
 SIZES = np.array(list(LATTICES))
 
@@ -38,7 +38,7 @@ COARSE = 1.5 / 255
 
 FIRST_COARSE, FIRST_FINE, MOST_FIRST = (3, 0.25), (5, 1.0), 34
 """Places of the first lattice: at least, for each texel that a pixel covers, and at most. Fewer miss what is
-thin: at 4 x 4 texels a pixel, 5 places took the error of the rest from 0.25 to 0.36 (of 255)."""
+thin, as 5 do at 4 x 4 texels a pixel."""
 
 FAINTEST = 2.0**-16
 """Powers of highlights below this are left out."""

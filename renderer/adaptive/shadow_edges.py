@@ -30,7 +30,7 @@ TOUCHING = 2.0**-30
 """Height over a plane, as a share of the light's, below which an edge lies in the plane."""
 
 MOST_PAIRS = 1 << 15
-"""Pairs of an edge and a flat shape for each light, 10 ms: of very many flat shapes the largest count."""
+"""Most pairs of an edge and a flat shape for each light: of very many flat shapes the largest count."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

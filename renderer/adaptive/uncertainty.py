@@ -21,9 +21,9 @@ class ErrorEstimate:
     ----------
     estimate : float
     low, high : float
-        An interval that holds the true one in 95 of 100 pictures.
+        A 95 % interval.
     bound : float
-        An upper bound of the true one in the requested share of pictures, by default 95 of 100.
+        An upper bound of the true one with the requested confidence, by default 95 %.
     """
 
     estimate: float

@@ -21,7 +21,7 @@ SHARP = 128.0
 
 FAINTEST = 2.0**-100
 """Powers of cosines below this show in no picture. Zeros and results near the smallest number take
-`np.power` off its vector path: 7 to 52 ns a pair measured, against 2.3 ns without them."""
+`np.power` off its vector path, which is several times as fast."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -110,9 +110,8 @@ CAMERA_SAMPLES = Antialiasing(pattern="sobol", samples=16)
 """Target quality takes camera samples where they are needed. How many is not known; prices assume these."""
 
 FEW_LIGHT_POINTS, MANY_LIGHT_POINTS = 4, 16
-"""Light points of each of these camera samples. Measured in CPU seconds to the same target at 512 x 512:
-where only borders and penumbrae are sampled, 16 cost 0.7 to 1.0 of what 4 do at 0.5/255, and 0.25 of it at
-0.1/255 (soft); where a texture or a normal map has every pixel sampled, 1.2 to 1.35 of it."""
+"""Light points of each of these camera samples, the cheaper ones to the same target: many where only borders
+and penumbrae are sampled, few where a texture or a normal map has every pixel sampled."""
 
 SAMPLED_EVERYWHERE = ("color_texture", "normal_map", "bump_map", "displacement_map", "mirror", "transmission")
 """Parts of a material for which target quality samples every pixel that shows it."""

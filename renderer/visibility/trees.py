@@ -24,8 +24,8 @@ from renderer.visibility.tree_pairs import PairShadows
 from renderer.visibility.tree_rays import RayShadows
 
 POINTS = 8192
-"""Points that traverse the tree together: shadows of study/shell at 1/255 take 1.85 CPU seconds with 8192,
-1.98 with half as many and 1.95 with twice as many."""
+"""Points that traverse the tree together: with half and with twice as many, shadows of study/shell take
+longer."""
 
 SHAFT_LEVELS = 3
 """Levels that all points traverse with the shaft to the whole light."""

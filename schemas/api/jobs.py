@@ -128,7 +128,7 @@ class Progress(Message):
 class ReachedError(Message):
     """Root mean square error of a linear picture, clipped to 0..1, as it is estimated from its samples.
 
-    The interval holds the true one in 95 of 100 pictures.
+    `low` to `high` is a 95 % interval.
     """
 
     estimate: float = Field(ge=0, description="The estimate.")

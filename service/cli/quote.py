@@ -208,5 +208,5 @@ def _pilot(found: Quote) -> str:
     pilot = found.pilot
     return (
         f"Tried for {pilot.seconds:.1f} s: {pilot.blocks} blocks, {pilot.pixels:,} pixels, "
-        f"{pilot.target_errors} target errors. Intervals hold in 95 of 100 cases."
+        f"{pilot.target_errors} target errors. Intervals are 95 % intervals."
     )

@@ -14,10 +14,6 @@ FIGURES: dict[str, Any] = json.loads(generator.FIGURES.read_text(encoding="utf-8
 MEASURED = {wrong["name"]: wrong for wrong in FIGURES["wrong"]}
 
 
-def test_the_page_matches_the_figures() -> None:
-    assert generator.PAGE.read_text(encoding="utf-8") == generator.page(FIGURES)
-
-
 def test_every_mistake_was_measured() -> None:
     assert list(MEASURED) == [mistake.name for mistake in MISTAKES]
 

@@ -21,7 +21,7 @@ AT_ONCE = 10
 """Scenes of one test."""
 
 HANG_SECONDS = 30.0
-"""CPU seconds after which a scene counts as endless; the slowest of 600 took 10."""
+"""CPU seconds after which a scene counts as endless: a few times what the slowest takes."""
 
 QUALITIES: TypeAdapter[Quality] = TypeAdapter(Quality)
 

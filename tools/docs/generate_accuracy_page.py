@@ -1,7 +1,7 @@
-"""Write docs/explanation/accuracy-costs-time.md from what `make study` left in out/study.
+"""Write docs/explanation/accuracy-costs-time.md from the studies of `make study`.
 
-Run it as that page says. The figures and the images are kept in docs, so that the page can be written
-again without measuring.
+``python tools/docs/generate_accuracy_page.py`` takes figures and images over from out/study into docs, if all
+studies are there; else it writes the page from the figures that are kept.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from accuracy.study import curves, tables, words
 from accuracy.study.pages import table
 from accuracy.study.settings import METHODS, PATTERNS, TARGET
+from tools.docs import figures
 
 if TYPE_CHECKING:
     from accuracy.study.pages import Table
@@ -24,7 +25,7 @@ DOCS = ROOT / "docs"
 MEASURED = ROOT / "out" / "study"
 PAGE = DOCS / "explanation" / "accuracy-costs-time.md"
 TEMPLATE = Path(__file__).with_name("accuracy_template.txt")
-FIGURES = DOCS / "figures" / "study.json"
+FIGURES = figures.FOLDER / "study.json"
 IMAGES = DOCS / "images" / "study"
 
 SCENES = {
@@ -234,14 +235,20 @@ def images_of(measured: Mapping[str, Results]) -> dict[str, tuple[str, str]]:
 
 
 def main() -> None:
-    """Take over figures and images, and write the page."""
+    """Take over figures and images where there are new ones, and write the page."""
+    if all((MEASURED / name / "results.json").exists() for name in SCENES):
+        _take_over()
+    PAGE.write_text(page(figures.read("study")))
+    print(f"wrote {PAGE}")
+
+
+def _take_over() -> None:
     measured = {name: rounded(json.loads((MEASURED / name / "results.json").read_text())) for name in SCENES}
     IMAGES.mkdir(parents=True, exist_ok=True)
     for name, (scene, file) in images_of(measured).items():
         shutil.copyfile(MEASURED / scene / "images" / file, IMAGES / name)
     FIGURES.write_text(json.dumps(measured, separators=(",", ":")) + "\n")
-    PAGE.write_text(page(measured))
-    print(f"wrote {PAGE}")
+    print(f"took over the studies of {MEASURED}")
 
 
 if __name__ == "__main__":

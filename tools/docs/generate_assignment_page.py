@@ -16,11 +16,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from accuracy.study.journal import describe
 from schemas.grading.manifest_reading import read_manifest
 from service.grading.grading import grade
 from service.grading.hints import HINTS
 from tests.assignment import submissions
 from tests.assignment.mistakes import MISTAKES
+from tools.docs.figures import FOLDER, measured_on, read, table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -35,7 +37,7 @@ ASSIGNMENT = ROOT / "scenes" / "assignment"
 MANIFEST = ASSIGNMENT / "manifest.yaml"
 PAGE = DOCS / "reference" / "assignment.md"
 TEMPLATE = Path(__file__).with_name("assignment_template.txt")
-FIGURES = DOCS / "figures" / "assignment.json"
+FIGURES = FOLDER / "assignment.json"
 
 SAMPLES = (4, 16, 64)
 """Samples per pixel of the correct submissions."""
@@ -57,7 +59,7 @@ def main() -> None:
     """Measure the submissions named on the command line, and write the page."""
     if "--measure" in sys.argv[1:]:
         measure(sys.argv[2:])
-    PAGE.write_text(page(json.loads(FIGURES.read_text(encoding="utf-8"))), encoding="utf-8")
+    PAGE.write_text(page(read("assignment")), encoding="utf-8")
     print(f"wrote {PAGE}")
 
 
@@ -70,9 +72,10 @@ def measure(names: Sequence[str]) -> None:
         mapped = pool.map(partial(_right, Path(place)), settings)
         wrong = list(pool.map(partial(_wrong, Path(place)), chosen))
         right = list(mapped)
-    kept = json.loads(FIGURES.read_text(encoding="utf-8")) if names else {"right": [], "wrong": []}
+    kept = read("assignment") if names else {"machine": describe(), "right": [], "wrong": []}
     found = {part["name"]: part for part in (*kept["wrong"], *wrong)}
     figures = {
+        "machine": kept["machine"],
         "right": right if whole else kept["right"],
         "wrong": [found[mistake.name] for mistake in MISTAKES if mistake.name in found],
     }
@@ -167,14 +170,9 @@ def page(figures: Mapping[str, Any]) -> str:
         causes=table(("cause", "hint"), [(f"`{c}`", hint.format("…")) for c, hint in HINTS.items()]),
         largest_error=f"{max(errors.values()):.4f}",
         right_seconds=f"{max(row['cpu_seconds'] for row in right):.0f}",
+        machine=measured_on(figures["machine"]),
         wrong_seconds=f"{max(row['cpu_seconds'] for row in figures['wrong']):.0f}",
     )
-
-
-def table(columns: Sequence[str], rows: Iterator[Sequence[str]] | Sequence[Sequence[str]]) -> str:
-    """A table in Markdown."""
-    lines = [columns, ["---"] * len(columns), *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 def _scores(right: Sequence[Mapping[str, Any]], samples: int) -> str:

@@ -1,14 +1,13 @@
-"""Write docs/explanation/performance.md and the sentence of README from what `make bench-peers` leaves.
+"""Write docs/explanation/performance.md, its plot and README's sentence from what `make bench-peers` leaves.
 
 `python tools/docs/generate_performance_page.py out/peers.json` takes the figures over; without an argument
-the pages are written from those that are kept in docs/figures, without measuring.
+the page is written from those that are kept in docs/figures, without measuring.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import re
 import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from benchmarks import peers_curves, peers_sentences, peers_tables
 from benchmarks.peers_runs import PEER
 from benchmarks.peers_settings import ERRORS_255, SCENES
+from tools.docs import figures, fill_figures
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -25,16 +25,14 @@ DOCS = ROOT / "docs"
 PAGE = DOCS / "explanation" / "performance.md"
 README = ROOT / "README.md"
 TEMPLATE = Path(__file__).with_name("performance_template.txt")
-FIGURES = DOCS / "figures" / "peers.json"
+FIGURES = figures.FOLDER / "peers.json"
 PLOT = DOCS / "images" / "performance" / "peers.svg"
-SENTENCE = re.compile(r"(?<=<!-- peers -->).*?(?=<!-- /peers -->)", re.DOTALL)
-"""What README says of the comparison, between two comments."""
 
 
 def page(measured: dict[str, Any]) -> str:
     """The template with the tables and their sentences in their places."""
     rows, precisions = measured["comparisons"], measured["precisions"]
-    errors = (f"{error:.3f}/255 ({scene})" for scene, error in measured["references"].items())
+    errors = (f"{error:.4f}/255 ({scene})" for scene, error in measured["references"].items())
     return TEMPLATE.read_text().format(
         equal=table(peers_tables.EQUAL_COLUMNS, peers_tables.equal_row, rows),
         goals="\n".join(f"- {sentence}" for sentence in peers_sentences.of_goals(rows)),
@@ -52,11 +50,6 @@ def page(measured: dict[str, Any]) -> str:
         short=measured["short_seconds"],
         longest=measured["longest_seconds"],
     )
-
-
-def readme(measured: dict[str, Any], text: str) -> str:
-    """README with the sentence of these figures."""
-    return SENTENCE.sub(lambda _: peers_sentences.of_readme(measured["comparisons"]), text)
 
 
 def table(
@@ -102,13 +95,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description="Write docs/explanation/performance.md and the sentence of README."
     )
-    parser.add_argument("figures", nargs="?", type=Path, help="what `make bench-peers` wrote: out/peers.json")
-    figures = parser.parse_args().figures
-    if figures is not None:
-        _take_over(figures)
-    measured = json.loads(FIGURES.read_text())
-    PAGE.write_text(page(measured))
-    README.write_text(readme(measured, README.read_text()))
+    parser.add_argument(
+        "measured", nargs="?", type=Path, help="what `make bench-peers` wrote: out/peers.json"
+    )
+    taken = parser.parse_args().measured
+    if taken is not None:
+        _take_over(taken)
+    PAGE.write_text(page(figures.read("peers")))
+    README.write_text(fill_figures.filled(README.read_text()))
     print(f"wrote {PAGE} and the sentence of {README}")
 
 

@@ -1,45 +1,34 @@
-"""Write docs/explanation/reliability.md from what `make chaos` and `make load` left in out."""
+"""Write docs/explanation/reliability.md from the kept figures of `make chaos` and `make load`."""
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-ROOT = Path(__file__).parents[2]
-MEASURED = ROOT / "out"
-PAGE = ROOT / "docs" / "explanation" / "reliability.md"
+from tools.docs import figures
+from tools.docs.figures import table
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+PAGE = Path(__file__).parents[2] / "docs" / "explanation" / "reliability.md"
 TEMPLATE = Path(__file__).with_name("reliability_template.txt")
-HEAD = "| promise | measured | limit | held |\n| --- | --- | --- | --- |"
+COLUMNS = ("promise", "measured", "limit", "held")
 
 
-def page(folder: Path = MEASURED) -> str:
+def page(chaos: Mapping[str, Any], load: Mapping[str, Any]) -> str:
     """The template with the tables in their places."""
-    return TEMPLATE.read_text().format(
-        **{name: measured_or_missing(folder / f"{name}.json") for name in ("chaos", "load")}
-    )
+    return TEMPLATE.read_text(encoding="utf-8").format(chaos=section(chaos), load=section(load))
 
 
-def measured_or_missing(path: Path) -> str:
-    """The results of a command, or which one to run."""
-    if not path.exists():
-        return f"Not measured yet: `make {path.stem}` does."
-    return section(json.loads(path.read_text()))
-
-
-def section(measured: dict[str, Any]) -> str:
+def section(measured: Mapping[str, Any]) -> str:
     """A table in Markdown, and on what it was measured."""
-    machine = measured["machine"]
     rows = [
-        "| "
-        + " | ".join(
-            [found["promise"], found["measured"], found["limit"], "yes |" if found["held"] else "**no** |"]
-        )
+        (found["promise"], found["measured"], found["limit"], "yes" if found["held"] else "**no**")
         for found in measured["promises"]
     ]
-    where = f"Measured on {machine['date'][:10]} on {machine['cores']} cores of {machine['cpu']}"
-    return "\n".join([HEAD, *rows, "", f"{where} with Python {machine['python']}."])
+    return f"{table(COLUMNS, rows)}\n\n{figures.measured_on(measured['machine'])}"
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page())
+    PAGE.write_text(page(figures.read("chaos"), figures.read("load")), encoding="utf-8")

@@ -1,9 +1,4 @@
-"""Renderers are compared at equal true errors, and pages say what the kept figures say."""
-
-import json
-import runpy
-from pathlib import Path
-from typing import Any
+"""Renderers are compared at equal true errors, and the kept comparison is that of the kept runs."""
 
 import numpy as np
 import pytest
@@ -15,10 +10,7 @@ from benchmarks.peers_curves import front, seconds_at
 from benchmarks.peers_runs import OURS, OURS_FIXED, PEER, Run
 from benchmarks.peers_settings import ERRORS_255, FIXED, GOALS, KINDS, MITSUBA, SCENES, asked
 from schemas.reading import read_scene
-
-ROOT = Path(__file__).parents[3]
-DOCS = ROOT / "docs"
-GENERATOR = runpy.run_path(str(ROOT / "tools" / "docs" / "generate_performance_page.py"))
+from tools.docs import figures
 
 
 def run(renderer: str, seconds: float, error: float, asked_255: float | None = None) -> Run:
@@ -171,25 +163,8 @@ def test_the_peer_renders_exactly_the_numbers_of_samples_that_are_compared() -> 
         peer.sampler(128)
 
 
-def kept() -> Any:
-    return json.loads((DOCS / "figures" / "peers.json").read_text())
-
-
 def test_the_comparison_is_what_the_kept_runs_come_to() -> None:
-    measured = kept()
+    measured = figures.read("peers")
     assert [*measured["scenes"]] == [*measured["references"]] == [*SCENES]
     assert measured["comparisons"] == comparisons(measured["scenes"], measured["errors_255"])
     assert measured["precisions"] == precisions(measured["scenes"])
-
-
-def test_the_page_says_what_the_kept_figures_say() -> None:
-    page = (DOCS / "explanation" / "performance.md").read_text()
-    assert GENERATOR["page"](kept()) == page, "run python tools/docs/generate_performance_page.py"
-
-
-def test_readme_says_what_the_kept_figures_say() -> None:
-    text = (ROOT / "README.md").read_text()
-    assert peers_sentences.of_readme(kept()["comparisons"]) in text, (
-        "run python tools/docs/generate_performance_page.py"
-    )
-    assert GENERATOR["readme"](kept(), text) == text

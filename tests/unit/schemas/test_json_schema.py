@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import runpy
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,6 @@ from schemas.errors import SceneError
 from schemas.json_schema import scene_json_schema
 from schemas.reading import read_scene
 
-ROOT = Path(scenes.__file__).parent.parent
 SCENES = sorted(Path(scenes.__file__).parent.glob("*/*.json"))
 
 
@@ -84,10 +82,3 @@ def test_no_inner_name_shows_in_the_schema() -> None:
     text = json.dumps(scene_json_schema())
     assert "\\u0000" not in text
     assert "discriminator" not in text
-
-
-def test_the_scene_reference_is_up_to_date() -> None:
-    page = runpy.run_path(str(ROOT / "tools" / "docs" / "generate_scene_reference.py"))["page"]
-    assert (ROOT / "docs" / "reference" / "scenes.md").read_text(encoding="utf-8") == page(), (
-        "run python tools/docs/generate_scene_reference.py"
-    )

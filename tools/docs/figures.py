@@ -1,0 +1,74 @@
+"""Measured figures: the files that pages are written from, and the command that makes each of them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+FOLDER = Path(__file__).parents[2] / "docs" / "figures"
+
+COMMANDS = {
+    "assignment": "python -m tools.docs.generate_assignment_page --measure",
+    "bench": "python -m benchmarks rendering effects meshes accuracy service --out docs/figures/bench.json",
+    "capacity": "python -m benchmarks.capacity --out docs/figures/capacity.json",
+    "chaos": "python -m benchmarks.chaos --out docs/figures/chaos.json",
+    "hard_cases": "python tools/docs/generate_numerics_reference.py",
+    "load": "python -m benchmarks.load --out docs/figures/load.json",
+    "page": "python -m benchmarks.page_paint --out docs/figures/page.json",
+    "peers": "make bench-peers && python tools/docs/generate_performance_page.py out/peers.json",
+    "jobs": "python -m benchmarks quotes bursts --out docs/figures/jobs.json",
+    "stability": "python -m benchmarks stability --runs 9 --out docs/figures/stability.json",
+    "study": "make study && python tools/docs/generate_accuracy_page.py",
+    "targets": "python -m benchmarks targets --out docs/figures/targets.json",
+}
+"""What measures the figures of each name again, and leaves them in `FOLDER`."""
+
+
+class MissingFiguresError(SystemExit):
+    """A page cannot be written, as its figures are not kept: the script ends with this message."""
+
+
+def read(name: str) -> Any:
+    """Give the figures of a name, or say how to measure them.
+
+    Raises
+    ------
+    MissingFiguresError
+        If they are not kept. The message has the command that measures them.
+    """
+    path = FOLDER / f"{name}.json"
+    if not path.exists():
+        raise MissingFiguresError(f"docs/figures/{path.name} is missing. To make it: {COMMANDS[name]}")
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def measured_on(machine: Mapping[str, Any]) -> str:
+    """Say when and on what figures were measured.
+
+    Examples
+    --------
+    >>> measured_on({"date": "2026-11-21T10:00:00", "cores": 2, "cpu": "Xeon", "python": "3.11.7"})
+    'Measured on 2026-11-21 on 2 cores of Xeon with Python 3.11.7.'
+    """
+    on = f"Measured on {machine['date'][:10]} on {machine['cores']} cores of {machine['cpu']}"
+    numpy = f" and NumPy {machine['numpy']}" if "numpy" in machine else ""
+    load = f" The load before it began was {machine['load']:g}." if "load" in machine else ""
+    return f"{on} with Python {machine['python']}{numpy}.{load}"
+
+
+def table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table in Markdown, of cells that are Markdown.
+
+    Examples
+    --------
+    >>> print(table(("a", "b"), [("1", "2")]))
+    | a | b |
+    | --- | --- |
+    | 1 | 2 |
+    """
+    lines = [columns, ["---"] * len(columns), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)

@@ -1,0 +1,121 @@
+"""Fill measured figures into pages that are written by hand.
+
+Such a page has ``<!-- NAME -->`` and ``<!-- /NAME -->`` around each text that is made of figures. What stands
+between them is written anew from the kept figures.
+"""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from accuracy.variations import label
+from benchmarks import peers_sentences, references
+from benchmarks.settings import Setting
+from tools.docs import figures
+
+ROOT = Path(__file__).parents[2]
+MARKED = re.compile(r"<!-- ([a-z-]+) -->(\n?).*?<!-- /\1 -->", re.DOTALL)
+"""A name, whether its mark is alone in its line, and what stands between both marks."""
+WIDTH = 130
+
+Figures = Mapping[str, Any]
+
+
+class Text(NamedTuple):
+    """What stands between two marks: the names of the figures that it is made of, and how."""
+
+    figures: tuple[str, ...]
+    of: Callable[..., str]
+
+
+def filled(page: str) -> str:
+    """Write what stands between the marks of a page.
+
+    Raises
+    ------
+    MissingFiguresError
+        If figures that it needs are not kept.
+    KeyError
+        If no text has the name of a mark.
+    """
+    return MARKED.sub(_filled, page)
+
+
+def _filled(found: re.Match[str]) -> str:
+    name, alone = found.groups()
+    text = TEXTS[name]
+    around = "\n\n" if alone else ""
+    return f"<!-- {name} -->{around}{text.of(*map(figures.read, text.figures))}{around}<!-- /{name} -->"
+
+
+def reference_errors() -> str:
+    """Samples and own error of each converged picture, a row each; both are kept beside the picture."""
+    kept = ((name, references.read_provenance(name)) for name in references.NAMES)
+    rows = [(name, f"{made.samples_per_pixel}", f"{made.own_error_255:.4f}") for name, made in kept]
+    return figures.table(("reference", "samples a pixel", "its own error, RMSE x 255"), rows)
+
+
+def errors(bench: Figures) -> str:
+    """Errors of each compared setting of `soft` and of `chess`, and when they were measured."""
+    cells: dict[str, list[str]] = {}
+    for row in bench["accuracy"]:
+        setting = Setting(**row["setting"])
+        cells.setdefault(label(setting.quality), []).extend(_errors(row))
+    rows = [(name, *errors) for name, errors in cells.items()]
+    columns = ("samples", "soft: RMSE", "mean difference", "chess: RMSE", "mean difference")
+    return f"{figures.table(columns, rows)}\n\n{figures.measured_on(bench['machine'])}"
+
+
+def _errors(row: Figures) -> Iterator[str]:
+    yield f"{row['rmse_255']:.3f}"
+    yield f"{row['mean_difference_255']:+.3f}"
+
+
+def target_errors(measured: Figures) -> str:
+    """How often scenes that led to no change reached their targets, and those that did."""
+    fresh, developed = (measured["targets"][name] for name in ("fresh", "developed"))
+    low, middle, high = fresh["summary"]["ratios"]
+    words = (
+        f"{_reached(fresh)} The true error is {middle:.2f} of the target in the median, {low:.2f} to "
+        f"{high:.2f} from the 10th to the 90th percentile. {_reached(developed)} Failures of these have led "
+        f"to changes of the renderer, so they say less. {figures.measured_on(measured['machine'])}"
+    )
+    return textwrap.fill(words, WIDTH, break_long_words=False, break_on_hyphens=False)
+
+
+def _reached(measured: Figures) -> str:
+    total = measured["summary"]
+    return (
+        f"Of the {measured['scenes']} scenes from number {measured['first']}, {total['kept']} of "
+        f"{total['pairs']} pictures reached the target, and {total['held']} of {total['pairs']} intervals "
+        "contained the true error."
+    )
+
+
+TEXTS = {
+    "peers": Text(("peers",), lambda peers: peers_sentences.of_readme(peers["comparisons"])),
+    "reference-errors": Text((), reference_errors),
+    "errors": Text(("bench",), errors),
+    "target-errors": Text(("targets",), target_errors),
+}
+"""Texts by the names of their marks."""
+
+
+def figures_of(page: str) -> tuple[str, ...]:
+    """Names of the figures that a page with marks is made of."""
+    return tuple(dict.fromkeys(name for found in MARKED.finditer(page) for name in TEXTS[found[1]].figures))
+
+
+def pages() -> list[Path]:
+    """Pages that have marks."""
+    known = (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))
+    return [path for path in known if MARKED.search(path.read_text(encoding="utf-8"))]
+
+
+if __name__ == "__main__":
+    for path in pages():
+        path.write_text(filled(path.read_text(encoding="utf-8")), encoding="utf-8")
