@@ -8,11 +8,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 LIST = ROOT / "tools" / "words.toml"
-READ = {".py", ".md", ".txt", ".toml", ".yaml", ".js", ".html", ".css"}
-# What others have written, what the project said at the time, and the list itself.
-LEFT_OUT = re.compile(
-    r"vendor/|^CHANGELOG\.md$|^constraints\.txt$|^tools/words\.toml$|^docs/figures/|test_words\.py$"
-)
+READ = {".py", ".md", ".txt", ".toml", ".yaml", ".yml", ".cff", ".js", ".html", ".css"}
+# What others have written, and the list itself.
+LEFT_OUT = re.compile(r"vendor/|^constraints\.txt$|^tools/words\.toml$|^docs/figures/|test_words\.py$")
 
 
 def found(words: dict[str, str], text: str) -> list[tuple[int, str, str]]:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("schemas", "renderer", "accuracy", "service", "scenes", "benchmarks", "tools")
-FOLDERS = (*PACKAGES, "tests", "docs", "deploy", ".ci")
+FOLDERS = (*PACKAGES, "tests", "docs", "deploy", ".ci", ".github")
 
 
 def modules() -> list[Path]:
@@ -20,7 +20,7 @@ def python_files() -> list[Path]:
 
 def text_files() -> list[Path]:
     """Files that people read or edit, relative to the root."""
-    suffixes = {".py", ".md", ".toml", ".json", ".yaml", ".html", ".js", ".css", ".ini", ""}
+    suffixes = {".py", ".md", ".toml", ".json", ".yaml", ".yml", ".cff", ".html", ".js", ".css", ".ini", ""}
     inside = (path for name in FOLDERS for path in (ROOT / name).rglob("*"))
     top = (path for path in ROOT.iterdir() if path.name != ".git")
     return sorted(

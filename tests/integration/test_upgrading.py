@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,6 +16,7 @@ from alembic.config import Config
 from alembic.script import ScriptDirectory
 from sqlalchemy import column, inspect, select, text
 from sqlalchemy import table as sql_table
+from uvicorn.config import STARTUP_FAILURE
 
 from schemas.api.jobs import JobState
 from service.cli.errors import ExitCode
@@ -183,6 +187,25 @@ def test_the_tables_of_a_later_version_are_refused_and_kept(database: Database, 
     upgrade(database, later)
     with pytest.raises(DatabaseVersionError, match=r"\(later\)"):
         upgrade(database)
+    assert "course" in _columns(database, "jobs")
+
+
+def test_a_service_does_not_start_on_the_tables_of_a_later_version(
+    database: Database, later: Path, tmp_path: Path
+) -> None:
+    upgrade(database, later)
+    url = database.engine.url.render_as_string(hide_password=False)
+    settings = {"PENUMBRA_DATA": str(tmp_path / "data"), "PENUMBRA_DATABASE": url, "PENUMBRA_PORT": "0"}
+    ended = subprocess.run(
+        [sys.executable, "-m", "service"],
+        env=os.environ | settings,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert ended.returncode == STARTUP_FAILURE
+    assert "not started" in ended.stderr
     assert "course" in _columns(database, "jobs")
 
 
