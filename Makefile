@@ -42,8 +42,9 @@ audit: .venv/installed-check  ## check the dependencies for known advisories; fa
 fuzz: .venv/installed-test  ## send 100,000 malformed request bodies, into out/fuzz.json; some minutes
 	$(BIN)/python -m benchmarks.fuzz
 
-gallery: .venv/installed  ## render the gallery and the hard scenes into out
+gallery: .venv/installed  ## render the gallery and the hard scenes into out, and the pictures of the cookbook
 	$(BIN)/python tools/docs/render_gallery.py
+	$(BIN)/python tools/docs/render_cookbook.py
 
 bench: .venv/installed  ## measure times and errors on this machine, into out/bench.json
 	$(BIN)/python -m benchmarks

@@ -44,7 +44,7 @@ angles in degrees, colours are linear RGB. The world is right-handed, with y up 
 and repeated fields are refused.
 `penumbra validate SCENE` reports every problem at once, each with its JSON Pointer, line and column. The
 machine-readable schema is at `GET /v1/schemas/scene.json`. Scenes to start from are in
-[scenes/gallery](../../scenes/gallery/README.md).
+[the cookbook](../how-to/cookbook.md).
 """
 
 CLOSING = """\

@@ -1,0 +1,95 @@
+"""The scene cookbook: its scenes have no warnings, and its pictures are what the renderer makes of them."""
+
+from __future__ import annotations
+
+import re
+import runpy
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+from renderer.images.colors import linear_from_srgb
+from tests.acceptance.conftest import ENVIRONMENT, ROOT
+
+SCRIPT = runpy.run_path(str(ROOT / "tools" / "docs" / "render_cookbook.py"))
+PAGE: str = SCRIPT["PAGE"].read_text(encoding="utf-8")
+RECIPES: dict[str, Any] = {recipe.name: recipe for recipe in SCRIPT["recipes"]()}
+
+each_recipe = pytest.mark.parametrize("recipe", RECIPES.values(), ids=RECIPES)
+
+
+def kept(recipe: Any) -> NDArray[np.uint8]:
+    """Codes (H, W, 3) of the picture on the page."""
+    with Image.open(recipe.picture) as picture:
+        return np.asarray(picture)
+
+
+def least_error(a: NDArray[np.uint8], b: NDArray[np.uint8]) -> float:
+    """Smallest RMSE that two linear pictures can have which are displayed as these codes.
+
+    A code leaves half a step to either side open, so equal and neighbouring codes count nothing.
+    """
+    low = linear_from_srgb(np.maximum(a, b) / 255 - 0.5 / 255)
+    high = linear_from_srgb(np.minimum(a, b) / 255 + 0.5 / 255)
+    return float(np.sqrt(np.mean(np.fmax(low - high, 0) ** 2)))
+
+
+def test_each_scene_of_the_page_has_a_picture_and_each_picture_a_scene() -> None:
+    assert len(RECIPES) == PAGE.count("```json\n") == PAGE.count("\n## ") == 12
+    assert {path.name for path in SCRIPT["PICTURES"].iterdir()} == {f"{name}.png" for name in RECIPES}
+
+
+@each_recipe
+def test_a_scene_of_the_page_is_valid_and_without_warnings(recipe: Any) -> None:
+    assert recipe.load().warnings == ()
+
+
+@each_recipe
+def test_a_picture_has_the_size_that_its_scene_names(recipe: Any) -> None:
+    camera = recipe.load().document.camera
+    assert kept(recipe).shape == (camera.height, camera.width, 3)
+
+
+@pytest.mark.slow
+@each_recipe
+def test_a_picture_is_what_the_renderer_makes_of_the_scene_now(recipe: Any) -> None:
+    # On one machine both have the same bytes. On another processor the last bit of a power may differ, and
+    # with it where samples go: each picture keeps the target error then, and their difference twice of it.
+    assert least_error(kept(recipe), recipe.render()) <= 2 * recipe.quality.error
+
+
+def test_a_ball_of_another_colour_is_no_longer_the_same_picture() -> None:
+    picture = kept(RECIPES["mirror"])
+    ball = picture.copy()
+    ball[175:185, 35:65] = 255 - ball[175:185, 35:65]
+    assert least_error(picture, picture) == 0
+    assert least_error(picture, ball) > 2 * RECIPES["mirror"].quality.error
+
+
+@pytest.mark.slow
+def test_the_commands_of_the_page_make_its_picture(tmp_path: Path) -> None:
+    recipe = RECIPES["image"]
+    shutil.copytree(ROOT / "scenes" / "gallery" / "textures", tmp_path / "scenes" / "gallery" / "textures")
+    (tmp_path / "scene.json").write_text(recipe.scene)
+    (commands,) = re.findall(r"^```sh\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
+    path = f"{Path(sys.executable).parent}:{ENVIRONMENT.get('PATH', '')}"
+    done = subprocess.run(
+        ["bash", "-eu", "-c", commands],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        env=ENVIRONMENT | {"PATH": path},
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "scene.json: ok\n"
+    with Image.open(tmp_path / "scene.png") as picture:
+        assert (np.asarray(picture) == recipe.render()).all()
