@@ -47,21 +47,21 @@ class JobRequest(Closed):
     scene: Scene = Field(description="The scene to render.")
     quality: Quality | None = Field(default=None, description="Overrides the scene's `sampling`.")
     layers: LayerNames = Field(
-        default=(), description="What to store of each pixel beside its colour; each layer is an image."
+        default=(), description="What to store of each pixel beside its colour; each layer is a picture."
     )
     priority: Annotated[int, Field(strict=True, ge=-10, le=10), WHOLE] = Field(
-        default=0, description="Your jobs of a higher priority go first; those of others are not concerned."
+        default=0, description="Your jobs with a higher priority run first. It does not affect other users."
     )
     labels: Annotated[dict[LabelName, LabelValue], Field(max_length=16)] = Field(
         default_factory=dict,
-        description="Words of your own to find the job by: at most 16. A name has 1 to 63 characters, "
-        "letters from A to Z, digits, `_`, `.` and `-`, with a letter or digit first; a value is a text of "
-        "at most 200.",
+        description="At most 16 names with values, to find the job by. A name has 1 to 63 characters: "
+        "letters from A to Z, digits, `_`, `.` and `-`, with a letter or digit first. A value has at most "
+        "200.",
     )
     time_limit: Annotated[float, Field(strict=True, gt=0, le=86400)] | None = Field(
         default=None,
-        description="Seconds after its beginning when a job that is not finished ends: with target quality "
-        "with the error that it has reached, else it fails.",
+        description="Seconds after which an unfinished job ends, from the moment when it begins to run. "
+        "With target quality it succeeds with the error reached so far; otherwise it fails.",
     )
 
     @property
@@ -115,13 +115,14 @@ class Progress(Message):
     share: float = Field(
         ge=0,
         le=1,
-        description="Part of the work that is done, 0 to 1. It never falls. With target quality it is "
-        "estimated from the error, and with a time limit from the time; it is 1 when the picture is there.",
+        description="Share of the work that is done. It never falls. With target quality it is estimated "
+        "from the error, and with a time limit from the time. It is 1 when the picture is finished.",
     )
     remaining_seconds: float | None = Field(
         default=None,
         ge=0,
-        description="Predicted time of the rest; null while it does not run or cannot be predicted.",
+        description="Predicted time until it ends; null while the job does not run, and if there is no "
+        "prediction.",
     )
 
 
@@ -139,7 +140,7 @@ class ReachedError(Message):
 class Work(Message):
     """What was counted beside rays."""
 
-    shading_points: int = Field(default=0, ge=0, description="Points where rays met shapes.")
+    shading_points: int = Field(default=0, ge=0, description="Points where rays hit shapes.")
     texture_lookups: int = Field(
         default=0, ge=0, description="Textures looked up at these points; a bump map takes four for a point."
     )
@@ -159,14 +160,14 @@ class Numerics(Message):
 class JobCost(Message):
     """What a job was expected to cost and what it has cost so far."""
 
-    predicted_cpu_seconds: float
+    predicted_cpu_seconds: float = Field(description="CPU seconds predicted before it began.")
     cpu_seconds: float = Field(description="CPU seconds spent on finished tiles.")
     rays: dict[str, int] = Field(description="Rays cast by finished tiles, by kind.")
-    work: Work = Field(default=Work(), description="What finished tiles have worked on beside rays.")
+    work: Work = Field(default=Work(), description="Other work of finished tiles.")
 
 
 class TileAtWork(Message):
-    """A tile that a worker has in hand. The rectangle is that of a tile event."""
+    """A tile that a worker holds. The rectangle is that of a tile event."""
 
     tile: int = Field(ge=0, description="Index of the tile in its pass.")
     pass_index: int = Field(ge=0, description="Index of the pass; 0 is the coarse picture.")
@@ -177,7 +178,7 @@ class TileAtWork(Message):
 
 
 class JobLinks(Message):
-    """Where everything about a job is found, as paths on the same server."""
+    """Paths of everything that belongs to a job, on the same server."""
 
     self: str
     cancel: str
@@ -195,42 +196,41 @@ class JobLinks(Message):
     inspections: str = ""
     focus: str = ""
     pin: str = ""
-    layers: dict[str, str] = Field(default={}, description="The layers that were asked for, by name.")
+    layers: dict[str, str] = Field(default={}, description="The requested layers, by name.")
 
 
 class Job(Message):
     """A job as ``GET /v1/jobs/{id}`` shows it."""
 
-    id: str
+    id: str = Field(description="The job's id.")
     name: str | None = Field(default=None, description="The scene's name.")
-    user: str | None = Field(default=None, description="Who has submitted it.")
-    labels: dict[str, str] = Field(default={}, description="Those of the request.")
-    priority: int = Field(default=0, description="That of the request.")
+    user: str | None = Field(default=None, description="The user who submitted it.")
+    labels: dict[str, str] = Field(default={}, description="The labels of the request.")
+    priority: int = Field(default=0, description="The priority of the request.")
     state: JobState
     paused: bool = Field(
         default=False,
-        description="Whether it is paused: until it is resumed no tiles are handed out.",
+        description="Whether the job is paused: workers get no tiles of it until it is resumed.",
     )
     cancelling: bool = Field(
         default=False,
-        description="Whether it is being cancelled: it ends when the workers have stopped their tiles of it.",
+        description="Whether the job is being cancelled: it ends when workers have stopped its tiles.",
     )
     width: int = Field(description="Pixels; 0 for a mesh.")
     height: int = Field(description="Pixels; 0 for a mesh.")
     quality: dict[str, Any] = Field(
-        description="What was asked for, as a request takes it: what the request left to the scene stands in "
-        "it, too.",
+        description="The requested quality, completed from the scene, in the form of a request.",
     )
     progress: Progress
     rendering: tuple[TileAtWork, ...] = Field(
         default=(),
-        description="The tiles that workers have in hand at this moment, at most two each: one is being "
-        "rendered, and another is next.",
+        description="The tiles that workers hold now, at most two each: the one in progress and the next "
+        "one.",
     )
     queue_position: int | None = Field(
         default=None,
-        description="How many queued jobs are to start before this one, by users' turns, priority and age; "
-        "null once it has started, and while it is paused.",
+        description="How many queued jobs start before this one, by users' turns, priority and age. It "
+        "can grow. Null once the job runs, and while it is paused.",
     )
     last_seq: int = Field(ge=0, description="Number of the newest tile event; 0 before the first.")
     created_at: datetime
@@ -238,19 +238,23 @@ class Job(Message):
     finished_at: datetime | None = None
     expires_at: datetime | None = Field(
         default=None,
-        description="When its picture is removed, or before if room is needed; null while it is not "
-        "finished, while it is pinned, or if there is no such time.",
+        description="When the picture will be deleted, or earlier if space is needed. Null until the job has "
+        "succeeded, while it is pinned, and if pictures are kept for ever.",
     )
-    pinned: bool = Field(default=False, description="Its picture stays until the job is unpinned or deleted.")
+    pinned: bool = Field(
+        default=False, description="Whether the picture is kept until the job is unpinned or deleted."
+    )
     failure: Failure | None = None
     cost: JobCost
     numerics: Numerics | None = Field(default=None, description="Null until the picture is finished.")
     error: ReachedError | None = Field(
         default=None,
-        description="The error reached so far, with target quality and with random samples; null where it is "
-        "not known.",
+        description="The error reached so far, with target quality and with random samples; null if there "
+        "is no estimate.",
     )
-    warnings: tuple[Problem, ...] = Field(default=(), description="Valid, but probably not meant.")
+    warnings: tuple[Problem, ...] = Field(
+        default=(), description="Parts of the request that are valid, but probably not intended."
+    )
     links: JobLinks
 
 
@@ -258,7 +262,9 @@ class JobList(Message):
     """One page of ``GET /v1/jobs``, newest first."""
 
     jobs: tuple[Job, ...]
-    next: str | None = Field(default=None, description="Give it as `cursor` for the next page.")
+    next: str | None = Field(
+        default=None, description="Pass it as `cursor` to get the next page; null on the last one."
+    )
 
 
 class TileEvent(Message):
@@ -269,10 +275,10 @@ class TileEvent(Message):
     are numbered from 1, and the event of tile 0 is that of the whole picture, after all others of its pass.
     """
 
-    seq: int = Field(ge=1)
+    seq: int = Field(ge=1, description="Number of the event.")
     tile: int = Field(ge=0, description="Index of the tile in its pass.")
     pass_index: int = Field(ge=0, description="Index of the pass; 0 is the coarse picture.")
-    stride: int = Field(ge=1)
+    stride: int = Field(ge=1, description="Side of the blocks of a preview; 1 for single pixels.")
     x0: int
     y0: int
     x1: int
@@ -285,7 +291,7 @@ class TileBatch(Message):
     state: JobState
     progress: Progress
     events: tuple[TileEvent, ...]
-    next: int = Field(ge=0, description="Give it as `after` for what follows.")
+    next: int = Field(ge=0, description="Pass it as `after` to get what follows.")
     complete: bool = Field(description="The state is final and no event follows `next`.")
     failure: Failure | None = None
 
@@ -294,8 +300,8 @@ class Asset(Message):
     """A stored texture or mesh, as ``PUT /v1/assets/{sha256}`` answers."""
 
     name: str = Field(description="How a scene names it: `sha256:` and 64 hexadecimal digits.")
-    bytes: int = Field(ge=0)
-    media_type: str
+    bytes: int = Field(ge=0, description="Size of the file.")
+    media_type: str = Field(description="Type of the file, found from its content.")
     width: int = Field(description="Pixels.")
     height: int = Field(description="Pixels.")
 
@@ -329,10 +335,10 @@ class Region(Closed):
 
 
 class LogEntry(Message):
-    """One thing that happened."""
+    """One event in the history of a job."""
 
     at: datetime | None = Field(
-        default=None, description="When; null where only its place among the others is known."
+        default=None, description="When it happened; null if only its order is known."
     )
     event: str = Field(
         description="A word for programs: `submitted`, `shared`, `started`, `step_repeated`, "
@@ -340,10 +346,10 @@ class LogEntry(Message):
         "more."
     )
     message: str = Field(description="A sentence for people.")
-    pass_index: int | None = Field(default=None, description="The pass that it is about.")
-    tile: int | None = Field(default=None, description="The tile that it is about.")
-    attempts: int | None = Field(default=None, description="How often it was tried so far.")
-    workers_lost: int | None = Field(default=None, description="How many workers died of it.")
+    pass_index: int | None = Field(default=None, description="The pass, if it is about one.")
+    tile: int | None = Field(default=None, description="The tile, if it is about one.")
+    attempts: int | None = Field(default=None, description="How often the tile has been tried.")
+    workers_lost: int | None = Field(default=None, description="How many workers died on the tile.")
 
 
 class JobLog(Message):
@@ -351,5 +357,5 @@ class JobLog(Message):
 
     job: str = Field(description="The job's id.")
     state: JobState
-    entries: tuple[LogEntry, ...] = Field(description="In the order in which it happened.")
-    more: int = Field(default=0, ge=0, description="How many repeated steps are not listed.")
+    entries: tuple[LogEntry, ...] = Field(description="The history, in order.")
+    more: int = Field(default=0, ge=0, description="How many repeated tiles are not listed.")
