@@ -49,8 +49,8 @@ _HEAD = """<!doctype html>
       </p>
 """
 _EVERY_CALL = """<h2 id="every-call">Every call</h2>
-<p>Errors are problem documents (RFC 9457); their <code>code</code> is for programs. Besides its own errors, each
-call that needs a key may be answered:</p>
+<p>Errors are problem documents (RFC 9457); their <code>code</code> is for programs. Besides its own errors,
+each call that needs a key may be answered:</p>
 """
 _FOOT = "    </main>\n  </body>\n</html>\n"
 _LINK = re.compile(r"\[([^]]+)\]\(([^)\s]+)\)")
