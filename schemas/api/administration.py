@@ -26,7 +26,7 @@ class WhoAmI(Message):
     """The current user, as ``/v1/session`` returns it."""
 
     user: str = Field(description="Name of the user; `local` without authentication.")
-    role: Role
+    role: Role = Field(description="What the user may do.")
     keys_required: bool = Field(description="Whether a request needs a key, or the cookie of a session.")
 
 
@@ -50,9 +50,9 @@ class PruneRequest(Closed):
 
 
 class Pruned(Message):
-    """The answer of ``POST /v1/prune``."""
+    """What was deleted, or would be, as ``POST /v1/prune`` returns it."""
 
-    dry_run: bool
+    dry_run: bool = Field(description="Whether it was only listed.")
     expired: tuple[str, ...] = Field(description="Jobs whose picture is deleted, or would be.")
     forgotten: tuple[str, ...] = Field(description="Jobs that are deleted, or would be.")
     pictures: int = Field(ge=0, description="Pictures deleted from the disk: no other job shares them.")

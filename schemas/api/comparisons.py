@@ -83,10 +83,10 @@ class ComparisonCause(Message):
 class ComparisonRegion(Message):
     """A rectangle around blocks that touch each other and differ most; half open, rows from the top."""
 
-    x0: int
-    y0: int
-    x1: int
-    y1: int
+    x0: int = Field(description="First column.")
+    y0: int = Field(description="First row, from the top.")
+    x1: int = Field(description="The column after the last.")
+    y1: int = Field(description="The row after the last.")
     share: float = Field(ge=0, le=1, description="Share of the whole squared difference.")
     rmse: float = Field(ge=0, description="`rmse` over its blocks.")
     brightness: float = Field(description="Mean difference; above 0 the picture is too bright.")
@@ -97,11 +97,11 @@ class ComparisonRegion(Message):
 class ComparisonInput(Message):
     """How a picture was read."""
 
-    name: str
+    name: str = Field(description="What it is called in messages.")
     sha256: str = Field(description="SHA-256 of the file.")
     width: int = Field(description="Pixels.")
     height: int = Field(description="Pixels.")
-    encoding: Encoding
+    encoding: Encoding = Field(description="What its numbers mean.")
     encoding_stated: bool = Field(
         description="Whether the request says so; otherwise it is the default of this format."
     )
@@ -114,16 +114,16 @@ class ComparisonInput(Message):
 class ComparisonInputs(Message):
     """Both pictures."""
 
-    image: ComparisonInput
-    reference: ComparisonInput
+    image: ComparisonInput = Field(description="The picture in question.")
+    reference: ComparisonInput = Field(description="What it should look like.")
 
 
 class ComparisonPolicy(Message):
     """Which differences were tolerated."""
 
-    tolerance: float
-    most_bias: float
-    limit: float
+    tolerance: float = Field(description="`tolerance` of the request.")
+    most_bias: float = Field(description="`max_bias` of the request.")
+    limit: float = Field(description="`limit` of the request.")
 
 
 class ComparisonPictures(Message):
@@ -155,11 +155,11 @@ class ComparisonAnswer(Message):
         description="How many times as many samples both pictures would need for this difference to count "
         "as real; null if nothing is beyond the tolerance."
     )
-    metrics: ComparisonMetrics
+    metrics: ComparisonMetrics = Field(description="The numbers.")
     diagnosis: tuple[ComparisonCause, ...] = Field(description="The best explanation first; often none.")
     worst_regions: tuple[ComparisonRegion, ...] = Field(description="At most 5, worst first.")
-    inputs: ComparisonInputs
-    policy: ComparisonPolicy
+    inputs: ComparisonInputs = Field(description="How both pictures were read.")
+    policy: ComparisonPolicy = Field(description="Which differences were tolerated.")
     images: ComparisonPictures | None = Field(
         default=None, description="Pictures of the differences, if they were requested."
     )

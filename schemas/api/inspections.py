@@ -16,9 +16,9 @@ Row = tuple[Number, Number, Number]
 class TraceRequest(Closed):
     """The body of ``POST /v1/traces``: ray i starts at origins[i] and runs along directions[i]."""
 
-    scene: Scene
-    origins: tuple[RayOrigin, ...]
-    directions: tuple[RayDirection, ...]
+    scene: Scene = Field(description="The scene that the rays are cast into.")
+    origins: tuple[RayOrigin, ...] = Field(description="Where each ray starts, scene units.")
+    directions: tuple[RayDirection, ...] = Field(description="Where each ray goes; any length above 0.")
 
 
 class TraceAnswer(Message):
@@ -28,10 +28,10 @@ class TraceAnswer(Message):
     normal on the side of the ray's origin. ``visibility`` has one number for each light.
     """
 
-    t: tuple[float | None, ...]
-    position: tuple[Row | None, ...]
-    normal: tuple[Row | None, ...]
-    uv: tuple[tuple[float, float] | None, ...]
+    t: tuple[float | None, ...] = Field(description="Distance in units of the direction.")
+    position: tuple[Row | None, ...] = Field(description="The place that is hit, scene units.")
+    normal: tuple[Row | None, ...] = Field(description="Geometric normal there.")
+    uv: tuple[tuple[float, float] | None, ...] = Field(description="Texture coordinates there.")
     shape: tuple[int, ...] = Field(description="Index into the scene's shapes, or -1 for a miss.")
     primitive: tuple[int, ...] = Field(description="Triangle of a mesh, or 0.")
     visibility: tuple[tuple[float, ...], ...] = Field(
@@ -100,14 +100,14 @@ class InspectedSurface(Message):
     """The place where a ray hits a shape."""
 
     shape: int = Field(ge=0, description="Index into the scene's shapes.")
-    part: Part
+    part: Part = Field(description="The shape in the request.")
     primitive: int = Field(ge=0, description="Triangle of a mesh, or 0.")
     t: float = Field(description="Distance from the ray's origin, scene units.")
     position: Triple = Field(description="Scene units.")
-    uv: tuple[float, float]
+    uv: tuple[float, float] = Field(description="Texture coordinates.")
     normal: Triple = Field(description="Geometric normal of length 1, on the side of the ray's origin.")
     shading_normal: Triple = Field(description="The normal that shading uses.")
-    material: Part
+    material: Part = Field(description="The material in the request.")
     texture: Part | None = Field(description="The texture, if the colour comes from one.")
     color: Triple = Field(
         description="Linear RGB of the surface: the material's colour, or the texture's value."
@@ -124,7 +124,7 @@ class InspectedRay(Message):
     `radiance` over all rays.
     """
 
-    kind: RayKind
+    kind: RayKind = Field(description="Where the ray comes from.")
     weight: float = Field(ge=0, description="Share of `radiance` that reaches the camera.")
     origin: Triple = Field(description="Scene units.")
     direction: Triple = Field(description="Direction of length 1.")

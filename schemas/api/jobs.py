@@ -138,7 +138,7 @@ class ReachedError(Message):
 
 
 class Work(Message):
-    """What was counted beside rays."""
+    """Work that is counted beside rays."""
 
     shading_points: int = Field(default=0, ge=0, description="Points where rays hit shapes.")
     texture_lookups: int = Field(
@@ -158,7 +158,7 @@ class Numerics(Message):
 
 
 class JobCost(Message):
-    """What a job was expected to cost and what it has cost so far."""
+    """The predicted cost of a job, and its cost so far."""
 
     predicted_cpu_seconds: float = Field(description="CPU seconds predicted before it began.")
     cpu_seconds: float = Field(description="CPU seconds spent on finished tiles.")
@@ -171,31 +171,31 @@ class TileAtWork(Message):
 
     tile: int = Field(ge=0, description="Index of the tile in its pass.")
     pass_index: int = Field(ge=0, description="Index of the pass; 0 is the coarse picture.")
-    x0: int
-    y0: int
-    x1: int
-    y1: int
+    x0: int = Field(description="First column.")
+    y0: int = Field(description="First row, from the top.")
+    x1: int = Field(description="The column after the last.")
+    y1: int = Field(description="The row after the last.")
 
 
 class JobLinks(Message):
     """Paths of everything that belongs to a job, on the same server."""
 
-    self: str
-    cancel: str
-    tiles: str
-    events: str
-    plan: str
-    image_png: str
-    image_npy: str
-    image_exr: str = ""
-    pause: str = ""
-    resume: str = ""
-    convergence: str = ""
-    log: str = ""
-    request: str = ""
-    inspections: str = ""
-    focus: str = ""
-    pin: str = ""
+    self: str = Field(description="The job.")
+    cancel: str = Field(description="Cancels it.")
+    tiles: str = Field(description="Tile events.")
+    events: str = Field(description="The same as a stream.")
+    plan: str = Field(description="What runs, and why.")
+    image_png: str = Field(description="The picture as displayed.")
+    image_npy: str = Field(description="The linear picture.")
+    image_exr: str = Field(default="", description="The linear picture with all layers.")
+    pause: str = Field(default="", description="Pauses it.")
+    resume: str = Field(default="", description="Resumes it.")
+    convergence: str = Field(default="", description="Error against time.")
+    log: str = Field(default="", description="Its history.")
+    request: str = Field(default="", description="The body that was sent.")
+    inspections: str = Field(default="", description="Inspects a pixel.")
+    focus: str = Field(default="", description="Renders a rectangle first.")
+    pin: str = Field(default="", description="Keeps its picture.")
     layers: dict[str, str] = Field(default={}, description="The requested layers, by name.")
 
 
@@ -207,7 +207,7 @@ class Job(Message):
     user: str | None = Field(default=None, description="The user who submitted it.")
     labels: dict[str, str] = Field(default={}, description="The labels of the request.")
     priority: int = Field(default=0, description="The priority of the request.")
-    state: JobState
+    state: JobState = Field(description="All states but the first two are final.")
     paused: bool = Field(
         default=False,
         description="Whether the job is paused: workers get no tiles of it until it is resumed.",
@@ -221,7 +221,7 @@ class Job(Message):
     quality: dict[str, Any] = Field(
         description="The requested quality, completed from the scene, in the form of a request.",
     )
-    progress: Progress
+    progress: Progress = Field(description="How much of it is rendered.")
     rendering: tuple[TileAtWork, ...] = Field(
         default=(),
         description="The tiles that workers hold now, at most two each: the one in progress and the next "
@@ -233,9 +233,9 @@ class Job(Message):
         "can grow. Null once the job runs, and while it is paused.",
     )
     last_seq: int = Field(ge=0, description="Number of the newest tile event; 0 before the first.")
-    created_at: datetime
-    started_at: datetime | None = None
-    finished_at: datetime | None = None
+    created_at: datetime = Field(description="When it was submitted.")
+    started_at: datetime | None = Field(default=None, description="When it began to run.")
+    finished_at: datetime | None = Field(default=None, description="When it ended.")
     expires_at: datetime | None = Field(
         default=None,
         description="When the picture will be deleted, or earlier if space is needed. Null until the job has "
@@ -244,9 +244,11 @@ class Job(Message):
     pinned: bool = Field(
         default=False, description="Whether the picture is kept until the job is unpinned or deleted."
     )
-    failure: Failure | None = None
-    cost: JobCost
-    numerics: Numerics | None = Field(default=None, description="Null until the picture is finished.")
+    failure: Failure | None = Field(default=None, description="Why it failed; null in other states.")
+    cost: JobCost = Field(description="What it was predicted to cost, and what it has cost.")
+    numerics: Numerics | None = Field(
+        default=None, description="Counts of numerical problems; null until the picture is finished."
+    )
     error: ReachedError | None = Field(
         default=None,
         description="The error reached so far, with target quality and with random samples; null if there "
@@ -255,13 +257,13 @@ class Job(Message):
     warnings: tuple[Problem, ...] = Field(
         default=(), description="Parts of the request that are valid, but probably not intended."
     )
-    links: JobLinks
+    links: JobLinks = Field(description="Paths of everything that belongs to it.")
 
 
 class JobList(Message):
     """One page of ``GET /v1/jobs``, newest first."""
 
-    jobs: tuple[Job, ...]
+    jobs: tuple[Job, ...] = Field(description="The jobs of this page.")
     next: str | None = Field(
         default=None, description="Pass it as `cursor` to get the next page; null on the last one."
     )
@@ -279,25 +281,25 @@ class TileEvent(Message):
     tile: int = Field(ge=0, description="Index of the tile in its pass.")
     pass_index: int = Field(ge=0, description="Index of the pass; 0 is the coarse picture.")
     stride: int = Field(ge=1, description="Side of the blocks of a preview; 1 for single pixels.")
-    x0: int
-    y0: int
-    x1: int
-    y1: int
+    x0: int = Field(description="First column.")
+    y0: int = Field(description="First row, from the top.")
+    x1: int = Field(description="The column after the last.")
+    y1: int = Field(description="The row after the last.")
 
 
 class TileBatch(Message):
-    """The answer of ``GET /v1/jobs/{id}/tiles`` as JSON."""
+    """Tile events, as ``GET /v1/jobs/{id}/tiles`` returns them."""
 
-    state: JobState
-    progress: Progress
-    events: tuple[TileEvent, ...]
+    state: JobState = Field(description="The state of the job.")
+    progress: Progress = Field(description="How much of it is rendered.")
+    events: tuple[TileEvent, ...] = Field(description="The events, by number.")
     next: int = Field(ge=0, description="Pass it as `after` to get what follows.")
-    complete: bool = Field(description="The state is final and no event follows `next`.")
-    failure: Failure | None = None
+    complete: bool = Field(description="Whether the job has ended and no event follows `next`.")
+    failure: Failure | None = Field(default=None, description="Why the job failed; null in other states.")
 
 
 class Asset(Message):
-    """A stored texture or mesh, as ``PUT /v1/assets/{sha256}`` answers."""
+    """A stored texture or mesh, as ``PUT /v1/assets/{sha256}`` returns it."""
 
     name: str = Field(description="How a scene names it: `sha256:` and 64 hexadecimal digits.")
     bytes: int = Field(ge=0, description="Size of the file.")
@@ -307,11 +309,11 @@ class Asset(Message):
 
 
 class Version(Message):
-    """The answer of ``GET /version``."""
+    """The version of a service, as ``GET /version`` returns it."""
 
-    name: Literal["penumbra"] = "penumbra"
-    version: str
-    api: Literal["v1"] = "v1"
+    name: Literal["penumbra"] = Field(default="penumbra", description="What this service is.")
+    version: str = Field(description="Version of the package.")
+    api: Literal["v1"] = Field(default="v1", description="Version of the API, as in its paths.")
 
 
 Edge = Annotated[int, Field(strict=True, ge=0), WHOLE]
@@ -353,9 +355,9 @@ class LogEntry(Message):
 
 
 class JobLog(Message):
-    """The answer of ``GET /v1/jobs/{id}/log``."""
+    """The history of a job, as ``GET /v1/jobs/{id}/log`` returns it."""
 
     job: str = Field(description="The job's id.")
-    state: JobState
+    state: JobState = Field(description="The state of the job.")
     entries: tuple[LogEntry, ...] = Field(description="The history, in order.")
     more: int = Field(default=0, ge=0, description="How many repeated tiles are not listed.")

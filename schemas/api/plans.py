@@ -87,10 +87,10 @@ class NextHalving(Message):
 
 
 class Convergence(Message):
-    """The answer of ``GET /v1/jobs/{id}/convergence``: error against time."""
+    """Error against time, as ``GET /v1/jobs/{id}/convergence`` returns it."""
 
     job: str = Field(description="The job's id.")
-    state: JobState
+    state: JobState = Field(description="The state of the job.")
     mode: Literal["fixed", "target"] = Field(description="The mode of the quality.")
     target_error: float | None = Field(default=None, description="The requested error, with target quality.")
     passes: tuple[PassCost, ...] = Field(description="The passes that are finished, in their order.")
@@ -164,7 +164,7 @@ class Pilot(Message):
 
 
 class Quote(Message):
-    """The answer of ``POST /v1/quotes``."""
+    """Predictions, as ``POST /v1/quotes`` returns them."""
 
     asked: Offer | None = Field(
         description="The offer for the requested quality; null if there was no time to price it."

@@ -14,6 +14,7 @@ from typer.models import ArgumentInfo, OptionInfo
 
 from service.cli import keys, render
 from service.cli.commands import COMMANDS
+from service.cli.options import JsonOption, ServerOption
 from service.cli.quality_options import PANEL
 
 if TYPE_CHECKING:
@@ -22,6 +23,10 @@ if TYPE_CHECKING:
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "command-line.md"
 TEMPLATE = Path(__file__).with_name("command_line_template.txt")
 PLACE = re.compile(r"^\{(\w+)\}$", re.MULTILINE)
+COMMON = {get_args(option)[1].help for option in (JsonOption, ServerOption)}
+"""Help of options that the template describes once for all commands."""
+SELF_EVIDENT = {"job_id", "job_ids"}
+"""Arguments that need no table if there is nothing else in it."""
 LARGEST = 1e6
 """Bounds beyond this say nothing to a reader."""
 TYPES = {"int": "N", "float": "X", "str": "TEXT", "Path": "PATH"}
@@ -117,9 +122,9 @@ def value_of(kind: Any) -> str:
 def section(name: str, function: Callable[..., Any]) -> str:
     """A command: how it is called, what it does, and its options."""
     found = parameters(function)
-    own = [one for one in found if one.info.rich_help_panel != PANEL and one.name != "as_json"]
+    own = [one for one in found if one.info.rich_help_panel != PANEL and one.info.help not in COMMON]
     text = [f"### {name}", f"**`{usage(name, found)}`**", inspect.getdoc(function) or ""]
-    if own:
+    if any(one.name not in SELF_EVIDENT for one in own):
         text.append(options(own))
     return "\n\n".join(text + list(quality(found)))
 
@@ -164,8 +169,9 @@ def meaning(one: Parameter) -> str:
     low, high = one.info.min, one.info.max
     if low is not None and (high is None or high <= LARGEST):
         text.append(f"{low:g} to {high:g}." if high is not None else f"At least {low:g}.")
-    if not one.is_required and one.default not in (None, False):
-        text.append(f"Default: `{one.default}`.")
+    default = one.info.show_default if isinstance(one.info.show_default, str) else one.default
+    if not one.is_required and default not in (None, False):
+        text.append(f"Default: `{default}`.")
     if one.info.envvar:
         text.append(f"Or `{one.info.envvar}`.")
     return " ".join(text)

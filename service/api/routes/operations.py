@@ -10,7 +10,7 @@ from fastapi import APIRouter
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import Response
 from prometheus_client import CONTENT_TYPE_LATEST
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 from sqlalchemy.exc import SQLAlchemyError
 
 from schemas.api.administration import Pruned, PruneRequest
@@ -32,7 +32,7 @@ staff_router = APIRouter(tags=["operations"])
 class Condition(BaseModel):
     """The answer of a health check that passes."""
 
-    status: str = "ok"
+    status: str = Field(default="ok", description="Always `ok`; a check that fails is answered 503.")
 
 
 @router.get(
