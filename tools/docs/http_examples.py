@@ -38,7 +38,7 @@ FIRST, LAST = 6, 3
 """Lines that are shown of a long text."""
 DEEPEST = 3
 """Levels of objects whose fields are compared: below them are JSON Schemas, which have tests of their own."""
-_ID = re.compile(r"\b[0-9a-f]{16,64}\b")
+_ID = re.compile(r"(?<![.\w])(?=[0-9]*[a-f])[0-9a-f]{16,64}\b")
 _TIME = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(?:\.\d+)?(?:Z|\+00:00)")
 _SHOWN_TIME = "2026-11-23T10:00:00Z"
 
