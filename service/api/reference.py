@@ -173,7 +173,7 @@ def _parameter(document: Schema, given: Schema) -> Member:
     schema = given["schema"]
     return Member(
         name=given["name"],
-        kind=kind_of(document, schema).removesuffix(" or null"),
+        kind=kind_of(document, schema).removesuffix(" or null").removesuffix(","),
         text=one_line(given.get("description", "")),
         place=given["in"],
         is_required=given.get("required", False),

@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 
 PAGE = http_examples.ROOT / "docs" / "reference" / "http-calls.md"
 TEMPLATE = Path(__file__).with_name("http_calls_template.txt")
+SEVERAL = 10
+"""Fields of a response that is not shown a second time with the same values."""
 PLACE = re.compile(r"^\{(\w+)\}$", re.MULTILINE)
 
 
@@ -68,10 +70,21 @@ def contents(calls: Sequence[Call]) -> str:
 
 def sections(calls: Sequence[Call], kept: dict[str, Any]) -> Iterator[str]:
     """The section of each tag, with its calls."""
+    earlier: dict[tuple[str, ...], list[str]] = {}
     for tag, group in groupby(calls, key=lambda call: call.tag):
         yield f"## {TITLES[tag]}"
         for call in group:
-            yield section(call, kept[call.title])
+            answer = kept[call.title]
+            yield section(call, answer | {"body": unlike(answer["body"], earlier)})
+
+
+def unlike(body: list[str], earlier: dict[tuple[str, ...], list[str]]) -> list[str]:
+    """Leave out what an earlier response with the same fields has shown."""
+    names = tuple(line.split('"')[1] for line in body[1:-1] if line.startswith('  "'))
+    first = earlier.setdefault(names, body)
+    if first is body or len(names) < SEVERAL:
+        return body
+    return ["{", *(line for line in body[1:-1] if line not in first), "  …", "}"]
 
 
 def section(call: Call, answer: dict[str, Any]) -> str:
@@ -79,8 +92,9 @@ def section(call: Call, answer: dict[str, Any]) -> str:
     parts = [f"### {call.name}", f"**`{call.title}`**", call.text]
     if not call.needs_key:
         parts.append("It needs no key.")
-    if call.parameters:
-        rows = ([f"`{one.name}`", one.place, one.kind, meaning(one)] for one in call.parameters)
+    own = [one for one in call.parameters if one.name != "job_id"]
+    if own:
+        rows = ([f"`{one.name}`", one.place, one.kind, meaning(one)] for one in own)
         parts.append(table(("parameter", "in", "type", "meaning"), rows))
     if call.body:
         parts.append(f"Body: {call.body}")

@@ -174,7 +174,7 @@ def _members(value: dict[str, Any] | list[Any], room: int) -> Iterator[str]:
 
 def text_lines(text: str) -> list[str]:
     """Give the first lines of a text, and the last of a long one, each cut at the width of the page."""
-    lines = [line if len(line) <= WIDTH else f"{line[: WIDTH - 1]}…" for line in text.splitlines()]
+    lines = [line if len(line) <= WIDTH else f"{line[: WIDTH - 1]}…" for line in text.rstrip().splitlines()]
     if len(lines) > FIRST + LAST + 1:
         lines = [*lines[:FIRST], "…", *lines[-LAST:]]
     return lines
